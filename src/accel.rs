@@ -158,6 +158,33 @@ impl Bvh {
         occluded
     }
 
+    /// Calls `each` for the primitives, by their places in the list, whose boxes meet the box from `low` to `high`, and for
+    /// some of their neighbours.
+    pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32)) {
+        let (low, high) = (low.to_array().map(build::rounded_down), (-high).to_array().map(build::rounded_down));
+        let mut waiting = ArrayVec::<u32, STACK>::new();
+        waiting.extend((!self.nodes.is_empty()).then_some(0));
+        while let Some(child) = waiting.pop() {
+            let place = (child / 2) as usize;
+            if child % 2 == 1 {
+                let leaf = &self.leaves[place];
+                leaf.triangles[..leaf.triangle_count].iter().for_each(|id| each(*id));
+                self.spheres_of(leaf).iter().for_each(|(id, _)| each(*id));
+                continue;
+            }
+            let node = &self.nodes[place];
+            for slot in 0..node.child_count {
+                let meets = |axis: usize| {
+                    let [below, above] = &node.planes[axis];
+                    below[slot] <= -high[axis] && above[slot] >= low[axis]
+                };
+                if meets(0) && meets(1) && meets(2) {
+                    waiting.push(node.children[slot]);
+                }
+            }
+        }
+    }
+
     #[inline]
     fn spheres_of(&self, leaf: &Leaf) -> &[(u32, Sphere)] {
         let (first, count) = leaf.spheres;

@@ -112,7 +112,7 @@ impl Bvh {
 }
 
 /// The largest single-precision number that is not above x.
-fn rounded_down(x: f64) -> f32 {
+pub(super) fn rounded_down(x: f64) -> f32 {
     let rounded = x as f32;
     if f64::from(rounded) > x { rounded.next_down() } else { rounded }
 }

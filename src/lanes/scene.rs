@@ -358,7 +358,7 @@ impl<T: Scalar> Triangles<T> {
 }
 
 impl<T: Scalar> PrimitiveData<T> {
-    fn new(scene: &Scene, (id, &Part { surface, emitter, shape }): (u32, &Part), margin: f64) -> Self {
+    fn new(scene: &Scene, (id, &Part { surface, emitter, shape, .. }): (u32, &Part), margin: f64) -> Self {
         let ([a, b, c], normal, radius) = match shape {
             PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, margin),
             PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::coincident::{COINCIDENT, Shapes};
 use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface};
 use crate::accel::{Bvh, Primitive};
 use crate::bsdf::Bsdf;
@@ -24,6 +25,10 @@ pub struct SceneBuilder {
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
     background: Environment,
+    /// How messages name the surfaces.
+    names: Vec<String>,
+    /// How many objects there are.
+    objects: u32,
 }
 
 /// The index of a surface within its builder.
@@ -40,7 +45,17 @@ impl SceneBuilder {
             parts: Vec::new(),
             emitters: Vec::new(),
             background: Environment::Uniform(DVec3::ZERO),
+            names: Vec::new(),
+            objects: 0,
         }
+    }
+
+    /// The parts of which a scene was built.
+    pub(super) fn of(scene: Scene) -> Self {
+        let Scene { name, surfaces, vertices, mut parts, covered, names, emitters, background, .. } = scene;
+        covered.into_iter().for_each(|(place, part)| parts.insert(place, part));
+        let objects = parts.last().map_or(0, |part| part.object + 1);
+        Self { name, surfaces, vertices, parts, emitters, background, names, objects }
     }
 
     /// Sets the radiance of rays that meet nothing to the same everywhere.
@@ -55,13 +70,25 @@ impl SceneBuilder {
 
     /// Adds a surface.
     pub fn surface(&mut self, surface: Surface) -> SurfaceId {
+        self.named(format!("surface {}", self.surfaces.len()), surface)
+    }
+
+    /// Adds a surface that messages call by a name.
+    pub(super) fn named(&mut self, name: String, surface: Surface) -> SurfaceId {
+        self.names.push(name);
         self.surfaces.push(surface);
         SurfaceId(self.surfaces.len() as u32 - 1)
+    }
+
+    /// Begins an object: what is added until the next one begins is a part of it.
+    pub(super) fn object(&mut self) {
+        self.objects += 1;
     }
 
     /// Adds an indexed triangle mesh; each emitting triangle is an emitter of its own. Fronts are where
     /// the vertices run counter-clockwise. Neighbours that share an edge must share its indices.
     pub fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], surface: SurfaceId) {
+        self.object();
         let first = self.vertices(vertices);
         self.triangles(first, triangles, surface);
     }
@@ -88,6 +115,7 @@ impl SceneBuilder {
     /// Adds a parallelogram as two triangles and, if it emits, one emitter. Its front is where
     /// `edges[0] × edges[1]` points.
     pub fn rectangle(&mut self, corner: DVec3, edges: [DVec3; 2], surface: SurfaceId) {
+        self.object();
         let first = self.vertices.len() as u32;
         let [a, b] = edges;
         self.vertices.extend([corner, corner + a, corner + a + b, corner + b]);
@@ -98,16 +126,17 @@ impl SceneBuilder {
 
     /// Adds a sphere or a zone of one.
     pub fn sphere(&mut self, sphere: Sphere, surface: SurfaceId) {
+        self.object();
         let emitter = self.emitter(surface, EmitterShape::Sphere(sphere));
-        self.parts.push(Part { surface: surface.0, emitter, shape: PartShape::Sphere(sphere) });
+        self.part(surface, emitter, PartShape::Sphere(sphere));
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
-        self.parts.push(Part {
-            surface: surface.0,
-            emitter,
-            shape: PartShape::Triangle { vertices, normal: DVec3::ZERO },
-        });
+        self.part(surface, emitter, PartShape::Triangle { vertices, normal: DVec3::ZERO });
+    }
+
+    fn part(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PartShape) {
+        self.parts.push(Part { surface: surface.0, emitter, object: self.objects.saturating_sub(1), shape });
     }
 
     fn emitter(&mut self, surface: SurfaceId, shape: EmitterShape) -> Option<u32> {
@@ -120,15 +149,25 @@ impl SceneBuilder {
 
     /// Validates the parts and builds the acceleration structure.
     ///
+    /// Surfaces that coincide, up to [`COINCIDENT`] of the largest coordinate, are refused if it can be seen which of them
+    /// a ray meets. It makes no difference if both have the same surface, which emits nothing and is neither mirror nor
+    /// glass; it is not seen between two closed opaque bodies. Where a closed body stands on an opaque sheet that is
+    /// neither mirror nor light and covers its face wholly, that face is left out: the sheet is seen there.
+    ///
     /// # Errors
     /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an albedo, absorption
     /// or roughness outside [0, 1], a negative radiance, an index that points nowhere, a triangle or a zone of a
-    /// sphere of less than [`SMALLEST_AREA`], a camera that looks nowhere.
-    pub fn build(mut self, camera: Camera) -> Result<Scene, Error> {
+    /// sphere of less than [`SMALLEST_AREA`], a camera that looks nowhere, surfaces that coincide.
+    pub fn build(self, camera: Camera) -> Result<Scene, Error> {
+        self.build_from(camera, 0.0)
+    }
+
+    /// As [`build`](Self::build), with a largest coordinate of `extent` at least.
+    pub(super) fn build_from(mut self, camera: Camera, extent: f64) -> Result<Scene, Error> {
         self.check_surfaces()?;
         check_camera(&self.name, &camera)?;
         let mut primitives = Vec::with_capacity(self.parts.len());
-        let mut extent = camera.eye.abs().max_element();
+        let mut extent = camera.eye.abs().max_element().max(extent);
         for (i, part) in self.parts.iter_mut().enumerate() {
             primitives.push(match &mut part.shape {
                 PartShape::Triangle { vertices, normal } => {
@@ -177,8 +216,27 @@ impl SceneBuilder {
             ));
         }
         let offset = extent * OFFSET;
+        let mut bvh = Bvh::new(&primitives);
+        let (parts, surfaces, vertices) = (&self.parts[..], &self.surfaces[..], &self.vertices[..]);
+        let shapes = Shapes { parts, surfaces, vertices, bvh: &bvh, eye: camera.eye, tolerance: extent * COINCIDENT };
+        let covered = shapes.covered().map_err(|overlap| {
+            let message = shapes.told(&overlap, &self.names).to_string();
+            invalid(&self.name, message)
+        })?;
+        let covered: Vec<(usize, Part)> =
+            covered.into_iter().map(|(face, _)| (face as usize, self.parts[face as usize])).collect();
+        if !covered.is_empty() {
+            let mut stays = vec![true; self.parts.len()];
+            covered.iter().for_each(|(place, _)| stays[*place] = false);
+            let kept = |place: usize| stays[place];
+            self.parts = (0..).zip(self.parts).filter(|(place, _)| kept(*place)).map(|(_, part)| part).collect();
+            primitives = (0..).zip(primitives).filter(|(place, _)| kept(*place)).map(|(_, shape)| shape).collect();
+            bvh = Bvh::new(&primitives);
+        }
         Ok(Scene {
-            bvh: Bvh::new(&primitives),
+            bvh,
+            covered,
+            names: self.names,
             hull: Hull::new(&primitives, offset),
             bodies: Bodies::new(&self.parts, &self.surfaces, |corners| corners.map(|v| self.vertices[v as usize])),
             name: self.name,
@@ -255,7 +313,7 @@ pub(super) fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u3
     (vertices, triangles)
 }
 
-pub(super) fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
+fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
     if camera.is_valid() {
         return Ok(());
     }

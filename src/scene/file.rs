@@ -177,8 +177,11 @@ impl Description {
     pub fn build(&self) -> Result<Scene, Error> {
         let mut scene = SceneBuilder::new(&self.name);
         scene.environment(self.background.clone());
-        let surfaces: HashMap<&str, _> =
-            self.materials.iter().map(|(name, surface)| (&**name, scene.surface(*surface))).collect();
+        let surfaces: HashMap<&str, _> = self
+            .materials
+            .iter()
+            .map(|(name, surface)| (&**name, scene.named(format!("material {name}"), *surface)))
+            .collect();
         let surface =
             |material: &str| surfaces.get(material).copied().ok_or_else(|| invalid(&self.name, self.unknown(material)));
         for object in &self.objects {
@@ -186,6 +189,7 @@ impl Description {
                 Object::Rectangle { corner, edges, material } => scene.rectangle(*corner, *edges, surface(material)?),
                 Object::Sphere { sphere, material } => scene.sphere(*sphere, surface(material)?),
                 Object::Mesh { vertices, triangles } => {
+                    scene.object();
                     let first = scene.vertices(vertices);
                     for (material, triangles) in triangles {
                         scene.triangles(first, triangles, surface(material)?);

@@ -1,13 +1,16 @@
 //! Scenes as plain data: surfaces, an indexed triangle mesh, spheres, emitters, a camera.
 
 mod builder;
+mod coincident;
 pub mod file;
 pub mod room;
 pub mod simple;
+mod solids;
 
 use glam::DVec3;
 
 pub use builder::{SceneBuilder, SurfaceId};
+pub use coincident::{COINCIDENT, Coincidence};
 
 use crate::accel::{Bvh, PrimitiveHit};
 use crate::bsdf::Bsdf;
@@ -21,7 +24,6 @@ use crate::light_pick::FluxPicks;
 use crate::real::{Real, Vector};
 use crate::shape::{Ray, Sphere};
 use crate::specular::Bodies;
-use builder::check_camera;
 
 /// How a surface scatters, emits and, in the report's roulette, absorbs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,6 +103,8 @@ pub const SMALLEST_AREA: f64 = 1e-60;
 pub(crate) struct Part {
     pub surface: u32,
     pub emitter: Option<u32>,
+    /// Which object it belongs to, in the order in which these were added, from 0.
+    pub object: u32,
     pub shape: PartShape,
 }
 
@@ -126,6 +130,10 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
+    /// Parts that were left out because others cover them, each with its place among all.
+    covered: Vec<(usize, Part)>,
+    /// How messages name the surfaces.
+    names: Vec<String>,
     emitters: Vec<Emitter>,
     light_groups: Groups,
     flux_picks: FluxPicks,
@@ -146,12 +154,10 @@ impl Scene {
     /// The same scene seen by another camera.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a camera that looks nowhere.
+    /// [`Error::Scene`] for a camera that looks nowhere, or sees surfaces that [coincide](SceneBuilder::build).
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
-        check_camera(&self.name, &camera)?;
-        let offset = self.offset.max(camera.eye.abs().max_element() * OFFSET);
-        let emitters = self.emitters.into_iter().map(|emitter| emitter.with_offset(offset)).collect();
-        Ok(Self { camera, offset, emitters, ..self })
+        let extent = self.extent();
+        SceneBuilder::of(self).build_from(camera, extent)
     }
 
     /// The camera.

@@ -18,6 +18,7 @@ mod bodies;
 mod bsdf;
 mod camera;
 mod channels; // red stays red, through every estimator
+mod coincident;
 mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
 mod degenerate; // scenes that no one would draw
 mod environment; // maps of all directions

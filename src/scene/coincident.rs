@@ -1,0 +1,295 @@
+//! Surfaces that lie in the same place, so that rounding would decide which of them a ray meets.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use arrayvec::ArrayVec;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::solids::Solids;
+use super::{OFFSET, Part, PartShape, Scene, Surface};
+use crate::accel::Bvh;
+use crate::bsdf::Bsdf;
+use crate::shape::Sphere;
+
+/// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray that leaves one of them
+/// from [`OFFSET`] above it, and a segment that ends as far above the other, need some room between them.
+pub const COINCIDENT: f64 = 4.0 * OFFSET;
+/// Two surfaces coincide if they are that near over more than this share of the way across their overlap: planes that cross
+/// at an angle are near to each other along a line only.
+const CLOSE_SHARE: f64 = 1e-3;
+/// Neighbours may overlap by this share of the smaller one's height: files round coordinates.
+const SLIVER: f64 = 1e-5;
+/// The least cosine, positive or negative, between the normals of triangles that coincide.
+const PARALLEL: f64 = 0.99;
+
+/// Two surfaces that coincide where it can be seen which of them a ray meets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coincidence {
+    /// Indices of the two primitives among [`Scene::primitives`], in ascending order.
+    pub primitives: [u32; 2],
+    /// The objects that they belong to, by number and material.
+    pub objects: [String; 2],
+    /// A point of both.
+    pub at: DVec3,
+    /// The distance up to which surfaces coincide.
+    pub tolerance: f64,
+}
+
+impl fmt::Display for Coincidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { objects: [a, b], at, tolerance, .. } = self;
+        if a == b {
+            write!(f, "two faces of {a}")?;
+        } else {
+            write!(f, "{a} and {b}")?;
+        }
+        write!(
+            f,
+            " lie in the same place near {:?}, and rounding would decide which of them light meets: move one of them by \
+             {:.0e} or more, remove one, or cut a hole for the other",
+            at.to_array(),
+            2.0 * tolerance
+        )
+    }
+}
+
+/// Two primitives that coincide, in ascending order, and where.
+#[derive(Clone, Copy)]
+pub(super) struct Overlap {
+    pub pair: [u32; 2],
+    at: DVec3,
+    area: f64,
+}
+
+/// The primitives of a scene, among which those are looked for that coincide.
+pub(super) struct Shapes<'a> {
+    pub parts: &'a [Part],
+    pub surfaces: &'a [Surface],
+    pub vertices: &'a [DVec3],
+    pub bvh: &'a Bvh,
+    pub eye: DVec3,
+    /// The distance up to which surfaces coincide.
+    pub tolerance: f64,
+}
+
+impl Scene {
+    /// The first two surfaces that are at most `tolerance` apart, a length, if it can be seen which of them a ray meets:
+    /// `None` if none are, or if it makes no difference. No scene has any at [`COINCIDENT`] times its largest coordinate;
+    /// single precision needs more.
+    pub fn coincident(&self, tolerance: f64) -> Option<Coincidence> {
+        let (parts, surfaces, vertices, bvh) = (&self.parts[..], &self.surfaces[..], &self.vertices[..], &self.bvh);
+        let shapes = Shapes { parts, surfaces, vertices, bvh, eye: self.camera.eye, tolerance };
+        let found = shapes.covered().map_or_else(Some, |covered| covered.first().map(|(_, overlap)| *overlap));
+        found.map(|overlap| shapes.told(&overlap, &self.names))
+    }
+}
+
+impl Shapes<'_> {
+    /// The faces of closed bodies that sheets cover wholly, as a floor does that of a box which stands on it: such a face
+    /// can be left out, and then the sheet is what is seen there from either side. Each with a sheet that covers it.
+    ///
+    /// # Errors
+    /// The first two that coincide otherwise, if it can be seen which of them a ray meets.
+    pub fn covered(&self) -> Result<Vec<(u32, Overlap)>, Overlap> {
+        let overlaps = self.overlaps();
+        if overlaps.iter().all(|overlap| self.are_alike(overlap.pair)) {
+            return Ok(Vec::new());
+        }
+        let solids = Solids::new(self);
+        let covered = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
+            [Some(_), None] => self.may_cover(j, i).then_some(i),
+            [None, Some(_)] => self.may_cover(i, j).then_some(j),
+            _ => None,
+        };
+        // What lies between two bodies neither shows.
+        let is_seen = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
+            [Some((a, hidden_by_a)), Some((b, hidden_by_b))] => a == b || hidden_by_a.dot(hidden_by_b) > 0.0,
+            _ => true,
+        };
+        let mut faces: BTreeMap<u32, Overlap> = BTreeMap::new();
+        for overlap in &overlaps {
+            if !self.are_alike(overlap.pair) && is_seen(overlap.pair) {
+                faces.entry(covered(overlap.pair).ok_or(*overlap)?).or_insert(*overlap);
+            }
+        }
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        for overlap in &overlaps {
+            *areas.entry(covered(overlap.pair).unwrap_or(u32::MAX)).or_default() += overlap.area;
+        }
+        // Neighbours overlap, or leave gaps, by up to a sliver at each edge.
+        let is_whole = |face: u32| areas[&face] >= (1.0 - 8.0 * SLIVER) * self.triangle(face).map_or(0.0, |t| t.area);
+        faces
+            .into_iter()
+            .map(|(face, overlap)| if is_whole(face) { Ok((face, overlap)) } else { Err(overlap) })
+            .collect()
+    }
+
+    /// An overlap as it is told of.
+    pub fn told(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
+        let object = |i: u32| {
+            let Part { object, surface, .. } = self.parts[i as usize];
+            format!("object {} ({})", object + 1, names[surface as usize])
+        };
+        let (primitives, at, tolerance) = (overlap.pair, overlap.at, self.tolerance);
+        Coincidence { primitives, objects: primitives.map(object), at, tolerance }
+    }
+
+    fn surface(&self, part: u32) -> &Surface {
+        &self.surfaces[self.parts[part as usize].surface as usize]
+    }
+
+    /// Whether both look the same from either side, and shadow rays look for neither.
+    fn are_alike(&self, [i, j]: [u32; 2]) -> bool {
+        let surface = self.surface(i);
+        surface == self.surface(j) && is_plain(surface)
+    }
+
+    /// Whether a face can be left out where a sheet covers it.
+    fn may_cover(&self, sheet: u32, face: u32) -> bool {
+        is_plain(self.surface(sheet)) && self.surface(face).emission == DVec3::ZERO
+    }
+
+    /// All primitives that coincide.
+    fn overlaps(&self) -> Vec<Overlap> {
+        let of = |i: u32| {
+            let mut found = Vec::new();
+            let (low, high) = match self.parts[i as usize].shape {
+                PartShape::Triangle { vertices, .. } => {
+                    let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
+                    (a.min(b).min(c) - self.tolerance, a.max(b).max(c) + self.tolerance)
+                }
+                PartShape::Sphere(sphere) => {
+                    // Spheres that coincide have nearly the same pole.
+                    let pole = sphere.centre + sphere.radius * DVec3::Z;
+                    let reach = DVec3::splat(2.0 * self.tolerance / CLOSE_SHARE);
+                    (pole - reach, pole + reach)
+                }
+            };
+            self.bvh.overlapping(low, high, |j| {
+                if j > i {
+                    found.extend(self.overlap([i, j]))
+                }
+            });
+            found.sort_unstable_by_key(|overlap: &Overlap| overlap.pair);
+            found
+        };
+        (0..self.parts.len() as u32).into_par_iter().with_min_len(1024).flat_map_iter(of).collect()
+    }
+
+    fn overlap(&self, pair: [u32; 2]) -> Option<Overlap> {
+        let [a, b] = pair.map(|i| &self.parts[i as usize].shape);
+        let (at, area) = match (a, b) {
+            (PartShape::Triangle { normal: m, .. }, PartShape::Triangle { normal: n, .. }) => {
+                if m.dot(*n).abs() < PARALLEL {
+                    return None;
+                }
+                let [a, b] = [self.triangle(pair[0])?, self.triangle(pair[1])?];
+                if a.area <= b.area { a.overlap(&b, self.tolerance)? } else { b.overlap(&a, self.tolerance)? }
+            }
+            (PartShape::Sphere(a), PartShape::Sphere(b)) => (spheres_overlap(a, b, self.tolerance)?, 0.0),
+            _ => return None,
+        };
+        Some(Overlap { pair, at, area })
+    }
+
+    /// A triangle by its corners; `None` for a sphere.
+    pub fn triangle(&self, part: u32) -> Option<Triangle> {
+        match self.parts[part as usize].shape {
+            PartShape::Triangle { vertices, normal } => {
+                let corners = vertices.map(|v| self.vertices[v as usize]);
+                let [a, b, c] = corners;
+                Some(Triangle { corners, normal, area: 0.5 * (b - a).cross(c - a).length() })
+            }
+            PartShape::Sphere(_) => None,
+        }
+    }
+}
+
+/// Whether a surface is opaque, emits nothing and shows the same from both sides, and no shadow ray goes by way of it.
+fn is_plain(surface: &Surface) -> bool {
+    surface.emission == DVec3::ZERO
+        && !matches!(surface.bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::RoughGlass(_))
+}
+
+/// Whether two surfaces whose distance takes the values from `low` to `high` across their overlap are near each other in more
+/// of it than where they cross.
+fn are_close([low, high]: [f64; 2], tolerance: f64) -> bool {
+    let close = high.min(tolerance) - low.max(-tolerance);
+    close >= 0.0 && close >= CLOSE_SHARE * (high - low)
+}
+
+/// The corners of a convex polygon.
+type Polygon = ArrayVec<DVec3, 24>;
+
+/// A triangle, its unit normal and its area.
+pub(super) struct Triangle {
+    pub corners: [DVec3; 3],
+    normal: DVec3,
+    pub area: f64,
+}
+
+impl Triangle {
+    /// A point and the area of the overlap with another triangle, whose plane is the same.
+    fn overlap(&self, other: &Self, tolerance: f64) -> Option<(DVec3, f64)> {
+        let height = |p: &DVec3| (*p - self.corners[0]).dot(self.normal);
+        let range = |points: &[DVec3]| {
+            let heights = points.iter().map(height);
+            heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
+        };
+        let [low, high] = range(&other.corners);
+        if low > tolerance || high < -tolerance {
+            return None;
+        }
+        let [a, b, c] = self.corners;
+        let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+        let inner = self.clipped(other, tolerance.max(SLIVER * 2.0 * self.area / longest))?;
+        if !are_close(range(&inner), tolerance) {
+            return None;
+        }
+        let whole = self.clipped(other, -tolerance)?;
+        let fan = whole[1..].windows(2).map(|edge| 0.5 * (edge[0] - whole[0]).cross(edge[1] - whole[0]).length());
+        Some((inner.iter().sum::<DVec3>() / inner.len() as f64, fan.sum()))
+    }
+
+    /// The polygon of another triangle that lies above this one or below it, at least `margin` within its edges; `None` if
+    /// there is none (Sutherland and Hodgman 1974). Rounding may double its corners at each edge.
+    fn clipped(&self, other: &Self, margin: f64) -> Option<Polygon> {
+        let mut polygon = Polygon::from_iter(other.corners);
+        for i in 0..3 {
+            let (from, to) = (self.corners[i], self.corners[(i + 1) % 3]);
+            let inward = self.normal.cross(to - from).normalize();
+            let depth = |p: DVec3| (p - from).dot(inward) - margin;
+            let mut kept = Polygon::new();
+            for (k, &here) in polygon.iter().enumerate() {
+                let next = polygon[(k + 1) % polygon.len()];
+                let [d, e] = [depth(here), depth(next)];
+                if d >= 0.0 {
+                    kept.push(here);
+                }
+                if (d < 0.0) != (e < 0.0) {
+                    kept.push(here.lerp(next, d / (d - e)));
+                }
+            }
+            polygon = kept;
+            if polygon.len() < 3 {
+                return None;
+            }
+        }
+        Some(polygon)
+    }
+}
+
+/// A point of the overlap of two spheres or zones that are nearly the same.
+fn spheres_overlap(a: &Sphere, b: &Sphere, tolerance: f64) -> Option<DVec3> {
+    let (apart, wider) = ((b.centre - a.centre).length(), b.radius - a.radius);
+    if !are_close([wider - apart, wider + apart], tolerance) {
+        return None;
+    }
+    let [[a_low, a_high], [b_low, b_high]] = [a, b].map(Sphere::heights);
+    let (low, high) = (a_low.max(b_low), a_high.min(b_high));
+    let margin = tolerance.max(SLIVER * (a_high - a_low).min(b_high - b_low));
+    let (z, radius) = (0.5 * (low + high), a.radius);
+    (high - low > margin).then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
+}
