@@ -431,10 +431,10 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     // Triangles of another colour or another height are other mirrors, and one of many triangles is none.
     let flat = |parts: &[(f64, f64)], count: u32| {
         kinds(|s| {
-            for &(reflectance, z) in parts {
+            for (row, &(reflectance, z)) in (0..).zip(parts) {
                 let mirror = mirror_surface(s, reflectance);
                 for i in 0..count {
-                    s.rectangle(DVec3::new(f64::from(i), 0.0, z), [DVec3::X, DVec3::Y], mirror);
+                    s.rectangle(DVec3::new(f64::from(i), f64::from(row), z), [DVec3::X, DVec3::Y], mirror);
                 }
             }
         })

@@ -183,10 +183,10 @@ fn degenerate_scenes_are_refused_or_rendered() {
     property("degenerate", cases, &parts(), |drawn| {
         let text = text(&drawn.0, &drawn.1, &drawn.2);
         let begun = std::time::Instant::now();
-        match Description::parse("drawn", &text) {
+        match Description::parse("drawn", &text).and_then(|scene| scene.build()) {
             Ok(scene) => {
                 count(0);
-                renders(&scene.build().unwrap_or_else(|error| panic!("{error}\n{text}")), &text, drawn.4);
+                renders(&scene, &text, drawn.4);
             }
             Err(error) => {
                 count(1);

@@ -116,13 +116,13 @@ fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
     (low, vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max), volume, area)
 }
 
-/// The scenes on which another renderer was asked have all their parts.
+/// The scenes on which another renderer was asked have all their parts, but for the foot of a box that the floor covers.
 #[test]
 fn scenes_with_larger_meshes_load() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes");
     for (name, parts) in [
         ("knot.toml", 12 + 72 * 8 * 2 + 12 + 2 + 2 + 1),
-        ("glass-ball.toml", 3 + 2 + 2 + 8 * 4 * 4 * 4 + 1 + 12),
+        ("glass-ball.toml", 3 + 2 + 2 + 8 * 4 * 4 * 4 + 1 + 12 - 2),
         ("hollow.toml", 1 + 7 + 5 + 4 + 8 * 4 * 4 * 4),
     ] {
         let SceneFile { description, notes, .. } = SceneFile::load(&folder.join(name)).expect("a scene");

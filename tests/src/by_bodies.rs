@@ -50,14 +50,16 @@ fn with_mirrors() -> Arc<Scene> {
 
 /// A ball of glass over a small patch at the origin, from where its centre is 1.3 radii away, and a cap of the sphere of
 /// two radii around the ball, which lights the patch through the ball alone.
-fn under_lens() -> Arc<Scene> {
-    scene("under a lens", |s| {
-        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
-        let centre = DVec3::new(0.0, 0.0, BELOW);
-        ball(s, Sphere::new(centre, 1.0), Surface::new(GLASS));
-        let zone = [ABOVE * CAP.cos(), f64::INFINITY];
-        ball(s, Sphere { zone, inward: true, ..Sphere::new(centre, ABOVE) }, light(LIGHT));
-    })
+pub(super) fn add_lens(s: &mut SceneBuilder) {
+    square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
+    ball(s, lens(), Surface::new(GLASS));
+    let zone = [ABOVE * CAP.cos(), f64::INFINITY];
+    ball(s, Sphere { zone, inward: true, ..Sphere::new(lens().centre, ABOVE) }, light(LIGHT));
+}
+
+/// Where this ball is.
+pub(super) fn lens() -> Sphere {
+    Sphere::new(DVec3::new(0.0, 0.0, BELOW), 1.0)
 }
 
 /// How far below the centre the patch is, and above it the cap, and the half angle of the cap.
@@ -94,7 +96,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, (scene, kind, ray)).says(property).is((level, BOUNCES), samples)
     };
-    let (glass, mirrors, lens) = (with_glass(), with_mirrors(), under_lens());
+    let (glass, mirrors, lens) = (with_glass(), with_mirrors(), scene("under a lens", add_lens));
     let [lit, straight] = [0..12, 0..1].map(|reflections| FLOOR * LIGHT * through_lens(reflections));
     vec![
         radiance("irradiance/by-bodies/lens", &SPECULAR_ANGLE, (&lens, BY_BODIES, near_origin))

@@ -28,6 +28,7 @@ mod images;
 mod infinite_variance;
 mod irradiance;
 mod mean_radiance;
+mod near_coincident;
 mod outlines;
 mod path_weights;
 pub mod photon;

@@ -1,5 +1,6 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`], [`super::images`] and [`super::by_bodies`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`], [`super::images`],
+//! [`super::by_bodies`] and [`super::near_coincident`]; here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -11,7 +12,10 @@ use whitefurnace::estimator::LightRules;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
-use crate::{by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, rough_glass, sky, strategies};
+use crate::{
+    by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident, rough_glass, sky,
+    strategies,
+};
 
 /// The family.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
@@ -26,6 +30,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(sky::trials());
     trials.extend(images::trials());
     trials.extend(by_bodies::trials());
+    trials.extend(near_coincident::trials());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
     faults.extend(lights::faults());
@@ -34,6 +39,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(configuration_faults());
     faults.extend(sky::faults());
     faults.extend(by_bodies::faults());
+    faults.extend(near_coincident::faults());
     vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
 }
 

@@ -1,0 +1,138 @@
+//! Surfaces just farther apart than those that a scene refuses because they coincide: each estimator meets the one in front,
+//! and shadow rays find what paths find, in whatever order the scene has them.
+
+use whitefurnace::emitter::LightSampling;
+use whitefurnace::scene::COINCIDENT;
+
+use crate::by_bodies::{BY_BODIES, add_lens, lens};
+use crate::irradiance::reflected;
+use crate::prelude::*;
+use crate::scenes::{
+    FLOOR, LIGHT, NEAR, ball, corners, floor, lambert, light, mirror, polygon_irradiance, scene, square,
+};
+use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, by, near_origin};
+
+/// Half the side of the largest squares: the largest coordinate.
+const EXTENT: f64 = 50.0;
+/// The distance of two surfaces.
+const GAP: f64 = 1.25 * COINCIDENT * EXTENT;
+const REFLECTANCE: f64 = 0.9;
+/// Height of the mirror over the patch, and of the light that is seen in it.
+const MIRROR: f64 = 0.4;
+const LAMP: f64 = -0.2;
+
+const BLACK: Surface = Surface { bsdf: Bsdf::Black, emission: DVec3::ZERO, absorption: 0.0 };
+
+/// Adds parts in this order or the other.
+fn in_order(s: &mut SceneBuilder, is_reversed: bool, parts: [&dyn Fn(&mut SceneBuilder); 2]) {
+    let [first, second] = if is_reversed { [parts[1], parts[0]] } else { parts };
+    first(s);
+    second(s);
+}
+
+/// A patch at the origin under a mirror in which alone it sees a light, and black sheets at distance [`GAP`] to mirror and
+/// light: before the mirror, or behind both.
+fn mirror_with_sheets(covers: bool, is_reversed: bool) -> Arc<Scene> {
+    scene("mirror with sheets", |s| {
+        square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
+        in_order(
+            s,
+            is_reversed,
+            [
+                &|s| {
+                    square(s, LAMP * DVec3::Z, 6.0, true, light(LIGHT));
+                    square(s, MIRROR * DVec3::Z, EXTENT, false, Surface::new(mirror(REFLECTANCE)));
+                },
+                &|s| {
+                    square(s, (LAMP - GAP) * DVec3::Z, EXTENT, true, BLACK);
+                    let height = if covers { MIRROR - GAP } else { MIRROR + GAP };
+                    square(s, height * DVec3::Z, EXTENT, true, BLACK);
+                },
+            ],
+        );
+    })
+}
+
+/// A light over the floor, covered by a black sheet.
+fn covered_light(is_reversed: bool) -> Arc<Scene> {
+    scene("covered light", |s| {
+        floor(s, lambert(FLOOR));
+        let height = NEAR[0].z;
+        in_order(
+            s,
+            is_reversed,
+            [&|s| square(s, height * DVec3::Z, 2.0, false, light(LIGHT)), &|s| {
+                square(s, (height - GAP) * DVec3::Z, 2.0 + 1e-6, false, BLACK)
+            }],
+        );
+    })
+}
+
+/// A patch that sees a light through a ball of glass alone, and this ball in a black one.
+fn covered_lens(is_reversed: bool) -> Arc<Scene> {
+    scene("covered lens", |s| {
+        in_order(s, is_reversed, [&|s| add_lens(s), &|s| ball(s, Sphere { radius: 1.0 + GAP, ..lens() }, BLACK)]);
+    })
+}
+
+/// No light arrives at the origin from what is covered.
+struct Covered(Vec<(String, Probe)>);
+
+impl Property for Covered {
+    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+        let n = context.arguments(5_000);
+        let outcome = |(name, probe): &(String, Probe)| {
+            let mut rng = context.rng(name);
+            let brightest = (0..n).map(|_| probe.radiance(setup, &mut rng).max_element()).fold(0.0, f64::max);
+            Outcome::exact(name, n, brightest, 0.0, "the brightest of all rays")
+        };
+        self.0.iter().map(outcome).collect()
+    }
+}
+
+pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let bsdf = by(Strategy::Bsdf, LightSampling::Area);
+    let mut covered = Vec::new();
+    let scenes: [(&str, &dyn Fn(bool) -> Arc<Scene>); 3] = [
+        ("light", &covered_light),
+        ("mirror", &|reversed| mirror_with_sheets(true, reversed)),
+        ("lens", &covered_lens),
+    ];
+    for (how, kind) in [("bsdf", bsdf), ("light", LIGHT_ANGLE), ("mis", MIS_ANGLE), ("bodies", BY_BODIES)] {
+        for (what, scene) in scenes {
+            for (order, is_reversed) in [("last", false), ("first", true)] {
+                let probe = Probe { scene: scene(is_reversed), kind, ray: near_origin };
+                covered.push((format!("{what} by {how}, cover {order}"), probe));
+            }
+        }
+    }
+    let image = polygon_irradiance(&corners((2.0 * MIRROR - LAMP) * DVec3::Z, 6.0));
+    let in_mirror = REFLECTANCE * reflected(image);
+    vec![
+        trial(
+            "near-coincident/covered",
+            "nothing is seen of a light, mirror or ball of glass just behind another surface",
+            &GEOMETRY,
+            ["estimator::Path", "exact"],
+            with_parts(Covered(covered)),
+        ),
+        radiance(
+            "near-coincident/backed",
+            &SPECULAR_SPREAD,
+            (&mirror_with_sheets(false, true), BY_BODIES, near_origin),
+        )
+        .says(format!("a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"))
+        .by_points((in_mirror, SINGLE), 59_000),
+    ]
+}
+
+pub fn faults() -> Vec<Fault<EstimatorSubject>> {
+    vec![
+        fault!("cover-ignored", GEOMETRY, "shadow rays end a little before what they aim at, and miss what covers it",
+            { visible: |scene, x, (y, normal), glass| scene.visible(x, (y + 1e-4 * normal, normal), glass) },
+            "near-coincident/covered"),
+        fault!("behind-the-body", GEOMETRY, "shadow rays end a little behind what they aim at",
+            { visible: |scene, x, (y, normal), glass| scene.visible(x, (y - 1e-4 * normal, normal), glass) },
+            "near-coincident/backed"),
+    ]
+}
