@@ -178,17 +178,17 @@ impl Shapes<'_> {
         (0..self.parts.len() as u32).into_par_iter().with_min_len(1024).flat_map_iter(of).collect()
     }
 
-    fn overlap(&self, pair: [u32; 2]) -> Option<Overlap> {
-        let [a, b] = pair.map(|i| &self.parts[i as usize].shape);
-        let (at, area) = match (a, b) {
-            (PartShape::Triangle { normal: m, .. }, PartShape::Triangle { normal: n, .. }) => {
-                if m.dot(*n).abs() < PARALLEL {
+    /// The overlap of a pair, of which the first may be this triangle.
+    fn overlap(&self, pair: [u32; 2], triangle: Option<&Triangle>) -> Option<Overlap> {
+        let (at, area) = match (triangle, pair.map(|i| &self.parts[i as usize].shape)) {
+            (Some(a), [_, PartShape::Triangle { normal, .. }]) => {
+                if a.normal.dot(*normal).abs() < PARALLEL {
                     return None;
                 }
-                let [a, b] = [self.triangle(pair[0])?, self.triangle(pair[1])?];
-                if a.area <= b.area { a.overlap(&b, self.tolerance)? } else { b.overlap(&a, self.tolerance)? }
+                let b = self.triangle(pair[1])?;
+                if a.area <= b.area { a.overlap(&b, self.tolerance)? } else { b.overlap(a, self.tolerance)? }
             }
-            (PartShape::Sphere(a), PartShape::Sphere(b)) => (spheres_overlap(a, b, self.tolerance)?, 0.0),
+            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => (spheres_overlap(a, b, self.tolerance)?, 0.0),
             _ => return None,
         };
         Some(Overlap { pair, at, area })
@@ -242,7 +242,15 @@ impl Triangle {
         if low > tolerance || high < -tolerance {
             return None;
         }
+        // Most are apart.
         let [a, b, c] = self.corners;
+        let outside = |from: DVec3, to: DVec3| {
+            let inward = self.normal.cross(to - from);
+            other.corners.iter().all(|p| (*p - from).dot(inward) <= 0.0)
+        };
+        if outside(a, b) || outside(b, c) || outside(c, a) {
+            return None;
+        }
         let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
         let inner = self.clipped(other, tolerance.max(SLIVER * 2.0 * self.area / longest))?;
         if !are_close(range(&inner), tolerance) {

@@ -1,7 +1,6 @@
 //! Surfaces just farther apart than those that a scene refuses because they coincide: each estimator meets the one in front,
 //! and shadow rays find what paths find, in whatever order the scene has them.
 
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::scene::COINCIDENT;
 
 use crate::by_bodies::{BY_BODIES, add_lens, lens};
@@ -10,7 +9,7 @@ use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, ball, corners, floor, lambert, light, mirror, polygon_irradiance, scene, square,
 };
-use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, by, near_origin};
+use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 /// Half the side of the largest squares: the largest coordinate.
 const EXTENT: f64 = 50.0;
@@ -75,15 +74,16 @@ fn covered_lens(is_reversed: bool) -> Arc<Scene> {
     })
 }
 
-/// No light arrives at the origin from what is covered.
-struct Covered(Vec<(String, Probe)>);
+/// No light arrives at the origin from what is covered, in either order of the parts.
+struct Covered([(&'static str, [Probe; 2]); 5]);
 
 impl Property for Covered {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.arguments(5_000);
-        let outcome = |(name, probe): &(String, Probe)| {
+        let outcome = |(name, probes): &(&str, [Probe; 2])| {
             let mut rng = context.rng(name);
-            let brightest = (0..n).map(|_| probe.radiance(setup, &mut rng).max_element()).fold(0.0, f64::max);
+            let brightest = (0..n).flat_map(|_| probes.each_ref().map(|probe| probe.radiance(setup, &mut rng)));
+            let brightest = brightest.fold(0.0, |brightest: f64, radiance| brightest.max(radiance.max_element()));
             Outcome::exact(name, n, brightest, 0.0, "the brightest of all rays")
         };
         self.0.iter().map(outcome).collect()
@@ -91,21 +91,17 @@ impl Property for Covered {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let bsdf = by(Strategy::Bsdf, LightSampling::Area);
-    let mut covered = Vec::new();
-    let scenes: [(&str, &dyn Fn(bool) -> Arc<Scene>); 3] = [
-        ("light", &covered_light),
-        ("mirror", &|reversed| mirror_with_sheets(true, reversed)),
-        ("lens", &covered_lens),
+    let mirror: fn(bool) -> Arc<Scene> = |is_reversed| mirror_with_sheets(true, is_reversed);
+    let covered = [
+        ("light by light", covered_light as fn(bool) -> Arc<Scene>, LIGHT_ANGLE),
+        ("light by mis", covered_light, MIS_ANGLE),
+        ("light by bodies", covered_light, BY_BODIES),
+        ("mirror by bodies", mirror, BY_BODIES),
+        ("lens by bodies", covered_lens, BY_BODIES),
     ];
-    for (how, kind) in [("bsdf", bsdf), ("light", LIGHT_ANGLE), ("mis", MIS_ANGLE), ("bodies", BY_BODIES)] {
-        for (what, scene) in scenes {
-            for (order, is_reversed) in [("last", false), ("first", true)] {
-                let probe = Probe { scene: scene(is_reversed), kind, ray: near_origin };
-                covered.push((format!("{what} by {how}, cover {order}"), probe));
-            }
-        }
-    }
+    let covered = covered.map(|(name, scene, kind)| {
+        (name, [false, true].map(|is_reversed| Probe { scene: scene(is_reversed), kind, ray: near_origin }))
+    });
     let image = polygon_irradiance(&corners((2.0 * MIRROR - LAMP) * DVec3::Z, 6.0));
     let in_mirror = REFLECTANCE * reflected(image);
     vec![
@@ -128,9 +124,14 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
-        fault!("cover-ignored", GEOMETRY, "shadow rays end a little before what they aim at, and miss what covers it",
-            { visible: |scene, x, (y, normal), glass| scene.visible(x, (y + 1e-4 * normal, normal), glass) },
-            "near-coincident/covered"),
+        fault!("cover-ignored", GEOMETRY, "shadow rays start and end a little off surfaces, and miss what covers them",
+            { visible: |scene, x, y, glass| {
+                let off = |(point, normal): (DVec3, DVec3), other: DVec3| {
+                    (point + 1e-4 * normal * normal.dot(other - point).signum(), normal)
+                };
+                scene.visible(off(x, y.0), off(y, x.0), glass)
+            } },
+            "near-coincident/covered: light by light | light by mis | light by bodies | mirror by bodies | lens by bodies"),
         fault!("behind-the-body", GEOMETRY, "shadow rays end a little behind what they aim at",
             { visible: |scene, x, (y, normal), glass| scene.visible(x, (y - 1e-4 * normal, normal), glass) },
             "near-coincident/backed"),
