@@ -167,9 +167,10 @@ impl Shapes<'_> {
                     (pole - reach, pole + reach)
                 }
             };
+            let triangle = self.triangle(i);
             self.bvh.overlapping(low, high, |j| {
                 if j > i {
-                    found.extend(self.overlap([i, j]))
+                    found.extend(self.overlap([i, j], triangle.as_ref()));
                 }
             });
             found.sort_unstable_by_key(|overlap: &Overlap| overlap.pair);

@@ -84,7 +84,7 @@ impl Property for Covered {
             let mut rng = context.rng(name);
             let brightest = (0..n).flat_map(|_| probes.each_ref().map(|probe| probe.radiance(setup, &mut rng)));
             let brightest = brightest.fold(0.0, |brightest: f64, radiance| brightest.max(radiance.max_element()));
-            Outcome::exact(name, n, brightest, 0.0, "the brightest of all rays")
+            Outcome::exact(*name, n, brightest, 0.0, "the brightest of all rays")
         };
         self.0.iter().map(outcome).collect()
     }
