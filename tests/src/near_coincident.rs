@@ -61,7 +61,7 @@ fn covered_light(is_reversed: bool) -> Arc<Scene> {
             s,
             is_reversed,
             [&|s| square(s, height * DVec3::Z, 2.0, false, light(LIGHT)), &|s| {
-                square(s, (height - GAP) * DVec3::Z, 2.0 + 1e-6, false, BLACK)
+                square(s, (height - GAP) * DVec3::Z, 2.0 + 1e-6, false, BLACK);
             }],
         );
     })
