@@ -18,79 +18,25 @@
 //! }
 //! ```
 
+mod density;
+mod rounding;
+
 use glam::DVec3;
 
 use super::chi_square::{Counts, chi_square};
-use super::copied;
-use super::domain::{Domain, MASS_TOLERANCE, Partition};
 use super::mean::{Values, mean};
 use super::outcome::{ALPHA, Claim, Outcome};
 use super::tails::normal_upper;
-
-/// A law of directions.
-pub struct Density {
-    fields: Partition,
-    pdf: Box<dyn Fn(DVec3) -> f64 + Send + Sync>,
-    /// Means of [`MOMENTS`].
-    moments: [f64; MOMENTS.len()],
-}
-
-type Function = fn(DVec3) -> f64;
-
-/// Functions of a direction whose means are tested: they notice what is spread over many cells.
-const MOMENTS: [(&str, Function); 6] = [
-    ("mean of x", |w| w.x),
-    ("mean of y", |w| w.y),
-    ("mean of z", |w| w.z),
-    ("mean of x²", |w| w.x * w.x),
-    ("mean of z²", |w| w.z * w.z),
-    ("mean of xy", |w| w.x * w.y),
-];
-
-impl Density {
-    /// A pdf with respect to solid angle, 1/sr. What it lacks to one, samplers lose.
-    pub fn new(domain: Domain, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
-        let fields = Partition::fields(domain, SHARP, &pdf);
-        let moment = |f: Function| domain.integrate_all(MASS_TOLERANCE, &|w| f(w) * pdf(copied(w))).value;
-        let moments = MOMENTS.map(|(_, f)| moment(f) / fields.mass());
-        Self { fields, pdf: Box::new(pdf), moments }
-    }
-
-    /// A pdf that is constant on each cell of a grid of the domain: rows of cells from the pole z = 1 down, of equal
-    /// solid angle, and in each the columns by azimuth, from x by way of y. Numbers of at least 0 in any proportion.
-    ///
-    /// # Panics
-    /// If rows differ in length, or no number is above 0.
-    pub fn of_table(domain: Domain, table: &[Vec<f64>]) -> Self {
-        let columns = table[0].len();
-        assert!(table.iter().all(|row| row.len() == columns), "rows of different lengths");
-        let sum: f64 = table.iter().flatten().sum();
-        assert!(sum > 0.0, "no number above 0");
-        let even = Partition::equal(domain, table.len(), columns);
-        let masses: Vec<f64> = table.iter().flatten().map(|value| value / sum).collect();
-        let measure = domain.integrate_all(MASS_TOLERANCE, &|_| 1.0).value / masses.len() as f64;
-        let moment = |f: Function| -> f64 {
-            let fields = even.grid().zip(&masses).filter(|(_, mass)| **mass > 0.0);
-            fields
-                .map(|(field, mass)| mass / measure * domain.integrate(field, MASS_TOLERANCE * measure, &f).value)
-                .sum()
-        };
-        let moments = MOMENTS.map(|(_, f)| moment(f));
-        let fields = even.clone().weighted(masses.clone());
-        let pdf = move |w| even.cell(w).map_or(0.0, |cell| masses[cell] / measure);
-        Self { fields, pdf: Box::new(pdf), moments }
-    }
-
-    /// The pdf with respect to solid angle, 1/sr.
-    pub fn pdf(&self, direction: DVec3) -> f64 {
-        (self.pdf)(copied(direction))
-    }
-}
+use crate::rng::{Stream, stream};
+pub use density::Density;
+use density::{MOMENTS, SHARP, at_centre};
+pub use rounding::{Precision, Rounding};
+use rounding::{range, refined};
 
 /// What a sampler returned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// A unit vector; `None` for a sample that was lost.
+    /// A unit vector, as far as its precision goes; `None` for a sample that was lost.
     pub direction: Option<DVec3>,
     /// What a path's throughput is multiplied by: f |cos θ| / pdf.
     pub weight: Option<f64>,
@@ -101,16 +47,33 @@ pub struct Sample {
 /// Samples so far, counted on a fine grid.
 pub struct Directions<'a> {
     density: &'a Density,
+    precision: Precision,
     counts: Counts,
     moments: [Values; MOMENTS.len()],
     /// Weights; a lost sample's is 0.
     weights: Values,
-    /// Of reported pdfs: how many, the largest error relative to the density, and which sample has it.
-    pdfs: (u64, f64, String),
+    pdfs: Reported,
+    /// Draws one of the directions that are rounded to the same numbers.
+    random: Stream,
 }
 
-/// How far a reported pdf may be off, relative to the density: rounding of 32-bit directions where it is steep.
+/// Reported pdfs so far.
+struct Reported {
+    count: u64,
+    /// The largest error relative to the density, beyond what rounding explains, and which sample has it.
+    worst: (f64, String),
+    /// The smallest relative error that a sample could have shown.
+    finest: f64,
+}
+
+/// How far a pdf reported in double precision may be off, relative to the density.
 pub const PDF_TOLERANCE: f64 = 1e-3;
+/// The same for a pdf that may have been computed in single precision, where differences of numbers near 1 lose digits.
+pub const SINGLE_PDF_TOLERANCE: f64 = 5e-3;
+/// A slip of a pdf that must be seen.
+const SLIP: f64 = 1e-2;
+/// Of so many samples it is found how finely a reported pdf can be judged.
+const GAUGED: u64 = 1000;
 /// Weights that vary by less than this are all the same but for rounding to 32 bits.
 const CONSTANT: f64 = 1e-5;
 /// Numbers of cells: a few whose probabilities are told to a margin, and many for what is small in extent.
@@ -118,23 +81,33 @@ const FEW: [usize; 2] = [6, 96];
 const MANY: [usize; 2] = [128, 1024];
 /// Samples of each of the many cells.
 const PER_CELL: u64 = 1200;
-/// How well the cells' probabilities are known, which is enough for so many samples times cells.
-const SHARP: f64 = 3e-8;
+/// Cells whose probabilities are known to [`SHARP`] are enough for so many samples times cells.
 const SHARP_ENOUGH: u64 = 100_000_000_000;
 
 impl<'a> Directions<'a> {
-    /// No samples yet.
+    /// No samples yet, of numbers in double precision.
     pub fn new(density: &'a Density) -> Self {
+        Self::with_precision(density, Precision::DOUBLE)
+    }
+
+    /// No samples yet, of numbers with this precision.
+    pub fn with_precision(density: &'a Density, precision: Precision) -> Self {
         Self {
             density,
+            precision,
             counts: Counts { observed: vec![0; density.fields.masses.len()], ..Counts::default() },
             moments: density.moments.map(Values::new),
             weights: Values::new(1.0),
-            pdfs: (0, 0.0, String::new()),
+            pdfs: Reported { count: 0, worst: (0.0, String::new()), finest: f64::INFINITY },
+            random: stream(0x6a75_6467, 0, 0),
         }
     }
 
     /// Adds a sample.
+    ///
+    /// A direction that is rounded to more than 1e-8 is replaced by one that is drawn by the density among those that
+    /// are rounded to the same numbers. So rounded samples of the density follow it exactly, and what rounding
+    /// hides is not judged. A sample counts as forbidden if the density is zero wherever it may have been.
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {
@@ -144,25 +117,46 @@ impl<'a> Directions<'a> {
             self.counts.lost += 1;
             return;
         };
-        for (values, (_, f)) in self.moments.iter_mut().zip(MOMENTS) {
-            values.push(f(direction));
-        }
-        let pdf = self.density.pdf(direction);
-        match self.density.fields.cell(direction).filter(|_| pdf > 0.0 && pdf.is_finite()) {
-            Some(cell) => self.counts.observed[cell] += 1,
+        let refined = refined(self.density, &self.precision, direction, &mut self.random);
+        match refined.and_then(|refined| self.density.field(refined)) {
+            Some(field) => {
+                self.counts.observed[field] += 1;
+                for (values, (_, f)) in self.moments.iter_mut().zip(MOMENTS) {
+                    values.push(at_centre(f, field));
+                }
+            }
             None => {
                 self.counts.forbidden += 1;
                 self.counts.example.get_or_insert(direction);
             }
         }
         if let Some(reported) = sample.pdf {
-            self.pdfs.0 += 1;
-            let error = (reported - pdf).abs() / pdf;
-            // NaN is the largest error.
-            if error.is_nan() || error > self.pdfs.1 {
-                let worst = format!("sample {}: {reported:e} is reported, the density is {pdf:e}", self.counts.n);
-                (self.pdfs.1, self.pdfs.2) = (error, worst);
-            }
+            self.report(direction, reported);
+        }
+    }
+
+    /// Compares a reported pdf with the density.
+    fn report(&mut self, direction: DVec3, reported: f64) {
+        self.pdfs.count += 1;
+        let pdf = self.density.pdf(direction.normalize());
+        let rounding = self.precision.pdf.half_width(reported);
+        // How far the reported pdf lies outside a range of densities, relative to the density.
+        let beyond = |[least, most]: [f64; 2]| {
+            let excess = ((least - reported).max(reported - most) - rounding).max(0.0);
+            if excess == 0.0 { 0.0 } else { excess / pdf }
+        };
+        let error = if reported.is_nan() { f64::NAN } else { beyond([pdf, pdf]) };
+        if self.pdfs.count > GAUGED && error <= self.pdfs.worst.0 {
+            return;
+        }
+        let range = range(self.density, &self.precision, direction);
+        let finest = (0.5 * (range[1] - range[0]) + rounding) / pdf;
+        self.pdfs.finest = self.pdfs.finest.min(if finest.is_nan() { f64::INFINITY } else { finest });
+        let error = if error.is_nan() { error } else { beyond(range) };
+        // NaN is the largest error.
+        if error.is_nan() || error > self.pdfs.worst.0 {
+            let worst = format!("sample {}: {reported:e} is reported, the density is {pdf:e}", self.counts.n);
+            self.pdfs.worst = (error, worst);
         }
     }
 
@@ -174,14 +168,15 @@ impl<'a> Directions<'a> {
 
     /// What the samples say: chi-square over few and over many cells, means, reported pdfs, and the mean weight against
     /// what it should be. `margin` is how far a cell's probability and the mean weight may be off, relative to them,
-    /// and means of directions' components, absolute; in (0, 1).
+    /// and means of functions of the quantiles, absolute; in (0, 1).
     pub fn outcomes(&self, margin: f64, mean_weight: Option<f64>) -> Vec<Outcome> {
         let n = self.counts.n;
         let fields = &self.density.fields;
         // The interval of each cell's share, and as much again for the largest of their deviations, lies within the margin.
         let wanted = (2.0 * normal_upper(ALPHA / FEW[1] as f64) / margin).powi(2);
+        let most = ((n as f64 / wanted) as usize).clamp(FEW[0], FEW[1]);
         let told = |cells: &usize| fields.gathered(*cells).masses.iter().all(|mass| n as f64 * mass >= wanted);
-        let few = (FEW[0]..=FEW[1]).rev().find(told).unwrap_or(FEW[0]);
+        let few = (FEW[0]..=most).rev().find(told).unwrap_or(FEW[0]);
         let mut outcomes = vec![self.cells(few, margin)];
         let many = (n / PER_CELL).min(SHARP_ENOUGH.checked_div(n).unwrap_or(0)).min(MANY[1] as u64) as usize;
         if many >= MANY[0] && fields.error <= SHARP {
@@ -190,10 +185,7 @@ impl<'a> Directions<'a> {
         let claim = Claim::Exact { delta: margin };
         let means = MOMENTS.iter().zip(&self.moments).zip(self.density.moments);
         outcomes.extend(means.map(|(((name, _), values), reference)| mean(name, values, reference, claim)));
-        let (reported, error, worst) = &self.pdfs;
-        if *reported > 0 {
-            outcomes.push(Outcome::exact("reported pdf", *reported, *error, PDF_TOLERANCE, worst.clone()));
-        }
+        outcomes.extend(self.pdfs());
         if let Some(expected) = mean_weight {
             outcomes.push(self.weight(expected, margin));
         }
@@ -201,7 +193,7 @@ impl<'a> Directions<'a> {
     }
 
     fn cells(&self, cells: usize, margin: f64) -> Outcome {
-        let partition = self.density.fields.gathered(cells);
+        let partition = self.density.gathered(cells);
         let mut counts = Counts { observed: vec![0; partition.masses.len()], ..self.counts.clone() };
         for (cell, observed) in partition.cells_of_grid().zip(&self.counts.observed) {
             counts.observed[cell] += observed;
@@ -209,13 +201,30 @@ impl<'a> Directions<'a> {
         chi_square(&format!("{cells} cells"), &partition, &counts, margin)
     }
 
+    /// The outcome of reported pdfs, if there are any; undecided if they are too coarse to show a slip of one percent.
+    fn pdfs(&self) -> Option<Outcome> {
+        let Reported { count, worst: (error, worst), finest } = &self.pdfs;
+        let exact = [self.precision.direction, self.precision.pdf] == [Rounding::DOUBLE; 2];
+        let tolerance = if exact { PDF_TOLERANCE } else { SINGLE_PDF_TOLERANCE };
+        let outcome = || Outcome::exact("reported pdf", *count, *error, tolerance, worst.clone());
+        let coarse = error <= &tolerance && finest + tolerance > SLIP;
+        (*count > 0).then(outcome).map(|outcome| {
+            let why = "the numbers are too coarse for this density";
+            if coarse { outcome.without_evidence(why, u64::MAX) } else { outcome }
+        })
+    }
+
     fn weight(&self, expected: f64, margin: f64) -> Outcome {
         let (name, moments) = ("mean weight", self.weights.moments);
+        let rounding = self.precision.weight.half_width(expected);
         if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
-            let (found, error) = (moments.mean(), (moments.mean() / expected - 1.0).abs());
+            let found = moments.mean();
+            let error = ((found - expected).abs() - rounding).max(0.0) / expected;
             let worst = format!("all weights are {found:e}, which should be {expected:e}");
             return Outcome::exact(name, moments.count(), error, CONSTANT, worst);
         }
-        mean(name, &self.weights, expected, Claim::Exact { delta: margin * expected })
+        // Rounding may have moved all weights alike.
+        let moved = (moments.mean() - expected).clamp(-rounding, rounding);
+        mean(name, &self.weights, expected + moved, Claim::Exact { delta: margin * expected })
     }
 }

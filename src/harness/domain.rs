@@ -246,16 +246,6 @@ impl Partition {
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
 
-    /// The same cells with other probabilities, without loss.
-    pub(crate) fn weighted(self, masses: Vec<f64>) -> Self {
-        Self { masses, ..self }
-    }
-
-    /// The fields of the grid whose cells these are, row by row.
-    pub(crate) fn grid(&self) -> impl Iterator<Item = [[f64; 2]; 2]> {
-        grid(self.rows, self.columns)
-    }
-
     /// The cell of each field of the grid, row by row.
     pub(crate) fn cells_of_grid(&self) -> impl Iterator<Item = usize> {
         self.cell_of.iter().copied()

@@ -1,7 +1,10 @@
 //! The program `judge`: a sampler in any language on trial by the directions that it writes to a file.
 
 mod density;
+mod npy;
+mod precision;
 pub mod read;
+mod text;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -10,7 +13,7 @@ use clap::{Parser, ValueEnum};
 use glam::DVec3;
 use serde_json::{Value, json};
 use whitefurnace::error::Error;
-use whitefurnace::harness::directions::{Density, Directions, Sample};
+use whitefurnace::harness::directions::{Density, Directions, Precision, Sample};
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
 
@@ -19,6 +22,8 @@ use crate::run::cli::{real, verdict};
 use crate::run::record::write_json;
 use crate::say;
 use density::Named;
+use precision::{AllSeen, Asked, words};
+use read::{Digits, Row};
 
 /// Decide whether directions follow a density: chi-square over few and many cells, means, and what the sampler itself
 /// says of weights and pdfs.
@@ -28,9 +33,14 @@ use density::Named;
 ///   judge --samples reflected.npy --density ggx:0.3,60              GGX by visible normals, seen from 60 degrees
 ///   judge --samples sky.npy --table sky.csv --domain sphere         against a table
 ///
-/// A file of samples is CSV or NPY (float32 or float64, of two dimensions), a row for each: x, y, z, and, if the sampler
-/// has them, its weight f cos/pdf and its pdf (1/sr). The normal is z; with ggx, light goes out in the x-z plane towards
-/// x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines of a CSV that begin with # are passed over.
+/// A file of samples has a row for each: x, y, z, and, if the sampler has them, its weight f cos/pdf and its pdf (1/sr).
+/// It is text, with commas, semicolons, tabs or blanks between numbers and a header or none, or an array of numpy: NPY,
+/// or NPZ of one array or of arrays called x, y, z, weight and pdf (file.npz:name chooses one). The normal is z; with
+/// ggx, light goes out in the x-z plane towards x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines
+/// that begin with # are passed over.
+///
+/// Numbers in single precision or with few decimals are judged as such: a direction stands for all that are rounded to
+/// the same numbers, so right samples agree as often as exact ones, and what rounding hides is not judged.
 ///
 /// Into the folder --out go judge.json and a plot of the cells. Exit codes: 0 if the samples follow the density, 1 if
 /// not, 2 if more samples are needed to tell, 3 for bad input.
@@ -44,20 +54,23 @@ pub struct Judge {
     /// normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at visible normals)
     #[arg(long, value_name = "NAME", required_unless_present = "table")]
     density: Option<Named>,
-    /// In its place a CSV or NPY of at most a million numbers in proportion to the pdf: a row for each band of equal height
+    /// In its place text or an array of at most a million numbers in proportion to the pdf: a row for each band of equal height
     /// from z = 1 down, a column for each sector by azimuth from x by way of y
     #[arg(long, value_name = "FILE", conflicts_with = "density")]
     table: Option<PathBuf>,
     /// What a table covers
     #[arg(long, value_enum, default_value_t = Covered::Hemisphere, requires = "table")]
     domain: Covered,
-    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: a CSV's header, or these in order]
+    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: the file's names, or these in order]
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_name = "NAMES")]
     columns: Vec<String>,
     /// What the mean weight should be, lost samples counted as 0: the directional albedo; from 1e-9 to 1e9
     #[arg(long, allow_hyphen_values = true, value_parser = real(1e-9..=1e9))]
     mean_weight: Option<f64>,
-    /// How far a cell's probability and the mean weight may be off, percent, and means of x, y, z, hundredths; from 0.01
+    /// The precision of the numbers: auto (what they show), double, single, half, or how many decimals, from 2 to 15
+    #[arg(long, value_name = "WHICH", default_value = "auto")]
+    precision: Asked,
+    /// How far a cell's probability and the mean weight may be off, percent, and means of quantiles, hundredths; from 0.01
     /// to 50
     #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = real(0.01..=50.0))]
     margin: f64,
@@ -77,8 +90,7 @@ pub enum Covered {
 
 /// The most numbers of a table.
 const LARGEST_TABLE: usize = 1_000_000;
-/// How far the length of a direction may be from 1; it is then made 1.
-const LENGTH_TOLERANCE: f64 = 1e-4;
+/// The columns of samples.
 const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
 
 /// The whole program.
@@ -92,26 +104,66 @@ fn run(options: &Judge) -> Result<u8, Error> {
         (None, Some(table)) => table_of(table, options.domain)?,
         (None, None) => unreachable!("the command line asks for one"),
     };
-    let mut directions = Directions::new(&density);
-    let mut columns = Columns::named(&options.columns).map_err(Error::Option)?;
-    let mut names = None;
-    read::rows(&options.samples, &mut |header, row| {
-        let columns = match &mut columns {
-            Some(columns) => columns,
-            None => columns.insert(Columns::found(header, row.len())?),
-        };
-        names = Some(columns.clone());
-        directions.push(&columns.sample(row)?);
+    let columns = Columns::named(&options.columns).map_err(Error::Option)?;
+    let precision = match options.precision {
+        Asked::All(rounding) => Precision { direction: rounding, weight: rounding, pdf: rounding },
+        Asked::Auto => seen(&options.samples, columns.clone())?.precision(),
+    };
+    let mut directions = Directions::with_precision(&density, precision);
+    each_row(&options.samples, columns, &mut |columns, row| {
+        directions.push(&columns.sample(row.numbers, &precision)?);
         Ok(())
     })?;
-    if names.is_none() {
-        return Err(Error::Option(format!("{}: no samples", options.samples.display())));
-    }
     if options.mean_weight.is_some() && directions.mean_weight().is_none() {
         return Err(Error::Option("--mean-weight needs samples with a column weight".to_owned()));
     }
     let outcomes = directions.outcomes(options.margin / 100.0, options.mean_weight);
-    report(options, &directions, &outcomes)
+    report(options, &precision, &directions, &outcomes)
+}
+
+/// Hands each row of samples to `each`, with the places of its columns.
+fn each_row(
+    path: &Path,
+    mut columns: Option<Columns>,
+    each: &mut dyn FnMut(&Columns, &Row) -> Result<(), String>,
+) -> Result<(), Error> {
+    let mut any = false;
+    read::rows(path, &mut |row| {
+        any = true;
+        let columns = match &mut columns {
+            Some(columns) => columns,
+            None => columns.insert(Columns::found(row.names, row.numbers.len())?),
+        };
+        columns.check(row.numbers.len())?;
+        each(columns, row)
+    })?;
+    if any { Ok(()) } else { Err(Error::Option(format!("{}: no samples", path.display()))) }
+}
+
+/// What the numbers of a file show of their precision.
+fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
+    let mut seen = AllSeen::default();
+    each_row(path, columns, &mut |columns, row| {
+        for (which, place) in columns.places.iter().enumerate() {
+            let Some(place) = *place else { continue };
+            let group = match which {
+                0..3 => &mut seen.direction,
+                3 => &mut seen.weight,
+                _ => &mut seen.pdf,
+            };
+            group.see(row.numbers[place], row.digits.map(|digits: &[Digits]| digits[place]));
+        }
+        Ok(())
+    })?;
+    Ok(seen)
+}
+
+/// The density of a name and its parameters, as after `--density`.
+///
+/// # Errors
+/// What is wrong with the name or its parameters.
+pub fn named(name: &str) -> Result<Density, String> {
+    name.parse::<Named>().map(|named| named.density())
 }
 
 /// A table's density.
@@ -120,7 +172,8 @@ fn run(options: &Judge) -> Result<u8, Error> {
 /// [`Error::File`] or [`Error::Option`].
 pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
     let mut table: Vec<Vec<f64>> = Vec::new();
-    read::rows(path, &mut |_, row| {
+    read::rows(path, &mut |row| {
+        let row = row.numbers;
         if row.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {
             return Err("a pdf must be finite and at least 0".to_owned());
         }
@@ -180,15 +233,23 @@ impl Columns {
             return Ok(columns);
         }
         if !(3..=NAMES.len()).contains(&count) {
-            return Err(format!("{count} columns, where 3 to 5 are expected: name them by --columns"));
+            return Err(format!(
+                "{count} columns, where 3 to 5 are expected: name them by --columns{}",
+                side_by_side(count)
+            ));
         }
         Ok(Self { places: std::array::from_fn(|which| (which < count).then_some(which)), count })
     }
 
-    fn sample(&self, row: &[f64]) -> Result<Sample, String> {
-        if row.len() != self.count {
-            return Err(format!("{} numbers, where {} are expected", row.len(), self.count));
+    /// Whether a row has so many numbers.
+    fn check(&self, count: usize) -> Result<(), String> {
+        if count == self.count {
+            return Ok(());
         }
+        Err(format!("{count} numbers, where {} are expected{}", self.count, side_by_side(count)))
+    }
+
+    fn sample(&self, row: &[f64], precision: &Precision) -> Result<Sample, String> {
         let [x, y, z, weight, pdf] = self.places.map(|place| place.map(|place| row[place]));
         let direction = DVec3::new(x.unwrap_or(0.0), y.unwrap_or(0.0), z.unwrap_or(0.0));
         let length = direction.length();
@@ -203,15 +264,20 @@ impl Columns {
         if length == 0.0 {
             return Ok(Sample { direction: None, weight, pdf });
         }
-        if (length - 1.0).abs() <= LENGTH_TOLERANCE {
-            return Ok(Sample { direction: Some(direction / length), weight, pdf });
+        if (length - 1.0).abs() <= precision.length_tolerance() {
+            return Ok(Sample { direction: Some(direction), weight, pdf });
         }
         Err(format!("the direction {direction} has length {length}: it must be a unit vector, or 0, 0, 0 if lost"))
     }
 }
 
+/// What many numbers in a row may mean.
+fn side_by_side(count: usize) -> &'static str {
+    if count > 2 * NAMES.len() { "; if each column is a sample, transpose them: a row for each is needed" } else { "" }
+}
+
 /// Writes judge.json and the plot, prints what was found; the exit code.
-fn report(options: &Judge, directions: &Directions, outcomes: &[Outcome]) -> Result<u8, Error> {
+fn report(options: &Judge, precision: &Precision, directions: &Directions, outcomes: &[Outcome]) -> Result<u8, Error> {
     let fails = outcomes.iter().find(|outcome| outcome.verdict() == Verdict::Fails);
     let (code, word, telling) = if fails.is_some() {
         (1, "DIFFER", fails)
@@ -230,6 +296,11 @@ fn report(options: &Judge, directions: &Directions, outcomes: &[Outcome]) -> Res
         "n": outcomes[0].n,
         "verdict": word.to_lowercase(),
         "false_alarm": false_alarm,
+        "precision": {
+            "direction": words(&precision.direction),
+            "weight": words(&precision.weight),
+            "pdf": words(&precision.pdf),
+        },
         "mean_weight": directions.mean_weight(),
         "outcomes": outcomes.iter().map(outcome_numbers).collect::<Vec<_>>(),
     });
@@ -247,6 +318,9 @@ fn report(options: &Judge, directions: &Directions, outcomes: &[Outcome]) -> Res
     };
     say!("{word}: {why}");
     say!("{} samples; chance of a false alarm at most {false_alarm:.0e}", outcomes[0].n);
+    let how =
+        if options.precision == Asked::Auto { "as the numbers show; --precision sets another" } else { "as is asked" };
+    say!("directions: {}, {how}", words(&precision.direction));
     for outcome in outcomes {
         say!("{}", line(outcome));
     }

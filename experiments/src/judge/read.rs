@@ -1,109 +1,111 @@
-//! Rows of numbers from CSV and NPY files.
+//! Rows of numbers from files of text and of numpy's arrays.
 
 use std::fs::File;
-use std::io::{BufReader, Read as _};
-use std::path::Path;
+use std::io::{BufReader, Cursor, Read as _};
+use std::path::{Path, PathBuf};
 
-use npyz::{NpyFile, Order};
 use whitefurnace::error::Error;
 
-/// What is done with a row, beside the names in a CSV's header if it has one.
-type Each<'a> = &'a mut dyn FnMut(Option<&[String]>, &[f64]) -> Result<(), String>;
+use super::{npy, text};
 
-/// Hands each row to `each`. What that finds wrong is told with the file and the line of a CSV, or the index of a row of
-/// an array.
+/// A row of numbers as it stands in a file.
+pub struct Row<'a> {
+    /// The names of the columns in lower case, if the file has them; - for a column without.
+    pub names: Option<&'a [String]>,
+    /// The numbers.
+    pub numbers: &'a [f64],
+    /// Their digits, if they are printed.
+    pub digits: Option<&'a [Digits]>,
+}
+
+/// The digits of a printed number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Digits {
+    /// Digits behind the decimal point, less the exponent.
+    pub decimals: i32,
+    /// Digits from the first that is not 0.
+    pub significant: i32,
+}
+
+impl Digits {
+    /// The digits of a number with a decimal point.
+    pub fn of(text: &str) -> Self {
+        let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        let behind = digits.split_once('.').map_or(0, |(_, behind)| behind.len() as i32);
+        let figures = digits.chars().filter(char::is_ascii_digit).skip_while(|c| *c == '0').count() as i32;
+        Self { decimals: behind - exponent.parse::<i32>().unwrap_or(0).clamp(-400, 400), significant: figures }
+    }
+}
+
+/// What is done with a row.
+pub type Each<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
+
+/// Hands each row of a file to `each`. What that finds wrong is told with the file and the line of a text, or the index of
+/// a row of an array. An array of several in `file.npz` is chosen by `file.npz:name`.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
 pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
-    let open = || File::open(path).map_err(Error::file("read", path));
-    let mut magic = [0; 6];
-    let length = open()?.read(&mut magic).map_err(Error::file("read", path))?;
+    let (path, chosen) = array_of(path);
+    let open = || File::open(&path).map_err(Error::file("read", &path));
+    let mut start = Vec::new();
+    open()?.take(512).read_to_end(&mut start).map_err(Error::file("read", &path))?;
     let wrong = |message: String| Error::Option(format!("{}: {message}", path.display()));
-    if magic[..length] == *b"\x93NUMPY" {
-        let bytes = std::fs::metadata(path).map_err(Error::file("read", path))?.len();
-        npy(BufReader::new(open()?), bytes, each).map_err(wrong)
-    } else {
-        csv(BufReader::new(open()?), each).map_err(wrong)
+    if start.starts_with(b"\x93NUMPY") {
+        let bytes = std::fs::metadata(&path).map_err(Error::file("read", &path))?.len();
+        return npy::array(BufReader::new(open()?), bytes, each).map_err(wrong);
+    }
+    if start.starts_with(b"PK") {
+        let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
+        return npy::archive(&bytes, chosen.as_deref(), &path, each).map_err(wrong);
+    }
+    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return Err(wrong(format!("{what}, which is not read: {REMEDY}")));
+    }
+    if let Some(decode) = utf16(&start) {
+        let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| decode([pair[0], pair[1]])).collect();
+        let decoded = String::from_utf16(&units).map_err(|_| wrong("damaged UTF-16 text".to_owned()))?;
+        if bytes.len() % 2 == 1 {
+            return Err(wrong("UTF-16 text with half a character at its end: has it been cut off?".to_owned()));
+        }
+        return text::rows(Cursor::new(decoded), each).map_err(wrong);
+    }
+    if start.contains(&0) {
+        return Err(wrong(format!("neither text nor an array of numpy: {REMEDY}")));
+    }
+    text::rows(BufReader::new(open()?), each).map_err(wrong)
+}
+
+const REMEDY: &str = "save the numbers as text (CSV), or by numpy.save";
+
+/// Files that people have, by their first bytes.
+const KNOWN: [(&[u8], &str); 9] = [
+    (b"\x1f\x8b", "a file compressed by gzip (unpack it by gunzip)"),
+    (b"BZh", "a file compressed by bzip2 (unpack it by bunzip2)"),
+    (b"\xfd7zXZ", "a file compressed by xz (unpack it by unxz)"),
+    (b"\x28\xb5\x2f\xfd", "a file compressed by zstd (unpack it by unzstd)"),
+    (b"\x89HDF", "a file of HDF5"),
+    (b"PAR1", "a file of Parquet"),
+    (b"MATLAB", "a file of MATLAB"),
+    (b"\x76\x2f\x31\x01", "an image in EXR"),
+    (b"\x89PNG", "an image in PNG"),
+];
+
+/// The file, and the array in it that stands behind a colon.
+fn array_of(path: &Path) -> (PathBuf, Option<String>) {
+    match path.to_str().and_then(|name| name.rsplit_once(':')) {
+        Some((file, array)) if !path.exists() && Path::new(file).is_file() => (file.into(), Some(array.to_owned())),
+        _ => (path.to_owned(), None),
     }
 }
 
-fn csv(file: BufReader<File>, each: Each) -> Result<(), String> {
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).comment(Some(b'#')).from_reader(file);
-    let (mut record, mut numbers, mut header) = (csv::StringRecord::new(), Vec::new(), None);
-    while reader.read_record(&mut record).map_err(|error| error.to_string().replace('\n', " "))? {
-        let line = record.position().map_or(1, csv::Position::line);
-        numbers.clear();
-        for field in &record {
-            match field.parse::<f64>() {
-                Ok(number) => numbers.push(number),
-                Err(_) if line == 1 && numbers.is_empty() => break,
-                Err(_) => return Err(format!("line {line}: “{}” is no number", field.escape_debug())),
-            }
-        }
-        if numbers.is_empty() {
-            header = Some(record.iter().map(str::to_lowercase).collect::<Vec<_>>());
-        } else {
-            each(header.as_deref(), &numbers).map_err(|error| format!("line {line}: {error}"))?;
-        }
+/// How two bytes make a character of a text that begins so, if it is UTF-16.
+fn utf16(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    match start {
+        [0xff, 0xfe, 0, 0, ..] => None,
+        [0xff, 0xfe, ..] | [1..=127, 0, 1..=127, 0, ..] => Some(u16::from_le_bytes),
+        [0xfe, 0xff, ..] | [0, 1..=127, 0, 1..=127, ..] => Some(u16::from_be_bytes),
+        _ => None,
     }
-    Ok(())
-}
-
-/// An array of two dimensions of 32 or 64-bit floats.
-fn npy(file: BufReader<File>, bytes: u64, each: Each) -> Result<(), String> {
-    let first_line = |error: std::io::Error| error.to_string().lines().next().unwrap_or_default().to_owned();
-    let array = NpyFile::new(file).map_err(|error| format!("no header of an array: {}", first_line(error)))?;
-    let &[rows, columns] = array.shape() else {
-        return Err(format!(
-            "an array of shape {:?}: a row for each sample is needed, as of shape (n, 3)",
-            array.shape()
-        ));
-    };
-    if columns == 0 {
-        return Err("an array without columns".to_owned());
-    }
-    let size = match array.dtype().num_bytes() {
-        Some(size)
-            if rows.checked_mul(columns).and_then(|n| n.checked_mul(size as u64)).is_some_and(|all| all <= bytes) =>
-        {
-            size
-        }
-        _ => return Err(format!("shorter than its shape {rows} × {columns} says, or not of numbers")),
-    };
-    let columns_first = array.order() == Order::Fortran;
-    let text = |error: std::io::Error| error.to_string();
-    let kind = array.dtype().descr();
-    // Either width as 64 bits.
-    let numbers: Box<dyn Iterator<Item = Result<f64, String>>> = if size == 8 {
-        let data =
-            array.data::<f64>().map_err(|_| format!("numbers of type {kind}: save them as float32 or float64"))?;
-        Box::new(data.map(move |number| number.map_err(text)))
-    } else {
-        let data =
-            array.data::<f32>().map_err(|_| format!("numbers of type {kind}: save them as float32 or float64"))?;
-        Box::new(data.map(move |number| number.map(f64::from).map_err(text)))
-    };
-    let (rows, columns) = (rows as usize, columns as usize);
-    let mut row = Vec::with_capacity(columns.min(1 << 16));
-    let mut tell = |number: usize, row: &[f64]| each(None, row).map_err(|error| format!("row {number}: {error}"));
-    if columns_first {
-        let all = numbers.collect::<Result<Vec<f64>, String>>()?;
-        for i in 0..rows {
-            row.clear();
-            row.extend((0..columns).map(|k| all[k * rows + i]));
-            tell(i, &row)?;
-        }
-        return Ok(());
-    }
-    let mut numbers = numbers;
-    for i in 0..rows {
-        row.clear();
-        for _ in 0..columns {
-            row.push(numbers.next().ok_or("too short")??);
-        }
-        tell(i, &row)?;
-    }
-    Ok(())
 }

@@ -89,12 +89,15 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
         ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
         ("words.csv", b"0,0,1\n0,zero,1\n", "line 2: \u{201c}zero\u{201d} is no number"),
-        ("short.csv", b"0,0,1\n0,0\n", "line: 2"),
+        ("short.csv", b"0,0,1\n0,0\n", "line 2: 2 numbers, where 3 are expected"),
         ("two.csv", b"0,1\n", "2 columns, where 3 to 5 are expected"),
         ("long.csv", b"0,0,1\n0,1,1\n", "line 2: the direction [0, 1, 1] has length 1.41"),
         ("nan.csv", b"0,0,NaN\n", "has length NaN"),
         ("weight.csv", b"0,0,1,-1\n", "the weight is -1"),
-        ("bytes.csv", &[0xff, 0xfe, 0x00, 0x31], "invalid utf-8"),
+        ("bytes.csv", &[0xff, 0x31], "line 1: not UTF-8"),
+        ("commas.csv", b"0,6,0,0,0,8\n", "decimal commas with commas between the numbers"),
+        ("packed.csv", b"\x1f\x8b\x08\0", "compressed by gzip"),
+        ("columns.csv", b"1 2 3 4 5 6 7 8 9 10 11\n", "transpose them"),
         ("none.npy", &bytes.iter().map(|&byte| if byte == b'4' { b'0' } else { byte }).collect::<Vec<_>>(), "columns"),
         ("cut.npy", &bytes[..bytes.len() - 150], "shorter than its shape"),
         ("header.npy", &bytes[..40], "header.npy"),
@@ -142,8 +145,8 @@ fn damaged_files_are_read_or_refused() {
         bytes.truncate(if below(4) == 0 { below(bytes.len()) } else { bytes.len() });
         std::fs::write(&path, &bytes).expect("written");
         let mut count = 0;
-        let read = rows(&path, &mut |_, row| {
-            count += row.len().max(1);
+        let read = rows(&path, &mut |row| {
+            count += row.numbers.len().max(1);
             assert!(count <= bytes.len(), "more numbers than bytes: {bytes:?}");
             Ok(())
         });
@@ -155,4 +158,46 @@ fn damaged_files_are_read_or_refused() {
         }
     }
     assert!(found.iter().all(|count| *count > 100), "{found:?}");
+}
+
+/// The same numbers in every form that people have, and cut files by name.
+#[test]
+fn text_is_read_in_every_form() {
+    let path = folder("judge-forms").join("samples");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).expect("written");
+        let (mut found, mut names) = (Vec::new(), None);
+        let result = rows(&path, &mut |row| {
+            found.push(row.numbers.to_vec());
+            names = row.names.map(<[String]>::to_vec);
+            Ok(())
+        });
+        result.map(|()| (found, names)).map_err(|error| error.to_string())
+    };
+    let utf16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    for bytes in [
+        &b"0.6 0 0.8\n0 -1.5 0\n"[..],
+        b"0.6\t0\t0.8\r\n0\t-1.5\t0\r\n",
+        b"0.6;0;0.8\r0;-1.5;0\r",
+        b"0,6;0;0,8\n0;-1,5;0",
+        b"0,6 0 0,8\n0 -1,5 0\n",
+        b"# by numpy\n6.00e-01 0.00e+00 8.00e-01\n0.0 -1.50e+00 0.0\n",
+        b"\xef\xbb\xbf0.6,0,0.8,\n\n0,-1.5,0,\n",
+        b"[[0.6, 0, 0.8],\n [0, -1.5, 0]]\n",
+        b"0.6D+00 0 8.0D-01\n0 -1.5 0\n",
+        &utf16("\u{feff}0.6,0,0.8\n0,-1.5,0\n"),
+        &utf16("0.6,0,0.8\n0,-1.5,0\n"),
+    ] {
+        let (found, names) = read(bytes).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((found, names), (vec![vec![0.6, 0.0, 0.8], vec![0.0, -1.5, 0.0]], None));
+    }
+    for header in ["x;y;z", "# x y z", "\"X [m]\", \"y (1)\", 'z'"] {
+        let (_, names) = read(format!("{header}\n0.6,0,0.8\n").as_bytes()).expect("rows");
+        assert_eq!(names.expect("names"), ["x", "y", "z"]);
+    }
+    let whole = "0.60000,0.00000,0.80000\n".repeat(12);
+    let cut = read(&whole.as_bytes()[..whole.len() - 3]).expect_err("cut");
+    assert!(cut.contains("line 12") && cut.contains("cut off"), "{cut}");
+    let mixed = read(b"0,6;0;0,8\n0.6;0;0.8\n").expect_err("mixed");
+    assert!(mixed.contains("line 2") && mixed.contains("decimal commas"), "{mixed}");
 }

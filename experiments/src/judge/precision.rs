@@ -1,0 +1,124 @@
+//! The precision of a sampler's numbers, as the option says or as the numbers show.
+
+use std::str::FromStr;
+
+use whitefurnace::harness::directions::{Precision, Rounding};
+
+use super::read::Digits;
+
+/// What `--precision` asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Asked {
+    Auto,
+    All(Rounding),
+}
+
+impl FromStr for Asked {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(match text {
+            "auto" => Self::Auto,
+            "double" => Self::All(Rounding::DOUBLE),
+            "single" => Self::All(Rounding::SINGLE),
+            "half" => Self::All(Rounding::HALF),
+            _ => match text.parse() {
+                Ok(decimals @ 2..=15) => Self::All(Rounding::printed(decimals, 17)),
+                _ => return Err("auto, double, single, half, or a number of decimals from 2 to 15".to_owned()),
+            },
+        })
+    }
+}
+
+/// What numbers that belong together show of their precision.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    /// How many were printed, and the most decimals and significant digits.
+    printed: u64,
+    decimals: i32,
+    significant: i32,
+    /// The most bits of a significand; of a printed number, of the shortest that is printed so.
+    bits: u32,
+    /// Numbers other than 0, 1 and -1: the others have no digits to show.
+    telling: u64,
+}
+
+impl Seen {
+    pub(super) fn see(&mut self, value: f64, digits: Option<Digits>) {
+        if value.abs() == 1.0 || value == 0.0 || !value.is_finite() {
+            // A zero that is printed with decimals shows them.
+            self.decimals = self.decimals.max(digits.map_or(0, |digits| digits.decimals.min(20)));
+            return;
+        }
+        self.telling += 1;
+        let shortest = |value: f64| 53 - (value.to_bits() & ((1 << 52) - 1) | 1 << 52).trailing_zeros();
+        let Some(Digits { decimals, significant }) = digits else {
+            self.bits = self.bits.max(shortest(value));
+            return;
+        };
+        self.printed += 1;
+        (self.decimals, self.significant) = (self.decimals.max(decimals), self.significant.max(significant));
+        let single = f64::from(value as f32);
+        let is_single = (value - single).abs() <= 0.5 * 10f64.powi(-decimals) * (1.0 + 1e-9);
+        self.bits = self.bits.max(if is_single { 24 } else { 53 });
+    }
+
+    fn rounding(&self) -> Rounding {
+        if self.telling == 0 {
+            return Rounding::DOUBLE;
+        }
+        let computed = match self.bits {
+            0..=11 => Rounding::HALF,
+            12..=24 => Rounding::SINGLE,
+            _ => Rounding::DOUBLE,
+        };
+        if self.printed == 0 {
+            return computed;
+        }
+        let printed = Rounding::printed(self.decimals, self.significant);
+        if printed.half_width(0.75) < 1e-14 {
+            return computed;
+        }
+        Rounding { absolute: printed.absolute.max(computed.absolute), ..printed }
+    }
+
+    /// As if numbers had been printed with the digits of others, too: those of short numbers say nothing, as of 0.5.
+    fn with(self, other: &Self) -> Self {
+        if self.decimals >= 3 || self.printed == 0 {
+            return self;
+        }
+        Self {
+            decimals: self.decimals.max(other.decimals),
+            significant: self.significant.max(other.significant),
+            bits: self.bits.max(other.bits),
+            ..self
+        }
+    }
+}
+
+/// What all numbers of a file show: directions, weights, pdfs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct AllSeen {
+    pub(super) direction: Seen,
+    pub(super) weight: Seen,
+    pub(super) pdf: Seen,
+}
+
+impl AllSeen {
+    pub(super) fn precision(&self) -> Precision {
+        Precision {
+            direction: self.direction.rounding(),
+            weight: self.weight.with(&self.direction).rounding(),
+            pdf: self.pdf.with(&self.direction).rounding(),
+        }
+    }
+}
+
+/// A precision in words.
+pub(super) fn words(rounding: &Rounding) -> String {
+    match *rounding {
+        Rounding::DOUBLE => "double precision".to_owned(),
+        Rounding::SINGLE => "single precision".to_owned(),
+        Rounding::HALF => "half precision".to_owned(),
+        _ => format!("rounded by up to {:.1e}", rounding.half_width(0.75)),
+    }
+}
