@@ -83,7 +83,9 @@ impl Text {
             return Ok(());
         }
         // Brackets of printed lists, and separators at the end.
-        let data = line.trim_matches(['[', ']', '(', ')', '{', '}', ' ']).trim_end_matches([',', ';', ' ', '\t']);
+        const BRACKETS: [char; 7] = ['[', ']', '(', ')', '{', '}', ' '];
+        let data = line.trim_start_matches(BRACKETS).trim_end_matches(BRACKETS).trim_end_matches([',', ';', '\t']);
+        let data = data.trim_end_matches(BRACKETS);
         if data.is_empty() {
             return Ok(());
         }
