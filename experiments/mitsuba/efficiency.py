@@ -68,6 +68,10 @@ class Mitsuba:
         return np.array(image, dtype=np.float64)[:, :, :3], wall, cpu
 
 
+class Refused(Exception):
+    """The scene is none for single precision, and why."""
+
+
 class Ours:
     """`render` with options."""
 
@@ -79,7 +83,12 @@ class Ours:
         command = ["target/release/render", *self.options, "--size", f"{WIDTH}x{HEIGHT}", "--spp", str(self.samples),
                    "--seed", str(seed + 1), "--out", str(path)]
         before, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
+        done = subprocess.run(command, capture_output=True, text=True)
+        message = done.stderr.strip()
+        if done.returncode == 2 and "single precision" in message:
+            raise Refused(message)
+        if done.returncode != 0:
+            raise SystemExit(f"{' '.join(command)}: {message}")
         wall, after = time.perf_counter() - wall, resource.getrusage(resource.RUSAGE_CHILDREN)
         return of_exr(path), wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -107,8 +116,13 @@ def compare(scene, options):
     methods = {f"mitsuba-{sampler}": Mitsuba(folder, sampler, options.spp) for sampler in SAMPLERS}
     cpu = methods["mitsuba-" + SAMPLERS[0]].image(1)[2]
     for key, more in OURS.items():
-        methods[key] = Ours(folder, scene, [*added, *more])
-        methods[key].take(cpu)
+        method = Ours(folder, scene, [*added, *more])
+        try:
+            method.take(cpu)
+        except Refused as refused:
+            print(f"{name} {key} is left out: {refused}", flush=True)
+            continue
+        methods[key] = method
     images = {key: [] for key in methods}
     for seed in range(2, 2 + options.images):
         for key, method in methods.items():

@@ -88,34 +88,36 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
         ]
         .map(|names| (best(names, |m| m.rate), best(names, |m| m.efficiency)));
         let ratios = [ours.0 / theirs.0, ours.1 / theirs.1];
-        run.numbers(
-            &format!("beside.{scene}.single"),
-            [
-                ("rate", single.0),
-                ("rate-ratio", single.0 / theirs.0),
-                ("efficiency", single.1),
-                ("ratio", single.1 / theirs.1),
-                ("bare", single_bare.1 / theirs.1),
-            ],
-        );
-        run.numbers(
-            &format!("beside.{scene}.plain"),
-            [("rate", plain.0 / theirs.0), ("single-rate", single_plain.0 / theirs.0)],
-        );
+        // Scenes that single precision is not for have no such methods.
+        let has_single = single.0 > 0.0;
+        if has_single {
+            run.numbers(
+                &format!("beside.{scene}.single"),
+                [
+                    ("rate", single.0),
+                    ("rate-ratio", single.0 / theirs.0),
+                    ("efficiency", single.1),
+                    ("ratio", single.1 / theirs.1),
+                    ("bare", single_bare.1 / theirs.1),
+                ],
+            );
+        }
+        let single_rate = has_single.then_some(("single-rate", single_plain.0 / theirs.0));
+        run.numbers(&format!("beside.{scene}.plain"), [("rate", plain.0 / theirs.0)].into_iter().chain(single_rate));
         run.numbers(&format!("beside.{scene}.rate"), [("ours", ours.0), ("theirs", theirs.0), ("ratio", ratios[0])]);
         run.numbers(
             &format!("beside.{scene}.efficiency"),
             [("ours", ours.1), ("theirs", theirs.1), ("ratio", ratios[1]), ("bare", bare.1 / theirs.1)],
         );
+        let in_single = |text: String| if has_single { text } else { String::new() };
         let value = format!(
-            "{:.2} times the samples, {:.2} times the efficiency; in single precision {:.2} and {:.2}; by the same \
-                 method {:.2} times the samples, in single precision {:.2}; {images} images each",
+            "{:.2} times the samples, {:.2} times the efficiency{}; by the same method {:.2} times the samples{}; \
+                 {images} images each",
             ratios[0],
             ratios[1],
-            single.0 / theirs.0,
-            single.1 / theirs.1,
+            in_single(format!("; in single precision {:.2} and {:.2}", single.0 / theirs.0, single.1 / theirs.1)),
             plain.0 / theirs.0,
-            single_plain.0 / theirs.0
+            in_single(format!(", in single precision {:.2}", single_plain.0 / theirs.0)),
         );
         run.note(&format!("beside, {scene}"), value);
     }
