@@ -448,6 +448,12 @@ impl Film {
         self.average(Pixel::standard_error) / self.mean()
     }
 
+    /// The largest share of the image's mean that the rounding of values to multiples of [`UNIT`] may be: half a unit over
+    /// the mean; infinite for a black image.
+    pub fn rounding_error(&self) -> f64 {
+        0.5 * UNIT / self.mean()
+    }
+
     fn average(&self, of: impl Fn(&Pixel) -> DVec3) -> f64 {
         let sum: f64 = self.pixels.iter().map(|pixel| of(pixel).element_sum()).sum();
         sum / (3.0 * self.pixels.len() as f64)

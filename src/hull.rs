@@ -5,7 +5,6 @@ use glam::DVec3;
 
 use crate::accel::{Bvh, Primitive};
 use crate::real::{Real, Vector};
-use crate::scene::offset_in;
 
 /// In a scene of more primitives the hierarchy passes walls by as fast.
 pub(crate) const SMALL: usize = 64;
@@ -23,8 +22,8 @@ pub(crate) struct Hull {
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4;
-/// infinite where no wall is.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4 in double
+/// precision; infinite where no wall is.
 #[derive(Debug)]
 pub(crate) struct Slab {
     pub normal: DVec3,
@@ -67,7 +66,8 @@ impl Hull {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
-            let margin: V::Real = offset_in(slab.offset / 4.0);
+            // Not in single precision, where rays leave walls from heights of their own.
+            let margin = V::Real::by_precision(slab.offset / 4.0, 0.0);
             let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
             within & height.below(above) & (-height).below(below)
         })

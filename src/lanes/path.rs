@@ -60,7 +60,7 @@ impl Scatter for Path {
         if by_bodies {
             paths.trails.go_on(surfaces, &next, survives);
         }
-        paths.send(scene.scene, survives, surfaces, next.direction, throughput * roulette::weight(survival));
+        paths.send(survives, surfaces, next.direction, throughput * roulette::weight(survival));
         survives
     }
 }

@@ -38,7 +38,7 @@ impl Scatter for OneRayPerHit {
         let direction = Vector::choose(rough, direction, next.direction);
         let goes_on = survives | next.goes_on & goes_on;
         paths.sampled = rough | paths.sampled & looked_behind;
-        paths.send(scene.scene, goes_on, surfaces, direction, paths.throughput * weight);
+        paths.send(goes_on, surfaces, direction, paths.throughput * weight);
         goes_on
     }
 }

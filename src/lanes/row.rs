@@ -169,7 +169,7 @@ pub(super) fn row<E: Scatter, R: Wide<N>, S: PixelSampler<R, N>, const N: usize>
             let follows = R::Mask::from_bits(followed);
             if followed != 0 {
                 let throughput = paths.throughput;
-                paths.send(scene.scene, follows, &surfaces, surfaces.mirrored(), throughput);
+                paths.send(follows, &surfaces, surfaces.mirrored(), throughput);
             }
             let goes_on =
                 estimator.scatter(scene, &mut paths, (&surfaces, found.met & !follows), &mut random, &mut seen);
@@ -232,7 +232,7 @@ fn shown<R: Wide<N>, const N: usize>(
         if !looking.any() {
             break;
         }
-        ray = scene.scene.leave(surfaces.vertex.point, surfaces.normal, surfaces.mirrored());
+        ray = surfaces.leave(surfaces.mirrored());
     }
     shown
 }
@@ -285,15 +285,8 @@ impl<R: Wide<N>, const N: usize> Paths<R, N> {
     }
 
     /// Remembers another way on from surfaces for the paths of these lanes.
-    pub fn put_off(
-        &mut self,
-        scene: &Scene,
-        on: R::Mask,
-        surfaces: &Surfaces<'_, R, N>,
-        direction: Lanes3<R>,
-        throughput: Lanes3<R>,
-    ) {
-        let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
+    pub fn put_off(&mut self, on: R::Mask, surfaces: &Surfaces<'_, R, N>, direction: Lanes3<R>, throughput: Lanes3<R>) {
+        let ray = surfaces.leave(direction);
         self.waits |= on.bits();
         for lane in lanes_of(on.bits()) {
             let [origin, direction, throughput] = [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
@@ -322,15 +315,8 @@ impl<R: Wide<N>, const N: usize> Paths<R, N> {
     }
 
     /// Sends the paths of these lanes on from surfaces, with this throughput.
-    pub fn send(
-        &mut self,
-        scene: &Scene,
-        on: R::Mask,
-        surfaces: &Surfaces<'_, R, N>,
-        direction: Lanes3<R>,
-        throughput: Lanes3<R>,
-    ) {
-        let ray = scene.leave(surfaces.vertex.point, surfaces.normal, direction);
+    pub fn send(&mut self, on: R::Mask, surfaces: &Surfaces<'_, R, N>, direction: Lanes3<R>, throughput: Lanes3<R>) {
+        let ray = surfaces.leave(direction);
         let new = |value: Lanes3<R>, old: Lanes3<R>| Vector::choose(on, value, old);
         self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
         self.throughput = new(throughput, self.throughput);

@@ -12,7 +12,7 @@ use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
 use crate::real::{Lanes3, Mask, Row, Scalar, Vector, Wide, WideMask};
-use crate::scene::{EDGE_MARGIN, Part, PartShape, Scene};
+use crate::scene::{EDGE_MARGIN, Part, PartShape, Place, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 
@@ -20,7 +20,8 @@ use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 pub(super) struct PrimitiveData<T> {
     /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
     /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
-    /// normal points to its centre; the colour and the numbers of its [`Material`]. The others fill the row.
+    /// normal points to its centre; the colour and the numbers of its [`Material`]; how far above it rays start. The others
+    /// fill the row.
     pub numbers: Row<T, 24>,
     /// Those of its material, and more.
     pub kinds: u8,
@@ -30,6 +31,14 @@ pub(super) struct PrimitiveData<T> {
     pub emitter: Option<u32>,
     /// By which [bodies](Scene::bodies) it reflects and refracts.
     pub bodies: [u8; 2],
+}
+
+/// How near to a primitive and to its edges rays start.
+struct Heights {
+    /// [`EDGE_MARGIN`] or its like, of a triangle.
+    margin: f64,
+    /// The height above it.
+    offset: f64,
 }
 
 /// A primitive against which the rays of all lanes are tested.
@@ -122,9 +131,15 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
                 }
             }
         }
-        let margin = |part: &Part| if R::IS_SINGLE { scene.single_edge_margin(part) } else { EDGE_MARGIN };
+        let heights = |part: &Part| {
+            if R::IS_SINGLE {
+                Heights { margin: scene.single_edge_margin(part), offset: scene.single_offset(part) }
+            } else {
+                Heights { margin: EDGE_MARGIN, offset: scene.offset() }
+            }
+        };
         let parts =
-            (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), margin(part))).collect();
+            (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part))).collect();
         let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
         let walls = walls.map(|(walls, _)| walls);
         Self { scene, is_small, triangles, within, walls, others, spheres, parts, bodies }
@@ -178,13 +193,13 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     #[inline]
     pub fn visible(
         &self,
-        x: (Lanes3<R>, Lanes3<R>),
-        y: (Lanes3<R>, Lanes3<R>),
+        x: &Place<Lanes3<R>>,
+        y: &Place<Lanes3<R>>,
         through_glass: bool,
         active: R::Mask,
         seen: &mut Seen<R, N>,
     ) -> R::Mask {
-        let segment = self.scene.segment(x, y);
+        let segment = x.segment(y);
         let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
         if !self.is_small {
             return if go_together(segment.direction, active) {
@@ -358,9 +373,9 @@ impl<T: Scalar> Triangles<T> {
 }
 
 impl<T: Scalar> PrimitiveData<T> {
-    fn new(scene: &Scene, (id, &Part { surface, emitter, shape, .. }): (u32, &Part), margin: f64) -> Self {
+    fn new(scene: &Scene, (id, &Part { surface, emitter, shape, .. }): (u32, &Part), heights: Heights) -> Self {
         let ([a, b, c], normal, radius) = match shape {
-            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, margin),
+            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, heights.margin),
             PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {
                 ([centre; 3], DVec3::Z, if inward { -radius } else { radius })
             }
@@ -372,7 +387,7 @@ impl<T: Scalar> PrimitiveData<T> {
         let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
         let mut numbers = [T::default(); 24];
         let all = [a, b, c, normal].into_iter().flat_map(|vector| vector.to_array());
-        let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers);
+        let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers).chain([heights.offset]);
         numbers.iter_mut().zip(all).for_each(|(number, value)| *number = T::rounded(value));
         let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
         Self { numbers: Row(numbers), kinds, features, surface, emitter, bodies: scene.bodies().of(id) }

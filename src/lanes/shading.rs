@@ -16,7 +16,7 @@ use crate::estimator::LightRules;
 use crate::film::{Features, Pixel, is_legal_depth};
 use crate::real::{Lanes3, Mask, Real, Vector, Wide, WideMask, WideVector};
 use crate::render::features;
-use crate::scene::{Hit, Scene, Surface, inner_point};
+use crate::scene::{Hit, Place, Scene, Surface, inner_point};
 use crate::shape::{Ray, outward};
 use crate::{fresnel, radiometry, sampling};
 
@@ -75,6 +75,8 @@ pub(super) struct Surfaces<'a, R: Wide<N>, const N: usize> {
     pub vertex: Vertex<Lanes3<R>>,
     /// The unit normals of the surfaces' own fronts.
     pub normal: Lanes3<R>,
+    /// How far above the surfaces rays start.
+    offset: R,
     pub t: R,
     /// Where an emitter is.
     pub emits: R::Mask,
@@ -157,7 +159,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
     #[inline]
     pub fn new(lanes: &'a LaneScene<'_, R, N>, ray: &Ray<Lanes3<R>>, found: &PacketHit<R, N>) -> Self {
         let parts = found.primitive.map(|primitive| &lanes.parts[primitive as usize]);
-        let [shape @ .., red, green, blue, index, a, b, absorption, _, _, _, _] =
+        let [shape @ .., red, green, blue, index, a, b, absorption, offset, _, _, _] =
             R::of_rows(parts.map(|part| &part.numbers));
         let kinds = parts.map(|part| part.kinds);
         let is = |kind: u8| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
@@ -165,6 +167,7 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
+            offset,
             t: found.t,
             emits: is(EMITTER),
             rough: is(ROUGH),
@@ -180,6 +183,18 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
             parts,
             surfaces: lanes.scene.surfaces(),
         }
+    }
+
+    /// Where rays start, with the normals on the side of the rays that have come.
+    #[inline]
+    pub fn place(&self) -> Place<Lanes3<R>> {
+        Place { point: self.vertex.point, normal: self.vertex.frame.z, offset: self.offset }
+    }
+
+    /// The rays that leave in these directions.
+    #[inline]
+    pub fn leave(&self, direction: Lanes3<R>) -> Ray<Lanes3<R>> {
+        Place { normal: self.normal, ..self.place() }.leave(direction)
     }
 
     /// What a ray has met in a lane.
@@ -364,8 +379,8 @@ impl<'a, R: Wide<N>, const N: usize> Surfaces<'a, R, N> {
         let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
         let asking = asking & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
         let arrives = if asking.any() {
-            let ends = ((vertex.point, vertex.frame.z), (point.point, point.normal));
-            scene.visible(ends.0, ends.1, through_glass, asking, seen)
+            let light = scene.scene.place(point.point, point.normal);
+            scene.visible(&self.place(), &light, through_glass, asking, seen)
         } else {
             asking
         };

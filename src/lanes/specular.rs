@@ -130,15 +130,13 @@ impl<R: Wide<N>, const N: usize> Surfaces<'_, R, N> {
             let cosine_at_light = radiometry::cosine(light.normal, -route.arriving);
             let dark = brdf.x.equals(zero) & brdf.y.equals(zero) & brdf.z.equals(zero);
             let mut free = (curved | taken) & route.exists & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
-            let pieces = [
-                ((vertex.point, vertex.frame.z), route.first, free),
-                (route.first, route.last, refracts),
-                (route.last, (light.point, light.normal), free),
-            ];
+            let [first, last, light] = [route.first, route.last, (light.point, light.normal)]
+                .map(|(point, normal)| scene.scene.place(point, normal));
+            let pieces = [(self.place(), first, free), (first, last, refracts), (last, light, free)];
             for (from, to, lanes) in pieces {
                 let asking = free & lanes;
                 if asking.any() {
-                    free = free & (!asking | scene.visible(from, to, false, asking, seen));
+                    free = free & (!asking | scene.visible(&from, &to, false, asking, seen));
                 }
             }
             let pdf = pdf_area / (route.spread * cosine_at_light);

@@ -109,7 +109,7 @@ impl<'a> Walks<'a> {
                 let scattered = throughput * next.weight;
                 let survival = roulette::by_throughput(scattered, LaneMask::splat(false));
                 let survives = next.goes_on & roulette::survives(random.uniform(next.goes_on), survival);
-                let onward = scene.leave(surfaces.vertex.point, surfaces.normal, next.direction);
+                let onward = surfaces.leave(next.direction);
                 let new = |value: Lanes3, old: Lanes3| Vector::choose(survives, value, old);
                 ray = Ray::new(new(onward.origin, ray.origin), new(onward.direction, ray.direction));
                 throughput = new(scattered * roulette::weight(survival), throughput);

@@ -16,7 +16,7 @@ use crate::watertight::{LaneShear, TriangleHit};
 /// How near to an edge a ray may leave the hull and still be decided, relative to the largest coordinate of the scene;
 /// much more than rounding can move it, if it leaves at [`STEEP`] or steeper.
 const MARGIN: f64 = OFFSET;
-/// The same in single precision, 2⁻¹⁵.
+/// The same in single precision, 2⁻¹⁶.
 const SINGLE_MARGIN: f64 = SINGLE_EDGE_MARGIN;
 /// The least cosine between a ray and the normal of a wall that is decided.
 const STEEP: f64 = 1.0 / 32.0;

@@ -29,9 +29,9 @@ impl Scatter for Whitted {
             let throughput = paths.throughput;
             if let Some(refracted) = refracted {
                 let on = goes_on & refracted.passes;
-                paths.put_off(scene.scene, on, surfaces, refracted.direction, throughput * refracted.weight);
+                paths.put_off(on, surfaces, refracted.direction, throughput * refracted.weight);
             }
-            paths.send(scene.scene, goes_on, surfaces, direction, throughput * weight);
+            paths.send(goes_on, surfaces, direction, throughput * weight);
         }
         goes_on
     }

@@ -59,22 +59,25 @@ pub fn render_lanes(
 }
 
 /// Refuses scenes in which single precision would be seen: those of the lane engine, and where the largest coordinate lies
-/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the smallest radius or height of a primitive.
+/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of something: the radius of a sphere or the
+/// height of a zone, or the second largest extent of triangles that hang together.
 ///
 /// # Errors
-/// [`Error::Option`] that says why.
+/// [`Error::Option`] that says why, and what to do.
 pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
     refuse_what_lanes_lack(scene, estimator)?;
-    let (extent, detail) = (scene.extent(), scene.finest_detail());
+    let extent = scene.extent();
     let [low, high] = SINGLE_EXTENTS;
     if !(low..=high).contains(&extent) {
         return Err(Error::Option(format!(
             "the scene reaches to {extent:?}, and in single precision may to {low:?} at least and {high:?} at most"
         )));
     }
+    let detail = scene.smallest_detail();
     if extent > detail * SINGLE_DETAIL {
         return Err(Error::Option(format!(
-            "the scene has a detail of {detail:.1e}, too small for single precision where it reaches to {extent:?}"
+            "the scene has something of size {detail:.1e}, too small for single precision where the scene reaches to \
+             {extent:?}, more than {SINGLE_DETAIL} times as far"
         )));
     }
     Ok(())
@@ -82,8 +85,9 @@ pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Err
 
 /// The least and the most that a scene may reach to in single precision: no product of a few lengths is lost.
 pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
-/// In single precision rays leave surfaces from a 2¹⁸th of the scene above them: a 256th of the smallest detail or less.
-pub const SINGLE_DETAIL: f64 = 1024.0;
+/// How many times as far as the size of its smallest thing a scene may reach in single precision. The experiment `single`
+/// measures what is seen below and beyond.
+pub const SINGLE_DETAIL: f64 = 4096.0;
 
 fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
     if lanes_serve(scene, estimator) {
@@ -111,6 +115,8 @@ pub enum Precision {
     Double,
     /// Sixteen paths at a time: the same paths by the same random numbers, rounded, where [`check_singles`] finds nothing.
     Single,
+    /// The same in any scene that lanes serve, to measure what would be seen there.
+    UncheckedSingle,
 }
 
 impl Renderer for ByLanes {
@@ -123,8 +129,11 @@ impl Renderer for ByLanes {
                 refuse_what_lanes_lack(scene, &self.estimator)?;
                 self.add_in::<Lanes, LANES>(scene, film, &range, done)
             }
-            Precision::Single => {
-                check_singles(scene, &self.estimator)?;
+            Precision::Single | Precision::UncheckedSingle => {
+                if self.precision == Precision::Single {
+                    check_singles(scene, &self.estimator)?;
+                }
+                refuse_what_lanes_lack(scene, &self.estimator)?;
                 self.add_in::<Singles, SINGLES>(scene, film, &range, done)
             }
         }

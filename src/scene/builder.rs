@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::coincident::{COINCIDENT, Shapes};
-use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface};
+use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface, smallest_detail};
 use crate::accel::{Bvh, Primitive};
 use crate::bsdf::Bsdf;
 use crate::camera::{Camera, WIDEST};
@@ -237,6 +237,7 @@ impl SceneBuilder {
             bvh,
             covered,
             names: self.names,
+            smallest: smallest_detail(&self.parts, &self.vertices),
             hull: Hull::new(&primitives, offset),
             bodies: Bodies::new(&self.parts, &self.surfaces, |corners| corners.map(|v| self.vertices[v as usize])),
             name: self.name,

@@ -173,7 +173,7 @@ impl Description {
     /// The scene that can be rendered.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`].
+    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`] and [`Scene::check_details`].
     pub fn build(&self) -> Result<Scene, Error> {
         let mut scene = SceneBuilder::new(&self.name);
         scene.environment(self.background.clone());
@@ -197,6 +197,8 @@ impl Description {
                 }
             }
         }
-        scene.build(self.camera)
+        let scene = scene.build(self.camera)?;
+        scene.check_details()?;
+        Ok(scene)
     }
 }

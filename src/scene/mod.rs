@@ -79,19 +79,61 @@ pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
 /// Rays leave a surface from this far above it, relative to the largest coordinate of the scene: some
 /// thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
 pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
-/// The same in single precision: 2⁻¹⁸, some tens of roundings. Where surfaces touch, what leaves one of them nearer than that
-/// to the other starts behind it, and may leave a closed room: of a ball on the floor the lowest part, whose share of its
-/// area is that distance over its diameter.
-pub const SINGLE_OFFSET: f64 = 1.0 / 262_144.0;
-/// In single precision the least distance of a hit from each edge, relative to the largest coordinate: eight offsets, so
-/// that no ray starts behind a wall that rises over the edge at more than seven degrees.
-pub const SINGLE_EDGE_MARGIN: f64 = 8.0 * SINGLE_OFFSET;
+/// In single precision shadow rays end this far above an emitter, relative to the largest coordinate of the scene: 2⁻¹⁸,
+/// sixty-four roundings of the longest of them.
+pub const SINGLE_END: f64 = 1.0 / 262_144.0;
+/// In single precision rays leave a primitive from this far above it, relative to its [reach](Scene::single_offset): 2⁻²⁰,
+/// sixteen roundings, twice the error of a point on it. Where surfaces touch, what leaves one of them nearer than that to
+/// the other starts behind it: of a ball on the floor the lowest part, whose share of its area is that distance over its
+/// diameter.
+pub const SINGLE_OFFSET: f64 = 1.0 / 1_048_576.0;
+/// In single precision rays leave a primitive from at least this far above it, relative to the largest coordinate of the
+/// scene: 2⁻²⁴, one rounding.
+pub const SINGLE_LEAST_OFFSET: f64 = 1.0 / 16_777_216.0;
+/// In single precision the least distance of a hit from each edge, relative to the largest coordinate: 2⁻¹⁶. That is more
+/// than [`SINGLE_NEAREST`](crate::watertight::SINGLE_NEAREST) of the largest triangle, so that a wall is met that rises over
+/// the edge, and eight offsets or more, so that no ray starts behind one that rises at more than ten degrees.
+pub const SINGLE_EDGE_MARGIN: f64 = 16.0 * SINGLE_OFFSET;
+/// In single precision the most that a hit is moved inwards by [`SINGLE_EDGE_MARGIN`], as a share of a triangle's least height.
+pub const SINGLE_LARGEST_MARGIN: f64 = 1.0 / 16.0;
 
-/// A multiple of [`OFFSET`], or as large a one of [`SINGLE_OFFSET`] in single precision.
+/// A multiple of [`OFFSET`], or as large a one of [`SINGLE_END`] in single precision.
 #[inline]
 pub(crate) fn offset_in<R: Real>(offset: f64) -> R {
-    R::by_precision(offset, offset * (SINGLE_OFFSET / OFFSET))
+    R::by_precision(offset, offset * (SINGLE_END / OFFSET))
 }
+
+/// A surface point from which rays leave.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<V: Vector> {
+    /// The point.
+    pub point: V,
+    /// The unit normal.
+    pub normal: V,
+    /// The distance from the surface at which rays start.
+    pub offset: V::Real,
+}
+
+impl<V: Vector> Place<V> {
+    /// The ray that leaves from the side to which `direction` points.
+    #[inline]
+    pub fn leave(&self, direction: V) -> Ray<V> {
+        let offset = self.offset.copysign(self.normal.dot(direction));
+        Ray::new(self.point + self.normal * offset, direction)
+    }
+
+    /// The segment to another surface point, as a ray that ends at t = 1.
+    #[inline]
+    pub fn segment(&self, other: &Self) -> Ray<V> {
+        let start = self.leave(other.point - self.point).origin;
+        let end = other.leave(self.point - other.point).origin;
+        Ray::new(start, end - start)
+    }
+}
+
+/// The least radius of a sphere, height of a zone of one, and longest edge of a triangle, relative to the largest coordinate:
+/// a thousand times the [`OFFSET`] from which rays start.
+pub const SMALLEST_DETAIL: f64 = 1024.0 * OFFSET;
 
 /// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
 pub const LARGEST: f64 = 1e30;
@@ -143,6 +185,8 @@ pub struct Scene {
     bvh: Bvh,
     hull: Option<Hull>,
     offset: f64,
+    /// [`smallest_detail`](Scene::smallest_detail).
+    smallest: f64,
 }
 
 impl Scene {
@@ -281,17 +325,26 @@ impl Scene {
     /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
     /// points to.
     #[inline]
-    pub fn leave<V: Vector>(&self, point: V, normal: V, direction: V) -> Ray<V> {
-        let offset = offset_in::<V::Real>(self.offset).copysign(normal.dot(direction));
-        Ray::new(point + normal * offset, direction)
+    pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
+        self.place(point, normal).leave(direction)
+    }
+
+    /// A surface point with its unit normal, from which rays start at the height of [`OFFSET`], in single precision of
+    /// [`SINGLE_END`].
+    #[inline]
+    pub(crate) fn place<V: Vector>(&self, point: V, normal: V) -> Place<V> {
+        Place { point, normal, offset: offset_in(self.offset) }
+    }
+
+    /// How far above every surface rays start in double precision.
+    pub(crate) fn offset(&self) -> f64 {
+        self.offset
     }
 
     /// The segment from one surface point with its unit normal to another, as a ray that ends at t = 1.
     #[inline]
-    pub(crate) fn segment<V: Vector>(&self, (x, normal_x): (V, V), (y, normal_y): (V, V)) -> Ray<V> {
-        let start = self.leave(x, normal_x, y - x).origin;
-        let end = self.leave(y, normal_y, x - y).origin;
-        Ray::new(start, end - start)
+    pub(crate) fn segment(&self, (x, normal_x): (DVec3, DVec3), (y, normal_y): (DVec3, DVec3)) -> Ray {
+        self.place(x, normal_x).segment(&self.place(y, normal_y))
     }
 
     /// The largest coordinate.
@@ -299,28 +352,69 @@ impl Scene {
         self.offset / OFFSET
     }
 
-    /// The smallest radius of a sphere, height of a zone of one, and height of a triangle.
-    pub(crate) fn finest_detail(&self) -> f64 {
-        self.parts.iter().map(|part| self.detail(part)).fold(f64::INFINITY, f64::min)
+    /// The size of the smallest thing: the radius of a sphere, or the height of a zone if that is less, or the second
+    /// largest extent along the axes of triangles that hang together by their vertices. Infinite without any.
+    pub(crate) fn smallest_detail(&self) -> f64 {
+        self.smallest
     }
 
-    fn detail(&self, part: &Part) -> f64 {
-        match part.shape {
-            PartShape::Sphere(sphere) => {
-                let [low, high] = sphere.heights();
-                sphere.radius.min(high - low)
-            }
-            PartShape::Triangle { vertices, .. } => {
-                let [a, b, c] = self.corners(vertices);
-                let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
-                (b - a).cross(c - a).length() / longest
-            }
+    /// Refuses a scene of which something is less than [`SMALLEST_DETAIL`] times the largest coordinate: rays would leave it
+    /// from so far above it that its shadows move. Scenes from files pass it.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] that says how to mend it.
+    pub fn check_details(&self) -> Result<(), Error> {
+        let (extent, detail) = (self.extent(), self.smallest);
+        if detail >= SMALLEST_DETAIL * extent {
+            return Ok(());
         }
+        let far = 0.5 * detail / SMALLEST_DETAIL;
+        let reaches = |sphere: &Sphere| (sphere.centre.abs() + sphere.radius).max_element();
+        let spheres = self.parts.iter().enumerate().filter_map(|(i, part)| match part.shape {
+            PartShape::Sphere(sphere) if reaches(&sphere) >= extent => Some((i, sphere)),
+            _ => None,
+        });
+        let remedy = match spheres.last() {
+            Some((i, Sphere { centre, radius, .. })) => {
+                let nearer = far / extent;
+                let centre = self.camera.eye + (centre - self.camera.eye) * nearer;
+                format!(
+                    "bring primitive {i}, a sphere, nearer and make it as much smaller: with centre {:?} and radius {:?} it \
+                     looks the same from the camera",
+                    centre.to_array(),
+                    radius * nearer
+                )
+            }
+            None => format!("leave out what is so small, or let nothing, the camera too, be farther than {far:.1e}"),
+        };
+        let message = format!(
+            "something has a size of {detail:.1e}, too small for numbers of double precision where the scene reaches \
+             to {extent:.1e}: {remedy}"
+        );
+        Err(builder::invalid(&self.name, message))
     }
 
-    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle.
+    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle, at most [`SINGLE_LARGEST_MARGIN`].
     pub(crate) fn single_edge_margin(&self, part: &Part) -> f64 {
-        SINGLE_EDGE_MARGIN * self.extent() / self.detail(part)
+        let PartShape::Triangle { vertices, .. } = part.shape else {
+            return 0.0;
+        };
+        let [a, b, c] = self.corners(vertices);
+        let height = (b - a).cross(c - a).length() / longest_edge([a, b, c]);
+        (SINGLE_EDGE_MARGIN * self.extent() / height).min(SINGLE_LARGEST_MARGIN)
+    }
+
+    /// How far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of its reach, and
+    /// [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's coordinates, each times the unit normal's and without
+    /// sign, as rounding errors along the normal are; 0 for a triangle in a coordinate plane.
+    pub(crate) fn single_offset(&self, part: &Part) -> f64 {
+        let reach = match &part.shape {
+            PartShape::Triangle { vertices, normal } => {
+                self.corners(*vertices).map(|corner| normal.abs().dot(corner.abs())).into_iter().fold(0.0, f64::max)
+            }
+            PartShape::Sphere(sphere) => sphere.centre.length() + sphere.radius,
+        };
+        SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.extent()
     }
 
     /// Whether a primitive is of smooth glass.
@@ -352,4 +446,50 @@ pub(crate) fn inner_point<V: Vector>([a, b, c]: [V; 3], weights: [V::Real; 3], m
     let weights = weights.map(|weight| weight.at_least(margin));
     let scale = (weights[0] + weights[1] + weights[2]).recip();
     (a * weights[0] + b * weights[1] + c * weights[2]) * scale
+}
+
+fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max)
+}
+
+/// [`Scene::smallest_detail`] of these parts.
+fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
+    // Each vertex names one before it of the same thing, or itself.
+    let mut before: Vec<u32> = (0..vertices.len() as u32).collect();
+    fn first_of(before: &mut [u32], mut vertex: u32) -> u32 {
+        while before[vertex as usize] != vertex {
+            before[vertex as usize] = before[before[vertex as usize] as usize];
+            vertex = before[vertex as usize];
+        }
+        vertex
+    }
+    let mut smallest = f64::INFINITY;
+    for part in parts {
+        match part.shape {
+            PartShape::Sphere(sphere) => {
+                let [low, high] = sphere.heights();
+                smallest = smallest.min(sphere.radius).min(high - low);
+            }
+            PartShape::Triangle { vertices: corners, .. } => {
+                let firsts = corners.map(|corner| first_of(&mut before, corner));
+                let first = firsts.into_iter().fold(u32::MAX, u32::min);
+                firsts.into_iter().for_each(|of| before[of as usize] = first);
+            }
+        }
+    }
+    let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; vertices.len()];
+    for part in parts {
+        if let PartShape::Triangle { vertices: corners, .. } = part.shape {
+            let of = &mut boxes[first_of(&mut before, corners[0]) as usize];
+            for corner in corners.map(|corner| vertices[corner as usize]) {
+                *of = [of[0].min(corner), of[1].max(corner)];
+            }
+        }
+    }
+    let second = |[low, high]: [DVec3; 2]| {
+        let mut extents = (high - low).to_array();
+        extents.sort_by(f64::total_cmp);
+        extents[1]
+    };
+    boxes.into_iter().filter(|[low, high]| low.x <= high.x).map(second).fold(smallest, f64::min)
 }

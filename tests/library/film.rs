@@ -157,3 +157,24 @@ fn splats_add_up_in_their_own_pixel() {
         assert_eq!(image.into_values(), rows.collect::<Vec<_>>());
     }
 }
+
+/// The image of a background, from what is rounded to 0 to the largest radiance.
+#[test]
+fn rounding_is_within_its_bound() {
+    for exponent in -30..=7 {
+        for value in [1.0, 1.3, 1.6, 3.7, 7.1].map(|digits| digits * 10_f64.powi(exponent)) {
+            let mut film = Film::new([2, 1], None, 1).expect("a legal size");
+            if value > LARGEST {
+                continue;
+            }
+            for pixel in film.pixels_mut() {
+                (0..3).for_each(|_| pixel.push(DVec3::splat(value), 1).expect("a legal value"));
+            }
+            let error = (film.mean() - value).abs();
+            assert!(error <= (1.0 + 1e-12) * film.rounding_error() * film.mean() || film.mean() == 0.0, "{value:e}");
+            assert_eq!(film.mean() == 0.0, value < 0.5 * UNIT, "{value:e}");
+            assert!(error <= (0.5 * UNIT).max(1e-15 * value), "{value:e}: {error:e}");
+            assert_eq!(film.rounding_error() > 1e-4, value < 5000.0 * UNIT, "{value:e}");
+        }
+    }
+}

@@ -326,3 +326,41 @@ fn walls_change_no_shadow() {
     }
     assert!(found.as_flattened().iter().all(|&count| count > 1000), "{found:?}");
 }
+
+/// A ball of radius 1 on a plane, and the sun.
+fn under_a_sun(sun: Sphere, eye: DVec3) -> Result<Scene, Error> {
+    let mut scene = SceneBuilder::new("sunny");
+    let (grey, light) = (scene.surface(diffuse(0.5)), scene.surface(lamp(1e4)));
+    scene.rectangle(DVec3::new(-50.0, -50.0, 0.0), [100.0 * DVec3::X, 100.0 * DVec3::Y], grey);
+    scene.sphere(Sphere::new(DVec3::Z, 1.0), grey);
+    scene.sphere(sun, light);
+    let scene = scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.5))?;
+    scene.check_details().map(|()| scene)
+}
+
+/// Rays would leave the ball from 0.14 above it under a sun of true size and distance. The sun that the message names is
+/// taken, and as large in the sky.
+#[test]
+fn what_is_too_small_for_double_precision_is_refused_with_a_remedy() {
+    let (towards, eye) = (DVec3::new(0.5, 0.0, 0.75_f64.sqrt()), DVec3::new(0.0, -6.0, 4.0));
+    let sun = |distance: f64| Sphere::new(eye + distance * towards, 6.96e8 * distance / 1.496e11);
+    let message = under_a_sun(sun(1.496e11), eye).expect_err("refused").to_string();
+    assert!(message.starts_with("scene sunny: something has a size of 1.0e0, too small") && !message.contains('\n'));
+    let numbers: Vec<f64> = message
+        .split_once("centre [")
+        .expect("a centre")
+        .1
+        .split(|c: char| !"+-.e0123456789".contains(c))
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let [x, y, z, radius, ..] = numbers[..] else { panic!("{message}") };
+    let nearer = Sphere::new(DVec3::new(x, y, z), radius);
+    assert_relative_eq!(radius / (nearer.centre - eye).length(), 6.96e8 / 1.496e11, max_relative = 1e-12);
+    assert_relative_eq!((nearer.centre - eye).normalize().dot(towards), 1.0, max_relative = 1e-12);
+    assert!(nearer.centre.length() > 1e8);
+    let fine = under_a_sun(nearer, eye).expect("taken");
+    // The camera counts, too; then the sun is no remedy.
+    let far = fine.with_camera(Camera::new(1e12 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.5));
+    let message = far.expect("a scene").check_details().expect_err("refused").to_string();
+    assert!(message.contains("let nothing, the camera too, be farther than 5.4e8"), "{message}");
+}

@@ -305,10 +305,6 @@ fn rays_do_not_hit_the_body_that_they_leave() {
                     _ => mesh(scene, Mesh::globe(9, 10), centre),
                 }
             });
-            if check_singles(&scene, &walk(9)).is_err() {
-                assert!(shape == 2 && distance > 500.0);
-                continue;
-            }
             let film = by(plain(master()), &scene, walk(9), [128, 96]);
             let values = film.pixels().iter().map(|pixel| pixel.mean().x);
             let [mut hits, mut misses] = [0, 0];
@@ -393,7 +389,7 @@ fn images_differ_by_rounding() {
             }
         }
     }
-    // All but the one with splinters, and an environment that shadow rays would look for.
+    // All but an environment that shadow rays would look for, and what has small things.
     assert!(taken >= 14 * all_estimators().len(), "{taken}");
 }
 
@@ -428,6 +424,36 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
     }
 }
 
+/// A ball of radius 1 on a plane under a bright sky, seen from near; the plane reaches to `reach`.
+fn ball_on_a_plane(reach: f64) -> Scene {
+    scene_from(Camera::new(DVec3::new(0.0, -8.0, 1.5), 0.5 * DVec3::Z, DVec3::Z, 0.35), |scene| {
+        scene.background(DVec3::ONE);
+        let grey = scene.surface(diffuse(0.7));
+        scene.rectangle(DVec3::new(-reach, -reach, 0.0), [2.0 * reach * DVec3::X, 2.0 * reach * DVec3::Y], grey);
+        ball(scene, Sphere::new(DVec3::Z, 1.0), diffuse(0.7));
+    })
+}
+
+/// Of the ball what lies near the plane: where rays start behind the plane, its underside shines. What is taken is off by
+/// less than a thousandth as a whole, what is refused by more than a hundredth.
+#[test]
+fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
+    for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
+        let scene = ball_on_a_plane(reach);
+        let estimator = LaneEstimator::Path(Path::new(Standard, Finds::Bsdf));
+        assert_eq!(check_singles(&scene, &estimator).is_ok(), taken, "{reach}");
+        let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
+            let mut film = Film::new([32, 24], None, 1).expect("a legal size");
+            let lanes = ByLanes { estimator, sampling: plain(master()), precision };
+            lanes.add(&scene, &mut film, 0..8, &|_| true).expect("legal values");
+            film.mean()
+        });
+        let off = (single / double - 1.0).abs();
+        println!("{reach}: {off:e}");
+        assert!(if taken { off < 1e-3 } else { off > 1e-2 }, "{reach}: {off:e}");
+    }
+}
+
 #[test]
 fn what_single_precision_would_show_is_refused() {
     let path = |strategy| LaneEstimator::Path(Path::new(Standard, strategy));
@@ -441,21 +467,38 @@ fn what_single_precision_would_show_is_refused() {
         assert_option_refused(check_singles(&of(size, size, diffuse(0.5)), &path(Finds::Mis)), "the scene reaches to");
     }
     for size in [1e-6, 1.0, 1e6] {
-        let fine = of(size, size / 1025.0, diffuse(0.5));
+        let fine = of(size, size / 4097.0, diffuse(0.5));
         assert_option_refused(check_singles(&fine, &path(Finds::Mis)), "too small for single precision");
-        check_singles(&of(size, size / 1023.0, diffuse(0.5)), &path(Finds::Mis)).expect("coarse enough");
+        check_singles(&of(size, size / 4095.0, diffuse(0.5)), &path(Finds::Mis)).expect("coarse enough");
     }
-    // What is far from the camera, too, and thin triangles and zones.
+    // What is far from the camera, too, and zones.
     let far = of(1.0, 1.0, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
     assert_option_refused(check_singles(&far.expect("a camera"), &path(Finds::Mis)), "too small for single precision");
+    let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
+    let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
+    assert_option_refused(check_singles(&ring, &path(Finds::Mis)), "too small for single precision");
+    // Triangles that hang together are one thing, however fine; what is thin in two directions is small.
+    let of_mesh = |mesh: &Mesh, scale: DVec3| {
+        scene(|scene| {
+            let grey = scene.surface(diffuse(0.5));
+            ball(scene, Sphere::new(DVec3::ZERO, 1.0), diffuse(0.5));
+            scene.mesh(&mesh.clone().map(|v| v * scale).vertices, &mesh.triangles, grey);
+        })
+    };
+    for (scale, taken) in [
+        (DVec3::ONE, true),
+        (DVec3::new(1.0, 1.0, 1e-5), true),
+        (DVec3::new(1e-5, 1.0, 1e-5), false),
+        (DVec3::splat(1e-4), false),
+    ] {
+        let fine = of_mesh(&Mesh::globe(60, 60), scale);
+        assert_eq!(check_singles(&fine, &path(Finds::Mis)).is_ok(), taken, "{scale}");
+    }
     let sliver = scene(|scene| {
         let grey = scene.surface(diffuse(0.5));
         scene.mesh(&[DVec3::ZERO, DVec3::X, DVec3::new(0.5, 2e-4, 0.0)], &[[0, 1, 2]], grey);
     });
     assert_option_refused(check_singles(&sliver, &path(Finds::Mis)), "too small for single precision");
-    let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
-    let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
-    assert_option_refused(check_singles(&ring, &path(Finds::Mis)), "too small for single precision");
     let frosted = RoughGlass { index: 1.5, alpha: 0.3 };
     let frosted = of(1.0, 1.0, Surface::new(Bsdf::RoughGlass(frosted)));
     assert_option_refused(check_singles(&frosted, &path(Finds::Bsdf)), "rough glass");

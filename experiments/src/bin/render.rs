@@ -15,6 +15,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::unfinished::write_unfinished;
 use whitefurnace::image::{check_writable, write_exr, write_png};
+use whitefurnace::moments::UNIT;
 
 fn main() -> ExitCode {
     cli::start(|| {
@@ -73,6 +74,9 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     })?;
     previews.into_iter().for_each(|preview| preview.finish(&film));
     say(exr, &film, samples(&film) - before, start);
+    if let Some(note) = too_faint(&film) {
+        eprintln!("note: {note}");
+    }
     if !complete {
         eprintln!(
             "interrupted: these files hold the samples done so far (channel samples.Y); --resume goes on from there"
@@ -121,6 +125,29 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
 fn samples(film: &Film) -> u64 {
     film.pixels().iter().map(|pixel| u64::from(pixel.samples())).sum()
 }
+
+/// What to do about an image that is so faint that the rounding of its pixels shows.
+fn too_faint(film: &Film) -> Option<String> {
+    let (mean, error) = (film.mean(), film.rounding_error());
+    let rounds = format!("pixels are rounded to multiples of {UNIT:.1e}");
+    if mean == 0.0 {
+        return Some(format!(
+            "the image is black: no sample found light, or only light that is rounded to 0, for {rounds}; if some is missed, \
+             multiply every emission and the background by a large number, as 1e9, and divide the image by it"
+        ));
+    }
+    (error > MOST_ROUNDED).then(|| {
+        let factor = 10_f64.powi(-mean.log10().floor() as i32);
+        format!(
+            "the mean of the image is {mean:.1e} and {rounds}: it may be off by {:.2} %; multiply every emission and the \
+             background by {factor:e}, and divide the image by it",
+            100.0 * error
+        )
+    })
+}
+
+/// The share of the mean that rounding may be without a word.
+const MOST_ROUNDED: f64 = 1e-4;
 
 /// Says what the files hold, of which this run took `new` samples.
 fn say(exr: &Path, film: &Film, new: u64, start: Instant) {

@@ -51,8 +51,8 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     let far = scene.replace("[0, 0, 5]", "[0, 0, 50000]");
     let far = far.replace("\"obj\"", "\"sphere\"").replace("file = \"one.obj\"", "centre = [0, 0, 0], radius = 0.5");
     std::fs::write(folder.join("far.toml"), far).expect("written");
-    let said = "--engine single: the scene has a detail of 5.0e-1, too small for single precision where it reaches to \
-                50000.0; take --engine lanes";
+    let said = "--engine single: the scene has something of size 5.0e-1, too small for single precision where the scene reaches \
+                to 50000.0, more than 4096 times as far; take --engine lanes";
     refused(&render(&folder, &format!("{small} --scene far.toml --engine single")), said);
     // Those that rough glass is beyond; the report's own, which has two engines, too.
     let frosted = scene.replace("\"lambert\", albedo = 0.5", "\"rough-glass\", index = 1.5, alpha = 0.3");
@@ -138,6 +138,34 @@ fn what_mends_an_error_fits_it() {
         let message = Error::file(action, Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
         assert!(message.contains(hint), "{message}");
         assert!(message.contains("folder") == hint.contains("folder"), "{message}");
+    }
+}
+
+/// Radiance from 3·10⁻³¹ to 3·10⁶: what may be off by more than a ten-thousandth is noted. By how much is in the library's tests.
+#[test]
+fn images_too_faint_for_the_film_are_noted() {
+    let folder = folder("faint");
+    let said = |background: f64| {
+        let scene = format!(
+            "background = {background:e}\ncamera = {{ eye = [0, 0, 5], target = [0, 0, 0], up = [0, 1, 0], fov_deg = 40 }}\n\
+             materials.clay = {{ model = \"lambert\", albedo = 0.5 }}\nobjects = [{{ shape = \"sphere\", material = \"clay\", \
+             centre = [0, 0, -90], radius = 0.5 }}]\n"
+        );
+        std::fs::write(folder.join("faint.toml"), scene).expect("written");
+        let output = render(&folder, "--scene faint.toml --size 8x6 --spp 4 --out faint.exr");
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    for exponent in -30..=7 {
+        let background = 3.0 * 10_f64.powi(exponent - 1);
+        let note = said(background);
+        let faint = background < 1e-6;
+        assert_eq!(note.contains("note: the image is black"), background < 1e-10, "{background:e}: {note}");
+        assert_eq!(
+            note.contains("note: the mean of the image is"),
+            faint && background > 1e-10,
+            "{background:e}: {note}"
+        );
     }
 }
 
