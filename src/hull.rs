@@ -5,11 +5,15 @@ use glam::DVec3;
 
 use crate::accel::{Bvh, Primitive};
 use crate::real::{Real, Vector};
+use crate::scene::OFFSET;
 
 /// In a scene of more primitives the hierarchy passes walls by as fast.
 pub(crate) const SMALL: usize = 64;
 /// To look on which side of more pairs of planes points are costs more than it saves.
 const MOST: usize = 8;
+
+/// In single precision points within lie so far off the walls, relative to the largest coordinate: 2⁻²², four roundings.
+const SINGLE_MARGIN: f64 = 1.0 / 4_194_304.0;
 
 /// The convex hull of a scene, as far as walls lie in its surface.
 #[derive(Debug)]
@@ -22,8 +26,8 @@ pub(crate) struct Hull {
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4 in double
-/// precision; infinite where no wall is.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4, in single
+/// precision of [`SINGLE_MARGIN`]; infinite where no wall is.
 #[derive(Debug)]
 pub(crate) struct Slab {
     pub normal: DVec3,
@@ -66,8 +70,7 @@ impl Hull {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
-            // Not in single precision, where rays leave walls from heights of their own.
-            let margin = V::Real::by_precision(slab.offset / 4.0, 0.0);
+            let margin = V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
             let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
             within & height.below(above) & (-height).below(below)
         })

@@ -16,8 +16,8 @@ use crate::watertight::{LaneShear, TriangleHit};
 /// How near to an edge a ray may leave the hull and still be decided, relative to the largest coordinate of the scene;
 /// much more than rounding can move it, if it leaves at [`STEEP`] or steeper.
 const MARGIN: f64 = OFFSET;
-/// The same in single precision, 2⁻¹⁶.
-const SINGLE_MARGIN: f64 = SINGLE_EDGE_MARGIN;
+/// The same in single precision, 2⁻¹⁵.
+const SINGLE_MARGIN: f64 = 2.0 * SINGLE_EDGE_MARGIN;
 /// The least cosine between a ray and the normal of a wall that is decided.
 const STEEP: f64 = 1.0 / 32.0;
 /// To test fewer triangles one by one takes as long.
