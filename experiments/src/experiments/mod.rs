@@ -24,6 +24,7 @@ mod renderers;
 mod sampling_claims;
 mod scrambles;
 mod shadow_rays;
+mod single;
 mod specular;
 mod speed;
 pub mod suite_seeds;
@@ -62,6 +63,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &agreement::AGREEMENT,
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,
+    &single::SINGLE,
     &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,

@@ -1,7 +1,7 @@
 //! How fast the estimators and their kernels are on this machine, and what that depends on. Times decide nothing:
 //! they are numbers only.
 
-mod growth;
+pub(super) mod growth;
 mod kernels;
 mod memory;
 

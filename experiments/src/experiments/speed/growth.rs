@@ -110,7 +110,7 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 3]) -> Result<(), Error> {
 }
 
 /// A wavy sphere of about so many triangles less those of its room.
-fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+pub(crate) fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let wanted = f64::from(triangles.saturating_sub(OF_THE_ROOM).max(10));
     let bands = (wanted / 4.0).sqrt() as u32;
     let columns = (wanted / f64::from(2 * bands)).round() as u32;
@@ -137,7 +137,7 @@ fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 const OF_THE_ROOM: u32 = 12 + 2;
 
 /// A mesh in a closed room under a square light.
-fn in_a_room(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Scene, Error> {
+pub(crate) fn in_a_room(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("waves");
     let [wall, clay] =
         [0.5, 0.8].map(|albedo| scene.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })));
