@@ -34,6 +34,7 @@ pub(super) struct PrimitiveData<T> {
 }
 
 /// How near to a primitive and to its edges rays start.
+#[derive(Clone, Copy)]
 struct Heights {
     /// [`EDGE_MARGIN`] or its like, of a triangle.
     margin: f64,

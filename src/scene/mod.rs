@@ -370,11 +370,11 @@ impl Scene {
         }
         let far = 0.5 * detail / SMALLEST_DETAIL;
         let reaches = |sphere: &Sphere| (sphere.centre.abs() + sphere.radius).max_element();
-        let spheres = self.parts.iter().enumerate().filter_map(|(i, part)| match part.shape {
+        let mut spheres = self.parts.iter().enumerate().filter_map(|(i, part)| match part.shape {
             PartShape::Sphere(sphere) if reaches(&sphere) >= extent => Some((i, sphere)),
             _ => None,
         });
-        let remedy = match spheres.last() {
+        let remedy = match spheres.next_back() {
             Some((i, Sphere { centre, radius, .. })) => {
                 let nearer = far / extent;
                 let centre = self.camera.eye + (centre - self.camera.eye) * nearer;
