@@ -4,12 +4,12 @@ pub mod read;
 pub mod unfinished;
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, Text, WritableImage,
+    LineOrder, MetaData, Text, WritableImage,
 };
 
 use glam::DVec4;
@@ -87,6 +87,15 @@ pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) ->
         AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
     ));
     write_whole(path, |file| image.write().to_buffered(file).map_err(codec(path)))
+}
+
+/// The provenance that [`write_exr`] gave a file of these bytes; `None` for any other file.
+pub fn provenance(bytes: &[u8]) -> Option<String> {
+    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false).ok()?.headers;
+    headers.iter().find_map(|header| match header.own_attributes.other.get(&Text::from("provenance")) {
+        Some(AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    })
 }
 
 /// What the channels of an image are called.

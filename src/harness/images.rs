@@ -4,9 +4,20 @@
 //!
 //! A quarter of the level goes to each kind of place, and is divided among its places and channels (Bonferroni). A
 //! place is judged where skewness leaves the tail of its test valid ([`Sigma::skew_term`]); a kind counts where at
-//! least [`LEAST_SHARE`] of its places that vary are judged. What bends the tail of a difference is the difference of
-//! the two sides' third cumulants: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`]. However
-//! skewed noise is, a difference that is [`FAR`] stands.
+//! least [`LEAST_SHARE`] of its places that vary are judged. The difference of the two sides' third cumulants bends the
+//! tail of a difference: renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`]. Beyond that, a
+//! difference that is [`FAR`] stands.
+//!
+//! Standard errors are estimates, and enter no inequality that needs the true ones: with few images, p comes from
+//! Student's law, whose degrees of freedom are found by the sides' shares of the variance of many pixels ([`MANY`]), as
+//! those of few values can be far off where the sides have different numbers of images.
+//!
+//! Nor does a difference stand on one pixel alone, whose values may be few: see [`LARGEST_LONE_SHARE`], and pixels are
+//! held against the noisiest of their tile as well.
+//!
+//! All this holds as far as the images show their brightest paths. Noise that has not been seen has no test:
+//! [`Comparison::brightest`] tells where a few values carry much of the noise ([`LARGEST_BRIGHT_SHARE`]), so that rarer
+//! ones may be missing.
 //!
 //! In a channel without noise, where no pixel of either side varies in [`ENOUGH_WITHOUT_NOISE`] values or more, values are
 //! compared as they stand: any difference beyond rounding is one. What images never show, such as light that is hit
@@ -24,21 +35,41 @@
 //! assert_eq!(found.verdict, Verdict::Holds);
 //! ```
 
+mod side;
+
 use rayon::prelude::*;
+
+pub use side::{Area, Brightest, Side};
 
 use super::mean::{ENOUGH_EQUAL, LARGEST_SKEW_TERM, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
-use super::power::Sensitivity;
-use super::tails::{normal_upper, student_two_sided, student_upper};
+use super::power::smallest_effect_in_estimates;
+use super::tails::{student_two_sided, student_upper};
+use crate::image::read::HALF;
+use side::{Part, Prepared, area, grid};
 
 /// The least share of the places that vary that must be judged for their kind to count.
 pub const LEAST_SHARE: f64 = 0.5;
 /// The largest term of one side's skewness where the other's takes it away: four times as far as otherwise, for the
 /// next terms of the expansion fall as the square.
 pub const LARGEST_ALIKE: f64 = 4.0 * LARGEST_SKEW_TERM;
-/// A difference of so many standard errors over the root of the level has a smaller chance than the level under any law,
-/// by Chebyshev's inequality, even if the standard error were twice what it seems.
+/// A difference of so many times the standard errors that its level needs stands in spite of skewness, if the tail there,
+/// times what skewness may do to it twice over (the exponential of two [`Sigma::skew_term`]s), is below the level.
 pub const FAR: f64 = 2.0;
+/// The largest skewness with which a large difference stands: as of 25 events that were seen, which tell of the law.
+pub const LARGEST_SKEWNESS: f64 = 0.2;
+/// So many pixels that vary independently tell how variance and skewness are shared between the sides.
+pub const MANY: f64 = 64.0;
+/// Where the brightest thousandth of the values carries more than this share of a side's variance, there may be more
+/// that have not been seen: exponential noise has 5 %, noise whose variance is barely finite (Pareto's law of index 2.5)
+/// and shadow rays to a lamp on the ceiling, at 4 samples, a quarter and more.
+pub const LARGEST_BRIGHT_SHARE: f64 = 0.2;
+/// The least normal 16-bit float: below it, rounding is absolute.
+pub const LEAST_HALF: f64 = 1.0 / 16384.0;
+/// How far a mean of 4096 samples may be off, relatively, if they are added one by one in single precision: 4096·2⁻²⁴.
+pub const SINGLE_SUMS: f64 = 1.0 / 4096.0;
+/// The largest share of a part's difference that one pixel may have.
+pub const LARGEST_LONE_SHARE: f64 = 0.5;
 /// The chance to miss a bias that "would have been seen".
 pub const MISS: f64 = 0.1;
 /// Where the second image is darker than this share of its mean, differences are relative to that mean.
@@ -48,31 +79,6 @@ pub const DARK: f64 = 1e-3;
 /// Independent values of one law are all the same on either side, but differ between the sides, with a chance of at
 /// most 4⁻ⁿ.
 pub const ENOUGH_WITHOUT_NOISE: f64 = 64.0;
-
-/// What is known of one renderer, in one channel: pixels row by row.
-#[derive(Clone, Debug)]
-pub enum Side<'a> {
-    /// Independent images, at least two; three or more tell of their skewness.
-    Images(Vec<&'a [f64]>),
-    /// One image and its standard errors. Pixels are taken to be independent, with a skewness of the mean of at most
-    /// 1, as of light that was met once, and one degree of freedom each.
-    Errors(&'a [f64], &'a [f64]),
-    /// A reference without error.
-    Exact(&'a [f64]),
-}
-
-impl Side<'_> {
-    fn images(&self) -> u32 {
-        match self {
-            Self::Images(images) => images.len() as u32,
-            Self::Errors(..) => 1,
-            Self::Exact(_) => u32::MAX,
-        }
-    }
-}
-
-/// Left, top, and the first column and row that are outside.
-pub type Area = [usize; 4];
 
 /// How images are judged.
 #[derive(Clone, Debug)]
@@ -87,11 +93,14 @@ pub struct Rules {
     pub regions: Vec<Area>,
     /// Differences below this share of the values are rounding.
     pub rounding: f64,
+    /// Whether samples may have been added one by one in single precision: differences up to [`SINGLE_SUMS`] are then no
+    /// evidence, and all that is found if there are no others is undecided.
+    pub single_sums: bool,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { level: 1e-3, margin: 0.01, tile: 16, regions: Vec::new(), rounding: 1e-5 }
+        Self { level: 1e-3, margin: 0.01, tile: 16, regions: Vec::new(), rounding: 1e-5, single_sums: false }
     }
 }
 
@@ -121,8 +130,10 @@ pub struct Place {
     pub noiseless: bool,
     /// What may be rounding, relative.
     pub rounding: f64,
-    /// Whether skewness leaves the tail at the level of its kind valid.
+    /// Whether skewness leaves the tail at the level of its kind valid, or the difference is far.
     pub judged: bool,
+    /// Whether the difference is so large that it stands in spite of skewness: see [`FAR`].
+    pub far: bool,
 }
 
 impl Place {
@@ -137,15 +148,17 @@ impl Place {
         [-1.0, 1.0].map(|side| self.difference() + side * (half + self.rounding))
     }
 
-    /// The smallest relative difference that would have been seen at a level, but for a chance of [`MISS`].
+    /// The smallest relative difference that would be seen at a level in other images like these, but for a chance of
+    /// [`MISS`], on average over what the standard error is estimated to be.
     pub fn seen(&self, level: f64) -> f64 {
-        let sensitivity = Sensitivity::Normal { standard_error: self.standard_error, dof: self.dof, tests: 1 };
-        sensitivity.smallest_effect_at(MISS, level) / self.scale + self.rounding
+        let estimates =
+            if self.standard_error > 0.0 { smallest_effect_in_estimates(self.dof, level, MISS) } else { 0.0 };
+        estimates * self.standard_error / self.scale + self.rounding
     }
 
-    /// Whether it differs whatever the law of noise is: see [`FAR`].
-    fn is_far(&self, level: f64) -> bool {
-        self.standard_error > 0.0 && self.sigmas.abs() >= FAR / level.sqrt()
+    /// Whether its difference, if any, is within [`SINGLE_SUMS`].
+    pub fn may_be_single_sums(&self) -> bool {
+        (self.means[0] - self.means[1]).abs() <= SINGLE_SUMS * self.means[0].abs().max(self.means[1].abs())
     }
 
     /// Whether it says anything: images show noise here, or nowhere in the channel, or two constants that differ beyond
@@ -183,7 +196,7 @@ impl Kind {
 
     /// Whether a place of it differs.
     pub fn rejects(&self, place: &Place) -> bool {
-        (self.counts || place.is_far(self.level)) && place.judged && place.p < self.level
+        (self.counts || place.far) && place.judged && place.p < self.level
     }
 
     /// What differs.
@@ -197,106 +210,12 @@ impl Kind {
 pub struct Comparison {
     /// In this order.
     pub kinds: [Kind; 4],
-    /// Fails if any place is rejected; holds if none is, and the image means are equal within the margin. If undecided,
-    /// about how many times as many images would decide.
+    /// The brightest values of the two sides, channel by channel.
+    pub brightest: Vec<[Brightest; 2]>,
+    /// Fails if any place is rejected, by more than [`Rules::single_sums`] lets pass; holds if none is, and the image
+    /// means are equal within the margin. If undecided, about how many times as many images would decide; `u64::MAX` if
+    /// more of the same would not.
     pub verdict: Verdict,
-}
-
-/// The mean of one side over an area.
-#[derive(Clone, Copy)]
-struct Part {
-    mean: f64,
-    variance: f64,
-    dof: f64,
-    /// Variance and third cumulant of the mean if pixels were independent.
-    independent: [f64; 2],
-}
-
-/// One side with what its pixels say.
-struct Prepared<'a> {
-    side: &'a Side<'a>,
-    width: usize,
-    /// Mean, and variance and third cumulant of the mean, of each pixel.
-    pixels: Vec<[f64; 3]>,
-    /// How many times the variance of a tile's mean is what it were if pixels were independent.
-    correlation: f64,
-}
-
-impl<'a> Prepared<'a> {
-    fn new(side: &'a Side<'a>, width: usize, tiles: &[Area]) -> Self {
-        let pixels: Vec<[f64; 3]> = match side {
-            Side::Images(images) => (0..images[0].len())
-                .into_par_iter()
-                .map(|i| {
-                    let n = images.len() as f64;
-                    let mean = mean_of(images.iter().map(|image| image[i]));
-                    let power = |k: i32| images.iter().map(|image| (image[i] - mean).powi(k)).sum::<f64>();
-                    // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is known of skewness.
-                    [mean, power(2) / (n - 1.0) / n, power(3) / ((n - 1.0) * (n - 2.0)) / n]
-                })
-                .collect(),
-            Side::Errors(mean, errors) => mean.iter().zip(*errors).map(|(&m, &e)| [m, e * e, e.powi(3)]).collect(),
-            Side::Exact(mean) => mean.iter().map(|&m| [m, 0.0, 0.0]).collect(),
-        };
-        let mut prepared = Self { side, width, pixels, correlation: 1.0 };
-        if let Side::Images(_) = side {
-            let sums = tiles.iter().map(|tile| (prepared.part(tile), area(tile).powi(2)));
-            let (found, independent) =
-                sums.fold((0.0, 0.0), |(f, i), (part, k)| (f + k * part.variance, i + k * part.independent[0]));
-            // NaN, where nothing varies, becomes 1.
-            prepared.correlation = (found / independent).max(1.0);
-        }
-        prepared
-    }
-
-    fn part(&self, &[x0, y0, x1, y1]: &Area) -> Part {
-        let pixels = || (y0..y1).flat_map(move |y| y * self.width + x0..y * self.width + x1);
-        let share = 1.0 / area(&[x0, y0, x1, y1]);
-        let sum = |k: usize| pixels().map(|i| self.pixels[i][k]).sum::<f64>() * share.powi(1 + k as i32);
-        let independent = [sum(1), sum(2)];
-        let (mean, variance, dof) = match self.side {
-            Side::Images(images) => {
-                let n = images.len() as f64;
-                let of = |image: &&[f64]| pixels().map(|i| image[i]).sum::<f64>() * share;
-                let means: Vec<f64> = images.iter().map(of).collect();
-                let mean = mean_of(means.iter().copied());
-                let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
-                (mean, squares / (n - 1.0) / n, n - 1.0)
-            }
-            Side::Errors(..) => (sum(0), independent[0], satterthwaite(pixels().map(|i| (self.pixels[i][1], 1.0)))),
-            Side::Exact(_) => (sum(0), 0.0, f64::INFINITY),
-        };
-        Part { mean, variance, dof, independent }
-    }
-
-    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of` pixels.
-    fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
-        // A sum of few terms is as skewed as so many fewer independent ones.
-        let together = if pixels > 1.0 { self.correlation } else { 1.0 };
-        let more = of / pixels;
-        let [second, third] = part.independent;
-        [second * more * together, third * (more * together).powi(2)]
-    }
-}
-
-/// The mean of some values, which is exact where all are the same.
-fn mean_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let first = values.clone().next().unwrap_or(f64::NAN);
-    first + values.clone().map(|value| value - first).sum::<f64>() / values.count() as f64
-}
-
-fn area([x0, y0, x1, y1]: &Area) -> f64 {
-    ((x1 - x0) * (y1 - y0)) as f64
-}
-
-/// Equal parts of a frame, or parts of these sides.
-fn grid([width, height]: [usize; 2], [w, h]: [usize; 2]) -> ([usize; 2], Vec<Area>) {
-    let counts = [width.div_ceil(w), height.div_ceil(h)];
-    let part = |i: usize| {
-        let [x, y] = [i % counts[0] * w, i / counts[0] * h];
-        [x, y, (x + w).min(width), (y + h).min(height)]
-    };
-    (counts, (0..counts[0] * counts[1]).map(part).collect())
 }
 
 /// Compares two sides, channel by channel, of frames of this `width`.
@@ -311,9 +230,9 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     let size = [width, pixels / width];
     let (tiles_across, tiles) = grid(size, [rules.tile; 2]);
     let (_, mut regions) = grid(size, size.map(|side| side.div_ceil(3)));
+    let prepare = |side| Prepared::new(side, width, [&tiles, &regions]);
+    let prepared: Vec<[Prepared; 2]> = channels.iter().map(|sides| sides.each_ref().map(prepare)).collect();
     regions.extend(&rules.regions);
-    let prepared: Vec<[Prepared; 2]> =
-        channels.iter().map(|sides| sides.each_ref().map(|side| Prepared::new(side, width, &tiles))).collect();
     let noiseless: Vec<bool> = channels
         .iter()
         .zip(&prepared)
@@ -327,11 +246,30 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     let overall: Vec<f64> = (0..channels.len()).map(|channel| parts(channel, &whole)[1].mean.abs()).collect();
     let of_tiles: Vec<Vec<[Part; 2]>> =
         (0..channels.len()).map(|channel| tiles.par_iter().map(|tile| parts(channel, tile)).collect()).collect();
+    // Whether so many pixels vary independently on both sides that they tell how their noise is shared.
+    let are_many = |channel: usize, at: &Area| {
+        let correlation = prepared[channel].each_ref().map(|side| side.correlation);
+        area(at) / correlation[0].max(correlation[1]) >= MANY
+    };
+    let tile_of = |at: &Area| at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
+    // Whether a difference that seems real is more than one pixel with few values, of which each side happens to have
+    // met another one every time: of a pixel, by the noisiest of its tile; of a part, if no pixel makes up half of it.
+    let is_confirmed = |place: &Place, critical: f64| {
+        let [a, b] = &prepared[place.channel];
+        if area(&place.area) > 1.0 {
+            let largest = a.pixels_of(&place.area).map(|i| (a.pixels[i][0] - b.pixels[i][0]).abs()).fold(0.0, f64::max);
+            largest <= LARGEST_LONE_SHARE * area(&place.area) * (place.means[0] - place.means[1]).abs()
+        } else {
+            let tile = &tiles[tile_of(&place.area)];
+            let noisiest = [a, b].map(|side| side.pixels_of(tile).map(|i| side.pixels[i][1]).fold(0.0, f64::max));
+            place.sigmas.abs() * place.standard_error > critical * (noisiest[0] + noisiest[1]).sqrt()
+        }
+    };
     let place = |channel: usize, at: Area| {
         let [a, b] = parts(channel, &at);
         let pixels = area(&at);
         // A pixel's images are too few to tell of skewness: those of its tile do.
-        let tile = at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
+        let tile = tile_of(&at);
         let (pool, of) = if pixels > 1.0 { ([a, b], pixels) } else { (of_tiles[channel][tile], area(&tiles[tile])) };
         let [of_a, of_b] = [0, 1].map(|side| prepared[channel][side].cumulants(&pool[side], of, pixels));
         let alike = of_a[1].abs() + of_b[1].abs();
@@ -341,10 +279,16 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let skewness = |third: f64| if third == 0.0 || second == 0.0 { 0.0 } else { third / second.powf(1.5) };
         let scale = if b.mean.abs() > DARK * overall[channel] { b.mean.abs() } else { overall[channel] };
         let scale = if scale > 0.0 { scale } else { 1.0 };
-        let rounding = rules.rounding * a.mean.abs().max(b.mean.abs());
+        // Below its least normal number, a 16-bit float is rounded absolutely.
+        let least = if rules.rounding >= HALF { LEAST_HALF } else { 0.0 };
+        let rounding = rules.rounding * a.mean.abs().max(b.mean.abs()).max(least);
         let difference = a.mean - b.mean;
         let standard_error = (a.variance + b.variance).sqrt();
-        let dof = satterthwaite([a, b].map(|side| (side.variance, side.dof)));
+        let dof = match are_many(channel, &at) {
+            true => satterthwaite([(of_a[0], a.dof), (of_b[0], b.dof)]),
+            // At least so many, whatever the shares of the sides (Mickey and Brown 1966).
+            false => a.dof.min(b.dof),
+        };
         let sigmas = (difference.abs() - rounding).max(0.0).copysign(difference) / standard_error;
         // So many values that are all the same speak against another mean.
         let values = channels[channel].iter().map(|side| side.images() as f64 * pixels).fold(f64::INFINITY, f64::min);
@@ -366,17 +310,29 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             noiseless,
             rounding: rounding / scale,
             judged: false,
+            far: false,
         }
     };
+    let fewest_dof = parts(0, &[0, 0, 1, 1]).iter().map(|part| part.dof).fold(f64::INFINITY, f64::min);
     let kind = |name, grid, areas: &[Area]| {
         let count = areas.len();
         let level = rules.level / (4 * count * channels.len()) as f64;
-        let tail = normal_upper(level / 2.0);
+        let critical = |dof: f64| student_upper(level / 2.0, dof.clamp(1.0, 1e9));
+        // Pixels have the fewest degrees of freedom, all the same.
+        let fewest = critical(fewest_dof);
         let judge = |place: Place| {
-            let [term, alike] = place.skewness.map(|skewness| Sigma::Estimated.skew_term(skewness, tail));
-            let valid = term <= LARGEST_SKEW_TERM && alike <= LARGEST_ALIKE;
-            let valid = valid || place.standard_error == 0.0 || place.is_far(level);
-            Place { judged: place.varies() && valid, ..place }
+            let critical = if place.dof == fewest_dof { fewest } else { critical(place.dof) };
+            let term = |skewness, t| Sigma::Estimated.skew_term(skewness, deviation(t, place.dof));
+            let [cancelled, alike] = place.skewness;
+            let valid = term(cancelled, critical) <= LARGEST_SKEW_TERM && term(alike, critical) <= LARGEST_ALIKE;
+            let t = FAR * critical;
+            let far = place.sigmas.abs() > t
+                && alike <= LARGEST_SKEWNESS
+                && are_many(place.channel, &place.area)
+                && student_two_sided(t, place.dof) * (2.0 * term(alike, t)).exp() < level;
+            let exact = place.standard_error == 0.0;
+            let confirmed = exact || place.p >= level || is_confirmed(&place, critical);
+            Place { judged: place.varies() && (valid || far || exact) && confirmed, far, ..place }
         };
         let all = (0..channels.len() * count).into_par_iter();
         let places = all.map(|i| judge(place(i / count, areas[i % count]))).collect();
@@ -391,12 +347,23 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         kind("tile", tiles_across, &tiles),
         kind("pixel", size, &grid(size, [1, 1]).1),
     ];
-    let verdict = if kinds.iter().any(|kind| kind.rejected().next().is_some()) {
+    let rejected = || kinds.iter().flat_map(Kind::rejected);
+    let verdict = if rejected().any(|place| !rules.single_sums || !place.may_be_single_sums()) {
         Verdict::Fails
+    } else if rejected().next().is_some() {
+        Verdict::Undecided { needed: u64::MAX }
     } else {
         lacking(&kinds[0], rules.margin).map_or(Verdict::Holds, |needed| Verdict::Undecided { needed })
     };
-    Comparison { kinds, verdict }
+    let brightest = prepared.iter().map(|sides| sides.each_ref().map(Prepared::brightest)).collect();
+    Comparison { kinds, brightest, verdict }
+}
+
+/// How many true standard errors a difference is off that is t estimated ones: √E(z² | t), where normal noise has
+/// E(z² | t) = (ν + 1) t²/(ν + t²). With few degrees of freedom t is large for its small denominator more than for values
+/// far out, where skewness bends the law.
+fn deviation(t: f64, dof: f64) -> f64 {
+    if dof.is_finite() { t * ((dof + 1.0) / (dof + t * t)).sqrt() } else { t }
 }
 
 /// How many times as many images let the image mean be called equal, if these do not.

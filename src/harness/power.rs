@@ -140,32 +140,51 @@ impl Sensitivity {
 
     /// The same at another level.
     pub fn smallest_effect_at(&self, chance: f64, alpha: f64) -> f64 {
-        let seen = |size: f64| self.worst_miss_at(size, alpha) <= chance;
-        if seen(f64::MIN_POSITIVE) {
-            return 0.0;
-        }
-        // Powers of two enclose it, halves narrow it down: misses fall as effects grow.
-        let mut high = 1.0;
-        while !seen(high) {
-            high *= 2.0;
-            if high > 1e30 {
-                return f64::INFINITY;
-            }
-        }
-        while seen(0.5 * high) {
-            high *= 0.5;
-        }
-        let mut low = 0.5 * high;
-        while high - low > 1e-9 * high {
-            let middle = 0.5 * (low + high);
-            if seen(middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        high
+        smallest(|size| self.worst_miss_at(size, alpha) <= chance)
     }
+}
+
+/// The smallest effect, in *estimated* standard errors, that a t test at a two-sided `level` misses with probability at
+/// most `chance`, on average over the estimate: an effect that is stated by some values is looked for in others, whose
+/// standard error is another estimate. `dof` > 0, infinite if the standard error is known.
+pub fn smallest_effect_in_estimates(dof: f64, level: f64, chance: f64) -> f64 {
+    // The estimate's quantiles over the true standard error, each as likely as the others.
+    let quantiles: Vec<f64> = match dof < 1e6 {
+        true => (0..64).map(|i| (chi_square_upper((f64::from(i) + 0.5) / 64.0, dof) / dof).sqrt()).collect(),
+        false => vec![1.0],
+    };
+    let critical = critical(dof, level);
+    let miss =
+        |size: f64| quantiles.iter().map(|estimate| noncentral_miss(size * estimate, critical, dof)).sum::<f64>();
+    smallest(|size| miss(size) <= chance * quantiles.len() as f64)
+}
+
+/// The smallest size that is seen, if larger ones are; infinite if none is.
+fn smallest(seen: impl Fn(f64) -> bool) -> f64 {
+    if seen(f64::MIN_POSITIVE) {
+        return 0.0;
+    }
+    // Powers of two enclose it, halves narrow it down: misses fall as effects grow.
+    let mut high = 1.0;
+    while !seen(high) {
+        high *= 2.0;
+        if high > 1e30 {
+            return f64::INFINITY;
+        }
+    }
+    while seen(0.5 * high) {
+        high *= 0.5;
+    }
+    let mut low = 0.5 * high;
+    while high - low > 1e-9 * high {
+        let middle = 0.5 * (low + high);
+        if seen(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
 }
 
 /// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation in
@@ -174,15 +193,23 @@ pub(crate) fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
     (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
 }
 
-/// The noncentral t law at the critical value c: (c (1 − 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to
-/// normal (Abramowitz and Stegun, 26.7.10).
 fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
     if standard_error == 0.0 {
         return if size > 0.0 { 0.0 } else { 1.0 };
     }
-    let critical = if dof.is_finite() { student_upper(level / 2.0, dof.max(1.0)) } else { normal_upper(level / 2.0) };
+    noncentral_miss(size / standard_error, critical(dof, level), dof)
+}
+
+/// The t beyond which a two-sided level rejects.
+fn critical(dof: f64, level: f64) -> f64 {
+    if dof.is_finite() { student_upper(level / 2.0, dof.max(1.0)) } else { normal_upper(level / 2.0) }
+}
+
+/// The noncentral t law at the critical value c: (c (1 − 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to
+/// normal (Abramowitz and Stegun, 26.7.10).
+fn noncentral_miss(shift: f64, critical: f64, dof: f64) -> f64 {
     let spread = (1.0 + critical * critical / (2.0 * dof)).sqrt();
-    let (shift, bound) = (size / standard_error, critical * (1.0 - 0.25 / dof));
+    let bound = critical * (1.0 - 0.25 / dof);
     // Beyond the other critical value it is rejected, too.
     normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread)
 }

@@ -123,7 +123,7 @@ fn listed(names: &[String]) -> String {
 /// Sums of many 32-bit floats are off by less than this share.
 const FLOAT: f64 = 1e-5;
 /// Half a unit in the last place of a 16-bit float.
-const HALF: f64 = 1.0 / 2048.0;
+pub(crate) const HALF: f64 = 1.0 / 2048.0;
 
 /// Decodes the bytes of a file, whose `path` is for messages. `layer` is what stands before the last dot of the
 /// channels' names, or one or three full names of channels with commas; `option` is how a user gives it, for messages.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::ENOUGH_WITHOUT_NOISE;
+use whitefurnace::image::provenance;
 use whitefurnace::image::read::{Meaning, Picture, decode};
 
 /// An image and where it is from.
@@ -13,6 +14,8 @@ pub(super) struct Input {
     /// SHA-256 of the file.
     pub digest: String,
     pub picture: Picture,
+    /// How it was made, if `render` made it.
+    pub provenance: Option<String>,
 }
 
 /// How many there are, in words.
@@ -59,7 +62,7 @@ pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
         let path = path.display();
         return Err(Error::Option(format!("{path} has eight bits a value, too few to judge: write EXR or PFM")));
     }
-    Ok(Input { path: path.to_owned(), digest, picture })
+    Ok(Input { path: path.to_owned(), digest, picture, provenance: provenance(&bytes) })
 }
 
 /// The channels that were read of the images of a side, each way once.

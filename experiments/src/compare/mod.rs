@@ -1,5 +1,6 @@
 //! The program `compare`: two renderers on trial by their images.
 
+mod cautions;
 mod files;
 mod hint;
 mod report;
@@ -18,10 +19,10 @@ use crate::say;
 use files::{Input, Layer};
 
 /// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with one bound on the
-/// chance of a false alarm for all of these.
+/// chance of a false alarm for all of these, as far as the images show their brightest paths.
 ///
 /// Examples:
-///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, four or more of each
+///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, eight of each
 ///   compare --a a.exr --b b.exr                       one of each, with standard errors (channels stderr.R, ...)
 ///   compare --a 'a-*.pfm' --reference exact.pfm       against an image without error
 ///   compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined            by the name of a layer
@@ -66,7 +67,7 @@ pub struct Compare {
     /// beyond noise is one at any size; from 0.000001 to 100
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
     margin: f64,
-    /// The chance that right renderers are called different; from 0.000000000001 to 0.5
+    /// The chance that right renderers are called different, as far as their images show their brightest paths; from 0.000000000001 to 0.5
     #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = real(1e-12..=0.5))]
     level: f64,
     /// The side of a tile in pixels; from 2 to 65536
@@ -116,6 +117,10 @@ fn run(options: &Compare) -> Result<u8, Error> {
     if options.reference.is_none() {
         files::complete("--b", &mut b)?;
     }
+    cautions::check("--a", &a)?;
+    if options.reference.is_none() {
+        cautions::check("--b", &b)?;
+    }
     let (a, b, exact) = (&a[..], &b[..], options.reference.is_some());
     let [width, height] = a[0].picture.size;
     if let Some(region) = options.region.iter().find(|region| region[2] > width || region[3] > height) {
@@ -127,6 +132,7 @@ fn run(options: &Compare) -> Result<u8, Error> {
         tile: options.tile,
         regions: options.region.clone(),
         rounding: a.iter().chain(b).map(|input| input.picture.rounding).fold(0.0, f64::max),
+        single_sums: !a.iter().chain(b).all(cautions::is_ours),
     };
     std::fs::create_dir_all(&options.out).map_err(Error::file("create", &options.out))?;
     let pictures = [a, b].map(|side| side.iter().map(|input| &input.picture).collect::<Vec<_>>());
@@ -252,6 +258,11 @@ impl Trial<'_> {
                 "nothing that could be judged differs, and the image mean is equal within {} %",
                 100.0 * self.rules.margin
             ),
+            Verdict::Undecided { .. } if kinds.iter().any(|kind| kind.rejected().next().is_some()) => format!(
+                "the difference is more than noise, but nowhere more than {:.3} %, as 4096 samples that are added one by one \
+                 in single precision may be off: add them in double precision to tell",
+                100.0 * images::SINGLE_SUMS
+            ),
             Verdict::Undecided { needed } => {
                 let unknown = means.places.iter().any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
@@ -272,7 +283,7 @@ impl Trial<'_> {
         }
     }
 
-    /// At most thirteen lines.
+    /// At most fifteen lines.
     fn summary(&self) -> String {
         let [means, others @ ..] = &self.found.kinds;
         let [width, height] = self.a[0].picture.size;
@@ -281,7 +292,8 @@ impl Trial<'_> {
         lines.extend(self.readings());
         lines.extend(self.note.iter().map(|note| format!("note: {note}")));
         lines.push(format!(
-            "{} against {}{} of {width} × {height} pixels; chance of a false alarm at most {}",
+            "{} against {}{} of {width} × {height} pixels; chance of a false alarm at most {}, as far as \
+             these show their brightest paths",
             files::count(self.a),
             if self.exact { "a reference, " } else { "" },
             files::count(self.b),
@@ -299,6 +311,7 @@ impl Trial<'_> {
             ));
         }
         lines.extend(others.iter().map(report::kind_line));
+        lines.extend(self.cautions());
         lines.join("\n")
     }
 }

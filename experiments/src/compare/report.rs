@@ -110,6 +110,7 @@ fn numbers(trial: &Trial) -> Value {
         "why": trial.why(),
         "hint": trial.hint,
         "note": trial.note,
+        "cautions": trial.cautions(),
         "times_as_many_images": match trial.found.verdict { Verdict::Undecided { needed } => Some(needed), _ => None },
         "level": trial.rules.level,
         "margin": trial.rules.margin,
@@ -314,7 +315,9 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         html,
         "<p>Two right renderers are called different with a chance of at most {}: a quarter of it for each kind of place, \
          divided among its places and channels. Each place is judged by Welch's test, if skewness, as the images show it, \
-         leaves its tail valid; a kind counts if at least half of its places that vary are judged. Renderers agree if no \
+         leaves its tail valid, as far as the images show their brightest paths: noise that has not been met has no test. A kind \
+         counts if at least half of its places that vary are judged, and a difference must be more than that of one pixel. \
+         Renderers agree if no \
          place differs, however little, and the interval of the image mean's difference lies within ±{} %. Where no \
          value varies, values are compared as they stand.</p><ul>",
         trial.rules.level,
@@ -325,9 +328,15 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     }
     for (what, seen) in smallest(trial) {
         if let Some(seen) = seen {
-            let _ =
-                write!(html, "<li>{what}: a bias of {} would have been seen, but for a chance of 10 %", percent(seen));
+            let _ = write!(
+                html,
+                "<li>{what}: a bias of {} would be seen in other images like these, but for a chance of 10 %",
+                percent(seen)
+            );
         }
+    }
+    for line in trial.cautions() {
+        let _ = write!(html, "<li>{}", escaped(&line));
     }
     html += "</ul>";
     for (name, inputs) in [("First", trial.a), (if trial.exact { "Reference" } else { "Second" }, trial.b)] {

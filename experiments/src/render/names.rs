@@ -134,6 +134,11 @@ impl EstimatorName {
     pub(super) fn makes_images(self) -> bool {
         matches!(self, Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm)
     }
+
+    /// Whether pixels share paths or photons, so that their standard errors do not tell that of a mean of pixels.
+    pub(crate) fn shares_paths(self) -> bool {
+        self.makes_images() || self == Self::Photon
+    }
 }
 
 /// What follows the paths of estimators of single rays, as programs name it.

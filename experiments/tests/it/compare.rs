@@ -128,7 +128,10 @@ fn bad_input_gets_one_line_and_exit_code_three() {
         ("--a a.exr --b text.exr", "cannot read text.exr: neither EXR nor PFM"),
         ("--a a.exr --b b.exr --layer none", "choose by --layer among: R,G,B, albedo, normal, samples, stderr"),
         ("--a a.exr --b b.exr --b-layer depth", "cannot read b.exr: no layer \"depth\""),
-        ("--a a.exr --b one.pfm --layer albedo", "cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer"),
+        (
+            "--a a.exr --b one.pfm --layer albedo",
+            "cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer",
+        ),
         ("--a a.exr --b b.exr --region 0,0,9,6", "--region [0, 0, 9, 6] reaches beyond"),
         ("--a a.exr --b b.exr --region 3,0,3,6", "X0 < X1"),
         ("--a a.exr --b b.exr --level 1", "from 0.000000000001 to 0.5"),

@@ -10,6 +10,7 @@ use experiments::run::record::{recorded_folder, result};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod compare;
+mod compare_noise;
 mod densities;
 mod export;
 mod figures;

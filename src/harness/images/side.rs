@@ -1,0 +1,174 @@
+//! One side of a comparison: means, noise and skewness of its places, and its brightest values.
+
+use rayon::prelude::*;
+
+use crate::harness::mean::satterthwaite;
+
+/// What is known of one renderer, in one channel: pixels row by row.
+#[derive(Clone, Debug)]
+pub enum Side<'a> {
+    /// Independent images, at least two; three or more tell of their skewness.
+    Images(Vec<&'a [f64]>),
+    /// One image and its standard errors. Pixels are taken to be independent, with a skewness of the mean of at most
+    /// 1, as of light that was met once, and one degree of freedom each.
+    Errors(&'a [f64], &'a [f64]),
+    /// A reference without error.
+    Exact(&'a [f64]),
+}
+
+impl Side<'_> {
+    pub(super) fn images(&self) -> u32 {
+        match self {
+            Self::Images(images) => images.len() as u32,
+            Self::Errors(..) => 1,
+            Self::Exact(_) => u32::MAX,
+        }
+    }
+}
+
+/// Left, top, and the first column and row that are outside.
+pub type Area = [usize; 4];
+
+/// The brightest thousandth of a side's values in one channel, but at least one: what they carry of its noise.
+#[derive(Clone, Copy, Debug)]
+pub struct Brightest {
+    /// How many values they are.
+    pub count: usize,
+    /// Their share of the variance of the image mean; from 0 to about 1. NaN where nothing varies.
+    pub share: f64,
+    /// The number of the image that has the brightest of them, and the number of its pixel.
+    pub at: [usize; 2],
+}
+
+/// The mean of one side over an area.
+#[derive(Clone, Copy)]
+pub(super) struct Part {
+    pub mean: f64,
+    pub variance: f64,
+    pub dof: f64,
+    /// Variance and third cumulant of the mean if pixels were independent.
+    pub independent: [f64; 2],
+}
+
+/// One side with what its pixels say.
+pub(super) struct Prepared<'a> {
+    side: &'a Side<'a>,
+    width: usize,
+    /// Mean, and variance and third cumulant of the mean, of each pixel.
+    pub pixels: Vec<[f64; 3]>,
+    /// The variance of the mean of a tile, or of a ninth of the image if that is more, over what it were if pixels were
+    /// independent; at least 1.
+    pub correlation: f64,
+}
+
+impl<'a> Prepared<'a> {
+    /// `grids` are the parts of the image by which it is told how far pixels are correlated.
+    pub fn new(side: &'a Side<'a>, width: usize, grids: [&[Area]; 2]) -> Self {
+        let pixels: Vec<[f64; 3]> = match side {
+            Side::Images(images) => (0..images[0].len())
+                .into_par_iter()
+                .map(|i| {
+                    let n = images.len() as f64;
+                    let mean = mean_of(images.iter().map(|image| image[i]));
+                    let power = |k: i32| images.iter().map(|image| (image[i] - mean).powi(k)).sum::<f64>();
+                    // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is known of skewness.
+                    [mean, power(2) / (n - 1.0) / n, power(3) / ((n - 1.0) * (n - 2.0)) / n]
+                })
+                .collect(),
+            Side::Errors(mean, errors) => mean.iter().zip(*errors).map(|(&m, &e)| [m, e * e, e.powi(3)]).collect(),
+            Side::Exact(mean) => mean.iter().map(|&m| [m, 0.0, 0.0]).collect(),
+        };
+        let mut prepared = Self { side, width, pixels, correlation: 1.0 };
+        if let Side::Images(_) = side {
+            let ratio = |areas: &[Area]| {
+                let sums = areas.iter().map(|at| (prepared.part(at), area(at).powi(2)));
+                let (found, independent) =
+                    sums.fold((0.0, 0.0), |(f, i), (part, k)| (f + k * part.variance, i + k * part.independent[0]));
+                found / independent
+            };
+            // NaN, where nothing varies, becomes 1.
+            prepared.correlation = grids.map(ratio).into_iter().fold(1.0, f64::max);
+        }
+        prepared
+    }
+
+    /// The numbers of the pixels of an area.
+    pub fn pixels_of(&self, &[x0, y0, x1, y1]: &Area) -> impl Iterator<Item = usize> + use<> {
+        let width = self.width;
+        (y0..y1).flat_map(move |y| y * width + x0..y * width + x1)
+    }
+
+    pub fn part(&self, at: &Area) -> Part {
+        let pixels = || self.pixels_of(at);
+        let share = 1.0 / area(at);
+        let sum = |k: usize| pixels().map(|i| self.pixels[i][k]).sum::<f64>() * share.powi(1 + k as i32);
+        let independent = [sum(1), sum(2)];
+        let (mean, variance, dof) = match self.side {
+            Side::Images(images) => {
+                let n = images.len() as f64;
+                let of = |image: &&[f64]| pixels().map(|i| image[i]).sum::<f64>() * share;
+                let means: Vec<f64> = images.iter().map(of).collect();
+                let mean = mean_of(means.iter().copied());
+                let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
+                (mean, squares / (n - 1.0) / n, n - 1.0)
+            }
+            Side::Errors(..) => (sum(0), independent[0], satterthwaite(pixels().map(|i| (self.pixels[i][1], 1.0)))),
+            Side::Exact(_) => (sum(0), 0.0, f64::INFINITY),
+        };
+        Part { mean, variance, dof, independent }
+    }
+
+    /// The values that are brightest beside the mean of their pixel.
+    pub fn brightest(&self) -> Brightest {
+        // How far above the mean, number of the image, of the pixel.
+        let (mut values, per_square): (Vec<(f64, u32, usize)>, f64) = match self.side {
+            Side::Images(images) => {
+                let above = |k: usize| move |(i, value): (usize, &f64)| (value - self.pixels[i][0], k as u32, i);
+                let values = images.iter().enumerate().flat_map(|(k, image)| image.iter().enumerate().map(above(k)));
+                // A lone bright value is 1 − 1/n of itself above the mean that it is part of, and n(n − 1) squares make
+                // the variance of a mean.
+                (values.collect(), (images.len() as f64 - 1.0).powi(-2))
+            }
+            Side::Errors(_, errors) => (errors.iter().enumerate().map(|(i, &error)| (error, 0, i)).collect(), 1.0),
+            Side::Exact(_) => (Vec::new(), 1.0),
+        };
+        let count = (values.len() / 1000).max(1).min(values.len());
+        if count < values.len() {
+            values.select_nth_unstable_by(count, |x, y| y.0.total_cmp(&x.0));
+        }
+        let top = &values[..count];
+        let squares: f64 = top.iter().map(|(above, ..)| above * above).sum();
+        let variance: f64 = self.pixels.iter().map(|[_, variance, _]| variance).sum();
+        let first = top.iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or([0; 2], |&(_, k, i)| [k as usize, i]);
+        Brightest { count, share: squares * per_square / variance, at: first }
+    }
+
+    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of` pixels.
+    pub fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
+        // A sum of few terms is as skewed as so many fewer independent ones.
+        let together = if pixels > 1.0 { self.correlation } else { 1.0 };
+        let more = of / pixels;
+        let [second, third] = part.independent;
+        [second * more * together, third * (more * together).powi(2)]
+    }
+}
+
+/// The mean of some values, which is exact where all are the same.
+fn mean_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let first = values.clone().next().unwrap_or(f64::NAN);
+    first + values.clone().map(|value| value - first).sum::<f64>() / values.count() as f64
+}
+
+pub(super) fn area([x0, y0, x1, y1]: &Area) -> f64 {
+    ((x1 - x0) * (y1 - y0)) as f64
+}
+
+/// Equal parts of a frame, or parts of these sides.
+pub(super) fn grid([width, height]: [usize; 2], [w, h]: [usize; 2]) -> ([usize; 2], Vec<Area>) {
+    let counts = [width.div_ceil(w), height.div_ceil(h)];
+    let part = |i: usize| {
+        let [x, y] = [i % counts[0] * w, i / counts[0] * h];
+        [x, y, (x + w).min(width), (y + h).min(height)]
+    };
+    (counts, (0..counts[0] * counts[1]).map(part).collect())
+}
