@@ -5,6 +5,7 @@ pub mod agreement;
 mod bleeding;
 mod calibration;
 mod caustics;
+mod comparisons;
 mod convergence;
 mod diffuse;
 mod errata;
@@ -64,6 +65,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,
     &single::SINGLE,
+    &comparisons::COMPARISONS,
     &speed::SPEED,
     &trials::TRIALS,
     &faults::FAULTS,
