@@ -358,6 +358,16 @@ impl Scene {
         self.smallest
     }
 
+    /// The largest coordinate of a primitive.
+    fn reach(&self, part: &Part) -> f64 {
+        match part.shape {
+            PartShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
+            PartShape::Triangle { vertices, .. } => {
+                self.corners(vertices).map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max)
+            }
+        }
+    }
+
     /// Refuses a scene of which something is less than [`SMALLEST_DETAIL`] times the largest coordinate: rays would leave it
     /// from so far above it that its shadows move. Scenes from files pass it.
     ///
@@ -369,12 +379,17 @@ impl Scene {
             return Ok(());
         }
         let far = 0.5 * detail / SMALLEST_DETAIL;
-        let reaches = |sphere: &Sphere| (sphere.centre.abs() + sphere.radius).max_element();
-        let mut spheres = self.parts.iter().enumerate().filter_map(|(i, part)| match part.shape {
-            PartShape::Sphere(sphere) if reaches(&sphere) >= extent => Some((i, sphere)),
+        // A sun: all else lies near.
+        let beyond: Vec<_> = self.parts.iter().enumerate().filter(|(_, part)| self.reach(part) > far).collect();
+        let sun = match beyond[..] {
+            [(i, Part { shape: PartShape::Sphere(sphere), .. })]
+                if self.camera.eye.abs().max_element() <= far && sphere.centre.length() > 2.0 * sphere.radius =>
+            {
+                Some((i, *sphere))
+            }
             _ => None,
-        });
-        let remedy = match spheres.next_back() {
+        };
+        let remedy = match sun {
             Some((i, Sphere { centre, radius, .. })) => {
                 let nearer = far / extent;
                 let centre = self.camera.eye + (centre - self.camera.eye) * nearer;
