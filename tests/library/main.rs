@@ -24,6 +24,7 @@ mod degenerate; // scenes that no one would draw
 mod environment; // maps of all directions
 mod eon;
 mod estimator;
+mod features; // every pair of features in one scene, by every estimator
 mod film;
 mod frame;
 mod fresnel;
