@@ -248,7 +248,7 @@ fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outc
                     let error = rounding.relative(sample.weight * lobe.probability, lobe.share);
                     match rounding.excess(error, || judged.conditioning(wo)) {
                         Some(excess) => {
-                            weights.see(excess, || format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}"))
+                            weights.see(excess, || format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}"));
                         }
                         None => left_out += 1,
                     }

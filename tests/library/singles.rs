@@ -464,7 +464,10 @@ fn what_single_precision_would_show_is_refused() {
         })
     };
     for size in [2e6, 1e-7, 1e12] {
-        assert_option_refused(check_singles(&of(size, size, diffuse(0.5)), &path(Finds::Mis)), "the scene reaches to");
+        assert_option_refused(
+            check_singles(&of(size, 0.5 * size, diffuse(0.5)), &path(Finds::Mis)),
+            "the scene reaches to",
+        );
     }
     for size in [1e-6, 1.0, 1e6] {
         let fine = of(size, size / 4097.0, diffuse(0.5));
@@ -472,7 +475,7 @@ fn what_single_precision_would_show_is_refused() {
         check_singles(&of(size, size / 4095.0, diffuse(0.5)), &path(Finds::Mis)).expect("coarse enough");
     }
     // What is far from the camera, too, and zones.
-    let far = of(1.0, 1.0, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
+    let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
     assert_option_refused(check_singles(&far.expect("a camera"), &path(Finds::Mis)), "too small for single precision");
     let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));

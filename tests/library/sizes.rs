@@ -90,7 +90,7 @@ fn particles_reach_their_pixels_in_every_shape() {
         };
         let film = passes(1);
         assert!(film == passes(3), "{frame:?}");
-        let [width, height] = frame;
+        let [width, _] = frame;
         for (i, pixel) in film.pixels().iter().enumerate() {
             let [x, y] = [i as u32 % width, i as u32 / width];
             if pixel.mean().x > 0.0 {
@@ -147,6 +147,11 @@ fn differences_are_found_where_they_are() {
         a.iter_mut().for_each(|image| image[y * width + x] += 5.0);
         let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
         let found = compare(width, &[sides], &Rules::default());
+        if count == 1 {
+            // No difference stands on a single pixel.
+            assert!(matches!(found.verdict, Verdict::Undecided { .. }), "{:?}", found.verdict);
+            continue;
+        }
         assert_eq!(found.verdict, Verdict::Fails, "{width} × {height}");
         let [means, regions, tiles, pixels] = &found.kinds;
         assert_eq!(tiles.grid, [width.div_ceil(16), height.div_ceil(16)]);

@@ -237,9 +237,9 @@ fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
     let rows = *members[0].shape.first()?;
     let mut names: Vec<String> = Vec::new();
     for member in members {
-        match member.shape.as_slice() {
-            &[n, 3] if n == rows => names.extend(NAMES[..3].iter().map(|&name| name.to_owned())),
-            &[n] if n == rows => names.push(text::name(&member.name)),
+        match *member.shape.as_slice() {
+            [n, 3] if n == rows => names.extend(NAMES[..3].iter().map(|&name| name.to_owned())),
+            [n] if n == rows => names.push(text::name(&member.name)),
             _ => return None,
         }
     }

@@ -156,7 +156,9 @@ impl Found {
         };
         // Rounding, of single precision.
         let rounding = 1e-4 * expected;
-        if !(difference.abs() <= FAR * error + rounding) {
+        // False for NaN.
+        let is_near = difference.abs() <= FAR * error + rounding;
+        if !is_near {
             return text("differs");
         }
         if *error > self.precise * expected { text("undecided") } else { None }
