@@ -82,7 +82,8 @@ pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
 /// In single precision shadow rays end this far above an emitter, relative to the largest coordinate of the scene: 2⁻¹⁸,
 /// sixty-four roundings of the longest of them.
 pub const SINGLE_END: f64 = 1.0 / 262_144.0;
-/// In single precision rays leave a primitive from this far above it, relative to its [reach](Scene::single_offset): 2⁻²⁰,
+/// In single precision rays leave a primitive from this far above it, relative to its reach (the largest sum of a point's
+/// coordinates, each times the unit normal's and without sign): 2⁻²⁰,
 /// sixteen roundings, twice the error of a point on it. Where surfaces touch, what leaves one of them nearer than that to
 /// the other starts behind it: of a ball on the floor the lowest part, whose share of its area is that distance over its
 /// diameter.
