@@ -503,7 +503,7 @@ fn what_single_precision_would_show_is_refused() {
     });
     assert_option_refused(check_singles(&sliver, &path(Finds::Mis)), "too small for single precision");
     let frosted = RoughGlass { index: 1.5, alpha: 0.3 };
-    let frosted = of(1.0, 1.0, Surface::new(Bsdf::RoughGlass(frosted)));
+    let frosted = of(1.0, 0.5, Surface::new(Bsdf::RoughGlass(frosted)));
     assert_option_refused(check_singles(&frosted, &path(Finds::Bsdf)), "rough glass");
     let map = EnvironmentMap::new([2, 1], vec![DVec3::ONE, DVec3::splat(2.0)], DVec3::Z, DVec3::X).expect("a map");
     let under_a_map = scene(|scene| {

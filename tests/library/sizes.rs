@@ -3,8 +3,6 @@
 use std::ops::Range;
 
 use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::harness::images::{Rules, Side, compare};
-use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 use whitefurnace::sampler::LONGEST;
 
@@ -131,46 +129,6 @@ fn many_samples_are_the_sum_of_their_parts() {
             assert_eq!(u64::from(pixel.samples()), u64::from(replications) * u64::from(numbers.samples()));
             assert_abs_diff_eq!(pixel.mean(), DVec3::new(1.0, 0.5, 0.25), epsilon = 1e-9);
             assert_abs_diff_eq!(pixel.standard_error(), DVec3::ZERO, epsilon = 1e-9);
-        }
-    }
-}
-
-/// Images of any shape: every place has the mean of its pixels, and what is brighter in one of them is found there alone.
-#[test]
-fn differences_are_found_where_they_are() {
-    let mut rng = rng("sizes");
-    for [width, height] in [[1, 1], [1, 40], [40, 1], [5, 33], [33, 5], [16, 17], [17, 16], [31, 32], [49, 3]] {
-        let count = width * height;
-        let mut image = || (0..count).map(|_| 1.0 + 0.01 * uniform(&mut rng)).collect::<Vec<f64>>();
-        let [mut a, b]: [Vec<Vec<f64>>; 2] = [(); 2].map(|()| (0..8).map(|_| image()).collect());
-        let [x, y] = [width - 1 - width / 4, height / 3];
-        a.iter_mut().for_each(|image| image[y * width + x] += 5.0);
-        let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
-        let found = compare(width, &[sides], &Rules::default());
-        if count == 1 {
-            // No difference stands on a single pixel.
-            assert!(matches!(found.verdict, Verdict::Undecided { .. }), "{:?}", found.verdict);
-            continue;
-        }
-        assert_eq!(found.verdict, Verdict::Fails, "{width} × {height}");
-        let [means, regions, tiles, pixels] = &found.kinds;
-        assert_eq!(tiles.grid, [width.div_ceil(16), height.div_ceil(16)]);
-        assert_eq!(pixels.grid, [width, height]);
-        for kind in [means, regions, tiles, pixels] {
-            let mut covered = vec![0; count];
-            for place in &kind.places {
-                let [x0, y0, x1, y1] = place.area;
-                let inside = || (y0..y1).flat_map(|y| (x0..x1).map(move |x| y * width + x));
-                inside().for_each(|i| covered[i] += 1);
-                let mean = |images: &[Vec<f64>]| {
-                    inside().map(|i| images.iter().map(|image| image[i]).sum::<f64>()).sum::<f64>()
-                        / (8 * inside().count()) as f64
-                };
-                assert_relative_eq!(place.means[..], [mean(&a), mean(&b)][..], max_relative = 1e-12);
-                let holds = (x0..x1).contains(&x) && (y0..y1).contains(&y);
-                assert_eq!(kind.rejects(place), holds, "{width} × {height}: {} {:?}", kind.name, place.area);
-            }
-            assert!(covered.iter().all(|times| *times == 1), "{width} × {height}: {}", kind.name);
         }
     }
 }
