@@ -126,7 +126,7 @@ fn samples(film: &Film) -> u64 {
     film.pixels().iter().map(|pixel| u64::from(pixel.samples())).sum()
 }
 
-/// What to do about an image that is so faint that the rounding of its pixels shows.
+/// Notes an image so faint that the rounding of its pixels shows, and the factor that mends it.
 fn too_faint(film: &Film) -> Option<String> {
     let (mean, error) = (film.mean(), film.rounding_error());
     let rounds = format!("pixels are rounded to multiples of {UNIT:.1e}");

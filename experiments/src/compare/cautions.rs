@@ -36,7 +36,7 @@ pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
 }
 
 impl Trial<'_> {
-    /// What is taken for granted of the images, and a warning where a few values carry much of the noise; a line each.
+    /// Lines on the assumptions about the images, and a warning where a few values carry much of the noise.
     pub(super) fn cautions(&self) -> Vec<String> {
         let second: &[Input] = if self.exact { &[] } else { self.b };
         let sides = [self.a, second];

@@ -182,7 +182,7 @@ const LAWS: [Law; 14] = [
 const SINGLE: Law =
     Law { key: "single", what: "the first side's samples added in single precision", draw: sums, rounding: FLOAT };
 
-/// What is found of images of a law, the first side's `factor` times as bright.
+/// Compares images drawn from a law, the first side's `factor` times as bright.
 fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdict {
     let [a, b] = [0, 1].map(|side| -> Vec<Image> {
         let factor = if side == 0 { factor } else { 1.0 };

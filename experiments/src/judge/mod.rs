@@ -140,7 +140,7 @@ fn each_row(
     if any { Ok(()) } else { Err(Error::Option(format!("{}: no samples", path.display()))) }
 }
 
-/// What the numbers of a file show of their precision.
+/// The precision of a file as its numbers show it.
 fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
     let mut seen = AllSeen::default();
     each_row(path, columns, &mut |columns, row| {
@@ -161,7 +161,7 @@ fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
 /// The density of a name and its parameters, as after `--density`.
 ///
 /// # Errors
-/// What is wrong with the name or its parameters.
+/// An error that says which name or parameter is wrong.
 pub fn named(name: &str) -> Result<Density, String> {
     name.parse::<Named>().map(|named| named.density())
 }
