@@ -75,14 +75,14 @@ fn emission(name: &str) -> Surface {
     material(name, red).emitting(rest * DVec3::new(1.0, 3.0, 2.0))
 }
 
-fn add_mesh(s: &mut SceneBuilder, mesh: Mesh, (centre, size): (DVec3, f64), surface: Surface) {
+fn add_mesh(s: &mut SceneBuilder, mesh: Mesh, centre: DVec3, size: f64, surface: Surface) {
     let mesh = mesh.map(|v| centre + size * v);
     let surface = s.surface(surface);
     s.mesh(&mesh.vertices, &mesh.triangles, surface);
 }
 
 /// A closed body that fits in a ball of this radius.
-fn body(s: &mut SceneBuilder, shape: &str, (centre, radius): (DVec3, f64), surface: Surface) {
+fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: Surface) {
     let sphere = Sphere::new(centre, radius);
     match shape {
         "sphere" => ball(s, sphere, surface),
@@ -102,14 +102,14 @@ fn body(s: &mut SceneBuilder, shape: &str, (centre, radius): (DVec3, f64), surfa
                 ball(s, Sphere { zone: zone(ends[0], ends[1]), ..sphere }, surface);
             }
         }
-        "box" => add_mesh(s, Mesh::cube(), (centre, 0.55 * radius), surface),
+        "box" => add_mesh(s, Mesh::cube(), centre, 0.55 * radius, surface),
         "triangles" => {
             let vertices =
                 [DVec3::new(1.0, 0.0, -0.3), DVec3::new(-0.5, 0.8, -0.3), DVec3::new(-0.5, -0.8, -0.3), DVec3::Z];
             let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-            add_mesh(s, Mesh { vertices: vertices.to_vec(), triangles }, (centre, radius), surface);
+            add_mesh(s, Mesh { vertices: vertices.to_vec(), triangles }, centre, radius, surface);
         }
-        "mesh" => add_mesh(s, Mesh::globe(6, 8), (centre, radius), surface),
+        "mesh" => add_mesh(s, Mesh::globe(6, 8), centre, radius, surface),
         _ => {
             let (half, surface) = (0.55 * radius, s.surface(surface));
             for [x, y, z] in
@@ -148,10 +148,10 @@ pub fn scene_of(row: &Row) -> Scene {
         }
         for (object, x) in [("a", -0.75), ("b", 0.75)] {
             let [shape, of] = ["shape", "material"].map(|what| row.get(&format!("{object} {what}")));
-            body(s, shape, (DVec3::new(x, 0.0, 0.0), 0.6), material(of, 1.0));
+            body(s, shape, DVec3::new(x, 0.0, 0.0), 0.6, material(of, 1.0));
         }
         let floor = Mesh::cube().map(|v| v * DVec3::new(1.8, 1.2, 0.1) - 0.9 * DVec3::Z);
-        add_mesh(s, floor, (DVec3::ZERO, 1.0), material(row.get("c material"), 1.0));
+        add_mesh(s, floor, DVec3::ZERO, 1.0, material(row.get("c material"), 1.0));
         let light = emission(row.get("emission"));
         match row.get("emitter") {
             "none" => {}
@@ -159,16 +159,16 @@ pub fn scene_of(row: &Row) -> Scene {
                 for (i, shape) in ["sphere", "rectangles", "mesh", "zones"].into_iter().enumerate() {
                     let at = DVec3::new(0.7 * i as f64 - 1.05, 0.1 * i as f64, 1.0);
                     let light = if i == 1 { emission("black") } else { light };
-                    body(s, shape, (at, 0.25), light);
+                    body(s, shape, at, 0.25, light);
                 }
             }
-            shape => body(s, shape, (DVec3::new(0.0, -0.2, 1.0), 0.5), light),
+            shape => body(s, shape, DVec3::new(0.0, -0.2, 1.0), 0.5, light),
         }
         match row.get("caster") {
             "flat mirror" => {
                 // A thin box, for a mirror has a back as well.
                 let plate = Mesh::cube().map(|v| v * DVec3::new(1.2, 0.02, 0.5) + DVec3::new(0.0, 1.4, 0.2));
-                add_mesh(s, plate, (DVec3::ZERO, 1.0), material("mirror", 1.0));
+                add_mesh(s, plate, DVec3::ZERO, 1.0, material("mirror", 1.0));
             }
             "mirror ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.3), material("mirror", 1.0)),
             "glass ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.3), material("glass", 1.0)),
