@@ -30,7 +30,7 @@ mod links;
 mod listing;
 mod mathml;
 pub mod mutants;
-mod number;
+pub mod number;
 pub mod readme;
 mod registry;
 pub mod results;

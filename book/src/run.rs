@@ -99,6 +99,16 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
     both.collect()
 }
 
+/// The numbers of a run that differ from the record beyond the noise that both state, a line each.
+pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec<String> {
+    let beyond = pairs(recorded, ours).into_iter().filter(Pair::beyond);
+    let line = |pair: Pair<'_>| {
+        let ([theirs, own], noise) = (pair.values, pair.halves.map_or(0.0, |[a, b]| a.hypot(b)));
+        format!("{}.{}: {own:.6e}, recorded {theirs:.6e}, apart by more than {noise:.1e}", ours.id, pair.key)
+    };
+    beyond.map(line).collect()
+}
+
 /// One line of the table of all experiments.
 fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let [their_options, their_counts, beyond] = match recorded {

@@ -24,6 +24,7 @@ use crate::render::photons::{Gather, Photons};
 pub const AGREEMENT: Experiment = Experiment {
     id: "agreement",
     title: "estimator × scene: image means agree (accumulates over runs)",
+    headline: "estimators against references and each other: {holds} claims hold, {fails} fail, {undecided} undecided",
     version: 5,
     equations: &[&equation::RENDERING, &equation::ESTIMATOR, &equation::WHITTED, &equation::GEOMETRY],
     run,

@@ -11,13 +11,14 @@ use crate::experiments::prelude::*;
 pub(super) const CAUSTICS: Experiment = Experiment {
     id: "caustics",
     title: "the caustic of a glass sphere by path tracing, Whitted ray tracing and photon mapping",
+    headline: "radiance in a caustic: path tracing {mis.region %.3f}, photon map {photon.region %.3f}, Whitted {whitted.region %.3f}",
     version: 3,
     equations: &[&equation::PHOTON_FLUX, &equation::PHOTON_DENSITY],
     run,
 };
 
 /// Pixels of an image, by tier.
-const SIZES: [[u32; 2]; 2] = [[80, 60], [240, 180]];
+const SIZES: [[u32; 2]; 2] = [[40, 30], [240, 180]];
 /// Independent images of each method: they give the intervals, maps and all. The mean over all of their
 /// samples is as skewed for few large images as for many small ones; these are so many that it is known how
 /// skewed: to 0.1, where the level of an interval allows 0.4.
@@ -80,6 +81,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             ),
             _ => same(run, &format!("{name} and mis"), (&made.region, &path)),
         }
+    }
+    if run.tier() == Tier::Quick {
+        // Glass of index 1 asks for more images: the region is as noisy as a floor under a lamp is.
+        return Ok(());
     }
     let clear = ("mis, no glass", Method::Path(Strategy::Mis));
     let clear = make(run, &no_caustic(), clear, effort)?;
@@ -154,7 +159,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
     let (parts, Effort { size, samples, particles }) = (Standard, effort);
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
-        Method::Path(strategy) => render_samples(scene, &Path::new(parts, strategy), random, frame, samples),
+        Method::Path(strategy) => render_paths(scene, Path::new(parts, strategy), random, frame, samples),
         Method::Whitted => render_samples(scene, &Whitted::new(LightRules::PHYSICAL), random, frame, samples),
         Method::Photon(lookup) => {
             let photons = PhotonMapping::new(parts, scene, lookup, (particles, RADIUS), (seed, 0))?;

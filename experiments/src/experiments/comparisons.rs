@@ -10,6 +10,7 @@ use crate::experiments::prelude::*;
 pub(super) const COMPARISONS: Experiment = Experiment {
     id: "comparisons",
     title: "error rates of compare, over numbers of images and laws of noise",
+    headline: "false alarms of compare at a level of {all.level %.0%}: at most {worst.alarms %.1%} in any of {all.cells %d} cells of {all.runs %d} runs",
     version: 1,
     equations: &[],
     run,

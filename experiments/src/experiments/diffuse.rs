@@ -16,6 +16,7 @@ use crate::experiments::prelude::*;
 pub(super) const FIG2: Experiment = Experiment {
     id: "fig2",
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
+    headline: "the moon is flat: its rim has {corrected.limb %.2f} of the centre's radiance by Oren–Nayar, {printed.limb %.2f} as the report prints it, {lambert.limb %.2f} by Lambert",
     version: 2,
     equations: &[&equation::LAMBERT, &equation::OREN_NAYAR, &equation::EON_SINGLE, &equation::EON_MULTIPLE],
     run: figure,
@@ -24,6 +25,7 @@ pub(super) const FIG2: Experiment = Experiment {
 pub(super) const ALBEDO: Experiment = Experiment {
     id: "albedo",
     title: "directional albedos of four diffuse models, of rough metals and rough glass, and lobes",
+    headline: "white Oren–Nayar reflects {corrected.85 %.3f} at 85°, as printed {printed.85 %.3f}, EON {eon.85 %.3f}",
     version: 3,
     equations: &[
         &equation::LAMBERT,
@@ -166,13 +168,13 @@ pub(crate) fn closed_form(model: DiffuseName, theta: f64) -> f64 {
 const ANGLES: [f64; 10] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0];
 
 fn albedo(run: &mut Run) -> Result<(), Error> {
-    let samples = run.count(run.by_tier(40_000, 1_000_000));
+    let samples = run.count(run.by_tier(20_000, 1_000_000));
     let (mut series, mut lobes) = (Vec::new(), Vec::new());
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let known = |degrees: f64| closed_form(model, degrees.to_radians());
         let reflected = |wo, rng: &mut Stream| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(rng))).x;
-        let found = sampled(seed_for(run.seed(), &name(model)), samples, reflected);
+        let found = sampled(seed_for(run.seed(), &name(model)), samples, reflected)?;
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
             if [0.0, 60.0, 85.0].contains(&degrees) {
                 let key = format!("{}.{degrees:.0}", name(model));
@@ -181,8 +183,8 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
             }
         }
         let what = format!("albedo of {} against its closed form", model.title());
-        let points = compared(run, &what, &found, known, DiffuseName::ALL.len());
-        series.push(Series::curve(model.title(), colour, [0.0, 89.0], 89, known));
+        let points = compared(run, &what, &found, known, DiffuseName::ALL.len())?;
+        series.push(closed_curve(model.title(), colour, 89.0, run.by_tier(22, 89), known)?);
         series.push(Series::measured("", colour, points));
         lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
     }
@@ -217,13 +219,13 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
         let known = |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
         let weight =
             |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, true), rng).map_or(0.0, |sample| sample.weight.x);
-        let found = sampled(seed_for(run.seed(), &format!("metal {alpha}")), samples, weight);
+        let found = sampled(seed_for(run.seed(), &format!("metal {alpha}")), samples, weight)?;
         for (_, moments) in ANGLES.into_iter().zip(&found).filter(|(degrees, _)| *degrees == 60.0) {
             run.number(&format!("ggx.{alpha}.60"), moments.mean());
         }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
-        let points = compared(run, &what, &found, known, ALPHA.len());
-        series.push(Series::curve(&format!("α = {alpha}"), colour, [0.0, 88.0], 44, known));
+        let points = compared(run, &what, &found, known, ALPHA.len())?;
+        series.push(closed_curve(&format!("α = {alpha}"), colour, 88.0, run.by_tier(22, 44), known)?);
         series.push(Series::measured("", colour, points));
     }
     let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
@@ -245,9 +247,9 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
         };
         let weight =
             |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, outside), rng).map_or(0.0, |sample| sample.weight.x);
-        let found = sampled(seed_for(run.seed(), &format!("rough glass {side}")), samples, weight);
-        let points = compared(run, &format!("rough glass {side} against quadrature over facets"), &found, known, 2);
-        series.push(Series::curve(side, colour, [0.0, 88.0], 44, known));
+        let found = sampled(seed_for(run.seed(), &format!("rough glass {side}")), samples, weight)?;
+        let points = compared(run, &format!("rough glass {side} against quadrature over facets"), &found, known, 2)?;
+        series.push(closed_curve(side, colour, 88.0, run.by_tier(22, 44), known)?);
         series.push(Series::measured("", colour, points));
     }
     let title = format!("Flux that rough glass scatters, n = 1.5, α = 0.4: quadrature, and means of {samples} samples");
@@ -261,24 +263,47 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
 const INCIDENT: f64 = 60.0;
 
 /// Means of a random `value` at each of [`ANGLES`].
-fn sampled(seed: u64, samples: u64, value: impl Fn(DVec3, &mut Stream) -> f64) -> Vec<Moments> {
+fn sampled(seed: u64, samples: u64, value: impl Fn(DVec3, &mut Stream) -> f64 + Sync) -> Result<Vec<Moments>, Error> {
     let at = |(k, degrees): (u32, f64)| -> Moments {
         let (mut rng, wo) = (stream(seed, k, 0), from_spherical(degrees.to_radians(), 0.3));
         (0..samples).map(|_| value(wo, &mut rng)).collect()
     };
-    (0..).zip(ANGLES).map(at).collect()
+    let angles: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
+    parallel(angles, at)
+}
+
+/// A closed form from 0° to `end` in so many steps: quadrature takes its time, on all cores.
+fn closed_curve(
+    label: &str,
+    colour: usize,
+    end: f64,
+    steps: u32,
+    known: impl Fn(f64) -> f64 + Sync,
+) -> Result<Series, Error> {
+    let points = parallel(0..steps + 1, |step| {
+        let degrees = end * f64::from(step) / f64::from(steps);
+        [degrees, known(degrees)]
+    })?;
+    Ok(Series::new(label, colour, Mark::Line, points))
 }
 
 /// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many `curves`; returns them with
 /// half the widths of their intervals.
-fn compared(run: &mut Run, what: &str, found: &[Moments], known: impl Fn(f64) -> f64, curves: usize) -> Vec<[f64; 3]> {
+fn compared(
+    run: &mut Run,
+    what: &str,
+    found: &[Moments],
+    known: impl Fn(f64) -> f64 + Sync,
+    curves: usize,
+) -> Result<Vec<[f64; 3]>, Error> {
     let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
     // Lambert has no spread at all: what is left is rounding.
-    let off = |(degrees, m): (f64, &Moments)| (m.mean() - known(degrees)).abs() / m.standard_error().max(1e-12);
-    let worst = ANGLES.into_iter().zip(found).map(off).fold(0.0, f64::max);
+    let known = parallel(ANGLES, known)?;
+    let off = |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
+    let worst = known.into_iter().zip(found).map(off).fold(0.0, f64::max);
     run.claim(what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
     let points = ANGLES.into_iter().zip(found);
-    points.map(|(degrees, m)| [degrees, m.mean(), critical * m.standard_error()]).collect()
+    Ok(points.map(|(degrees, m)| [degrees, m.mean(), critical * m.standard_error()]).collect())
 }
 
 /// π f around the half circle as a polar curve.

@@ -18,6 +18,7 @@ use crate::experiments::prelude::*;
 pub(super) const ERRATA: Experiment = Experiment {
     id: "errata",
     title: "what is wrong in the report, and by how much",
+    headline: "errors of the report: (4) loses {edge.lost %.1%} of rays at shared edges, (14) is {oren_nayar.back %.0%} off at 75°",
     version: 2,
     equations: &[
         &equation::TRIANGLE_SOLUTION,

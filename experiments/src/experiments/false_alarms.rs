@@ -8,6 +8,7 @@ use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Mutants, Se
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
     title: "the whole suite under fresh master seeds (accumulates over runs)",
+    headline: "{fails %d} false rejections in {tests %d} tests of right subjects under {seeds %d} seeds",
     version: 3,
     equations: &[],
     run,

@@ -11,6 +11,7 @@ use crate::plot::matrix::{Detection, matrix};
 pub(super) const FAULTS: Experiment = Experiment {
     id: "faults",
     title: "fault × trial: which trials reject which faults",
+    headline: "faults by trials: {rejected %d} of {pairs %d} pairs rejected, {not_rejected %d} missed that must be rejected",
     version: 2,
     equations: &[],
     run,

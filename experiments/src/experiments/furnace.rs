@@ -11,6 +11,7 @@ use crate::experiments::prelude::*;
 pub(super) const FURNACE: Experiment = Experiment {
     id: "furnace",
     title: "white spheres of four diffuse models in the white furnace: a model that keeps all light vanishes",
+    headline: "in the white furnace EON is {eon.mean %.2f} % off white, Oren–Nayar {corrected.mean %.1f} %, as printed {printed.mean %.1f} %",
     version: 1,
     equations: &[
         &equation::LAMBERT,

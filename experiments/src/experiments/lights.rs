@@ -15,6 +15,7 @@ use crate::render::LightSamplingName;
 pub(super) const LIGHTS: Experiment = Experiment {
     id: "lights",
     title: "variance of direct light: points on lights by area and by solid angle, lights by contribution",
+    headline: "a lamp close by: variance {rectangle.light-area.0.05 %.0f} by points on its area, {rectangle.light-solid-angle.0.05 %.2f} by solid angle",
     version: 2,
     equations: &[
         &equation::LIGHT_RECTANGLE,
@@ -78,7 +79,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 fn by_distance(run: &mut Run) -> Result<(), Error> {
-    let samples = run.count(run.by_tier(100_000, 2_000_000)) as u32;
+    let samples = run.count(run.by_tier(30_000, 2_000_000)) as u32;
     let mut panels = Vec::new();
     for shape in &SHAPES {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
@@ -125,7 +126,7 @@ const HALF: f64 = 0.5;
 
 /// The variance of direct light on a floor, from one end to beyond the other of a row of lamps.
 fn along_a_line(run: &mut Run) -> Result<(), Error> {
-    let samples = run.count(run.by_tier(100_000, 1_000_000)) as u32;
+    let samples = run.count(run.by_tier(30_000, 1_000_000)) as u32;
     let room = scene("lamps", |s| {
         floor(s, lambert(1.0));
         for (lamp, up) in LAMPS.into_iter().zip([false, false, true]) {
@@ -184,7 +185,7 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
                 scene: scene.into(),
                 light_sampling,
                 size: [128, 96],
-                spp: run.by_tier(64, 1024),
+                spp: run.by_tier(32, 1024),
                 ..Job::report(ConventionName::Physical)
             });
             let label = format!("{} {}", name(scene), name(light_sampling));

@@ -8,6 +8,7 @@ use crate::experiments::prelude::*;
 pub(super) const PENUMBRA: Experiment = Experiment {
     id: "penumbra",
     title: "a floor across the penumbra of a rectangular light, against the closed form",
+    headline: "across a penumbra radiance is at most {worst %.1f} standard errors from the closed form",
     version: 1,
     equations: &[&equation::GEOMETRY, &equation::LIGHT_RECTANGLE],
     run,

@@ -8,6 +8,7 @@ use crate::experiments::prelude::*;
 pub(super) const PHOTON_BIAS: Experiment = Experiment {
     id: "photon-bias",
     title: "bias of photon lookups against radius, and of progressive passes against their number",
+    headline: "bias of a photon lookup grows as its radius to the power {radius.slope %.2f}",
     version: 1,
     equations: &[&equation::PHOTON_DENSITY, &equation::PHOTON_RADIUS],
     run,
@@ -42,7 +43,7 @@ fn reach(moments: &Moments, family: usize) -> f64 {
 fn radii(run: &mut Run) -> Result<Chart, Error> {
     let scene = over_floor();
     let point = at_point();
-    let maps = run.count(run.by_tier(4_000, 40_000)).max(LEAST) as u32;
+    let maps = run.count(run.by_tier(1_000, 40_000)).max(LEAST) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
     for radius in RADII {
@@ -93,7 +94,7 @@ fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error>
 fn passes(run: &mut Run) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
-    let runs = run.count(run.by_tier(100, 1_000)).max(LEAST) as u32;
+    let runs = run.count(run.by_tier(30, 1_000)).max(LEAST) as u32;
     let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
     let seed = seed_for(run.seed(), "passes");
     // For each run the mean of the first n passes, for each n.

@@ -10,6 +10,7 @@ use registry::statistics::{N, Statistic, with_power};
 pub(super) const POWER: Experiment = Experiment {
     id: "power",
     title: "power: measured rejections against the stated curves; the registry's own, at δ",
+    headline: "stated against measured power: {holds} hold, {fails} fail, {undecided} undecided",
     version: 3,
     equations: &[&equation::ESTIMATOR],
     run,

@@ -25,7 +25,7 @@ pub(super) use crate::plot::chart::{Chart, Mark, Series, charts};
 pub(super) use crate::plot::map::{Map, maps};
 pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, SceneName, name};
 pub(super) use crate::run::accumulated::Accumulated;
-pub(super) use crate::run::pictures::{radiance_along, render_samples, write_row};
+pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};
 pub(super) use crate::run::progress::{Bar, interrupted};
 pub(super) use crate::run::suite::{self, FAMILY, parallel};
 pub(super) use crate::run::{Experiment, Judgement, Run, Tier};

@@ -8,6 +8,7 @@ use crate::experiments::prelude::*;
 pub(super) const RADIOSITY: Experiment = Experiment {
     id: "radiosity",
     title: "radiosity in the diffuse room: error against the number of patches",
+    headline: "radiosity agrees with path tracing: image means {difference %.2%} apart at the finest mesh",
     version: 3,
     equations: &[&equation::RADIOSITY, &equation::FORM_FACTOR],
     run,
@@ -31,7 +32,7 @@ struct Level {
 fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let spp = run.count(run.by_tier(1_000, 20_000)) as u32;
-    let paths = image(run, &scene, &Path::<Standard>::default(), spp.max(2))?;
+    let paths = render_paths(&scene, Path::default(), (PixelSampling::Centre, run.seed()), (SIZE, None), spp.max(2))?;
     let reference = mean(&paths);
     let halvings = run.by_tier(2, 3);
     let mut levels = Vec::new();

@@ -7,6 +7,7 @@ use crate::render::SamplerName;
 pub(super) const SCRAMBLES: Experiment = Experiment {
     id: "scrambles",
     title: "64 samples of a pixel in 1 to 64 scrambles: variance, and what error bars are worth",
+    headline: "four scrambles of Sobol' points beside independent samples: {holds} claims hold, {fails} fail",
     version: 1,
     equations: &[&equation::SOBOL, &equation::ESTIMATOR],
     run,

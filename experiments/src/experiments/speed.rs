@@ -17,6 +17,7 @@ use crate::render::{EngineName, OutlinesName, SamplerName, SpecularName};
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
     title: "camera samples and rays per second, what they depend on, and what a sample is worth",
+    headline: "the report's room: {report.mis.all %.2f} million camera samples per second by path tracing on all threads",
     version: 5,
     equations: &[&equation::ESTIMATOR, &equation::SINGLE_PRECISION],
     run,

@@ -12,6 +12,7 @@ use crate::run::record;
 pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",
     title: "the verdicts: every equation and claim on trial",
+    headline: "every equation and claim on trial: {holds} groups hold, {fails} fail, {undecided} undecided",
     version: 1,
     equations: &[],
     run,

@@ -10,6 +10,7 @@ use crate::experiments::prelude::*;
 pub(super) const WATERTIGHT: Experiment = Experiment {
     id: "watertight",
     title: "rays that leave the closed room, aimed everywhere, at edges and at corners",
+    headline: "of {corners.rays %d} rays to corners of a closed room {corners.lost %d} leave it, to edges {edges.lost %d}, elsewhere {anywhere.lost %d}",
     version: 1,
     equations: &[&equation::TRIANGLE_SOLUTION],
     run,

@@ -8,7 +8,7 @@ use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::film::LARGEST_FILM;
 
-use super::{processor, progress, record, signals};
+use super::{processor, progress, record, signals, summary};
 use crate::experiments::EXPERIMENTS;
 use crate::run::{self, Experiment, ExperimentResult};
 
@@ -73,7 +73,7 @@ pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
     let results = options.out.join(record::RESULTS);
     say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), results.display());
-    let (text, none_fails) = record::verdicts(outcomes);
+    let (text, none_fails) = summary::verdicts(outcomes);
     say!("{text}");
     if none_fails { Ending::Done } else { Ending::ClaimFails }
 }
@@ -199,8 +199,8 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
         let options = or_one_line(run::Options::from_arg_matches(&matches(command)));
         use_threads(options.threads)?;
         begin();
-        let outcomes = record::run_all(&[experiment], &options, true)?;
-        Ok(conclude(&outcomes, &options))
+        let ran = record::run_all(&[experiment], &options, true)?;
+        Ok(conclude(&ran.outcomes, &options))
     }))
 }
 

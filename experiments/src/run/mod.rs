@@ -9,6 +9,7 @@ pub mod record;
 pub mod signals;
 pub mod split_png;
 pub mod suite;
+pub mod summary;
 pub mod unfinished;
 
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ use crate::run::unfinished::Unfinished;
 /// How much work a run does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tier {
-    /// About three minutes in all on two cores: smaller pictures, fewer samples
+    /// Smaller pictures, fewer samples
     Quick,
     /// The report's sizes and sample counts
     Full,
@@ -69,6 +70,9 @@ pub struct Experiment {
     pub id: &'static str,
     /// What it makes or asks, in a line.
     pub title: &'static str,
+    /// What it found, in a line: `{KEY FORMAT}` stands for a number of the run in a format of [`book::number::format`],
+    /// `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
+    pub headline: &'static str,
     /// Raised when its numbers or figures change on purpose.
     pub version: u32,
     /// The equations that it bears on; those that loop over the registry of trials add theirs by
@@ -222,6 +226,13 @@ impl Run {
     pub fn figure(&mut self, file: &str) -> PathBuf {
         self.outcome.figures.push(file.to_owned());
         self.folder.join(file)
+    }
+
+    /// Copies a picture to the folder of the whole run, where a newcomer looks first.
+    pub fn first_picture(&self, file: &str) -> Result<(), Error> {
+        let to = self.folder.with_file_name(file);
+        std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
+        Ok(())
     }
 
     /// Records a number. JSON knows finite ones only; others are left out. The book's directives end

@@ -8,7 +8,7 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, render};
 use whitefurnace::rng::stream;
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
@@ -28,6 +28,24 @@ pub fn render_samples<E: Estimator>(
     let mut film = Film::new(size, window, 1)?;
     let on = |_| !interrupted();
     let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
+    if complete { Ok(film) } else { Err(Error::Interrupted) }
+}
+
+/// The same film of a path tracer with its standard parts, several paths at a time.
+///
+/// # Errors
+/// A scene that lanes do not serve: with rough glass, or shadow rays to an environment map.
+pub fn render_paths(
+    scene: &Scene,
+    path: PathTracer,
+    (pixel, seed): (PixelSampling, u64),
+    (size, window): ([u32; 2], Option<Window>),
+    samples: u32,
+) -> Result<Film, Error> {
+    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed, outlines: false };
+    let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
+    let mut film = Film::new(size, window, 1)?;
+    let complete = lanes.add(scene, &mut film, 0..samples, &|_| !interrupted())?;
     if complete { Ok(film) } else { Err(Error::Interrupted) }
 }
 

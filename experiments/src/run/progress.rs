@@ -16,14 +16,16 @@ type Task = (ProgressBar, &'static str);
 struct Shown {
     tasks: Vec<Task>,
     line: Option<ProgressBar>,
+    /// Without a terminal: when the next line is due.
+    due: Option<Instant>,
 }
 
-static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None });
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None, due: None });
 
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
-/// Elsewhere a line is written so early, and then so often.
+/// Without a terminal the first line is written so early, the next when none was for so long.
 const FIRST_WRITTEN: Duration = Duration::from_secs(1);
-const WRITTEN_EVERY: Duration = Duration::from_secs(5);
+const WRITTEN_EVERY: Duration = Duration::from_secs(9);
 
 fn shown() -> MutexGuard<'static, Shown> {
     // What is shown decides nothing: a panic elsewhere is no reason for another.
@@ -36,14 +38,11 @@ pub fn show() {
     if terminal {
         shown().line = Some(fresh_line());
     }
+    shown().due = Some(Instant::now() + FIRST_WRITTEN);
     std::thread::spawn(move || {
-        let mut wait = if terminal { DRAWN_EVERY } else { FIRST_WRITTEN };
         loop {
-            std::thread::sleep(wait);
-            if !terminal {
-                wait = WRITTEN_EVERY;
-            }
-            let shown = shown();
+            std::thread::sleep(DRAWN_EVERY);
+            let mut shown = shown();
             let Some(text) = describe(&shown.tasks) else {
                 continue;
             };
@@ -52,10 +51,19 @@ pub fn show() {
                     line.set_message(text);
                     line.tick();
                 }
-                None => eprintln!("{text}"),
+                None if shown.due.is_none_or(|due| due <= Instant::now()) => {
+                    eprintln!("{text}");
+                    shown.due = Some(Instant::now() + WRITTEN_EVERY);
+                }
+                None => {}
             }
         }
     });
+}
+
+/// Tells that a line was printed: the next of progress can wait.
+pub fn said() {
+    shown().due = Some(Instant::now() + WRITTEN_EVERY);
 }
 
 fn fresh_line() -> ProgressBar {

@@ -17,16 +17,25 @@ use whitefurnace::image::{check_writable, write_whole};
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
-use crate::run::progress::{Bar, interrupted};
+use crate::run::progress::{self, Bar, interrupted};
+use crate::run::summary::summary;
 use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json, write_text};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
-/// Runs experiments one after the other and returns what they found, as [`run_each`] does. After each, `results.json` is
-/// written anew from all experiments that have a result in the folder, so that an error in a later one loses none.
-pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Vec<ExperimentResult>, Error> {
+/// What a run of experiments left.
+pub struct Ran {
+    /// What each found.
+    pub outcomes: Vec<ExperimentResult>,
+    /// The wall-clock seconds that each took; `None` for what was kept from an earlier run.
+    pub seconds: Vec<Option<f64>>,
+}
+
+/// Runs experiments one after the other, as [`run_each`] does. After each, `results.json` is written anew from all
+/// experiments that have a result in the folder, so that an error in a later one loses none.
+pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Ran, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     run_each(experiments, options, fresh, || write_results(&results, options))
@@ -39,32 +48,72 @@ pub fn run_each(
     options: &Options,
     fresh: bool,
     done: impl Fn() -> Result<(), Error>,
-) -> Result<Vec<ExperimentResult>, Error> {
-    let mut outcomes = Vec::new();
+) -> Result<Ran, Error> {
+    let mut ran = Ran { outcomes: Vec::new(), seconds: Vec::new() };
     for (i, experiment) in experiments.iter().enumerate() {
         let (Options { seed, shrink, .. }, tier) = (options, name(options.tier));
         let fingerprint = format!("{:016x} {} {tier} {seed} {shrink}", *PROGRAM, experiment.version);
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
         let kept = if fresh { None } else { kept(&folder, &fingerprint) };
-        let (outcome, how) = match kept {
-            Some(outcome) => (outcome, "kept from an earlier run".to_owned()),
+        let (outcome, seconds) = match kept {
+            Some(outcome) => (outcome, None),
             None => {
                 let start = Instant::now();
-                let label = format!("{which}{}", experiment.id);
-                say!("{label} begins: {}", experiment.title);
-                let bar = Bar::new(&label, 0, "");
+                let bar = Bar::new(&format!("{which}{}", experiment.id), 0, "");
                 let outcome = run_one(experiment, options, &folder, fingerprint)?;
                 drop(bar);
-                let seconds = start.elapsed().as_secs_f64();
-                (outcome, format!("{seconds:.1} s"))
+                (outcome, Some(start.elapsed().as_secs_f64()))
             }
         };
-        say!("{which}{}", table(&outcome, &how, options.rows));
-        outcomes.push(outcome);
+        let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| format!("{seconds:.1} s"));
+        say!("{}", summary(experiment, &outcome, &format!("{which}{}, {how}", experiment.id), &options.out));
+        progress::said();
+        // One experiment alone is what its table is about.
+        if options.rows || experiments.len() == 1 {
+            say!("{}", table(&outcome, options.rows));
+        }
+        ran.outcomes.push(outcome);
+        ran.seconds.push(seconds);
         done()?;
     }
-    Ok(outcomes)
+    Ok(ran)
+}
+
+/// The folder, and the id in the book, of what the default run is: its time, and how many of its claims hold.
+pub const DEFAULT_RUN: &str = "default-run";
+
+/// Writes the times and counts of a whole default run; nothing if some of it was kept from an earlier one.
+pub fn write_default_run(ran: &Ran, options: &Options) -> Result<bool, Error> {
+    let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
+        return Ok(false);
+    };
+    let findings = || ran.outcomes.iter().flat_map(|outcome| &outcome.findings);
+    let count = |verdict| findings().filter(|row| row.verdict == Some(verdict)).count() as f64;
+    let mut numbers = BTreeMap::from([
+        ("seconds".to_owned(), seconds.iter().sum()),
+        ("threads".to_owned(), rayon::current_num_threads() as f64),
+        ("experiments".to_owned(), seconds.len() as f64),
+        ("holds".to_owned(), count(Judgement::Holds)),
+        ("undecided".to_owned(), count(Judgement::Undecided)),
+    ]);
+    let each = ran.outcomes.iter().zip(&seconds);
+    numbers.extend(each.map(|(outcome, seconds)| (format!("{}.seconds", outcome.id), *seconds)));
+    let outcome = ExperimentResult {
+        id: DEFAULT_RUN.to_owned(),
+        title: "the default run: how long it takes, and its claims".to_owned(),
+        version: 1,
+        tier: name(options.tier),
+        seed: options.seed,
+        shrink: options.shrink,
+        command: "cargo run --release -- --fresh".to_owned(),
+        numbers,
+        ..ExperimentResult::default()
+    };
+    let folder = options.out.join(DEFAULT_RUN);
+    std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
+    write_json(&folder.join("result.json"), &outcome)?;
+    Ok(true)
 }
 
 /// The file for machines.
@@ -166,10 +215,10 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
 /// No line of a table is longer, in characters.
 pub const LONGEST_LINE: usize = 160;
 
-/// An experiment's findings as text, a line each; long values go on below their beginning. Details are left
-/// out without `rows`, but not those that fail.
-pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
-    let mut text = format!("{}: {} ({how})", outcome.id, outcome.title);
+/// An experiment's findings as text under its title, a line each; long values go on below their beginning. Details are
+/// left out without `rows`, but not those that fail.
+pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
+    let mut text = format!("{}: {}", outcome.id, outcome.title);
     let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
     let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
     let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
@@ -199,27 +248,6 @@ pub fn table(outcome: &ExperimentResult, how: &str, rows: bool) -> String {
         let _ = write!(text, "\n  and {left_out} rows more with --rows");
     }
     text
-}
-
-/// The lines of claims that fail, and of the counts; whether nothing fails.
-pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
-    let all = || {
-        outcomes.iter().flat_map(|outcome| {
-            let id = outcome.id.as_str();
-            outcome.findings.iter().map(move |row| (id, row))
-        })
-    };
-    let count = |verdict| all().filter(|(_, row)| row.verdict == Some(verdict)).count();
-    let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
-    let mut text = String::new();
-    for (id, row) in all().filter(|(_, row)| row.verdict == Some(Judgement::Fails)) {
-        let _ = writeln!(text, "FAILS: {id}: {}: {}", row.what, row.value);
-    }
-    let _ = write!(text, "{holds} hold, {fails} fail, {undecided} undecided at this tier");
-    if outcomes.iter().any(|outcome| outcome.shrink != 1) {
-        text += "; nothing is judged in a run with --shrink";
-    }
-    (text, fails == 0)
 }
 
 /// Where the book keeps the results of the last full run.
@@ -254,11 +282,11 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Records the results of these experiments in the book's folder and the README, and says what was left out.
-pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
+pub fn update_book(ids: &[&str], options: &Options) -> Result<(), Error> {
     let folder = recorded_folder();
-    for experiment in experiments {
-        for figure in record(&options.out.join(experiment.id), &folder.join(experiment.id))? {
-            say!("left out of the book: {}/{figure}, larger than {} KiB", experiment.id, LARGEST_RECORDED / 1024);
+    for id in ids {
+        for figure in record(&options.out.join(id), &folder.join(id))? {
+            say!("left out of the book: {id}/{figure}, larger than {} KiB", LARGEST_RECORDED / 1024);
         }
     }
     let readme = folder.join("../../README.md");
@@ -266,6 +294,6 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
     let results = book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
     let text = with_numbers(&text, &results).map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
     write_whole(&readme, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", &readme)))?;
-    say!("recorded {} experiments in {}", experiments.len(), folder.display());
+    say!("recorded {} in {}", ids.join(", "), folder.display());
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
-use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
+use experiments::run::record::{DEFAULT_RUN, LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::write_cells;
@@ -24,6 +24,9 @@ fn recorded_results_are_those_of_the_code() {
             continue;
         }
         let id = path.file_name().expect("a name").to_string_lossy();
+        if id == DEFAULT_RUN {
+            continue;
+        }
         let experiment = EXPERIMENTS.iter().find(|e| e.id == id);
         match (experiment, result(&path)) {
             (None, _) => stale.push(format!("{id}: no such experiment")),

@@ -179,7 +179,7 @@ fn a_failed_run_keeps_the_file_that_was_there() {
 
 #[test]
 fn only_full_runs_are_recorded() {
-    for options in ["--update-book", "--update-book --tier full --shrink 2"] {
+    for options in ["--update-book --only fig9", "--update-book --tier full --shrink 2"] {
         refused(&reproduce(&folder("refuse"), options), "--tier full");
     }
 }

@@ -1,11 +1,14 @@
 //! What is said of findings, and of work in progress.
 
+use std::path::Path;
 use std::time::Duration;
 
+use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
 use experiments::run::cli::{Ending, conclude};
 use experiments::run::progress::state;
-use experiments::run::record::{LONGEST_LINE, table, verdicts};
+use experiments::run::record::{DEFAULT_RUN, LONGEST_LINE, recorded_folder, result, table};
+use experiments::run::summary::{WIDTH, headline, summary, verdicts};
 
 use crate::{folder, outcome, quick};
 
@@ -14,11 +17,40 @@ fn lines_of_tables_are_never_too_long() {
     let long = (0..100).map(|i| format!("word{i}")).collect::<Vec<_>>().join(" ");
     let holds = Some(Judgement::Holds);
     let found = outcome(&[("  furnace/sky/path", &long, holds), ("short", "0.5 ± 0.1", Some(Judgement::Fails))]);
-    let text = table(&found, "1 s", false);
+    let text = table(&found, false);
     let longest = text.lines().map(|line| line.chars().count()).max();
     assert!(longest.is_some_and(|longest| (120..=LONGEST_LINE).contains(&longest)), "{text}");
     let words: Vec<&str> = text.split_whitespace().collect();
     assert!(words.join(" ").contains(&(long + " holds short 0.5 ± 0.1 FAILS")), "{text}");
+}
+
+/// Every experiment says what it found in two lines of a hundred columns at most, with numbers that it records; the
+/// whole output of the default run has sixty lines at most.
+#[test]
+fn summaries_are_short_and_have_their_numbers() {
+    let mut lines = 0;
+    for experiment in EXPERIMENTS {
+        let found = result(&recorded_folder().join(experiment.id)).expect("a record");
+        headline(experiment.headline, &found).expect("numbers that are recorded");
+        let label = format!("[34 of 34] {}, 123.4 s", experiment.id);
+        let text = summary(experiment, &found, &label, Path::new("out"));
+        let longest = text.lines().map(|line| line.chars().count()).max();
+        assert!(text.lines().count() <= 2 && longest.is_some_and(|longest| longest <= WIDTH), "{text}");
+        if !NOT_BY_DEFAULT.contains(&experiment.id) {
+            lines += text.lines().count();
+        }
+    }
+    // Verdicts, at most five that are undecided, what was left out, where the book begins.
+    assert!(lines + 12 <= 60, "{lines} lines");
+}
+
+#[test]
+fn the_stated_time_of_the_default_run_is_the_recorded_one() {
+    let record = result(&recorded_folder().join(DEFAULT_RUN)).expect("a record");
+    assert!(record.numbers["threads"] == 2.0, "recorded on two cores");
+    let minutes = record.numbers["seconds"] / 60.0;
+    assert!((1.0..=2.1).contains(&minutes), "--help says about two minutes, the record {minutes:.1}");
+    assert!(record.numbers["undecided"] <= 5.0);
 }
 
 /// Three verdicts, and what is said at the end.
@@ -32,12 +64,12 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
         outcome(&[("fine", "1", Some(Undecided)), ("the claim", "1", Some(Fails)), ("fine", "1", Some(Holds))]);
     // A detail that fails is shown, others on request.
     failing.findings.iter_mut().for_each(|row| row.detail = true);
-    let said = "FAILS: room: the claim: 1\n3 hold, 1 fail, 1 undecided at this tier";
+    let said = "FAILS: room: the claim: 1\nundecided: room: fine: 1\n3 hold, 1 fail, 1 undecided at this tier";
     assert_eq!(verdicts(&[fine, failing.clone()]), (said.to_owned(), false));
-    let short = table(&failing, "1 s", false);
+    let short = table(&failing, false);
     assert!(short.contains("the claim  1 FAILS") && !short.contains("fine"), "{short}");
     assert!(short.contains("2 rows more with --rows"), "{short}");
-    let long = table(&failing, "1 s", true);
+    let long = table(&failing, true);
     assert!(long.contains("fine       1 undecided"), "{long}");
 }
 

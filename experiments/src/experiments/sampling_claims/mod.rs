@@ -10,6 +10,7 @@ use crate::experiments::prelude::*;
 pub(super) const SAMPLING_CLAIMS: Experiment = Experiment {
     id: "sampling-claims",
     title: "what the report says of sampling, roulette, path length, supersampling and noise",
+    headline: "paths cut after seven bounces lose {cut.0.9.7 %.0%} of a furnace of albedo 0.9; Brewster's angle {fresnel.brewster %.1f}°",
     version: 2,
     equations: &[
         &equation::HEMISPHERE_THETA,
