@@ -8,6 +8,7 @@ use clap::Parser;
 use experiments::experiments::suite_seeds::TOGETHER;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::cli::Ending;
+use experiments::run::default_run::{self, Beside};
 use experiments::run::{self, Experiment, ExperimentResult, Tier};
 use experiments::run::{cli, record, summary};
 use whitefurnace::error::Error;
@@ -39,9 +40,10 @@ struct Reproduce {
     #[arg(long)]
     fresh: bool,
     /// Fail where a number differs from the record beyond the noise of both
-    #[arg(long, conflicts_with_all = ["shard", "shrink", "update_book"])]
+    #[arg(long, conflicts_with_all = ["shard", "shrink", "only", "update_book"])]
     against_record: bool,
-    /// Record the results and figures of a full run in book/recorded; of a quick run how long it takes
+    /// Record the results and figures of a full run in book/recorded; of the default run its time (with --fresh) and
+    /// numbers, which runs of other seeds add to
     #[arg(long)]
     update_book: bool,
 }
@@ -62,6 +64,9 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         return Ok(Ending::Done);
     }
     let is_default = options.only.is_empty() && options.shared.tier == Tier::Quick && options.shared.shrink == 1;
+    if options.against_record && !is_default {
+        return Err(Error::Option("--against-record compares the default run: leave out --only and --tier".to_owned()));
+    }
     if options.update_book && !is_default && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1) {
         let refusal = "--update-book records full runs only: add --tier full and leave out --shrink";
         return Err(Error::Option(refusal.to_owned()));
@@ -76,19 +81,13 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         return Ok(if none_fails { Ending::Done } else { Ending::ClaimFails });
     }
     let ran = record::run_all(&chosen, &options.shared, options.fresh)?;
-    let is_timed = is_default && record::write_default_run(&ran, &options.shared)?;
-    if options.update_book && is_default && !is_timed {
-        return Err(Error::Option("--update-book of a quick run records its time: add --fresh".to_owned()));
-    }
-    if options.update_book {
-        let ids: Vec<&str> = match is_default {
-            true => vec![record::DEFAULT_RUN],
-            false => chosen.iter().map(|experiment| experiment.id).collect(),
-        };
-        record::update_book(&ids, &options.shared)?;
+    if options.update_book && is_default {
+        default_run::record(&ran, &options.shared)?;
+    } else if options.update_book {
+        record::update_book(&chosen, &options.shared)?;
     }
     let mut ending = cli::conclude(&ran.outcomes, &options.shared);
-    if options.against_record && differs_from_record(&ran.outcomes) {
+    if options.against_record && differs_from_record(&ran.outcomes)? {
         ending = Ending::ClaimFails;
     }
     if options.only.is_empty() && options.shared.tier == Tier::Quick {
@@ -118,16 +117,11 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
 }
 
 /// Prints the numbers that differ from the record beyond noise; whether there are any.
-fn differs_from_record(outcomes: &[ExperimentResult]) -> bool {
-    let recorded = |id: &str| record::result(&record::recorded_folder().join(id));
-    let beyond = outcomes.iter().flat_map(|ours| match recorded(&ours.id) {
-        Some(recorded) => book::run::beyond_noise(&recorded, ours),
-        None => vec![format!("{}: there is no record", ours.id)],
-    });
-    let lines: Vec<String> = beyond.collect();
-    lines.iter().for_each(|line| say!("DIFFERS FROM THE RECORD: {line}"));
-    say!("{} numbers differ from the record beyond noise", lines.len());
-    !lines.is_empty()
+fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
+    let Beside { compared, beyond } = default_run::beside_record(outcomes)?;
+    beyond.iter().for_each(|line| say!("DIFFERS FROM THE RECORD: {line}"));
+    say!("{} of {compared} numbers differ from the record beyond noise", beyond.len());
+    Ok(!beyond.is_empty())
 }
 
 /// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it

@@ -2,6 +2,7 @@
 
 pub mod accumulated;
 pub mod cli;
+pub mod default_run;
 pub mod pictures;
 mod processor;
 pub mod progress;

@@ -80,42 +80,6 @@ pub fn run_each(
     Ok(ran)
 }
 
-/// The folder, and the id in the book, of what the default run is: its time, and how many of its claims hold.
-pub const DEFAULT_RUN: &str = "default-run";
-
-/// Writes the times and counts of a whole default run; nothing if some of it was kept from an earlier one.
-pub fn write_default_run(ran: &Ran, options: &Options) -> Result<bool, Error> {
-    let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
-        return Ok(false);
-    };
-    let findings = || ran.outcomes.iter().flat_map(|outcome| &outcome.findings);
-    let count = |verdict| findings().filter(|row| row.verdict == Some(verdict)).count() as f64;
-    let mut numbers = BTreeMap::from([
-        ("seconds".to_owned(), seconds.iter().sum()),
-        ("threads".to_owned(), rayon::current_num_threads() as f64),
-        ("experiments".to_owned(), seconds.len() as f64),
-        ("holds".to_owned(), count(Judgement::Holds)),
-        ("undecided".to_owned(), count(Judgement::Undecided)),
-    ]);
-    let each = ran.outcomes.iter().zip(&seconds);
-    numbers.extend(each.map(|(outcome, seconds)| (format!("{}.seconds", outcome.id), *seconds)));
-    let outcome = ExperimentResult {
-        id: DEFAULT_RUN.to_owned(),
-        title: "the default run: how long it takes, and its claims".to_owned(),
-        version: 1,
-        tier: name(options.tier),
-        seed: options.seed,
-        shrink: options.shrink,
-        command: "cargo run --release -- --fresh".to_owned(),
-        numbers,
-        ..ExperimentResult::default()
-    };
-    let folder = options.out.join(DEFAULT_RUN);
-    std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
-    write_json(&folder.join("result.json"), &outcome)?;
-    Ok(true)
-}
-
 /// The file for machines.
 pub const RESULTS: &str = "results.json";
 
@@ -282,18 +246,24 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Records the results of these experiments in the book's folder and the README, and says what was left out.
-pub fn update_book(ids: &[&str], options: &Options) -> Result<(), Error> {
+pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
     let folder = recorded_folder();
-    for id in ids {
+    for Experiment { id, .. } in experiments {
         for figure in record(&options.out.join(id), &folder.join(id))? {
             say!("left out of the book: {id}/{figure}, larger than {} KiB", LARGEST_RECORDED / 1024);
         }
     }
+    update_readme()?;
+    say!("recorded {} experiments in {}", experiments.len(), folder.display());
+    Ok(())
+}
+
+/// Writes the recorded numbers into the README.
+pub fn update_readme() -> Result<(), Error> {
+    let folder = recorded_folder();
     let readme = folder.join("../../README.md");
     let text = std::fs::read_to_string(&readme).map_err(Error::file("read", &readme))?;
     let results = book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
     let text = with_numbers(&text, &results).map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
-    write_whole(&readme, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", &readme)))?;
-    say!("recorded {} in {}", ids.join(", "), folder.display());
-    Ok(())
+    write_whole(&readme, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", &readme)))
 }

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
-use experiments::run::record::{DEFAULT_RUN, LARGEST_RECORDED, record, recorded_folder, result};
+use experiments::run::default_run::DEFAULT_RUN;
+use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::write_cells;

@@ -6,8 +6,9 @@ use std::time::Duration;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
 use experiments::run::cli::{Ending, conclude};
+use experiments::run::default_run::DEFAULT_RUN;
 use experiments::run::progress::state;
-use experiments::run::record::{DEFAULT_RUN, LONGEST_LINE, recorded_folder, result, table};
+use experiments::run::record::{LONGEST_LINE, recorded_folder, result, table};
 use experiments::run::summary::{WIDTH, headline, summary, verdicts};
 
 use crate::{folder, outcome, quick};
