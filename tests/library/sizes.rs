@@ -3,6 +3,8 @@
 use std::ops::Range;
 
 use whitefurnace::estimator::{Path, Strategy as Finds};
+use whitefurnace::harness::images::{Rules, Side, compare};
+use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 use whitefurnace::sampler::LONGEST;
 
@@ -129,6 +131,48 @@ fn many_samples_are_the_sum_of_their_parts() {
             assert_eq!(u64::from(pixel.samples()), u64::from(replications) * u64::from(numbers.samples()));
             assert_abs_diff_eq!(pixel.mean(), DVec3::new(1.0, 0.5, 0.25), epsilon = 1e-9);
             assert_abs_diff_eq!(pixel.standard_error(), DVec3::ZERO, epsilon = 1e-9);
+        }
+    }
+}
+
+/// Images of any shape: every kind of place covers the frame once, each place has the mean of its pixels, and what is brighter
+/// in an area of one side is found in its pixels and in no place that it does not touch.
+#[test]
+fn differences_are_found_where_they_are() {
+    for [width, height] in [[1, 40], [40, 1], [5, 33], [33, 5], [16, 17], [17, 16], [31, 32], [49, 3]] {
+        let count = width * height;
+        // Noise of a pixel is ±1 % in as many images: skewness leaves all pixels judged.
+        let sign = |k: u32, i: usize| if (k & (1 + (5 * i as u32 + 1) % 7)).count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        let images = || (0..8).map(|k| (0..count).map(|i| 1.0 + 0.01 * sign(k, i)).collect()).collect();
+        let [mut a, b]: [Vec<Vec<f64>>; 2] = [(); 2].map(|()| images());
+        // Three columns and two rows, in the upper right.
+        let corner = [width - 1 - width / 4, height / 3];
+        let [[left, top], [right, bottom]] = [corner, [(corner[0] + 3).min(width), (corner[1] + 2).min(height)]];
+        for image in &mut a {
+            (top..bottom).for_each(|y| (left..right).for_each(|x| image[y * width + x] += 5.0));
+        }
+        let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
+        let found = compare(width, &[sides], &Rules::default());
+        assert_eq!(found.verdict, Verdict::Fails, "{width} × {height}");
+        let [_, _, tiles, pixels] = &found.kinds;
+        assert_eq!(tiles.grid, [width.div_ceil(16), height.div_ceil(16)]);
+        assert_eq!(pixels.grid, [width, height]);
+        for kind in &found.kinds {
+            let mut covered = vec![0; count];
+            for place in &kind.places {
+                let [x0, y0, x1, y1] = place.area;
+                let inside = || (y0..y1).flat_map(|y| (x0..x1).map(move |x| y * width + x));
+                inside().for_each(|i| covered[i] += 1);
+                let sum =
+                    |images: &[Vec<f64>]| -> f64 { inside().flat_map(|i| images.iter().map(move |a| a[i])).sum() };
+                let means = [&a, &b].map(|images| sum(images) / (8 * inside().count()) as f64);
+                assert_relative_eq!(place.means[..], means[..], max_relative = 1e-12);
+                let touches = x0 < right && left < x1 && y0 < bottom && top < y1;
+                // A difference of larger places that is in one pixel alone does not stand.
+                let found = kind.rejects(place);
+                assert!(found == touches || (touches && kind.name != "pixel"), "{width} × {height}: {:?}", place.area);
+            }
+            assert!(covered.iter().all(|times| *times == 1), "{width} × {height}: {}", kind.name);
         }
     }
 }

@@ -167,11 +167,11 @@ pub fn scene_of(row: &Row) -> Scene {
         match row.get("caster") {
             "flat mirror" => {
                 // A thin box, for a mirror has a back as well.
-                let plate = Mesh::cube().map(|v| v * DVec3::new(1.2, 0.02, 0.5) + DVec3::new(0.0, 1.4, 0.2));
+                let plate = Mesh::cube().map(|v| v * DVec3::new(3.0, 0.02, 2.0) + DVec3::new(0.0, 1.4, 0.2));
                 add_mesh(s, plate, DVec3::ZERO, 1.0, material("mirror", 1.0));
             }
-            "mirror ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.3), material("mirror", 1.0)),
-            "glass ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.3), material("glass", 1.0)),
+            "mirror ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38), material("mirror", 1.0)),
+            "glass ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38), material("glass", 1.0)),
             _ => {}
         }
         let centre = DVec3::new(0.0, 0.7, -0.2);

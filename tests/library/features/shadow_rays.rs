@@ -1,0 +1,312 @@
+//! Shadow rays and paths find the same light: along one and the same way, with densities of which both know the same.
+//!
+//! Where that holds for every way, weights that sum to one leave the mean as it is. It is tested way by way, without noise,
+//! so that mistakes are seen that are far too small or too rare for the mean of an image.
+
+use std::sync::Mutex;
+
+use whitefurnace::bsdf::{BsdfSample, Vertex};
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::environment::EnvironmentMap;
+use whitefurnace::estimator::{Path, Strategy as Finds};
+use whitefurnace::specular::{Kind, Route, SceneBody};
+
+use super::scenes::{SCENE, scene_of};
+use super::table::{Row, table};
+use super::{by_area, path_of, path_rows};
+use crate::prelude::*;
+
+/// A shadow ray that nothing stopped: the direction in which it left, how often mirrors and glass scatter its light, and
+/// its pdf and that of a path in this direction.
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    direction: DVec3,
+    by: Option<Kind>,
+    pdfs: [f64; 2],
+}
+
+/// A pdf, with respect to solid angle, that is reached only where a cosine at the light is a rounding.
+const EDGE_ON: f64 = 1e10;
+
+/// What happens to one path.
+#[derive(Default)]
+struct Events {
+    /// Whether a shadow ray is being sent, and whether by way of a body.
+    sends: bool,
+    direct: DVec3,
+    /// The way by a body that was asked for last, and the same once nothing is found to stop it.
+    route: Option<(DVec3, Kind)>,
+    free: Option<(DVec3, Kind)>,
+    /// From the present vertex.
+    sent: Vec<Sent>,
+    /// That which the path follows, and how many mirrors and glass surfaces are still to come.
+    followed: Option<(Sent, u32)>,
+    /// Where the path left a surface that is no mirror and no smooth glass, and whether that was rough glass.
+    left: Option<(DVec3, DVec3, bool)>,
+    /// Where it left the last surface, and how many mirrors and glass surfaces it met between.
+    last: (DVec3, DVec3),
+    between: u32,
+    /// Whether it was absorbed.
+    ended: bool,
+    found: Vec<Found>,
+}
+
+/// A claim about one path.
+#[derive(Debug)]
+enum Found {
+    /// Of what a shadow ray found and the path then met.
+    Followed(Sent, [f64; 2]),
+    /// Of what a path hit by way of mirrors and glass: whether it was weighted, and whether a shadow ray finds it.
+    Hit { weighted: bool, by_bodies: bool },
+}
+
+/// Parts whose path takes, where `follows`, the way of the shadow ray that its vertex sent last, and which keep what the
+/// path tracer asks about it.
+struct Watch<'a> {
+    scene: &'a Scene,
+    follows: bool,
+    events: Mutex<Events>,
+}
+
+impl Watch<'_> {
+    fn events(&self) -> std::sync::MutexGuard<'_, Events> {
+        self.events.lock().expect("no thread has panicked")
+    }
+
+    /// The path tracer weights a hit by pdfs, or not.
+    fn hit(&self, pdfs: Option<[f64; 2]>) {
+        let mut events = self.events();
+        if events.ended {
+            return;
+        }
+        if let (Some(pdfs), Some((sent, 0))) = (pdfs, events.followed) {
+            events.followed = None;
+            events.found.push(Found::Followed(sent, pdfs));
+        }
+        let (from, towards) = events.last;
+        let offset = 1e-7;
+        if let Some((start, direction, rough_glass)) = events.left
+            && events.between > 0
+            && let Some(hit) = self.scene.intersect(&Ray::new(from + offset * towards, towards))
+        {
+            let takes = |body: &SceneBody| {
+                body.kind.bounces() == events.between
+                    && body.routes((start, hit.point)).any(|(_, route)| route.direction.distance(direction) < 1e-5)
+            };
+            let by_bodies = !rough_glass && self.scene.bodies().all().iter().any(takes);
+            events.found.push(Found::Hit { weighted: pdfs.is_some(), by_bodies });
+        }
+    }
+}
+
+impl NextEvent for Watch<'_> {
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
+        self.events().sends = true;
+        Standard.sample_emitter(emitter, random)
+    }
+    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+        self.events().sends = true;
+        Standard.sample_solid_angle(emitter, from, random)
+    }
+    fn sample_map(&self, map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64) {
+        let (direction, pdf) = Standard.sample_map(map, random);
+        let mut events = self.events();
+        (events.sends, events.direct) = (true, direction);
+        (direction, pdf)
+    }
+    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+        let mut events = self.events();
+        if events.route.is_none() {
+            events.direct = (y.0 - x.0).normalize();
+        }
+        Standard.visible(scene, x, y, glass)
+    }
+    fn route(&self, body: &SceneBody, number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
+        self.events().route = Some((route.direction, body.kind));
+        Standard.route(body, number, route)
+    }
+    fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
+        let mut events = self.events();
+        events.free = events.route;
+        Standard.lets_on(body, cosine)
+    }
+    fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
+        let mut events = self.events();
+        if events.sends {
+            let (direction, by) = events.free.take().map_or((events.direct, None), |(d, kind)| (d, Some(kind)));
+            // Light seen along its own plane, but for a rounding, adds nothing.
+            if pdf < EDGE_ON {
+                events.sent.push(Sent { direction, by, pdfs: [pdf, other] });
+            }
+        } else {
+            drop(events);
+            self.hit(Some([pdf, other]));
+        }
+        Standard.mis_weight(pdf, other)
+    }
+    fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
+        self.mis_weight(pdf, other)
+    }
+    fn hit_counts(&self, strategy: Finds, sampled: bool) -> bool {
+        self.hit(None);
+        Standard.hit_counts(strategy, sampled)
+    }
+}
+
+impl Roulette for Watch<'_> {
+    fn survive(&self, _: DVec3, _: bool, r: f64) -> Option<f64> {
+        let mut events = self.events();
+        events.ended = r >= 0.8 && events.followed.is_none();
+        (!events.ended).then_some(1.0)
+    }
+}
+
+/// Where the objects of scenes are, which paths that follow nothing are aimed at.
+const OBJECTS: [DVec3; 6] = [
+    DVec3::new(-0.75, 0.0, 0.0),
+    DVec3::new(0.75, 0.0, 0.0),
+    DVec3::new(0.0, -0.2, 1.0),
+    DVec3::new(0.0, -0.7, -0.4),
+    DVec3::new(0.0, 0.7, -0.2),
+    DVec3::new(0.0, 1.4, 0.2),
+];
+
+/// Glass is passed as often as not. Weights say nothing here.
+impl Scattering for Watch<'_> {
+    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+        let mut guard = self.events();
+        let Events { sent, mut followed, left, between, found, .. } = std::mem::take(&mut *guard);
+        let [coin, which] = uniform2(rng);
+        let mut sample = match *bsdf {
+            Bsdf::Glass { index } => {
+                let passes = followed.map_or(coin < 0.5, |(sent, _)| sent.by == Some(Kind::Refraction));
+                Some(self.sample_glass(index, at, f64::from(u8::from(passes))))
+            }
+            _ => Standard.sample(bsdf, at, rng),
+        };
+        if bsdf.is_rough()
+            && let Some(sample) = &mut sample
+        {
+            let pick = |count: usize| (which * count as f64) as usize;
+            if self.follows && !sent.is_empty() {
+                let sent = sent[pick(sent.len())];
+                followed = Some((sent, sent.by.map_or(0, Kind::bounces)));
+                sample.direction = sent.direction;
+            } else {
+                let direction = (OBJECTS[pick(OBJECTS.len())] + in_cube(rng, 0.5) - at.point).normalize();
+                if bsdf.is_rough_glass() || direction.dot(at.frame.z) > 0.0 {
+                    sample.direction = direction;
+                }
+            }
+            let facing = match *bsdf {
+                Bsdf::RoughGlass(glass) => Bsdf::RoughGlass(glass.facing(at.outside)),
+                other => other,
+            };
+            sample.pdf = Some(Standard.pdf(&facing, at.wo, at.frame.local(sample.direction)));
+        } else if let Some((_, left @ 1..)) = &mut followed {
+            *left -= 1;
+        }
+        let direction = sample.map_or(DVec3::ZERO, |sample| sample.direction);
+        *guard = Events { followed, found, ended: sample.is_none(), last: (at.point, direction), ..Events::default() };
+        (guard.left, guard.between) =
+            if bsdf.is_rough() { (Some((at.point, direction, bsdf.is_rough_glass())), 0) } else { (left, between + 1) };
+        sample
+    }
+}
+
+/// What happens to some paths of each scene of the table, by the settings of its row.
+fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
+    let mut rng = rng("features");
+    for row in path_rows() {
+        let row = row.with("finds", "mis");
+        let scene = scene_of(&row);
+        let Path { strategy, lights, heuristic, early, by_bodies, bounces, .. } = path_of(&row);
+        let settings = Path { parts: (), strategy, lights, heuristic, early, by_bodies, bounces };
+        let parts = Watch { scene: &scene, follows, events: Mutex::default() };
+        let path = Path { parts, strategy, lights, heuristic, early, by_bodies, bounces };
+        for _ in 0..(2000.0 * context("features").scale) as u32 {
+            let [x, y] = uniform2(&mut rng);
+            let ray = scene.camera().ray([1, 1], x, y);
+            path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+            let events = std::mem::take(&mut *path.parts.events());
+            assert!(events.followed.is_none(), "a shadow ray found {:?}, no path hits it: {row}", events.followed);
+            events.found.into_iter().for_each(|found| check(&row, &settings, found));
+        }
+    }
+}
+
+/// What shadow rays find, directly, in a map, and by way of bodies, is what paths hit that take the same way, and both
+/// weight it by the same densities.
+#[test]
+fn paths_hit_what_shadow_rays_find() {
+    let mut counts = [0; 5];
+    watch(true, |row, _, found| {
+        let Found::Followed(sent, [pdf, other]) = found else { return };
+        let [by_light, by_path] = sent.pdfs;
+        // On a caustic densities are known but for a rounding of any size, which moves no weight.
+        let weights = [by_light / (by_light + by_path), pdf / (pdf + other)];
+        assert!((weights[0] + weights[1] - 1.0).abs() < 1e-6, "{sent:?} and [{pdf}, {other}]: {row}");
+        counts[sent.by.map_or(3, |kind| kind as usize)] += 1;
+        counts[4] += usize::from(row.is("background", "map"));
+    });
+    assert!(counts.iter().all(|&count| count > 50), "{counts:?} flat, reflected, refracted, direct; with a map");
+}
+
+/// Of what paths hit by way of mirrors and glass only that is weighted which a shadow ray finds.
+#[test]
+fn shadow_rays_find_what_paths_weight() {
+    let mut counts = [0; 2];
+    watch(false, |row, path, found| {
+        let Found::Hit { weighted, by_bodies } = found else { return };
+        let by_bodies = by_bodies && path.by_bodies && !row.is("background", "map");
+        assert_eq!(weighted, by_bodies, "{row}");
+        counts[usize::from(weighted)] += 1;
+    });
+    assert!(counts.iter().all(|&count| count > 50), "{counts:?} not weighted and weighted");
+}
+
+/// Whether the last surface that a path of the report left scatters in all directions, and whether any before did.
+struct Left {
+    rules: LightRules,
+    last_and_any: Mutex<[bool; 2]>,
+}
+
+impl NextEvent for Left {
+    fn hit_counts(&self, strategy: Finds, sampled: bool) -> bool {
+        let [last, any] = *self.last_and_any.lock().expect("no thread has panicked");
+        assert_eq!(sampled, if self.rules.caustics { last } else { any });
+        Standard.hit_counts(strategy, sampled)
+    }
+}
+
+impl Roulette for Left {}
+
+impl Scattering for Left {
+    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+        self.last_and_any.lock().expect("no thread has panicked")[0] = false;
+        Standard.sample(bsdf, at, rng)
+    }
+    fn sample_uniform(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> BsdfSample {
+        *self.last_and_any.lock().expect("no thread has panicked") = [true; 2];
+        Standard.sample_uniform(bsdf, wo, random)
+    }
+}
+
+/// The report's estimator counts what its rays hit where no shadow ray looked for it, whatever stands between: by its own
+/// rules until a path has left a diffuse surface, by those of physics wherever mirrors or glass were last.
+#[test]
+fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
+    let mut rng = rng("features");
+    for row in table(&SCENE, by_area) {
+        let scene = scene_of(&row);
+        for rules in [LightRules::PHYSICAL, LightRules { shadows_pass_glass: false, ..LightRules::REPORT }] {
+            let report = Report { parts: Left { rules, last_and_any: Mutex::default() }, rules, segments: 30, rays: 1 };
+            for _ in 0..(500.0 * context("features").scale) as u32 {
+                *report.parts.last_and_any.lock().expect("no thread has panicked") = [false; 2];
+                let [x, y] = uniform2(&mut rng);
+                let ray = scene.camera().ray([1, 1], x, y);
+                report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Whichever strategy of bidirectional path tracing makes a path, it finds the same densities, so that all weights of one
+//! path sum to one.
+
+use std::sync::Mutex;
+
+use whitefurnace::bsdf::{BsdfSample, Vertex};
+use whitefurnace::emitter::EmitterPoint;
+use whitefurnace::estimator::{Density, weight};
+
+use super::scenes::{SCENE, scene_of};
+use super::{images_take, table::table};
+use crate::prelude::*;
+
+/// A path that a connection made: its densities, and the points from the connection's other end to the emitter, of which
+/// the eye's walk has come to so many.
+#[derive(Default)]
+struct Made {
+    path: Vec<Density>,
+    points: Vec<DVec3>,
+    met: usize,
+}
+
+#[derive(Default)]
+struct Events {
+    /// Whether the particle's walk is over and the eye's has begun.
+    eye: bool,
+    /// Where the particle was, and where the last shadow ray ended.
+    light: Vec<DVec3>,
+    fresh: DVec3,
+    /// What connections from the present vertex of the eye's walk made, and what the walk follows.
+    made: Vec<Made>,
+    followed: Option<Made>,
+    /// How many strategies of the same paths were compared.
+    compared: usize,
+    finished: usize,
+}
+
+/// Parts whose walk from the eye, once a connection has made a path, takes that path to the emitter: all strategies with
+/// fewer vertices from the light then make it as well.
+#[derive(Default)]
+struct Retrace(Mutex<Events>);
+
+impl Retrace {
+    fn events(&self) -> std::sync::MutexGuard<'_, Events> {
+        self.0.lock().expect("no thread has panicked")
+    }
+
+    fn start(&self, point: DVec3) {
+        let mut events = self.events();
+        events.fresh = point;
+        if !events.eye {
+            events.light = vec![point];
+        }
+    }
+}
+
+impl Bidirectional for Retrace {
+    fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
+        // Called where the walk begins, or for a place that the eye sees.
+        self.events().eye = true;
+        Standard.importance(camera, size, direction)
+    }
+    fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
+        let mut events = self.events();
+        if s == path.len() {
+            events.eye = false;
+            return weight(path, s);
+        }
+        if events.followed.is_none() && events.finished == 0 && s > 0 {
+            let points = if s == 1 { vec![events.fresh] } else { events.light[..s].iter().rev().copied().collect() };
+            events.made.push(Made { path: path.to_vec(), points, met: 0 });
+        }
+        // With one vertex from the light there is another one.
+        if let Some(Made { path: other, points, met }) = &events.followed
+            && path.len() == other.len()
+            && s + met + 1 == points.len()
+            && s != 1
+        {
+            let finished = s == 0;
+            for k in 0..=path.len() {
+                let [a, b] = [path, other].map(|path| weight(path, k));
+                assert!((a - b).abs() <= 1e-6, "{a} and {b} of {k}, {s} after {met}: {path:?} {other:?}");
+            }
+            events.compared += 1;
+            if finished {
+                (events.followed, events.finished) = (None, events.finished + 1);
+            }
+        }
+        weight(path, s)
+    }
+}
+
+impl NextEvent for Retrace {
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
+        let sampled = Standard.sample_emitter(emitter, random);
+        self.start(sampled.point);
+        sampled
+    }
+    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+        let sampled = Standard.sample_solid_angle(emitter, from, random);
+        self.events().fresh = sampled.map_or(DVec3::NAN, |(sampled, _)| sampled.point);
+        sampled
+    }
+}
+
+impl Roulette for Retrace {
+    fn survive(&self, throughput: DVec3, early: bool, r: f64) -> Option<f64> {
+        let events = self.events();
+        match &events.followed {
+            Some(_) => Some(1.0),
+            None => Standard.survive(throughput, early, r).filter(|_| events.finished == 0),
+        }
+    }
+}
+
+impl Scattering for Retrace {
+    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+        let mut events = self.events();
+        let Events { eye, light, made, followed, .. } = &mut *events;
+        let sample = Standard.sample(bsdf, at, rng);
+        if !*eye {
+            light.push(at.point);
+            return sample;
+        }
+        let followed = match followed {
+            None if !made.is_empty() => {
+                let one = (uniform(rng) * made.len() as f64) as usize;
+                followed.insert(made.swap_remove(one))
+            }
+            Some(made) => {
+                made.met += 1;
+                made
+            }
+            None => return sample,
+        };
+        made.clear();
+        let direction = (followed.points.get(followed.met)? - at.point).normalize();
+        match *bsdf {
+            Bsdf::Mirror { .. } => sample,
+            Bsdf::Glass { index } => {
+                let passes = at.frame.z.dot(direction) < 0.0;
+                Some(self.sample_glass(index, at, f64::from(u8::from(passes))))
+            }
+            _ => {
+                let wi = at.frame.local(direction);
+                let weighted = Standard.weighted(bsdf, at.wo, wi, Standard.pdf(bsdf, at.wo, wi));
+                Some(BsdfSample { direction, ..weighted })
+            }
+        }
+    }
+}
+
+#[test]
+fn all_strategies_of_a_path_find_its_densities() {
+    let mut counts = [0; 3];
+    for row in table(&SCENE, images_take)
+        .iter()
+        .filter(|row| !row.is("emitter", "none") || row.get("background").starts_with("closed"))
+    {
+        let scene = scene_of(row);
+        for index in 0..(1000.0 * context("features").scale) as u32 {
+            let bdpt = Bdpt::new(Retrace::default());
+            bdpt.pass(&scene, [1, 1], master(), index).expect("legal values");
+            let events = bdpt.parts.0.into_inner().expect("no thread has panicked");
+            if let Some(Made { points, met, path }) = events.followed {
+                panic!("the walk from the eye came to {met} of {points:?} {path:?}: {row}");
+            }
+            counts[0] += events.finished;
+            counts[1] += events.compared;
+            counts[2] += 1;
+        }
+    }
+    let [paths, strategies, walks] = counts;
+    assert!(5 * paths > walks && 20 * (strategies - paths) > walks, "{counts:?} paths, strategies of theirs, walks");
+}
