@@ -16,6 +16,7 @@ mod export;
 mod figures;
 mod graded;
 mod judge;
+mod moments;
 mod mutants;
 mod options;
 #[cfg(unix)]
