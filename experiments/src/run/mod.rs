@@ -71,7 +71,7 @@ pub struct Experiment {
     pub id: &'static str,
     /// What it makes or asks, in a line.
     pub title: &'static str,
-    /// What it found, in a line: `{KEY FORMAT}` stands for a number of the run in a format of [`book::number::format`],
+    /// Its finding, in a line: `{KEY FORMAT}` stands for a number of the run in a format of [`book::number::format`],
     /// `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
     pub headline: &'static str,
     /// Raised when its numbers or figures change on purpose.

@@ -25,9 +25,9 @@ use crate::say;
 /// The largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
-/// What a run of experiments left.
+/// The outcomes of a run of experiments.
 pub struct Ran {
-    /// What each found.
+    /// The findings of each.
     pub outcomes: Vec<ExperimentResult>,
     /// The wall-clock seconds that each took; `None` for what was kept from an earlier run.
     pub seconds: Vec<Option<f64>>,

@@ -41,7 +41,8 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
     Ok(text)
 }
 
-/// What was found and where its picture lies, wrapped at [`WIDTH`]; `label` says which experiment and for how long.
+/// A sentence on the finding, and where its picture lies, wrapped at [`WIDTH`]; `label` says which experiment and for how
+/// long.
 pub fn summary(experiment: &Experiment, outcome: &ExperimentResult, label: &str, out: &Path) -> String {
     // A shrunk run may lack a number that was not finite.
     let found = headline(experiment.headline, outcome).unwrap_or_else(|_| experiment.title.to_owned());

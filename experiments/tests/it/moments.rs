@@ -1,4 +1,4 @@
-//! What is shown or saved at any moment is a render of as many samples.
+//! Previews and saved states at any moment equal a render of as many samples.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -43,7 +43,7 @@ const PRECISE: f64 = 0.0035;
 /// The same of the light tracer: 20 %.
 const PRECISE_BY_PARTICLES: f64 = 0.0125;
 
-/// What chance can turn red: a comparison of each table of scenes, what must be rejected, and identities of random paths.
+/// The assertions that chance can turn red: a comparison of each table of scenes, what must be rejected, and identities of random paths.
 pub const ASSERTIONS: usize = 10;
 
 /// How rays are followed and what estimates along them.
@@ -63,7 +63,7 @@ fn samples() -> u32 {
     (SAMPLES * context("features").scale).ceil() as u32
 }
 
-/// What a scene is made of and these settings.
+/// The factors of a scene, and these settings.
 fn factors(settings: &[Factor]) -> &'static [Factor] {
     Box::leak([&SCENE[..], settings].concat().into_boxed_slice())
 }

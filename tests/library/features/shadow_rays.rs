@@ -28,7 +28,7 @@ struct Sent {
 /// A pdf, with respect to solid angle, that is reached only where a cosine at the light is a rounding.
 const EDGE_ON: f64 = 1e10;
 
-/// What happens to one path.
+/// The events of one path.
 #[derive(Default)]
 struct Events {
     /// Whether a shadow ray is being sent, and whether by way of a body.
@@ -54,9 +54,9 @@ struct Events {
 /// A claim about one path.
 #[derive(Debug)]
 enum Found {
-    /// Of what a shadow ray found and the path then met.
+    /// The path met the light that a shadow ray had found: what the ray knew, and the pdfs by which the hit is weighted.
     Followed(Sent, [f64; 2]),
-    /// Of what a path hit by way of mirrors and glass: whether it was weighted, and whether a shadow ray finds it.
+    /// A path hit something by way of mirrors and glass: whether the hit was weighted, and whether a shadow ray finds it.
     Hit { weighted: bool, by_bodies: bool },
 }
 
@@ -214,7 +214,7 @@ impl Scattering for Watch<'_> {
     }
 }
 
-/// What happens to some paths of each scene of the table, by the settings of its row.
+/// Hands the events of some paths of each scene of the table to `check`, by the settings of its row.
 fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     let mut rng = rng("features");
     for row in path_rows() {
@@ -235,8 +235,8 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     }
 }
 
-/// What shadow rays find, directly, in a map, and by way of bodies, is what paths hit that take the same way, and both
-/// weight it by the same densities.
+/// Paths that take the way of a shadow ray, direct, to a map, or by way of bodies, hit what it found, and both weight it by
+/// the same densities.
 #[test]
 fn paths_hit_what_shadow_rays_find() {
     let mut counts = [0; 5];
@@ -252,7 +252,7 @@ fn paths_hit_what_shadow_rays_find() {
     assert!(counts.iter().all(|&count| count > 50), "{counts:?} flat, reflected, refracted, direct; with a map");
 }
 
-/// Of what paths hit by way of mirrors and glass only that is weighted which a shadow ray finds.
+/// Light that paths hit by way of mirrors and glass is weighted if a shadow ray finds it, and only then.
 #[test]
 fn shadow_rays_find_what_paths_weight() {
     let mut counts = [0; 2];

@@ -27,7 +27,7 @@ struct Events {
     /// Where the particle was, and where the last shadow ray ended.
     light: Vec<DVec3>,
     fresh: DVec3,
-    /// What connections from the present vertex of the eye's walk made, and what the walk follows.
+    /// The connections from the present vertex of the eye's walk, and that which the walk follows.
     made: Vec<Made>,
     followed: Option<Made>,
     /// How many strategies of the same paths were compared.
