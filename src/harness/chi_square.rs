@@ -36,6 +36,15 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// The same of the cells that were gathered from those on which it was counted.
+    pub(super) fn gathered(&self, partition: &Partition) -> Self {
+        let mut counts = Self { observed: vec![0; partition.masses.len()], ..self.clone() };
+        for (cell, observed) in partition.cells_of_grid().zip(&self.observed) {
+            counts.observed[cell] += observed;
+        }
+        counts
+    }
+
     /// As if the least probable cell that is not pooled were off by `effect`, relative, and the others made
     /// up for it evenly: of all laws that are off by so much in some cell, the one that shows least. `None`
     /// if there are no two cells.

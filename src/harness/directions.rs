@@ -118,7 +118,7 @@ impl<'a> Directions<'a> {
             return;
         };
         let refined = refined(self.density, &self.precision, direction, &mut self.random);
-        match refined.and_then(|refined| self.density.field(refined)) {
+        match refined.and_then(|refined| self.density.fields.cell(refined)) {
             Some(field) => {
                 self.counts.observed[field] += 1;
                 for (values, (_, f)) in self.moments.iter_mut().zip(MOMENTS) {
@@ -193,12 +193,8 @@ impl<'a> Directions<'a> {
     }
 
     fn cells(&self, cells: usize, margin: f64) -> Outcome {
-        let partition = self.density.gathered(cells);
-        let mut counts = Counts { observed: vec![0; partition.masses.len()], ..self.counts.clone() };
-        for (cell, observed) in partition.cells_of_grid().zip(&self.counts.observed) {
-            counts.observed[cell] += observed;
-        }
-        chi_square(&format!("{cells} cells"), &partition, &counts, margin)
+        let partition = self.density.fields.gathered(cells);
+        chi_square(&format!("{cells} cells"), &partition, &self.counts.gathered(&partition), margin)
     }
 
     /// The outcome of reported pdfs, if there are any; undecided if they are too coarse to show a slip of one percent.

@@ -1,10 +1,11 @@
 //! Where samplers put their points, and how the place is cut into cells.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
 use super::quadrature::{Integral, Rectangle, integrate_within, work};
+use super::quantiles::Quantiles;
 
 /// A set of directions (local, unit, measured by solid angle) or of points (measured by area), with a
 /// map to the unit square in which rows and columns make cells.
@@ -40,13 +41,10 @@ impl Domain {
             if turn < 0.0 { turn + 1.0 } else { turn }
         };
         let inside = |yes: bool, square: [f64; 2]| yes.then_some(square);
-        let unit = (p.length_squared() - 1.0).abs() < rounding;
-        // Directions in double precision do not miss the horizon.
-        let above = p.z >= if rounding > ROUNDING { -rounding } else { 0.0 };
         match self {
-            Self::Sphere => inside(unit, [0.5 * (1.0 - p.z), azimuth()]),
-            Self::Hemisphere => inside(unit && above, [1.0 - p.z, azimuth()]),
-            Self::CosineHemisphere => inside(unit && above, [p.x * p.x + p.y * p.y, azimuth()]),
+            Self::Sphere => inside(self.has_direction(p, rounding), [0.5 * (1.0 - p.z), azimuth()]),
+            Self::Hemisphere => inside(self.has_direction(p, rounding), [1.0 - p.z, azimuth()]),
+            Self::CosineHemisphere => inside(self.has_direction(p, rounding), [p.x * p.x + p.y * p.y, azimuth()]),
             Self::Disk => {
                 let s = p.x * p.x + p.y * p.y;
                 inside(s <= 1.0 + rounding && p.z == 0.0, [s, azimuth()])
@@ -61,6 +59,22 @@ impl Domain {
                 inside(yes, [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }])
             }
         }
+    }
+
+    /// The largest polar angle, radians; `None` for a domain of points.
+    pub(super) fn largest_angle(self) -> Option<f64> {
+        match self {
+            Self::Sphere => Some(PI),
+            Self::Hemisphere | Self::CosineHemisphere => Some(FRAC_PI_2),
+            Self::Disk | Self::Square | Self::Triangle => None,
+        }
+    }
+
+    /// Whether a vector is one of the domain's directions, which may miss unit length and horizon by so much.
+    fn has_direction(self, w: DVec3, rounding: f64) -> bool {
+        // Directions in double precision do not miss the horizon.
+        let above = w.z >= if rounding > ROUNDING { -rounding } else { 0.0 };
+        (w.length_squared() - 1.0).abs() < rounding && (self == Self::Sphere || above)
     }
 
     /// The smooth coordinate (θ, r, x or u) of the row border at s in [0, 1].
@@ -91,17 +105,16 @@ impl Domain {
 
     /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's measure.
     pub fn integrate(self, part: [[f64; 2]; 2], tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
-        self.integrate_within(part, tolerance, &mut work(), f)
+        self.integrate_within(self.area(part), tolerance, &mut work(), f)
     }
 
-    fn integrate_within(
-        self,
-        [rows, columns]: [[f64; 2]; 2],
-        tolerance: f64,
-        left: &mut usize,
-        f: &dyn Fn(DVec3) -> f64,
-    ) -> Integral {
-        let area = Rectangle { x: rows.map(|s| self.border(s)), y: columns };
+    /// The smooth coordinates of rows × columns of the square.
+    fn area(self, [rows, columns]: [[f64; 2]; 2]) -> Rectangle {
+        Rectangle { x: rows.map(|s| self.border(s)), y: columns }
+    }
+
+    /// ∫ f over a rectangle of the smooth coordinates.
+    fn integrate_within(self, area: Rectangle, tolerance: f64, left: &mut usize, f: &dyn Fn(DVec3) -> f64) -> Integral {
         integrate_within(area, tolerance, left, &mut |a, b| {
             let (point, measure) = self.point(a, b);
             f(point) * measure
@@ -110,7 +123,7 @@ impl Domain {
 
     /// ∫ f over the whole domain, cut into 2 × 4 parts to begin with, so that a lobe is not overlooked.
     pub fn integrate_all(self, tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
-        let parts = grid(2, 4).map(|part| self.integrate(part, tolerance / 8.0, f));
+        let parts = (0..8).map(|k| self.integrate(field(k, [2, 4]), tolerance / 8.0, f));
         parts.fold(Integral::default(), |sum, part| Integral {
             value: sum.value + part.value,
             error: sum.error + part.error,
@@ -118,10 +131,10 @@ impl Domain {
     }
 }
 
-/// The fields of a grid of the unit square, row by row.
-fn grid(rows: usize, columns: usize) -> impl Iterator<Item = [[f64; 2]; 2]> {
+/// A field of a grid of the unit square, counted row by row.
+fn field(k: usize, [rows, columns]: [usize; 2]) -> [[f64; 2]; 2] {
     let ends = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
-    (0..rows * columns).map(move |k| [ends(k / columns, rows), ends(k % columns, columns)])
+    [ends(k / columns, rows), ends(k % columns, columns)]
 }
 
 /// A domain cut into cells of known probability.
@@ -144,12 +157,14 @@ pub struct Partition {
     rounding: f64,
     rows: usize,
     columns: usize,
+    /// By what rows and columns are cut, if not by the domain's square.
+    quantiles: Option<Quantiles>,
     /// For each field of the grid, its cell.
     cell_of: Vec<usize>,
 }
 
 /// Fields of the grid on which a density is integrated, before they are gathered into cells.
-const FIELDS: [usize; 2] = [32, 64];
+pub(super) const FIELDS: [usize; 2] = [32, 64];
 /// To how much a partition's probabilities are known.
 pub const MASS_TOLERANCE: f64 = 1e-6;
 
@@ -170,8 +185,14 @@ impl Partition {
             rounding: ROUNDING,
             rows,
             columns,
+            quantiles: None,
             cell_of: (0..cells).collect(),
         }
+    }
+
+    /// Fields of equal probability by the quantiles of a density of directions.
+    pub(super) fn quantiles(domain: Domain, quantiles: Quantiles) -> Self {
+        Self { quantiles: Some(quantiles), ..Self::equal(domain, FIELDS[0], FIELDS[1]) }
     }
 
     /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made elsewhere.
@@ -180,6 +201,7 @@ impl Partition {
             domain: Domain::Square,
             rows: 1,
             columns: masses.len(),
+            quantiles: None,
             cell_of: (0..masses.len()).collect(),
             masses,
             places,
@@ -190,8 +212,8 @@ impl Partition {
         }
     }
 
-    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields
-    /// of a fine grid are integrated and gathered by halving.
+    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields of a fine grid, for
+    /// directions one of the density's quantiles, are integrated and gathered by halving.
     pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         Self::fields(domain, MASS_TOLERANCE, pdf).gathered(cells)
     }
@@ -201,18 +223,26 @@ impl Partition {
     /// with, NaN leaves NaN.
     pub(crate) fn fields(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let [rows, columns] = FIELDS;
+        let grid = match domain.largest_angle() {
+            Some(largest) => Self::quantiles(domain, Quantiles::of_pdf(FIELDS, largest, pdf)),
+            None => Self::equal(domain, rows, columns),
+        };
         let share = tolerance / (rows * columns) as f64;
         let (mut left, mut error) = (work(), 0.0);
-        let integrate = |field| {
-            let found = domain.integrate_within(field, share, &mut left, pdf);
+        let integrate = |k: usize| {
+            let area = match &grid.quantiles {
+                Some(quantiles) => quantiles.field([k / columns, k % columns]),
+                None => domain.area(field(k, FIELDS)),
+            };
+            let found = domain.integrate_within(area, share, &mut left, pdf);
             error += found.error;
             found.value
         };
-        let masses: Vec<f64> = grid(rows, columns).map(integrate).collect();
+        let masses: Vec<f64> = (0..rows * columns).map(integrate).collect();
         // NaN stays.
         let error = if error <= tolerance { tolerance } else { error };
         let loss = (1.0 - masses.iter().sum::<f64>()).max(0.0);
-        Self { masses, loss, error, ..Self::equal(domain, rows, columns) }
+        Self { masses, loss, error, ..grid }
     }
 
     /// About so many cells of nearly equal probability, gathered by halving from the cells of a grid.
@@ -241,7 +271,11 @@ impl Partition {
 
     /// The cell of a point; `None` outside the domain.
     pub fn cell(&self, point: DVec3) -> Option<usize> {
-        let [s, b] = self.domain.to_square_within(point, self.rounding)?;
+        let [s, b] = match &self.quantiles {
+            Some(quantiles) if self.domain.has_direction(point, self.rounding) => quantiles.to_square(point)?,
+            Some(_) => return None,
+            None => self.domain.to_square_within(point, self.rounding)?,
+        };
         let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
@@ -254,6 +288,16 @@ impl Partition {
     /// The sum of all probabilities: 1 − loss.
     pub fn mass(&self) -> f64 {
         self.masses.iter().sum()
+    }
+
+    /// Where a block of fields lies, in words.
+    fn place(&self, rows: [usize; 2], columns: [usize; 2]) -> String {
+        let Some(quantiles) = &self.quantiles else {
+            return place(rows, columns, self.rows, self.columns);
+        };
+        let [from, to] = rows.map(|row| quantiles.degrees(row as f64 / self.rows as f64));
+        let [least, most] = columns.map(|column| column as f64 / self.columns as f64);
+        format!("{from:.4} to {to:.4} degrees from z, quantiles {least:.3} to {most:.3} of the azimuth there")
     }
 
     /// Cuts a block of fields into `cells` cells of about equal probability.
@@ -280,7 +324,7 @@ impl Partition {
                     self.cell_of[i * all + columns[0]..i * all + columns[1]].fill(self.masses.len());
                 }
                 self.masses.push(total);
-                self.places.push(place(rows, columns, self.rows, self.columns));
+                self.places.push(self.place(rows, columns));
             }
         }
     }

@@ -58,6 +58,7 @@ pub mod outcome;
 pub mod pointwise;
 pub mod power;
 pub mod quadrature;
+mod quantiles;
 pub mod roundoff;
 pub mod sequential;
 pub mod tails;

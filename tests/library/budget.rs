@@ -3,7 +3,7 @@
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
 use crate::features;
-use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes, single_precision};
+use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes, narrow_lobes, single_precision};
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.
@@ -23,6 +23,7 @@ fn the_shares_are_counted() {
         ("images", images::ASSERTIONS),
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
+        ("narrow lobes", narrow_lobes::ASSERTIONS),
         ("features", features::ASSERTIONS),
         ("single precision", single_precision::ASSERTIONS),
         ("documentation", 1 + 10 + 3 * check_up + lobes::PASSES[2]),

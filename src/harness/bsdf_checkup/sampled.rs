@@ -20,6 +20,11 @@ const PROBES: usize = 2000;
 /// The chance that samples which rounding put onto the horizon are taken for forbidden ones: a thousandth of a share.
 const HORIZON_LEVEL: f64 = 1e-12;
 
+/// Cells that show what a few cannot: a ring for the whole of a lobe.
+const MANY: usize = 128;
+/// Their share of the level of the chi-square: so little that the few cells tell what they would tell alone.
+const SHARE_OF_MANY: f64 = 1e-3;
+
 /// What the precision of a subject does to its integrals for one outgoing direction.
 struct Blur {
     rounding: Rounding,
@@ -106,10 +111,10 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
     let rounding = rounding(subject, size, context);
     let mut probes = context.rng(&format!("rounding at {degrees}"));
     let blur = Blur::new(subject, wo, rounding, || uniform3(&mut probes));
-    let partition = partition(subject, size, wo, &blur);
+    let fields = fields(subject, wo, &blur);
     let albedo = subject.domain().integrate_all(blur.known(), &|wi| subject.f_cos(wo, wi));
     let n = context.n(size.samples);
-    let mut weights = Weights::new(albedo.value, &partition);
+    let mut weights = Weights::new(albedo.value, &fields);
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
         let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.number(u)));
@@ -118,7 +123,7 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
         sample.map(|s| s.wi)
     };
     let horizon = Cell::new(0);
-    let mut counts = count(&partition, n, draw, |wi| {
+    let mut counts = count(&fields, n, draw, |wi| {
         let pdf = subject.pdf(wo, wi);
         let rounded = pdf == 0.0 && rounding.at_horizon(wi);
         horizon.set(horizon.get() + u64::from(rounded));
@@ -132,7 +137,7 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
     let at = |what: &str| format!("{what} at {degrees} degrees");
     let mut outcomes = vec![
         mass(subject, wo, &at("integral of the pdf"), &blur),
-        chi_square(&at("chi-square of samples"), &partition, &counts, CELL_DELTA),
+        histogram(&at("chi-square of samples"), &fields, size.cells, &counts, &blur),
         furnace(subject, wo, &at("furnace"), &values, Albedo { value: albedo.value, blur: &blur }, size.delta),
         Outcome::exact(
             at("energy bound"),
@@ -155,25 +160,49 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
     outcomes.into_iter().map(|outcome| blur.judged(outcome)).collect()
 }
 
-/// Cells of nearly equal probability under the pdf. In single precision their probabilities may be off by what rounding
-/// of the pdf explains, and by what it leaves of the quadrature's error.
-fn partition(subject: &BsdfSubject, size: &CheckUp, wo: DVec3, blur: &Blur) -> Partition {
+/// The grid of the pdf's quantiles on which samples are counted.
+fn fields(subject: &BsdfSubject, wo: DVec3, blur: &Blur) -> Partition {
     let pdf = |wi| subject.pdf(wo, wi);
-    if !blur.rounding.is_coarse() {
-        return Partition::of_pdf(subject.domain(), size.cells, &pdf);
+    if blur.rounding.is_coarse() {
+        Partition::fields(subject.domain(), blur.known(), &pdf).rounding(blur.rounding.tolerance())
+    } else {
+        Partition::fields(subject.domain(), MASS_TOLERANCE, &pdf)
     }
-    let fields = Partition::fields(subject.domain(), blur.known(), &pdf);
-    let mut partition = fields.gathered(size.cells).rounding(blur.rounding.tolerance());
-    let in_cell = |cell| {
-        let probes = blur.probes.iter().filter(|(wi, _)| partition.cell(*wi) == Some(cell));
-        mean_of(probes.map(|(_, bound)| *bound))
-    };
-    let relative = (partition.masses.iter().enumerate())
-        .filter(|(_, mass)| **mass > 0.0)
-        .map(|(cell, mass)| in_cell(cell) + partition.error / mass);
-    partition.relative = relative.fold(0.0, f64::max);
-    partition.error = MASS_TOLERANCE;
+}
+
+/// About so many cells of nearly equal probability. In single precision their probabilities may be off by what rounding
+/// of the pdf explains, and by what it leaves of the quadrature's error.
+fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
+    let mut partition = fields.gathered(cells);
+    if blur.rounding.is_coarse() {
+        let mut probes = vec![Vec::new(); partition.masses.len()];
+        for (wi, bound) in &blur.probes {
+            partition.cell(*wi).into_iter().for_each(|cell| probes[cell].push(*bound));
+        }
+        let relative = (partition.masses.iter().zip(probes))
+            .filter(|(mass, _)| **mass > 0.0)
+            .map(|(mass, probes)| mean_of(probes.into_iter()) + partition.error / mass);
+        partition.relative = relative.fold(0.0, f64::max);
+        partition.error = MASS_TOLERANCE;
+    }
     partition
+}
+
+/// Chi-square over few cells, whose probabilities are told to [`CELL_DELTA`], and over many.
+fn histogram(name: &str, fields: &Partition, cells: usize, counts: &Counts, blur: &Blur) -> Outcome {
+    let over = |cells: usize| {
+        let partition = gathered(fields, cells, blur);
+        chi_square(name, &partition, &counts.gathered(&partition), CELL_DELTA)
+    };
+    let [few, many] = [over(cells), over(MANY)];
+    let p = (few.p / (1.0 - SHARE_OF_MANY)).min(1.0);
+    // Where too many samples ask more of the probabilities than quadrature knows, the few cells judge alone.
+    let finer = many.p / SHARE_OF_MANY;
+    if many.valid_from <= many.n && finer < p {
+        Outcome { p: finer, worst: many.worst, ..few }
+    } else {
+        Outcome { p, ..few }
+    }
 }
 
 /// Whether more samples lie on the horizon without a pdf than the pdf has near it.

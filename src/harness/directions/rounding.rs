@@ -84,7 +84,7 @@ pub(super) fn refined(density: &Density, precision: &Precision, raw: DVec3, rng:
     let unit = raw.normalize();
     let weight = |w: DVec3| {
         let pdf = density.pdf(w);
-        if pdf > 0.0 && pdf.is_finite() && density.field(w).is_some() { pdf } else { 0.0 }
+        if pdf > 0.0 && pdf.is_finite() && density.fields.cell(w).is_some() { pdf } else { 0.0 }
     };
     let fine = precision.is_fine();
     if fine && weight(unit) > 0.0 {

@@ -175,6 +175,17 @@ fn cells_of_a_density_hold_what_lies_in_them() {
     }
 }
 
+/// Surfaces that light passes have densities that jump at the horizon: it is a border of fields.
+#[test]
+fn no_field_lies_on_both_sides_of_the_horizon() {
+    for up in [0.01, 0.5, 0.77, 0.999] {
+        let pdf = |w: DVec3| if w.z > 0.0 { up / TAU } else { (1.0 - up) / TAU };
+        let partition = Partition::of_pdf(Domain::Sphere, 6, &pdf);
+        assert_eq!(partition.error, MASS_TOLERANCE);
+        assert_abs_diff_eq!(partition.mass(), 1.0, epsilon = 1e-9);
+    }
+}
+
 #[test]
 fn masses_are_known_to_the_tolerance_together() {
     // A kink at three tenths of every row of fields: each field's small error has the same sign.

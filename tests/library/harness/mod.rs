@@ -11,6 +11,7 @@ pub mod images; // two sets of images
 mod ks;
 pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones: check-ups from end to end
 mod mean;
+pub mod narrow_lobes; // BSDFs of which all light goes nearly one way
 mod no_evidence; // samples that say nothing
 mod outcome;
 mod power;
