@@ -60,7 +60,8 @@ pub fn render_lanes(
 
 /// Refuses scenes in which single precision would be seen: those of the lane engine, and where the largest coordinate lies
 /// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of something: the radius of a sphere or the
-/// height of a zone, or the second largest extent of triangles that hang together.
+/// height of a zone, or the second largest extent of triangles that hang together; and where surfaces
+/// [coincide](Scene::coincident_in_singles).
 ///
 /// # Errors
 /// [`Error::Option`] that says why, and what to do.
@@ -80,7 +81,10 @@ pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Err
              {extent:?}, more than {SINGLE_DETAIL} times as far"
         )));
     }
-    Ok(())
+    match scene.coincident_in_singles() {
+        Some(coincidence) => Err(Error::Option(format!("in single precision {coincidence}"))),
+        None => Ok(()),
+    }
 }
 
 /// The least and the most that a scene may reach to in single precision: no product of a few lengths is lost.

@@ -1,8 +1,10 @@
 //! What a scene is built from, and what it must satisfy.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
-use super::coincident::{COINCIDENT, Shapes};
+use super::coincident::{CLOSE_SHARE, COINCIDENT, Shapes};
 use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface, smallest_detail};
 use crate::accel::{Bvh, Primitive};
 use crate::bsdf::Bsdf;
@@ -218,7 +220,8 @@ impl SceneBuilder {
         let offset = extent * OFFSET;
         let mut bvh = Bvh::new(&primitives);
         let (parts, surfaces, vertices) = (&self.parts[..], &self.surfaces[..], &self.vertices[..]);
-        let shapes = Shapes { parts, surfaces, vertices, bvh: &bvh, eye: camera.eye, tolerance: extent * COINCIDENT };
+        let (eye, tolerance, share) = (camera.eye, extent * COINCIDENT, CLOSE_SHARE);
+        let shapes = Shapes { parts, surfaces, vertices, bvh: &bvh, eye, tolerance, share };
         let covered = shapes.covered().map_err(|overlap| {
             let message = shapes.told(&overlap, &self.names).to_string();
             invalid(&self.name, message)
@@ -250,6 +253,7 @@ impl SceneBuilder {
             background: self.background,
             camera,
             offset,
+            in_singles: OnceLock::new(),
         })
     }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::solids::Solids;
-use super::{OFFSET, Part, PartShape, Scene, Surface};
+use super::{OFFSET, Part, PartShape, SINGLE_END, Scene, Surface};
 use crate::accel::Bvh;
 use crate::bsdf::Bsdf;
 use crate::shape::Sphere;
@@ -16,9 +16,13 @@ use crate::shape::Sphere;
 /// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray that leaves one of them
 /// from [`OFFSET`] above it, and a segment that ends as far above the other, need some room between them.
 pub const COINCIDENT: f64 = 4.0 * OFFSET;
+/// The same where rays are followed in single precision: 2⁻¹⁶.
+pub const SINGLE_COINCIDENT: f64 = 4.0 * SINGLE_END;
 /// Two surfaces coincide if they are that near over more than this share of the way across their overlap: planes that cross
 /// at an angle are near to each other along a line only.
-const CLOSE_SHARE: f64 = 1e-3;
+pub(super) const CLOSE_SHARE: f64 = 1e-3;
+/// The same in single precision, where the faces of a sharp edge are that near to each other over more of their width.
+const SINGLE_CLOSE_SHARE: f64 = 1.0 / 16.0;
 /// Neighbours may overlap by this share of the smaller one's height: files round coordinates.
 const SLIVER: f64 = 1e-5;
 /// The least cosine, positive or negative, between the normals of triangles that coincide.
@@ -72,6 +76,8 @@ pub(super) struct Shapes<'a> {
     pub eye: DVec3,
     /// The distance up to which surfaces coincide.
     pub tolerance: f64,
+    /// Over more than this share of the way across their overlap.
+    pub share: f64,
 }
 
 impl Scene {
@@ -79,8 +85,19 @@ impl Scene {
     /// `None` if none are, or if it makes no difference. No scene has any at [`COINCIDENT`] times its largest coordinate;
     /// single precision needs more.
     pub fn coincident(&self, tolerance: f64) -> Option<Coincidence> {
+        self.coincident_over(tolerance, CLOSE_SHARE)
+    }
+
+    /// The first two surfaces that coincide for whoever follows rays in single precision: those that are at most
+    /// [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth of the way across their overlap or more.
+    pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
+        let find = || self.coincident_over(SINGLE_COINCIDENT * self.extent(), SINGLE_CLOSE_SHARE);
+        self.in_singles.get_or_init(find).as_ref()
+    }
+
+    fn coincident_over(&self, tolerance: f64, share: f64) -> Option<Coincidence> {
         let (parts, surfaces, vertices, bvh) = (&self.parts[..], &self.surfaces[..], &self.vertices[..], &self.bvh);
-        let shapes = Shapes { parts, surfaces, vertices, bvh, eye: self.camera.eye, tolerance };
+        let shapes = Shapes { parts, surfaces, vertices, bvh, eye: self.camera.eye, tolerance, share };
         let found = shapes.covered().map_or_else(Some, |covered| covered.first().map(|(_, overlap)| *overlap));
         found.map(|overlap| shapes.told(&overlap, &self.names))
     }
@@ -163,7 +180,7 @@ impl Shapes<'_> {
                 PartShape::Sphere(sphere) => {
                     // Spheres that coincide have nearly the same pole.
                     let pole = sphere.centre + sphere.radius * DVec3::Z;
-                    let reach = DVec3::splat(2.0 * self.tolerance / CLOSE_SHARE);
+                    let reach = DVec3::splat(2.0 * self.tolerance / self.share);
                     (pole - reach, pole + reach)
                 }
             };
@@ -187,12 +204,32 @@ impl Shapes<'_> {
                     return None;
                 }
                 let b = self.triangle(pair[1])?;
-                if a.area <= b.area { a.overlap(&b, self.tolerance)? } else { b.overlap(a, self.tolerance)? }
+                if a.area <= b.area { a.overlap(&b, self)? } else { b.overlap(a, self)? }
             }
-            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => (spheres_overlap(a, b, self.tolerance)?, 0.0),
+            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => (self.spheres_overlap(a, b)?, 0.0),
             _ => return None,
         };
         Some(Overlap { pair, at, area })
+    }
+
+    /// Whether two surfaces whose distance takes the values from `low` to `high` across their overlap are near each other in
+    /// more of it than where they cross.
+    fn are_close(&self, [low, high]: [f64; 2]) -> bool {
+        let close = high.min(self.tolerance) - low.max(-self.tolerance);
+        close >= 0.0 && close >= self.share * (high - low)
+    }
+
+    /// A point of the overlap of two spheres or zones that are nearly the same.
+    fn spheres_overlap(&self, a: &Sphere, b: &Sphere) -> Option<DVec3> {
+        let (apart, wider) = ((b.centre - a.centre).length(), b.radius - a.radius);
+        if !self.are_close([wider - apart, wider + apart]) {
+            return None;
+        }
+        let [[a_low, a_high], [b_low, b_high]] = [a, b].map(Sphere::heights);
+        let (low, high) = (a_low.max(b_low), a_high.min(b_high));
+        let margin = self.tolerance.max(SLIVER * (a_high - a_low).min(b_high - b_low));
+        let (z, radius) = (0.5 * (low + high), a.radius);
+        (high - low > margin).then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
     }
 
     /// A triangle by its corners; `None` for a sphere.
@@ -214,13 +251,6 @@ fn is_plain(surface: &Surface) -> bool {
         && !matches!(surface.bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::RoughGlass(_))
 }
 
-/// Whether two surfaces whose distance takes the values from `low` to `high` across their overlap are near each other in more
-/// of it than where they cross.
-fn are_close([low, high]: [f64; 2], tolerance: f64) -> bool {
-    let close = high.min(tolerance) - low.max(-tolerance);
-    close >= 0.0 && close >= CLOSE_SHARE * (high - low)
-}
-
 /// The corners of a convex polygon.
 type Polygon = ArrayVec<DVec3, 24>;
 
@@ -233,7 +263,8 @@ pub(super) struct Triangle {
 
 impl Triangle {
     /// A point and the area of the overlap with another triangle, whose plane is the same.
-    fn overlap(&self, other: &Self, tolerance: f64) -> Option<(DVec3, f64)> {
+    fn overlap(&self, other: &Self, shapes: &Shapes<'_>) -> Option<(DVec3, f64)> {
+        let tolerance = shapes.tolerance;
         let height = |p: &DVec3| (*p - self.corners[0]).dot(self.normal);
         let range = |points: &[DVec3]| {
             let heights = points.iter().map(height);
@@ -254,7 +285,7 @@ impl Triangle {
         }
         let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
         let inner = self.clipped(other, tolerance.max(SLIVER * 2.0 * self.area / longest))?;
-        if !are_close(range(&inner), tolerance) {
+        if !shapes.are_close(range(&inner)) {
             return None;
         }
         let whole = self.clipped(other, -tolerance)?;
@@ -288,17 +319,4 @@ impl Triangle {
         }
         Some(polygon)
     }
-}
-
-/// A point of the overlap of two spheres or zones that are nearly the same.
-fn spheres_overlap(a: &Sphere, b: &Sphere, tolerance: f64) -> Option<DVec3> {
-    let (apart, wider) = ((b.centre - a.centre).length(), b.radius - a.radius);
-    if !are_close([wider - apart, wider + apart], tolerance) {
-        return None;
-    }
-    let [[a_low, a_high], [b_low, b_high]] = [a, b].map(Sphere::heights);
-    let (low, high) = (a_low.max(b_low), a_high.min(b_high));
-    let margin = tolerance.max(SLIVER * (a_high - a_low).min(b_high - b_low));
-    let (z, radius) = (0.5 * (low + high), a.radius);
-    (high - low > margin).then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
 }

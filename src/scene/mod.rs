@@ -7,10 +7,12 @@ pub mod room;
 pub mod simple;
 mod solids;
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 pub use builder::{SceneBuilder, SurfaceId};
-pub use coincident::{COINCIDENT, Coincidence};
+pub use coincident::{COINCIDENT, Coincidence, SINGLE_COINCIDENT};
 
 use crate::accel::{Bvh, PrimitiveHit};
 use crate::bsdf::Bsdf;
@@ -188,6 +190,8 @@ pub struct Scene {
     offset: f64,
     /// [`smallest_detail`](Scene::smallest_detail).
     smallest: f64,
+    /// What coincides in single precision, when it was asked for.
+    in_singles: OnceLock<Option<Coincidence>>,
 }
 
 impl Scene {

@@ -37,6 +37,7 @@ mod light_pick;
 mod meshes; // OBJ files and meshes as other programs write them
 mod models; // reflection models that are not of the library
 mod moments;
+mod near_in_singles; // single precision where surfaces are near to each other
 mod outline; // edges of lights that the camera sees
 mod photon;
 mod pixel;

@@ -88,9 +88,12 @@ pub fn files(
     size: [u32; 2],
     paths: (u32, Option<u32>),
 ) -> Result<Vec<(String, String)>, Error> {
-    let files = match to {
-        Renderer::Mitsuba => mitsuba::files(scene, size, paths),
-        Renderer::Pbrt => pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)]),
+    let files = match scene.coincident_in_singles() {
+        Some(coincidence) => Err(format!("it computes in single precision, in which {coincidence}")),
+        None => match to {
+            Renderer::Mitsuba => mitsuba::files(scene, size, paths),
+            Renderer::Pbrt => pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)]),
+        },
     };
     files.map_err(|what| {
         let renderer = crate::render::name(to);

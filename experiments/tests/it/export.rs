@@ -26,6 +26,16 @@ fn what_cannot_be_said_is_refused_by_name() {
                    materials.pane = { model = \"rough-glass\", index = 1.5, alpha = 0.3 }\n\
                    objects = [{ shape = \"sphere\", material = \"pane\", centre = [0, 0, 0], radius = 1 }]\n";
     std::fs::write(folder.join("frosted.toml"), frosted).expect("written");
+    // A lamp so near to the ceiling that single precision puts it into the same place.
+    let near = "camera = { eye = [0, 0, 0], target = [0, 0, 1], up = [0, 1, 0], fov_deg = 40 }\n\
+                materials.wall = { model = \"lambert\", albedo = 0.5 }\n\
+                materials.lamp = { model = \"black\", emission = 1 }\n\
+                objects = [{ shape = \"box\", material = \"wall\", corners = [[-1, -1, -1], [1, 1, 1]], inward = true },\n\
+                { shape = \"rectangle\", material = \"lamp\", corner = [0, 0, 0.99999], edges = [[0, 0.5, 0], [0.5, 0, 0]] }]\n";
+    std::fs::write(folder.join("near.toml"), near).expect("written");
+    std::fs::write(folder.join("far.toml"), near.replace("0.99999", "0.9999")).expect("written");
+    let together =
+        Err("it computes in single precision, in which object 1 (material wall) and object 2 (material lamp)");
     let (oren_nayar, colour) = (Err("Oren-Nayar"), Err("spectral"));
     for (scene, [mitsuba, pbrt]) in [
         ("report", [oren_nayar, colour]),
@@ -39,6 +49,8 @@ fn what_cannot_be_said_is_refused_by_name() {
         ("glass-cube", [Ok(()), Ok(())]),
         ("cornell", [Ok(()), colour]),
         (EVERY_KEY, [Err("zone"), colour]),
+        ("near.toml", [together, together]),
+        ("far.toml", [Ok(()), Ok(())]),
         ("frosted.toml", [Err("rough glass"), Err("rough glass")]),
     ] {
         for (to, file, expected) in [("mitsuba", "scene.xml", mitsuba), ("pbrt", "scene.pbrt", pbrt)] {
