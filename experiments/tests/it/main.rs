@@ -18,6 +18,7 @@ mod graded;
 mod judge;
 mod moments;
 mod mutants;
+mod numbers;
 mod options;
 #[cfg(unix)]
 mod preview;
