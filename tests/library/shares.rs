@@ -23,6 +23,7 @@ pub const OUTSIDE: [(&str, usize); 8] = [
     ("lobes", 50),
     ("checkup parts", 9),
     ("narrow lobes", 4),
+    ("single precision", 17),
     // One for each table, one for what must be rejected, and four for identities of random paths.
     ("features", 10),
     ("single precision", 16),

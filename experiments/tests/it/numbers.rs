@@ -109,7 +109,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
             is(&place["p"], p, 1e-2, "p");
             let reach = student_upper(level / 2.0, dof) * error + ROUNDING * (a / b).max(1.0);
             for (end, side) in [-1.0, 1.0].into_iter().enumerate() {
-                is(&place["interval"][end], difference + side * reach, 1e-3, "end of the interval");
+                is(&place["interval"][end], difference + side * reach, 1e-6, "end of the interval");
             }
         }
         let differ = found["found"].as_array().expect("places").iter();

@@ -224,8 +224,8 @@ const MODELS: [Model; 8] = [
     Model::Mix { alpha: 0.1, f0: F0 },
     Model::Coated(0.1),
 ];
-/// How many verdicts chance could turn: two random outcomes of each model in one direction.
-pub const ASSERTIONS: usize = 2 * MODELS.len();
+/// How many verdicts chance could turn: two random outcomes of each model in one direction, and one fault.
+pub const ASSERTIONS: usize = 2 * MODELS.len() + 1;
 
 /// Too small for a verdict on cells, large enough for everything else.
 fn size(inclinations: Vec<f64>) -> CheckUp {
@@ -257,6 +257,17 @@ fn a_slip_of_one_percent_is_seen_at_points() {
             assert!(fails("weight = f cos/pdf"), "{model:?}, {slip:?}");
         }
     }
+}
+
+/// A sampler that chooses one lobe too often by one percent, and says nothing of it: no value at any point is wrong.
+#[test]
+fn a_wrong_choice_of_lobes_by_one_percent_fails() {
+    let slip = Slip { choice: 0.01, ..Slip::default() };
+    let size = CheckUp { samples: 4_000_000, ..size(vec![40.0]) };
+    let outcomes = check_up(&Model::Coated(0.1).subject(slip), &size, &context("wrong choice"));
+    let failed = |random: bool| outcomes.iter().filter(move |o| o.is_random() == random && o.verdict() == Verdict::Fails);
+    assert!(failed(true).any(|outcome| outcome.name.starts_with("furnace")), "{outcomes:?}");
+    assert_eq!(failed(false).count(), 0, "{outcomes:?}");
 }
 
 #[test]
