@@ -25,7 +25,7 @@ use glam::DVec3;
 
 use super::chi_square::{Counts, chi_square};
 use super::mean::{Values, mean};
-use super::outcome::{ALPHA, Claim, Outcome};
+use super::outcome::{ALPHA, Claim, Outcome, Verdict};
 use super::tails::normal_upper;
 use crate::rng::{Stream, stream};
 pub use density::Density;
@@ -210,17 +210,23 @@ impl<'a> Directions<'a> {
         })
     }
 
+    /// The outcome of the mean weight; undecided if the weights are rounded to more than the margin.
     fn weight(&self, expected: f64, margin: f64) -> Outcome {
         let (name, moments) = ("mean weight", self.weights.moments);
         let rounding = self.precision.weight.half_width(expected);
-        if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
+        let outcome = if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
             let found = moments.mean();
             let error = ((found - expected).abs() - rounding).max(0.0) / expected;
             let worst = format!("all weights are {found:e}, which should be {expected:e}");
-            return Outcome::exact(name, moments.count(), error, CONSTANT, worst);
+            Outcome::exact(name, moments.count(), error, CONSTANT, worst)
+        } else {
+            // Rounding may have moved all weights alike.
+            let moved = (moments.mean() - expected).clamp(-rounding, rounding);
+            mean(name, &self.weights, expected + moved, Claim::Exact { delta: margin * expected })
+        };
+        if rounding > margin * expected && outcome.verdict() == Verdict::Holds {
+            return outcome.without_evidence("the weights are too coarse for this margin", u64::MAX);
         }
-        // Rounding may have moved all weights alike.
-        let moved = (moments.mean() - expected).clamp(-rounding, rounding);
-        mean(name, &self.weights, expected + moved, Claim::Exact { delta: margin * expected })
+        outcome
     }
 }

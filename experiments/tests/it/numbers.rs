@@ -88,9 +88,8 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         assert_eq!(numbers[key], expected, "{key}");
     }
     let all: Vec<usize> = (0..WIDTH * HEIGHT).collect();
-    let half = |right: bool| -> Vec<usize> {
-        all.iter().copied().filter(|i| (i % WIDTH >= WIDTH / 2) == right).collect()
-    };
+    let half =
+        |right: bool| -> Vec<usize> { all.iter().copied().filter(|i| (i % WIDTH >= WIDTH / 2) == right).collect() };
     let each: Vec<f64> = all.iter().map(|&i| welch(&sides, &[i])[6]).collect();
     for (kind, places, pixels) in [(0, 1, vec![all.clone()]), (2, 2, vec![half(false), half(true)]), (3, 32, vec![])] {
         let found = &numbers["kinds"][kind];

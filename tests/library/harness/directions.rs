@@ -2,7 +2,7 @@
 
 use whitefurnace::bsdf::Model as _;
 use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::harness::directions::{Density, Directions, Sample};
+use whitefurnace::harness::directions::{Density, Directions, Precision, Rounding, Sample};
 
 use super::*;
 
@@ -107,6 +107,21 @@ fn a_table_is_constant_on_its_cells() {
     };
     assert_eq!(not_held("table", &density, None, by_table(0.0)), [""; 0]);
     assert!(not_held("turned", &density, None, by_table(0.1)).len() > 1);
+}
+
+/// Weights with one decimal: what rounding hides is not judged, and what it does not explain fails.
+#[test]
+fn coarse_weights_are_undecided() {
+    let density = cosine();
+    let precision = Precision { weight: Rounding::printed(1, 17), ..Precision::DOUBLE };
+    let verdict = |weight: f64, expected: f64, margin: f64| {
+        let mut directions = Directions::with_precision(&density, precision);
+        (0..1000).for_each(|_| directions.push(&Sample { weight: Some(weight), ..only(DVec3::Z) }));
+        directions.outcomes(margin, Some(expected)).pop().expect("a mean weight").verdict()
+    };
+    assert_eq!(verdict(0.5, 0.52, 0.2), Verdict::Holds);
+    assert_eq!(verdict(0.5, 0.52, 0.05), Verdict::Undecided { needed: u64::MAX });
+    assert_eq!([verdict(0.5, 0.56, 0.2), verdict(0.5, 0.56, 0.05)], [Verdict::Fails; 2]);
 }
 
 /// Few samples tell nothing, and none is enough.

@@ -265,7 +265,8 @@ fn a_wrong_choice_of_lobes_by_one_percent_fails() {
     let slip = Slip { choice: 0.01, ..Slip::default() };
     let size = CheckUp { samples: 4_000_000, ..size(vec![40.0]) };
     let outcomes = check_up(&Model::Coated(0.1).subject(slip), &size, &context("wrong choice"));
-    let failed = |random: bool| outcomes.iter().filter(move |o| o.is_random() == random && o.verdict() == Verdict::Fails);
+    let failed =
+        |random: bool| outcomes.iter().filter(move |o| o.is_random() == random && o.verdict() == Verdict::Fails);
     assert!(failed(true).any(|outcome| outcome.name.starts_with("furnace")), "{outcomes:?}");
     assert_eq!(failed(false).count(), 0, "{outcomes:?}");
 }
