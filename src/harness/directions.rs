@@ -68,7 +68,7 @@ struct Reported {
 
 /// How far a pdf reported in double precision may be off, relative to the density.
 pub const PDF_TOLERANCE: f64 = 1e-3;
-/// The same for a pdf that may have been computed in single precision: half of [`SLIP`], so that this is seen. Right pdfs of
+/// The same for a pdf that may have been computed in single precision: half of a slip of one percent, so that this is seen. Right pdfs of
 /// GGX with α of 0.02 or more, by the usual 1 − cos² θ (1 − α²) in the denominator, were off by up to 1.5e-3.
 pub const SINGLE_PDF_TOLERANCE: f64 = 5e-3;
 /// In single precision a pdf, in 1/sr, may be off by so much times itself besides, relative to it: where 1 − cos θ is of the
