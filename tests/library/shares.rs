@@ -26,7 +26,6 @@ pub const OUTSIDE: [(&str, usize); 8] = [
     ("single precision", 17),
     // One for each table, one for what must be rejected, and four for identities of random paths.
     ("features", 10),
-    ("single precision", 16),
     // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and `lobe_checkup`.
     ("documentation", 57),
 ];
