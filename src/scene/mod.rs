@@ -190,7 +190,7 @@ pub struct Scene {
     offset: f64,
     /// [`smallest_detail`](Scene::smallest_detail).
     smallest: f64,
-    /// What coincides in single precision, when it was asked for.
+    /// The pairs that coincide in single precision, once it was asked for.
     in_singles: OnceLock<Option<Coincidence>>,
 }
 

@@ -25,7 +25,7 @@ fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     film.mean()
 }
 
-/// What a patch shows on which light falls from two sheets at a distance, one before the other, in either order.
+/// The radiance of a patch under two sheets at a distance, one before the other, in either order.
 fn covered(gap: f64, [front, back]: [Surface; 2], is_reversed: bool) -> Scene {
     scene_from(Camera::new(DVec3::new(0.0, -0.3, 0.4), DVec3::ZERO, DVec3::Z, 0.3), |s| {
         square(s, 1.0, 0.0, true, diffuse(0.8));

@@ -47,7 +47,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         profiles.push(profile);
     }
     run.csv("bleeding.csv", "scene,azimuth,red over green,standard error,blue over green,standard error", &rows)?;
-    let patches = run.count(run.by_tier(400, 3_000)) as u32;
+    let patches = run.count(run.by_tier(800, 3_000)) as u32;
     let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
     judge(run, &profiles, &radiosity);
     picture(run, &diffuse_with(Walls::Coloured)?, "coloured.png")?;
