@@ -23,9 +23,9 @@ pub const OUTSIDE: [(&str, usize); 8] = [
     ("lobes", 50),
     ("checkup parts", 9),
     ("narrow lobes", 4),
-    ("single precision", 17),
     // One for each table, one for what must be rejected, and four for identities of random paths.
     ("features", 10),
+    ("single precision", 17),
     // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and `lobe_checkup`.
     ("documentation", 57),
 ];
