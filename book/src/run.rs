@@ -13,6 +13,8 @@ use crate::results::{ExperimentResult, Finding, Judgement, Results};
 pub const SOURCE: &str = "run.md";
 /// The written page, beside the book's first.
 pub const PAGE: &str = "run.html";
+/// The id under which the record keeps the time of a default run, which is no experiment.
+pub const DEFAULT_RUN: &str = "default-run";
 /// What the page is called.
 pub const TITLE: &str = "Your run beside the record";
 
@@ -23,7 +25,7 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
     let sections: String = run.all().map(|ours| section(record, run, ours, &mut figures)).collect();
     let missing: Vec<String> = record
         .all()
-        .filter(|recorded| run.experiment(&recorded.id).is_err())
+        .filter(|recorded| recorded.id != DEFAULT_RUN && run.experiment(&recorded.id).is_err())
         .map(|recorded| code(&recorded.id))
         .collect();
     let missing = match &missing[..] {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use book::run::DEFAULT_RUN;
 use whitefurnace::error::Error;
 use whitefurnace::moments::Moments;
 
@@ -9,8 +10,6 @@ use crate::render::name;
 use crate::run::record::{Ran, recorded_folder, result, update_readme, write_json};
 use crate::run::{ExperimentResult, Judgement, Options, read_json};
 
-/// Its folder, and its id in the book.
-pub const DEFAULT_RUN: &str = "default-run";
 /// The file with every number of the runs that were recorded, a list each: their spread is the noise of numbers that
 /// state none.
 const NUMBERS: &str = "numbers.json";

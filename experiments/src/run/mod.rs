@@ -30,6 +30,7 @@ use crate::run::accumulated::Accumulated;
 use crate::run::cli::whole;
 use crate::run::record::PROGRAM;
 use crate::run::unfinished::Unfinished;
+use crate::say;
 
 /// How much work a run does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -229,10 +230,11 @@ impl Run {
         self.folder.join(file)
     }
 
-    /// Copies a picture to the folder of the whole run, where a newcomer looks first.
+    /// Copies a picture to the folder of the whole run, where a newcomer looks first, and says where it is.
     pub fn first_picture(&self, file: &str) -> Result<(), Error> {
         let to = self.folder.with_file_name(file);
         std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
+        say!("the first picture: {}", to.display());
         Ok(())
     }
 

@@ -4,9 +4,9 @@ use std::fs;
 use std::io::Cursor;
 use std::process::Command;
 
+use book::run::DEFAULT_RUN;
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
-use experiments::run::default_run::DEFAULT_RUN;
 use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
+use book::run::DEFAULT_RUN;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
 use experiments::run::cli::{Ending, conclude};
-use experiments::run::default_run::DEFAULT_RUN;
 use experiments::run::progress::state;
 use experiments::run::record::{LONGEST_LINE, recorded_folder, result, table};
 use experiments::run::summary::{WIDTH, headline, summary, verdicts};
