@@ -109,13 +109,17 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
         };
         sizes.iter().map(variance).collect()
     })?;
-    let samples: Vec<f64> = sizes.iter().map(|&n| f64::from(n)).collect();
+    Ok(fall(sizes.iter().map(|&n| f64::from(n)).collect(), &found))
+}
+
+/// The slope of the variances that groups found at each number of samples, and by the jackknife its standard error.
+fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
     // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased, more
     // so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
         let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
         let at = |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
-        (0..sizes.len()).map(at).collect()
+        (0..samples.len()).map(at).collect()
     };
     let slope = |variances: &[Moments]| {
         let means: Vec<f64> = variances.iter().map(Moments::mean).collect();
@@ -125,7 +129,7 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
     let n = found.len() as f64;
     let (slope, error) = (slope(&variances), (n - 1.0) * jackknife.standard_error());
-    Ok(Fall { samples, variances, slope, error })
+    Fall { samples, variances, slope, error }
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -196,5 +200,23 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
         run.note(&format!("{title}: slope of Sobol' points"), value);
     } else {
         run.claim(&format!("{title}: Sobol' points fall faster"), value, net[1] < around[0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_a_slope_is_that_of_the_delta_method() {
+        // Without noise but at the last number of samples: the slope is ln(v/8) over ln 4, with the relative error of v.
+        let last: Vec<f64> = (0..16).map(|group| 2.0 + 0.01 * f64::from(group % 4)).collect();
+        let groups: Vec<Vec<f64>> = last.iter().map(|v| vec![8.0, *v]).collect();
+        let Fall { slope, error, .. } = fall(vec![1.0, 4.0], &groups);
+        let mean = last.iter().sum::<f64>() / 16.0;
+        let variance = last.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 15.0;
+        assert!((slope - (mean / 8.0).ln() / 4_f64.ln()).abs() < 1e-12, "{slope}");
+        let expected = (variance / 16.0).sqrt() / mean / 4_f64.ln();
+        assert!((error / expected - 1.0).abs() < 1e-3, "{error} and {expected}");
     }
 }

@@ -170,3 +170,20 @@ fn difference(film: &Film, reference: &Film) -> f64 {
     let sum: f64 = pairs.map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0).sum();
     sum / film.pixels().len() as f64 / reference.mean().powi(2)
 }
+
+#[cfg(test)]
+mod tests {
+    use whitefurnace::scene::simple::furnace_box;
+
+    use super::*;
+
+    /// Between black walls that shine a sample is its camera ray: they send none on.
+    #[test]
+    fn a_camera_ray_counts() {
+        let scene = &furnace_box(0.0).expect("a scene");
+        let reference = film(scene, &Path::<Standard>::default(), 1, 1).expect("a film");
+        let make = |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
+        let cost = measure(1, (2, 2), &reference, &Bar::new("", 1, ""), &make).expect("a cost");
+        assert_eq!([cost.rays, cost.shadow], [1.0, 0.0]);
+    }
+}

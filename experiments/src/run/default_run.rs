@@ -115,8 +115,9 @@ pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
 /// Whether a value is as far from the mean of others as their spread lets expect.
 fn is_near(others: &[f64], value: f64) -> bool {
     let others: Moments = others.iter().copied().collect();
-    let spread = (others.variance() * (1.0 + 1.0 / others.count() as f64)).sqrt();
-    let spread = if spread.is_nan() { 0.0 } else { spread };
+    // One alone says nothing of its noise.
+    let variance = if others.count() > 1 { others.variance() } else { 0.0 };
+    let spread = (variance * (1.0 + 1.0 / others.count() as f64)).sqrt();
     (value - others.mean()).abs() <= FAR * spread + ROUNDING * others.mean().abs().max(value.abs())
 }
 
