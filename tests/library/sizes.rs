@@ -142,7 +142,9 @@ fn differences_are_found_where_they_are() {
     for [width, height] in [[1, 40], [40, 1], [5, 33], [33, 5], [16, 17], [17, 16], [31, 32], [49, 3]] {
         let count = width * height;
         // Noise of a pixel is ±1 % in as many images: skewness leaves all pixels judged.
-        let sign = |k: u32, i: usize| if (k & (1 + (5 * i as u32 + 1) % 7)).count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |k: u32, i: usize| {
+            if (k & (1 + (5 * i as u32 + 1) % 7)).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
+        };
         let images = || (0..8).map(|k| (0..count).map(|i| 1.0 + 0.01 * sign(k, i)).collect()).collect();
         let [mut a, b]: [Vec<Vec<f64>>; 2] = [(); 2].map(|()| images());
         // Three columns and two rows, in the upper right.
