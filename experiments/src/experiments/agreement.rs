@@ -125,7 +125,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "Methods without bias agree in every scene; others differ as far as their reasons say.",
         ),
         (&rows, &columns),
-        "not compared: undefined, or without finite variance",
+        run.by_tier(
+            "not compared: undefined, without finite variance, or at the full tier alone",
+            "not compared: undefined, or without finite variance",
+        ),
         |row, column| {
             let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == estimators[row]);
             at.map(|(.., square)| square.clone())
