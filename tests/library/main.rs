@@ -53,6 +53,7 @@ mod sampling;
 mod scene;
 mod scene_file; // scenes as data
 mod scene_tables; // every built-in scene against its table
+mod single_kernels; // functions of single-precision lanes
 mod singles; // sixteen paths at a time in single precision
 mod sizes; // wide, tall, odd, one, and beyond each threshold
 mod solid_angle;

@@ -1,4 +1,4 @@
-//! What `compare` says of noise that it cannot know: shared photons, sums in single precision, values too few or too bright.
+//! The cautions of `compare` about noise that it cannot know: shared photons, sums in single precision, values too few or too bright.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ fn write(folder: &Path, name: &str, seed: u64, value: fn(usize, usize, f64) -> f
     }
 }
 
-/// What is said of these sides, with this exit code.
+/// The output of `compare` for these sides, which must end with this exit code.
 fn said(folder: &Path, sides: &str, code: i32) -> String {
     let output = run(env!("CARGO_BIN_EXE_compare"), folder, sides);
     let lines = text(&output.stdout) + &text(&output.stderr);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::harness::mean::satterthwaite;
 
-/// What is known of one renderer, in one channel: pixels row by row.
+/// The images of one renderer, or their means and standard errors, in one channel: pixels row by row.
 #[derive(Clone, Debug)]
 pub enum Side<'a> {
     /// Independent images, at least two; three or more tell of their skewness.

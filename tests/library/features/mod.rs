@@ -264,7 +264,7 @@ fn paths_that_are_wrong_are_seen() {
     assert!(seen > 0);
 }
 
-/// Of estimators of whole images: all materials but rough glass.
+/// Whether estimators of whole images take a row: they know all materials but rough glass.
 fn images_take(row: &Row) -> bool {
     is_calm(row) && !row.has("rough glass")
 }

@@ -9,9 +9,9 @@ use whitefurnace::bsdf::Vertex;
 pub enum Light {
     /// All that is scattered at most so often.
     All(u32),
-    /// What the light tracer shows: nothing in mirrors or through glass.
+    /// The light that the light tracer shows: nothing in mirrors or through glass.
     StraightToTheEye,
-    /// What Whitted's method shows: what is scattered at one diffuse surface and comes straight from an emitter there, or none:
+    /// The light that Whitted's method shows: what is scattered at one diffuse surface and comes straight from an emitter there, or none:
     /// by so many segments at most.
     Whitted(u32),
 }

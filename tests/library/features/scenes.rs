@@ -16,7 +16,7 @@ pub const BACKGROUNDS: &[&str] = &["dark", "constant", "map", "closed sphere", "
 pub const CASTERS: &[&str] = &["none", "flat mirror", "mirror ball", "glass ball"];
 pub const NESTINGS: &[&str] = &["none", "glass in glass", "air in glass", "lambert in glass"];
 
-/// What a scene is made of.
+/// The factors of a scene.
 pub const SCENE: [Factor; 11] = [
     ("a shape", SHAPES),
     ("a material", MATERIALS),
@@ -32,7 +32,7 @@ pub const SCENE: [Factor; 11] = [
 ];
 
 const INDEX: f64 = 1.5;
-/// What walls of closed scenes reflect.
+/// The albedo of the walls of closed scenes.
 const WALL: f64 = 0.4;
 
 /// The red radiance that arrives at the eye, if it has a closed form: nothing absorbs or is lost, and all that emits

@@ -118,7 +118,7 @@ fn constants_beside_noise_need_many_values() {
     assert_eq!([rejected(5_100), rejected(5_000)], [true, false]);
 }
 
-/// What chance can turn: false alarms of each law and number of images, what is found, and what is seen.
+/// The assertions that chance can turn red: false alarms of each law and number of images, what is found, and what is seen.
 pub const ASSERTIONS: usize = LAWS.len() * NUMBERS.len() + 2 + 4;
 
 /// The value of a pixel by its number and random numbers.
@@ -160,7 +160,7 @@ const LAWS: [(&str, Law); 5] =
 /// Images of either side.
 const NUMBERS: [[u32; 2]; 5] = [[2, 2], [3, 3], [4, 4], [3, 12], [8, 8]];
 
-/// What is found of so many images of a law, whose values are changed on the first side.
+/// The comparison of so many images of a law, whose values are changed on the first side.
 fn found(law: Law, numbers: [u32; 2], change: impl Fn(f64) -> f64, rng: &mut Stream, rules: &Rules) -> Comparison {
     let mut images = |count: u32, change: &dyn Fn(f64) -> f64| -> Vec<Vec<f64>> {
         (0..count).map(|_| (0..SIDE * SIDE).map(|pixel| change(law(pixel, rng))).collect()).collect()
@@ -170,7 +170,7 @@ fn found(law: Law, numbers: [u32; 2], change: impl Fn(f64) -> f64, rng: &mut Str
     compare(SIDE, &[[a, b]], rules)
 }
 
-/// What is found in so many runs.
+/// The results of so many runs, each with random numbers of its own.
 fn repeated<T: Send>(name: &str, runs: u32, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
     let seed = context("harness::images").seed_of(name);
     (0..runs).into_par_iter().map(|i| run(&mut stream(seed, i, 0))).collect()
