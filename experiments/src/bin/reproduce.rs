@@ -68,7 +68,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         return Err(Error::Option("--against-record compares the default run: leave out --only and --tier".to_owned()));
     }
     if options.update_book && !is_default && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1) {
-        let refusal = "--update-book records full runs only: add --tier full and leave out --shrink";
+        let refusal =
+            "--update-book records a full run or the default run: add --tier full, or leave out --only; no --shrink";
         return Err(Error::Option(refusal.to_owned()));
     }
     cli::use_threads(options.shared.threads)?;
