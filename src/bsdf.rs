@@ -182,6 +182,17 @@ impl Bsdf {
         matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
     }
 
+    /// A local direction of a model that is not sampled by the cosine, from uniform numbers, of which the third counts for
+    /// rough glass alone; `None` where it has no density.
+    #[inline]
+    pub(crate) fn sample_direction(&self, wo: DVec3, random: [f64; 3]) -> Option<DVec3> {
+        match self {
+            Self::Model(model) => model.sample(wo, [random[0], random[1]]),
+            Self::RoughGlass(glass) if wo.z > 0.0 => glass.sample(wo, random),
+            _ => None,
+        }
+    }
+
     /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single directions, and
     /// below the horizon but for rough glass, whose [`facing`](RoughGlass::facing) counts.
     #[inline]

@@ -224,6 +224,32 @@ impl Emitter {
         Some(1.0 / self.seen(from)?.solid_angle())
     }
 
+    /// [`sample_solid_angle`](Self::sample_solid_angle) from several points, and in which lanes it can be; `None` of all but
+    /// whole spheres, of which each point is asked for alone.
+    #[inline]
+    pub(crate) fn sample_cap<R: Real>(
+        &self,
+        from: R::Vector,
+        random: [R; 2],
+    ) -> Option<(R::Mask, EmitterPoint<R::Vector>, R)> {
+        let EmitterShape::Sphere(sphere) = self.shape else {
+            return None;
+        };
+        let (cap, exists) = VisibleCap::of(from, &sphere)?;
+        let point = cap.sample(random);
+        Some((exists, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip()))
+    }
+
+    /// The pdf of [`sample_cap`](Self::sample_cap).
+    #[inline]
+    pub(crate) fn pdf_cap<R: Real>(&self, from: R::Vector) -> Option<(R::Mask, R)> {
+        let EmitterShape::Sphere(sphere) = self.shape else {
+            return None;
+        };
+        let (cap, exists) = VisibleCap::of(from, &sphere)?;
+        Some((exists, cap.solid_angle.recip()))
+    }
+
     /// The emitter as seen from a point; `None` from behind or within, for zones and insides of
     /// spheres, parallelograms without right angles, and emitters that are too small.
     #[inline]

@@ -14,13 +14,33 @@ use glam::DVec3;
 
 pub use lanes::{
     EightSingles, EightSinglesMask, FOUR, Four, FourMask, FourSingles, FourSinglesMask, LANES, LaneMask, Lanes, Lanes3,
-    Row, SINGLES, Scalar, Singles, SinglesMask, Wide, WideMask, WideVector,
+    Row, SINGLES, Scalar, Singles, SinglesMask, Wide,
 };
 
 /// A yes or no for one ray or for each of several.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Whether it is yes for any.
     fn any(self) -> bool;
+    /// From a yes or no for each lane.
+    fn from_fn(lane: impl Fn(usize) -> bool) -> Self;
+    /// One bit for each lane, the first is the lowest.
+    fn bits(self) -> u32;
+
+    /// From one bit for each lane, the first is the lowest.
+    #[inline]
+    fn from_bits(bits: u32) -> Self {
+        Self::from_fn(|i| bits >> i & 1 == 1)
+    }
+    /// The same for all lanes.
+    #[inline]
+    fn splat(all: bool) -> Self {
+        Self::from_fn(|_| all)
+    }
+    /// Whether it is yes for this lane.
+    #[inline]
+    fn lane(self, lane: usize) -> bool {
+        self.bits() >> lane & 1 == 1
+    }
 }
 
 /// A real number of one ray, or one for each of several.
@@ -51,6 +71,12 @@ pub trait Real:
     }
     /// The same number for every ray.
     fn splat(value: f64) -> Self;
+    /// From the number of each lane, rounded.
+    fn from_lanes(lane: impl Fn(usize) -> f64) -> Self;
+    /// From the vector of each lane, rounded.
+    fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Self::Vector;
+    /// The number of one lane.
+    fn lane(self, lane: usize) -> f64;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
     /// The magnitude.
@@ -104,6 +130,20 @@ pub trait Vector:
     fn of(components: [Self::Real; 3]) -> Self;
     /// Its components.
     fn components(self) -> [Self::Real; 3];
+    /// From the vector of each lane, rounded.
+    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self;
+
+    /// The third component.
+    #[inline]
+    fn z(self) -> Self::Real {
+        let [_, _, z] = self.components();
+        z
+    }
+    /// The vector of one lane.
+    #[inline]
+    fn lane(self, lane: usize) -> DVec3 {
+        DVec3::from_array(self.components().map(|component| component.lane(lane)))
+    }
 
     /// The same vector for every ray.
     #[inline]
@@ -145,6 +185,14 @@ impl Mask for bool {
     fn any(self) -> bool {
         self
     }
+    #[inline]
+    fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
+        lane(0)
+    }
+    #[inline]
+    fn bits(self) -> u32 {
+        self.into()
+    }
 }
 
 impl Real for f64 {
@@ -156,6 +204,18 @@ impl Real for f64 {
     #[inline]
     fn splat(value: f64) -> Self {
         value
+    }
+    #[inline]
+    fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
+        lane(0)
+    }
+    #[inline]
+    fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> DVec3 {
+        lane(0)
+    }
+    #[inline]
+    fn lane(self, _: usize) -> f64 {
+        self
     }
     #[inline]
     fn sqrt(self) -> Self {
@@ -197,6 +257,10 @@ impl Vector for DVec3 {
     #[inline]
     fn components(self) -> [f64; 3] {
         self.to_array()
+    }
+    #[inline]
+    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self {
+        lane(0)
     }
 }
 

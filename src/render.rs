@@ -11,9 +11,10 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::estimator::{Estimator, ImageEstimator, Sample};
 use crate::film::{Begun, Features, Film, Pixel, check_radiance};
-use crate::lanes::Walks;
+use crate::lanes::{IntersectionScratch, LaneScene, SurfaceInteraction};
 use crate::outline::{Outlines, replaced};
 use crate::pixel::PixelSampling;
+use crate::real::{LANES, Lanes, Mask, Real};
 use crate::rng::{stream, uniform2};
 use crate::sampler::{LONGEST, Pass, Source};
 use crate::scene::{Hit, Scene};
@@ -21,8 +22,7 @@ use crate::shape::Ray;
 
 pub use crate::sampler::Numbers;
 pub use by_lanes::{
-    ByLanes, LaneEstimator, OneRayPerHit, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, lanes_serve,
-    render_lanes,
+    ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
 };
 
 /// What, besides scene and estimator, decides every sample.
@@ -298,17 +298,20 @@ fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
     features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction)
 }
 
-/// The features of what is seen through these points of the frame, eight at a time in `lanes` if there are any.
-fn features_at(
-    (scene, lanes): (&Scene, Option<&Walks<'_>>),
-    frame: [u32; 2],
-    points: &[[f64; 2]],
-) -> Vec<Option<Features>> {
-    if let Some(lanes) = lanes {
-        return lanes.features(frame, points);
-    }
-    let camera_ray = |&[x, y]: &[f64; 2]| scene.camera().ray(frame, x, y);
-    points.iter().map(camera_ray).map(|ray| Some(features_of(scene, &ray, &scene.intersect(&ray)?))).collect()
+/// The features of what is seen through these points of the frame.
+fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
+    let lanes: LaneScene<'_, Lanes, LANES> = LaneScene::new(scene);
+    let mut scratch = IntersectionScratch::new();
+    let eight = points.chunks(LANES).flat_map(|points| {
+        let [x, y] = [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
+        let ray = scene.camera().ray(frame, x, y);
+        let found = lanes.closest(&ray, Mask::from_fn(|i| i < points.len()), &mut scratch);
+        let met = found.met.bits();
+        let surface = (met != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
+        let of = move |i: usize| surface.as_ref().filter(|_| met >> i & 1 == 1).map(|surface| surface.features(i));
+        (0..points.len()).map(of).collect::<Vec<_>>()
+    });
+    eight.collect()
 }
 
 /// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
@@ -338,7 +341,6 @@ pub fn render_passes<E: ImageEstimator>(
     let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
     sampling.check(range.end, film)?;
     let samples = sampling.samples_per_replication();
-    let lanes = Walks::new(scene);
     let width = frame[0] as usize;
     for replication in range {
         let begun = film.begun.take();
@@ -356,7 +358,7 @@ pub fn render_passes<E: ImageEstimator>(
                     [f64::from(x) + offset[0], y as f64 + offset[1]]
                 };
                 let points: Vec<_> = (0..frame[0]).map(point).collect();
-                let seen = features_at((scene, lanes.as_ref()), frame, &points);
+                let seen = features_at(scene, frame, &points);
                 for (x, (((pixel, sum), value), seen)) in pixels.iter_mut().zip(sums).zip(values).zip(seen).enumerate()
                 {
                     if let Some(features) = &seen {

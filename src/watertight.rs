@@ -90,7 +90,7 @@ pub struct Shear<R = f64, A = [usize; 3]> {
 }
 
 /// Of several rays.
-pub type LaneShear<R> = Shear<R, [<R as Real>::Mask; 2]>;
+pub type LaneShear<R> = Shear<R, <<R as Real>::Vector as Turn>::Axes>;
 
 /// A hit of the watertight test: distance in units of the direction's length, and the barycentric
 /// weights of the three vertices.

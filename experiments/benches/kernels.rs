@@ -157,7 +157,7 @@ macro_rules! at_once {
             use glam::DVec3;
             use whitefurnace::accel::{Bvh, PacketStack};
             use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-            use whitefurnace::real::{Lanes3, Real, Wide, WideMask, WideVector};
+            use whitefurnace::real::{Lanes3, Real, Wide, Mask, Vector};
             use whitefurnace::shape::{Ray, Sphere};
             use whitefurnace::watertight::Shear;
             use whitefurnace::{fresnel, sampling};

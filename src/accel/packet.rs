@@ -6,7 +6,7 @@
 use std::array::from_fn;
 
 use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, TINY, on_sphere, rounded_up};
-use crate::real::{LANES, Lanes, Lanes3, Real, Scalar, Vector, Wide, WideMask};
+use crate::real::{LANES, Lanes, Mask, Real, Scalar, Vector, Wide};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, Shear, TriangleHit};
 
@@ -87,13 +87,13 @@ impl Bvh {
     #[inline]
     pub fn closest_of_packet<R: Wide<N>, const N: usize>(
         &self,
-        ray: &Ray<Lanes3<R>>,
+        ray: &Ray<R::Vector>,
         active: R::Mask,
         stack: &mut PacketStack<N>,
     ) -> PacketHit<R, N> {
         let shear = Shear::new(ray);
         let mut nearest = Nearest::new();
-        self.traverse_packet(ray, limits(active, nearest.t), stack, |leaf| {
+        self.traverse_packet::<R, N>(ray, limits(active, nearest.t), stack, |leaf| {
             for i in 0..leaf.triangle_count {
                 nearest.or(R::splat(leaf.triangles[i].into()), &leaf.hit_of_packet(i, &shear));
             }
@@ -109,14 +109,14 @@ impl Bvh {
     #[inline]
     pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
         &self,
-        segment: &Ray<Lanes3<R>>,
+        segment: &Ray<R::Vector>,
         active: R::Mask,
         blocks: impl Fn(u32) -> bool,
         stack: &mut PacketStack<N>,
     ) -> R::Mask {
         let (shear, one) = (Shear::new(segment), R::splat(1.0));
         let mut free = active;
-        self.traverse_packet(segment, limits(free, one), stack, |leaf| {
+        self.traverse_packet::<R, N>(segment, limits(free, one), stack, |leaf| {
             for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
                 free = free & !leaf.hit_of_packet(i, &shear).t.below(one);
             }
@@ -133,18 +133,18 @@ impl Bvh {
     #[inline]
     fn traverse_packet<R: Wide<N>, const N: usize>(
         &self,
-        ray: &Ray<Lanes3<R>>,
+        ray: &Ray<R::Vector>,
         mut limits: R::Single,
         stack: &mut PacketStack<N>,
         mut leaf: impl FnMut(&Leaf) -> R::Single,
     ) {
-        let slabs = Slabs::new(ray);
+        let slabs = Slabs::<R::Single>::new::<R, N>(ray);
         (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
         let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
             waiting -= 1;
             let (near, child) = (stack.entered[waiting], stack.children[waiting]);
-            if R::Single::of_lanes(near).above(limits).bits() == u32::MAX >> (32 - N) {
+            if R::Single::of_lanes(near.map(Scalar::of_single)).above(limits).bits() == u32::MAX >> (32 - N) {
                 continue;
             }
             let place = (child / 2) as usize;
@@ -159,7 +159,7 @@ impl Bvh {
                 if hits == 0 {
                     continue;
                 }
-                let near = near.lanes();
+                let near = near.lanes().map(Scalar::single);
                 let nearest = near[hits.trailing_zeros() as usize % N];
                 let mut place = waiting;
                 while place > bottom && stack.nearest[place - 1] < nearest {
@@ -191,12 +191,12 @@ impl Leaf {
 #[inline]
 fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
     let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
-    R::Single::of_lanes(t.lanes().map(|t| rounded_up(t.single())))
+    R::Single::of_lanes(t.lanes().map(|t| Scalar::of_single(rounded_up(t.single()))))
 }
 
 impl<S: Real> Slabs<S> {
     #[inline]
-    fn new<R: Wide<N, Single = S>, const N: usize>(ray: &Ray<Lanes3<R>>) -> Self {
+    fn new<R: Wide<N, Single = S>, const N: usize>(ray: &Ray<R::Vector>) -> Self {
         let largest = |[x, y, z]: [S; 3]| x.abs().at_least(y.abs()).at_least(z.abs());
         let origin = ray.origin.components().map(R::single);
         let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);

@@ -106,9 +106,9 @@ impl PartialEq for dyn Model {
 
 /// The replaceable parts of scattering, and what is made of them.
 pub trait Scattering: Sync {
-    /// Whether the lane engine may follow walks of these parts: only where nothing is replaced.
+    /// Whether nothing is replaced, here and in the other traits of parts: then all lanes are computed at once.
     #[inline]
-    fn scatters_in_lanes(&self) -> bool {
+    fn is_standard(&self) -> bool {
         false
     }
     /// R of (12).
@@ -181,11 +181,10 @@ pub trait Scattering: Sync {
     #[inline]
     fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
         let [r1, r2, _] = random;
-        let wi = match bsdf {
-            _ if bsdf.is_sampled_by_cosine() => self.cosine_hemisphere([r1, r2]),
-            Bsdf::Model(model) => model.sample(wo, [r1, r2])?,
-            Bsdf::RoughGlass(glass) if wo.z > 0.0 => glass.sample(wo, random)?,
-            _ => return None,
+        let wi = if bsdf.is_sampled_by_cosine() {
+            self.cosine_hemisphere([r1, r2])
+        } else {
+            bsdf.sample_direction(wo, random)?
         };
         let pdf = self.pdf(bsdf, wo, wi);
         (pdf != 0.0).then(|| self.weighted(bsdf, wo, wi, pdf))

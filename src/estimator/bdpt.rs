@@ -4,14 +4,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::next_event::{SHADOW_RAYS, direct_light, picked_pdf};
+use super::next_event::{ShadowRays, direct_light, picked_pdf};
 use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
 use super::strategies::{Bidirectional, Density, PathVertex, WholePath};
-use super::walk::{Met, Start, Step, follow, in_portions, lanes_for};
-use super::{ImageEstimator, LightRules, Standard, Walking};
+use super::walk::{PendingWalk, WalkEvent, WalkHit, follow, in_portions};
+use super::{ImageEstimator, Standard, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::error::Error;
-use crate::lanes::Walks;
 use crate::rng::uniform2;
 use crate::sampler::{Pass, Sampler};
 use crate::scene::Scene;
@@ -47,12 +46,11 @@ pub struct Bdpt<P = Standard> {
 impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
-        let lanes = lanes_for(&self.parts, scene);
         let buffers = || (Vec::new(), image.buffer());
         in_portions(frame[0] * frame[1]).try_for_each_init(buffers, |(spare, splats), pixels| {
             let place = |pixel| [pixel % frame[0], pixel / frame[0]];
             let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-            self.pairs((scene, lanes.as_ref()), pixels, (frame, splats), spare)?;
+            self.pairs(scene, pixels, (frame, splats), spare)?;
             splats.flush()
         })?;
         Ok(image.into_values())
@@ -88,14 +86,14 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         rng: R,
     ) -> Result<(), Error> {
         let mut splats = image.buffer();
-        self.pairs((scene, None), std::iter::once((pixel, rng)), (frame, &mut splats), &mut Vec::new())?;
+        self.pairs(scene, std::iter::once((pixel, rng)), (frame, &mut splats), &mut Vec::new())?;
         splats.flush()
     }
 
     /// The same of several pixels. The buffers of walks that have ended are `spare`.
     fn pairs<'a, R: Sampler>(
         &self,
-        (scene, lanes): (&'a Scene, Option<&Walks<'a>>),
+        scene: &'a Scene,
         pixels: impl Iterator<Item = ([u32; 2], R)>,
         (frame, splats): ([u32; 2], &mut SplatBuffer<'_>),
         spare: &mut Vec<Vec<PathVertex<'a>>>,
@@ -107,7 +105,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             (Pair { pixel, light, eye, importance: 0.0, radiance: DVec3::ZERO }, rng)
         });
         let (mut pairs, mut densities) = (Vec::new(), Vec::new());
-        particles((parts, scene, lanes), (items, |error, pair: &Pair<'_>| named(error, pair.pixel)), |passed| {
+        particles(parts, scene, (items, |error, pair: &Pair<'_>| named(error, pair.pixel)), |passed| {
             match passed {
                 Passed::Place(pair, place) => {
                     return self.by_particle(scene, place, (&mut pair.light, &mut densities), (frame, splats));
@@ -123,10 +121,10 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             let [column, row] = item.pixel.map(f64::from);
             let ray = scene.camera().ray(frame, column + x, row + y);
             item.importance = importance_per_particle(parts, scene, frame, ray.direction);
-            Start { item, ray: Some(ray), block: 0, rng }
+            PendingWalk { item, ray: Some(ray), block: 0, rng }
         });
-        follow((parts, scene, lanes), starts, |met| match met {
-            Met::Hit(pair, step, at, rng) => {
+        follow(parts, scene, starts, |event| match event {
+            WalkEvent::Hit(pair, step, at, rng) => {
                 let Pair { light, eye: vertices, importance, .. } = pair;
                 vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
                 let path = WholePath { light: &[], eye: vertices, origin: eye, importance: *importance };
@@ -134,7 +132,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
-            Met::End(Pair { pixel, radiance, light, eye, .. }, background, _) => {
+            WalkEvent::End(Pair { pixel, radiance, light, eye, .. }, background, _) => {
                 for mut vertices in [light, eye] {
                     vertices.clear();
                     spare.push(vertices);
@@ -171,7 +169,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     fn found<R: Sampler>(
         &self,
         scene: &Scene,
-        (step, vertex): (&Step<'_>, &Vertex),
+        (step, vertex): (&WalkHit<'_>, &Vertex),
         path: WholePath<'_>,
         (light, densities): (&[PathVertex<'_>], &mut Vec<Density>),
         rng: &mut R,
@@ -185,10 +183,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if !bsdf.is_rough() {
             return found;
         }
-        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, &LightRules::PHYSICAL, SHADOW_RAYS, rng)
-            && let Some((point, emitter)) = &direct.point
-        {
-            let light = &[PathVertex::emitting(point, DVec3::ZERO, *emitter)];
+        if let Some((direct, emitter)) = direct_light(parts, scene, (bsdf, vertex), ShadowRays::DEFAULT, rng) {
+            let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, emitter)];
             found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
         }
         if self.connections == Connections::Ends {

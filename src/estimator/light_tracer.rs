@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::particle::{Passed, connect_to_eye, particles};
-use super::walk::{in_portions, lanes_for};
+use super::walk::in_portions;
 use super::{Bidirectional, ImageEstimator, Standard, Walking};
 use crate::error::Error;
 use crate::sampler::Pass;
@@ -25,14 +25,13 @@ impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let count = frame[0] * frame[1];
-        let lanes = lanes_for(&self.parts, scene);
         in_portions(count).try_for_each_init(
             || image.buffer(),
             |splats, numbers| {
                 let items = numbers.map(|number| (number, pass.particle(number, count)));
                 let named =
                     |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
-                particles((&self.parts, scene, lanes.as_ref()), (items, named), |passed| match passed {
+                particles(&self.parts, scene, (items, named), |passed| match passed {
                     Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, place) {
                         Some(splat) => splats.add(splat.pixel, splat.value),
                         None => Ok(()),

@@ -7,8 +7,9 @@
 
 mod bdpt;
 mod emission;
+mod lanewise;
 mod light_tracer;
-pub(crate) mod next_event;
+mod next_event;
 mod particle;
 mod path;
 mod photon;
@@ -16,7 +17,7 @@ pub mod photon_map;
 mod published;
 pub mod radiosity;
 mod report;
-pub(crate) mod specular;
+mod specular;
 mod sppm;
 mod strategies;
 mod walk;
@@ -35,11 +36,14 @@ pub use radiosity::{FiniteElements, Radiosity};
 pub use report::Report;
 pub use sppm::{Sppm, radius_squared};
 pub use strategies::{Bidirectional, Density, weight};
-pub(crate) use walk::{Met, Start, Step};
+pub(crate) use lanewise::{Lanewise, vectors};
+pub(crate) use specular::{CasterData, SpecularChains};
 pub use whitted::Whitted;
 
 use crate::bsdf::Scattering;
 use crate::error::Error;
+use crate::lanes::{self, Integrator};
+use crate::real::{LANES, Lanes};
 use crate::roulette::Roulette;
 use crate::sampler::{Pass, Sampler};
 use crate::scene::{Hit, Scene};
@@ -105,7 +109,7 @@ pub struct Standard;
 
 impl Scattering for Standard {
     #[inline]
-    fn scatters_in_lanes(&self) -> bool {
+    fn is_standard(&self) -> bool {
         true
     }
 }
@@ -143,14 +147,24 @@ impl LightRules {
     /// is lost.
     pub const REPORT: Self =
         Self { seen: Some(1.0), shadows_pass_glass: true, caustics: false, radiance_factor: false };
+}
 
-    /// What a ray of this direction shows of an emitter that it hit; zero for its back and for other surfaces.
-    #[inline]
-    fn seen(&self, scene: &Scene, hit: &Hit, direction: DVec3) -> DVec3 {
-        let radiance = scene.emitted(hit, direction);
-        match self.seen {
-            Some(shown) if radiance != DVec3::ZERO => DVec3::splat(shown),
-            _ => radiance,
-        }
+/// The radiance of samples in lanes.
+fn radiances_of<E: Integrator, S: Sampler>(
+    estimator: &E,
+    parts: &impl Scattering,
+    scene: &Scene,
+    samples: impl Iterator<Item = Sample<S>>,
+) -> Vec<DVec3> {
+    let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
+    if parts.is_standard() {
+        lanes::radiances::<E, S, Lanes, LANES>(scene, estimator, rays)
+    } else {
+        lanes::radiances::<E, S, f64, 1>(scene, estimator, rays)
     }
+}
+
+/// The radiance of one ray.
+fn radiance_of<E: Integrator, S: Sampler>(estimator: &E, scene: &Scene, ray: &Ray, rng: &mut S) -> DVec3 {
+    lanes::radiances::<E, &mut S, f64, 1>(scene, estimator, std::iter::once((*ray, rng)))[0]
 }

@@ -1,18 +1,22 @@
 //! Next-event estimation: light that shadow rays find at a vertex, and how it is combined with light that
 //! paths find by hitting it.
 
+use std::array::from_fn;
+
 use glam::DVec3;
 
-use super::LightRules;
+use super::lanewise::{Lanewise, vectors};
 use super::path::Strategy;
-use crate::bsdf::{Bsdf, Scattering, Vertex};
+use super::Walking;
+use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::environment::EnvironmentMap;
+use crate::lanes::{BsdfAt, IntersectionScratch, LaneSampler, LaneScene, ShadingPoint};
 use crate::light_pick::FluxPicks;
+use crate::real::{Mask, Real, Vector, Wide};
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
+use crate::scene::Scene;
 use crate::specular::{Kind, Route, SceneBody};
 use crate::{light_pick, radiometry};
 
@@ -120,26 +124,86 @@ pub trait NextEvent: Sync {
     }
 }
 
-/// How shadow rays of estimators that leave no choice pick emitters and points on them.
-pub(super) const SHADOW_RAYS: LightSampling = LightSampling::ByContribution;
-
-/// Light that arrives at a vertex along a shadow ray.
-pub(super) struct LightSample {
-    /// Towards the emitter, local.
-    pub wi: DVec3,
-    /// f_r L cos θ / p, before any weight.
-    pub reflected: DVec3,
-    /// p with respect to solid angle.
-    pub pdf: f64,
-    /// The point on an emitter, and the emitter's number; `None` from the background.
-    pub point: Option<(EmitterPoint, usize)>,
+/// How shadow rays pick emitters and points on them, and what they pass.
+#[derive(Clone, Copy)]
+pub(crate) struct ShadowRays {
+    pub lights: LightSampling,
+    /// Whether they pass through glass, straight and unweakened.
+    pub pass_glass: bool,
 }
 
-impl LightSample {
+impl ShadowRays {
+    /// Those of estimators that leave no choice.
+    pub const DEFAULT: Self = Self { lights: LightSampling::ByContribution, pass_glass: false };
+}
+
+/// The uniform numbers of a shadow ray in each lane.
+#[derive(Clone, Copy)]
+pub(crate) struct LightNumbers<R> {
+    /// Which emitter; of a single one nothing.
+    pub pick: R,
+    /// Which point.
+    pub point: [R; 2],
+}
+
+impl<R: Real> LightNumbers<R> {
+    /// Draws them in the lanes of the mask, in a scene with emitters.
+    #[inline]
+    pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
+        let zero = R::splat(0.0);
+        let pick = match scene.emitters().len() {
+            _ if !active.any() => zero,
+            0 => return Self { pick: zero, point: [zero; 2] },
+            1 => {
+                random.skip(active);
+                zero
+            }
+            _ => random.uniform(active),
+        };
+        Self { pick, point: [random.uniform(active), random.uniform(active)] }
+    }
+}
+
+/// Light that arrives along a shadow ray in each lane.
+pub(crate) struct LightSample<R: Real> {
+    /// Where some does.
+    pub arrives: R::Mask,
+    /// Towards the light, local.
+    pub wi: R::Vector,
+    /// f_r L cos θ / p, before any weight.
+    pub reflected: R::Vector,
+    /// p with respect to solid angle.
+    pub pdf: R,
+    /// The point on an emitter; not of the background.
+    pub point: EmitterPoint<R::Vector>,
+}
+
+impl<R: Real> LightSample<R> {
+    /// No light in any lane.
+    #[inline]
+    fn none() -> Self {
+        let (zero, none) = (R::splat(0.0), R::Vector::splat_vector(DVec3::ZERO));
+        let point = EmitterPoint { point: none, normal: none };
+        Self { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: zero, point }
+    }
+
     /// The same as one of two kinds of light, picked with this probability.
     #[inline]
-    pub fn picked(self, probability: f64) -> Self {
-        Self { reflected: self.reflected / probability, pdf: self.pdf * probability, ..self }
+    fn picked(self, probability: f64) -> Self {
+        let all = R::splat(probability);
+        Self { reflected: self.reflected * all.recip(), pdf: self.pdf * all, ..self }
+    }
+
+    /// This sample where the mask says so, else another.
+    #[inline]
+    fn or(self, mask: R::Mask, other: Self) -> Self {
+        Self {
+            arrives: (mask & self.arrives) | (!mask & other.arrives),
+            wi: Vector::choose(mask, self.wi, other.wi),
+            reflected: Vector::choose(mask, self.reflected, other.reflected),
+            pdf: R::choose(mask, self.pdf, other.pdf),
+            point: other.point,
+        }
     }
 }
 
@@ -165,13 +229,7 @@ pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) ->
 
 /// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability of that.
 #[inline]
-pub(crate) fn pick_from<P: NextEvent>(
-    parts: &P,
-    scene: &Scene,
-    lights: LightSampling,
-    from: DVec3,
-    r: f64,
-) -> (usize, f64) {
+fn pick_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSampling, from: DVec3, r: f64) -> (usize, f64) {
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
@@ -184,13 +242,7 @@ pub(crate) fn pick_from<P: NextEvent>(
 
 /// The same probability, of the emitter of this number.
 #[inline]
-pub(crate) fn probability_of_pick<P: NextEvent>(
-    parts: &P,
-    scene: &Scene,
-    lights: LightSampling,
-    from: DVec3,
-    index: usize,
-) -> f64 {
+fn probability_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSampling, from: DVec3, index: usize) -> f64 {
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
@@ -199,163 +251,282 @@ pub(crate) fn probability_of_pick<P: NextEvent>(
     scene.light_groups().probability(index, from, |i| parts.contribution(&emitters[i], from))
 }
 
-/// Next-event estimation: one shadow ray from a diffuse vertex to a point picked on an emitter, by
-/// `lights`. `None` if nothing arrives.
+/// Which emitters shadow rays from the points of the active lanes pick, and with what probability.
 #[inline]
-pub(super) fn direct_light<P: NextEvent + Scattering, R: Sampler>(
+pub(super) fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
-    bsdf: &Bsdf,
-    vertex: &Vertex,
-    rules: &LightRules,
     lights: LightSampling,
-    rng: &mut R,
-) -> Option<LightSample> {
-    if scene.emitters().is_empty() {
-        return None;
+    from: R::Vector,
+    r: R,
+    active: R::Mask,
+) -> ([usize; N], R) {
+    let emitters = scene.emitters();
+    let count = emitters.len();
+    if count == 1 {
+        return ([0; N], R::splat(1.0));
     }
-    light_from(parts, scene, (bsdf, vertex), rules, lights, LightNumbers::new(rng))
-}
-
-/// The uniform numbers of a shadow ray.
-#[derive(Clone, Copy)]
-pub(super) struct LightNumbers {
-    /// Which emitter.
-    pub pick: f64,
-    /// Which point.
-    pub point: [f64; 2],
-}
-
-impl LightNumbers {
-    #[inline]
-    pub fn new<R: Sampler>(rng: &mut R) -> Self {
-        Self { pick: uniform(rng), point: uniform2(rng) }
+    if !parts.is_standard() || !lights.by_contribution(count) || scene.light_groups().is_nested() {
+        let one = |i| pick_from(parts, scene, lights, from.lane(i), r.lane(i));
+        let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (0, 1.0) });
+        return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
     }
+    let mut shares = [R::splat(0.0); light_pick::MOST];
+    light_pick::share_all(|i| emitters[i].contribution(from), &mut shares[..count]);
+    let (index, share) = light_pick::pick(&shares[..count], r);
+    (index.whole().map(|index| index as usize), share)
 }
 
-/// [`direct_light`] by these numbers in a scene with emitters.
+/// The probabilities with which shadow rays from the points of the active lanes pick the emitters of these numbers.
 #[inline]
-pub(super) fn light_from<P: NextEvent + Scattering>(
+fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: &Scene,
+    lights: LightSampling,
+    from: R::Vector,
+    emitter: [usize; N],
+    active: R::Mask,
+) -> R {
+    let emitters = scene.emitters();
+    let count = emitters.len();
+    if count == 1 {
+        return R::splat(1.0);
+    }
+    if !parts.is_standard() || !lights.by_contribution(count) || scene.light_groups().is_nested() {
+        let one = |i: usize| probability_from(parts, scene, lights, from.lane(i), emitter[i]);
+        return R::from_lanes(|i| if active.lane(i) { one(i) } else { 1.0 });
+    }
+    light_pick::share(|i| emitters[i].contribution(from), count, R::from_lanes(|i| emitter[i] as f64))
+}
+
+/// Points on emitters, as shadow rays from some points pick them.
+pub(super) struct PickedPoint<R: Real> {
+    pub point: EmitterPoint<R::Vector>,
+    pub radiance: R::Vector,
+    pub pdf_area: R,
+    /// Where the point was picked by solid angle, and its pdf with respect to that.
+    by_angle: R::Mask,
+    pdf_angle: R,
+}
+
+impl<R: Real> PickedPoint<R> {
+    /// In each active lane a point on the emitter of this number, seen from a point.
+    #[inline]
+    pub fn new<P: Walking, const N: usize>(
+        parts: &P,
+        (emitters, lights): (&[Emitter], LightSampling),
+        emitter: [usize; N],
+        from: R::Vector,
+        random: [R; 2],
+        active: R::Mask,
+    ) -> Self {
+        let (zero, none) = (R::splat(0.0), R::Vector::splat_vector(DVec3::ZERO));
+        let mut picked = Self {
+            point: EmitterPoint { point: none, normal: none },
+            radiance: none,
+            pdf_area: zero,
+            by_angle: R::Mask::splat(false),
+            pdf_angle: zero,
+        };
+        for_each_distinct(emitter, active, |number, here: R::Mask| {
+            let emitter = &emitters[number];
+            let mut left = here;
+            if lights.by_solid_angle(emitter) {
+                let (exists, point, pdf) = parts.lanes_sample_solid_angle(emitter, from, random, here);
+                let exists = here & exists;
+                left = here & !exists;
+                picked.point.point = Vector::choose(exists, point.point, picked.point.point);
+                picked.point.normal = Vector::choose(exists, point.normal, picked.point.normal);
+                picked.by_angle = picked.by_angle | exists;
+                picked.pdf_angle = R::choose(exists, pdf, picked.pdf_angle);
+            }
+            if left.any() {
+                let point = parts.lanes_sample_emitter(emitter, random, left);
+                picked.point.point = Vector::choose(left, point.point, picked.point.point);
+                picked.point.normal = Vector::choose(left, point.normal, picked.point.normal);
+            }
+            picked.radiance = Vector::choose(here, R::Vector::splat_vector(emitter.radiance), picked.radiance);
+            picked.pdf_area = R::choose(here, R::splat(parts.emitter_pdf_area(emitter)), picked.pdf_area);
+        });
+        picked
+    }
+}
+
+/// Next-event estimation: one shadow ray from each active lane to a point picked on an emitter.
+#[inline]
+pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    shadow_rays: ShadowRays,
+    random: &LightNumbers<R>,
+    active: R::Mask,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> (LightSample<R>, [usize; N]) {
+    let emitters = scene.scene.emitters();
+    if emitters.is_empty() || !active.any() {
+        return (LightSample::none(), [0; N]);
+    }
+    let (zero, vertex) = (R::splat(0.0), at.vertex());
+    let lights = shadow_rays.lights;
+    let (emitter, probability) = pick_emitters(parts, scene.scene, lights, vertex.point, random.pick, active);
+    let active = active & probability.above(zero);
+    let picked = PickedPoint::new(parts, (emitters, lights), emitter, vertex.point, random.point, active);
+    let point = picked.point;
+    let to_light = point.point - vertex.point;
+    let distance_squared = to_light.length_squared();
+    let direction = to_light * distance_squared.sqrt().recip();
+    let cosine_at_light = parts.lanes_cosine(point.normal, -direction, active);
+    let cosine = at.cosine(parts, direction, active);
+    let active = active & cosine.above(zero) & cosine_at_light.above(zero);
+    let wi = vertex.frame.local(direction);
+    let brdf = at.brdf(parts, wi, active);
+    let per_area = parts.lanes_solid_angle_per_area(cosine_at_light, distance_squared, active & !picked.by_angle);
+    let pdf_on_emitter = R::choose(picked.by_angle, picked.pdf_angle, picked.pdf_area / per_area);
+    let pdf = parts.lanes_pdf_of_pick(pdf_on_emitter, probability, active);
+    let active = active & !is_zero(brdf);
+    let arrives = if active.any() {
+        let light = scene.scene.place(point.point, point.normal);
+        scene.visible(parts, (&at.place(), &light), shadow_rays.pass_glass, active, scratch)
+    } else {
+        active
+    };
+    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, picked.radiance, cosine, pdf), wi, arrives);
+    (LightSample { arrives, wi, reflected, pdf, point }, emitter)
+}
+
+/// One shadow ray from each active lane towards the environment map.
+#[inline]
+fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    (scene, map): (&Scene, &EnvironmentMap),
+    at: &X,
+    random: [R; 2],
+    active: R::Mask,
+) -> LightSample<R> {
+    let vertex = at.vertex();
+    let sample = |i: usize| parts.sample_map(map, random.map(|r| r.lane(i)));
+    let samples: [_; N] = from_fn(|i| if active.lane(i) { sample(i) } else { (DVec3::Z, 1.0) });
+    let direction = R::Vector::from_fn(|i| samples[i].0);
+    let pdf = R::from_lanes(|i| samples[i].1);
+    let cosine = at.cosine(parts, direction, active);
+    let wi = vertex.frame.local(direction);
+    let brdf = at.brdf(parts, wi, active);
+    let active = active & cosine.above(R::splat(0.0)) & !is_zero(brdf);
+    let from = |i: usize| (vertex.point.lane(i), vertex.frame.z.lane(i));
+    let arrives = R::Mask::from_fn(|i| active.lane(i) && parts.sees_background(scene, from(i), samples[i].0));
+    let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
+    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, radiance, cosine, pdf), wi, arrives);
+    LightSample { arrives, wi, reflected, pdf, point: EmitterPoint { point: direction, normal: direction } }
+}
+
+/// Next-event estimation in a scene with an environment map: a shadow ray towards the map or an emitter.
+#[inline]
+pub(super) fn sample_light_or_map<P: Walking, X: ShadingPoint<R>, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    (scene, map): (LaneScene<'_, R, N>, &EnvironmentMap),
+    at: &X,
+    shadow_rays: ShadowRays,
+    active: R::Mask,
+    random: &mut S,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    let share = parts.share_of_map(scene.scene.emitters().len());
+    let to_map = active & random.uniform(active).below(R::splat(share));
+    let numbers = [random.uniform(to_map), random.uniform(to_map)];
+    let of_map = sample_map(parts, (scene.scene, map), at, numbers, to_map).picked(share);
+    let to_light = active & !to_map;
+    let numbers = LightNumbers::new(scene.scene, to_light, random);
+    let (light, _) = sample_light(parts, scene, at, shadow_rays, &numbers, to_light, scratch);
+    of_map.or(to_map, light.picked(1.0 - share))
+}
+
+/// A point on an emitter, as it is seen from another.
+#[derive(Clone, Copy)]
+pub(super) struct SeenLight<R, const N: usize> {
+    /// The emitter's number.
+    pub emitter: [usize; N],
+    /// The cosine there between its normal and the direction to where it is seen from.
+    pub cosine: R,
+    pub distance_squared: R,
+}
+
+/// The pdfs, with respect to solid angle, with which [`sample_light`] at `from` picks these points.
+#[inline]
+pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: &Scene,
+    lights: LightSampling,
+    from: R::Vector,
+    seen: SeenLight<R, N>,
+    active: R::Mask,
+) -> R {
+    let SeenLight { emitter, cosine, distance_squared } = seen;
+    let zero = R::splat(0.0);
+    let probability: R = probability_of_pick(parts, scene, lights, from, emitter, active);
+    let active = active & probability.above(zero);
+    let per_area = parts.lanes_solid_angle_per_area(cosine, distance_squared, active);
+    let mut pdf = R::splat(1.0) / per_area;
+    for_each_distinct(emitter, active, |number, here: R::Mask| {
+        let emitter = &scene.emitters()[number];
+        let mut own = R::splat(parts.emitter_pdf_area(emitter)) / per_area;
+        if lights.by_solid_angle(emitter) {
+            let (exists, by_angle) = parts.lanes_pdf_solid_angle(emitter, from, here);
+            own = R::choose(exists, by_angle, own);
+        }
+        pdf = R::choose(here, own, pdf);
+    });
+    // Behind an emitter the one is infinite and the other may be 0.
+    R::choose(active, parts.lanes_pdf_of_pick(pdf, probability, active), zero)
+}
+
+/// Whether all components are 0.
+#[inline]
+fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
+    let [x, y, z] = vector.components();
+    let zero = V::Real::splat(0.0);
+    x.equals(zero) & y.equals(zero) & z.equals(zero)
+}
+
+/// Hands over each of the numbers once, with the lanes that have it.
+#[inline]
+pub(super) fn for_each_distinct<M: Mask, const N: usize>(
+    numbers: [usize; N],
+    active: M,
+    mut number: impl FnMut(usize, M),
+) {
+    let mut left = active.bits();
+    while left != 0 {
+        let next = numbers[left.trailing_zeros() as usize % N];
+        let here = M::from_bits(left) & M::from_fn(|i| numbers[i] == next);
+        left &= !here.bits();
+        number(next, here);
+    }
+}
+
+/// [`sample_light`] from one surface of one ray, with the number of the emitter. `None` if nothing arrives.
+#[inline]
+pub(super) fn direct_light<P: Walking, R: Sampler>(
     parts: &P,
     scene: &Scene,
     (bsdf, vertex): (&Bsdf, &Vertex),
-    rules: &LightRules,
-    lights: LightSampling,
-    LightNumbers { pick, point: random }: LightNumbers,
-) -> Option<LightSample> {
-    let emitters = scene.emitters();
-    let (index, probability) = pick_from(parts, scene, lights, vertex.point, pick);
-    if probability == 0.0 {
+    shadow_rays: ShadowRays,
+    rng: &mut R,
+) -> Option<(LightSample<f64>, usize)> {
+    if scene.emitters().is_empty() {
         return None;
     }
-    let emitter = &emitters[index];
-    let by_solid_angle =
-        if lights.by_solid_angle(emitter) { parts.sample_solid_angle(emitter, vertex.point, random) } else { None };
-    let light = match by_solid_angle {
-        Some((light, _)) => light,
-        None => parts.sample_emitter(emitter, random),
-    };
-    let to_light = light.point - vertex.point;
-    let distance_squared = to_light.length_squared();
-    let direction = to_light * distance_squared.sqrt().recip();
-    let cosine_at_light = parts.cosine(light.normal, -direction);
-    let cosine = cosine_towards(parts, bsdf, vertex, direction);
-    if cosine <= 0.0 || cosine_at_light <= 0.0 {
-        return None;
-    }
-    let wi = vertex.frame.local(direction);
-    let brdf = parts.brdf(bsdf, vertex.wo, wi);
-    let pdf_on_emitter = match by_solid_angle {
-        Some((_, pdf)) => pdf,
-        None => area_pdf(parts, emitter, cosine_at_light, distance_squared),
-    };
-    let pdf = parts.pdf_of_pick(pdf_on_emitter, probability);
-    let ends = ((vertex.point, vertex.frame.z), (light.point, light.normal));
-    if brdf == DVec3::ZERO || !parts.visible(scene, ends.0, ends.1, rules.shadows_pass_glass) {
-        return None;
-    }
-    Some(LightSample {
-        wi,
-        reflected: parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, emitter.radiance, cosine, pdf),
-        pdf,
-        point: Some((light, index)),
-    })
+    let at = BsdfAt { scene, bsdf, vertex };
+    let random = LightNumbers { pick: uniform(rng), point: uniform2(rng) };
+    let scratch = &mut IntersectionScratch::new();
+    let (light, [emitter]) = sample_light(parts, LaneScene::new(scene), &at, shadow_rays, &random, true, scratch);
+    light.arrives.then_some((light, emitter))
 }
 
-/// The cosine between the normal and a direction towards light; rough glass takes light from behind as well.
+/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number; 0
+/// from behind.
 #[inline]
-fn cosine_towards<P: Scattering>(parts: &P, bsdf: &Bsdf, vertex: &Vertex, direction: DVec3) -> f64 {
-    let normal = vertex.frame.z;
-    let behind = bsdf.is_rough_glass() && normal.dot(direction) < 0.0;
-    parts.cosine(if behind { -normal } else { normal }, direction)
-}
-
-/// One shadow ray from a diffuse vertex towards the environment map. `None` if nothing arrives.
-#[inline]
-pub(super) fn light_of_map<P: NextEvent + Scattering>(
-    parts: &P,
-    (scene, map): (&Scene, &EnvironmentMap),
-    bsdf: &Bsdf,
-    vertex: &Vertex,
-    random: [f64; 2],
-) -> Option<LightSample> {
-    let (direction, pdf) = parts.sample_map(map, random);
-    let cosine = cosine_towards(parts, bsdf, vertex, direction);
-    let wi = vertex.frame.local(direction);
-    let brdf = parts.brdf(bsdf, vertex.wo, wi);
-    if cosine <= 0.0 || brdf == DVec3::ZERO || !parts.sees_background(scene, (vertex.point, vertex.frame.z), direction)
-    {
-        return None;
-    }
-    let reflected =
-        parts.radiance_factor_from(bsdf, wi) * radiometry::reflected(brdf, map.radiance(direction), cosine, pdf);
-    Some(LightSample { wi, reflected, pdf, point: None })
-}
-
-/// The pdf, with respect to solid angle, of a point uniform in area on an emitter.
-#[inline]
-fn area_pdf<P: NextEvent>(parts: &P, emitter: &Emitter, cosine_at_light: f64, distance_squared: f64) -> f64 {
-    parts.emitter_pdf_area(emitter) / parts.solid_angle_per_area(cosine_at_light, distance_squared)
-}
-
-/// The pdf, with respect to solid angle, with which [`direct_light`] picks the point of the emitter of this number
-/// that a ray has hit.
-#[inline]
-pub(super) fn emitter_pdf<P: NextEvent + Scattering>(
-    parts: &P,
-    scene: &Scene,
-    index: usize,
-    lights: LightSampling,
-    (ray, hit): (&Ray, &Hit),
-) -> f64 {
-    let cosine_at_light = parts.cosine(hit.normal, -ray.direction);
-    pdf_from(parts, scene, index, lights, ray.origin, (cosine_at_light, hit.t * hit.t))
-}
-
-/// The same from a point at which its emitter is seen at this cosine and squared distance.
-#[inline]
-fn pdf_from<P: NextEvent>(
-    parts: &P,
-    scene: &Scene,
-    index: usize,
-    lights: LightSampling,
-    from: DVec3,
-    (cosine_at_light, distance_squared): (f64, f64),
-) -> f64 {
-    let emitter = &scene.emitters()[index];
-    let probability = probability_of_pick(parts, scene, lights, from, index);
-    if probability == 0.0 {
-        return 0.0;
-    }
-    let by_solid_angle = if lights.by_solid_angle(emitter) { parts.pdf_solid_angle(emitter, from) } else { None };
-    let pdf = by_solid_angle.unwrap_or_else(|| area_pdf(parts, emitter, cosine_at_light, distance_squared));
-    parts.pdf_of_pick(pdf, probability)
-}
-
-/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number by
-/// [`SHADOW_RAYS`]; 0 from behind.
-#[inline]
-pub(super) fn picked_pdf<P: NextEvent + Scattering>(
+pub(super) fn picked_pdf<P: Walking>(
     parts: &P,
     scene: &Scene,
     (index, light): (usize, &Vertex),
@@ -363,10 +534,11 @@ pub(super) fn picked_pdf<P: NextEvent + Scattering>(
 ) -> f64 {
     let offset = light.point - from;
     let distance_squared = offset.length_squared();
-    let cosine_at_light = parts.cosine(light.frame.z, -offset.normalize());
-    if cosine_at_light <= 0.0 {
+    let cosine = parts.cosine(light.frame.z, -offset.normalize());
+    if cosine <= 0.0 {
         return 0.0;
     }
-    pdf_from(parts, scene, index, SHADOW_RAYS, from, (cosine_at_light, distance_squared))
-        * parts.solid_angle_per_area(cosine_at_light, distance_squared)
+    let seen = SeenLight { emitter: [index], cosine, distance_squared };
+    light_pdf(parts, scene, ShadowRays::DEFAULT.lights, from, seen, true)
+        * parts.solid_angle_per_area(cosine, distance_squared)
 }

@@ -5,11 +5,9 @@ use glam::DVec3;
 use super::emission::{Emission, emit_from};
 use super::next_event::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
-use super::walk::{Met, Start, follow};
-use super::{NextEvent, Walking};
-use crate::bsdf::Scattering;
+use super::walk::{PendingWalk, WalkEvent, follow};
+use super::Walking;
 use crate::error::Error;
-use crate::lanes::Walks;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
 
@@ -24,7 +22,8 @@ pub(super) enum Passed<'m, 'a, T, R> {
 /// Sends particles from the emitters, one for each item, and tells of every place where they are. `named` adds to an error
 /// which item it is of.
 pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
-    (parts, scene, lanes): (&P, &'a Scene, Option<&Walks<'a>>),
+    parts: &P,
+    scene: &'a Scene,
     (items, named): (impl Iterator<Item = (T, R)>, impl Fn(Error, &T) -> Error),
     mut passed: impl FnMut(Passed<'_, 'a, T, R>) -> Result<(), Error>,
 ) -> Result<(), Error> {
@@ -37,10 +36,10 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
         });
         let (first, emission) = start.map_or((None, None), |(first, emission)| (Some(first), emission));
         let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
-        Start { item: (item, first, flux), ray, block: LIGHT, rng }
+        PendingWalk { item: (item, first, flux), ray, block: LIGHT, rng }
     });
-    follow((parts, scene, lanes), starts, |met| match met {
-        Met::Hit((item, first, flux), step, at, _) => {
+    follow(parts, scene, starts, |event| match event {
+        WalkEvent::Hit((item, first, flux), step, at, _) => {
             let flux = *flux * step.throughput * parts.flux_factor(step.factor);
             let mut arrive = || {
                 if let Some(first) = first.take() {
@@ -54,7 +53,7 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
             arrive().map_err(|error| named(error, item))?;
             Ok(true)
         }
-        Met::End((mut item, first, _), _, rng) => {
+        WalkEvent::End((mut item, first, _), _, rng) => {
             if let Some(first) = first {
                 passed(Passed::Place(&mut item, &first)).map_err(|error| named(error, &item))?;
             }
@@ -77,7 +76,7 @@ pub(super) struct Splat {
 
 /// Connects a place to the eye; `None` if the eye sees nothing of it.
 #[inline]
-pub(super) fn connect_to_eye<P: Scattering + NextEvent + Bidirectional>(
+pub(super) fn connect_to_eye<P: Walking + Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],

@@ -1,16 +1,20 @@
 //! The path tracer: light found by shadow rays, by directions of the BRDF's cosine, or by both with
 //! multiple importance sampling; Russian roulette, and no limit on bounces unless one is set.
 
+use std::array::from_fn;
+
 use glam::DVec3;
 
-use super::next_event::{LightNumbers, LightSample, direct_light, emitter_pdf, light_from, light_of_map};
-use super::specular::{Trail, light_by_body};
-use super::walk::{Step, Walk};
-use super::{Estimator, LightRules, Standard, Walking};
-use crate::bsdf::{Bsdf, Vertex};
+use super::lanewise::{Lanewise, numbers};
+use super::next_event::{
+    LightNumbers, LightSample, SeenLight, ShadowRays, light_pdf, sample_light, sample_light_or_map,
+};
+use super::specular::{LightHit, SpecularShadowRay, specular_light};
+use super::{Estimator, LONGEST_PATH, Sample, Standard, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
-use crate::rng::{uniform, uniform2};
-use crate::roulette::RAISED;
+use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::real::{Mask, Real, Vector, Wide};
+use crate::roulette;
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -76,19 +80,12 @@ impl<P> Path<P> {
             bounces: None,
         }
     }
-
-    /// How many more bounces there may be beyond that at the hit of this number, the first being 1; `None` if there may not
-    /// even be that one.
-    #[inline]
-    pub(crate) fn bounces_beyond(&self, hit: u32) -> Option<u32> {
-        self.bounces.unwrap_or(u32::MAX).checked_sub(hit)
-    }
 }
 
 impl<P: Walking> Path<P> {
-    /// Whether shadow rays go by way of bodies in a scene.
+    /// Whether shadow rays go by way of specular casters in a scene.
     #[inline]
-    pub(crate) fn goes_by_bodies(&self, scene: &Scene) -> bool {
+    fn uses_casters(&self, scene: &Scene) -> bool {
         self.by_bodies
             && self.strategy == Strategy::Mis
             && !scene.bodies().all().is_empty()
@@ -96,133 +93,172 @@ impl<P: Walking> Path<P> {
             && scene.background().map().is_none()
     }
 
-    /// The weight of an emitter that the path hit. Where the ray's direction has a pdf, a shadow ray could have found the
-    /// same light; where it comes from a body, one by way of that.
+    /// The weight of samples of pdf `pdf` that the other strategy finds with pdf `other`.
     #[inline]
-    fn weight_of_hit(&self, scene: &Scene, step: &Step<'_>, pdf: Option<f64>, trail: &Trail) -> f64 {
-        if pdf.is_none()
-            && let Some(index) = step.here.emitter
-            && let Some((pdf, other)) = trail.pdfs(&self.parts, scene, index as usize, (step.ray.direction, &step.here))
-        {
-            return self.weight(pdf, other);
-        }
-        match (pdf, self.strategy, step.here.emitter) {
-            (Some(pdf), Strategy::Mis, Some(index)) => {
-                let other = emitter_pdf(&self.parts, scene, index as usize, self.lights, (&step.ray, &step.here));
-                let share =
-                    scene.background().map().map_or(1.0, |_| 1.0 - self.parts.share_of_map(scene.emitters().len()));
-                self.weight(pdf, share * other)
-            }
-            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
-        }
+    fn weight<R: Real>(&self, pdf: R, other: R, active: R::Mask) -> R {
+        self.parts.lanes_mis_weight(self.heuristic, pdf, other, active)
     }
 
-    /// The weight of a sample of pdf `pdf` that the other strategy finds with pdf `other`.
+    /// The weights of emitters that the active paths have hit. Where the ray's direction has a pdf, a shadow ray could have
+    /// found the same light; where it comes from a specular caster, one by way of that.
     #[inline]
-    fn weight(&self, pdf: f64, other: f64) -> f64 {
-        match self.heuristic {
-            Heuristic::Balance => self.parts.mis_weight(pdf, other),
-            Heuristic::Power => self.parts.mis_power_weight(pdf, other),
-        }
-    }
-
-    /// The weight of an environment map that the path hit.
-    #[inline]
-    fn weight_of_background(&self, scene: &Scene, (direction, pdf): (DVec3, Option<f64>)) -> f64 {
-        match (scene.background().map(), pdf, self.strategy) {
-            (None, ..) => 1.0,
-            (Some(map), Some(pdf), Strategy::Mis) => {
-                let share = self.parts.share_of_map(scene.emitters().len());
-                self.weight(pdf, share * self.parts.map_pdf(map, direction))
-            }
-            _ => f64::from(self.parts.hit_counts(self.strategy, pdf.is_some())),
-        }
-    }
-
-    /// Light by a shadow ray from a vertex, weighted; zero for the strategy that sends none.
-    #[inline]
-    fn shadow_ray<R: Sampler>(&self, scene: &Scene, (bsdf, at): (&Bsdf, &Vertex), beyond: u32, rng: &mut R) -> DVec3 {
-        if !bsdf.is_rough() || self.strategy == Strategy::Bsdf {
-            return DVec3::ZERO;
-        }
-        if bsdf.is_rough_glass() {
-            return self.weighted_light(scene, (&bsdf.facing(at.outside), at), beyond, rng);
-        }
-        self.weighted_light(scene, (bsdf, at), beyond, rng)
-    }
-
-    #[inline]
-    fn weighted_light<R: Sampler>(
+    fn hit_weight<R: Wide<N>, const N: usize>(
         &self,
-        scene: &Scene,
-        (bsdf, at): (&Bsdf, &Vertex),
-        beyond: u32,
-        rng: &mut R,
-    ) -> DVec3 {
-        if !self.goes_by_bodies(scene) || bsdf.is_rough_glass() {
-            return self.weighted(bsdf, at, self.light(scene, bsdf, at, rng));
-        }
-        let numbers = (LightNumbers::new(rng), uniform(rng));
-        let light = light_from(&self.parts, scene, (bsdf, at), &LightRules::PHYSICAL, self.lights, numbers.0);
-        let weight = |pdf, other| self.weight(pdf, other);
-        let by_body = light_by_body(&self.parts, scene, (bsdf, at), (numbers.1, numbers.0, beyond), weight);
-        self.weighted(bsdf, at, light) + by_body
-    }
-
-    #[inline]
-    fn weighted(&self, bsdf: &Bsdf, at: &Vertex, light: Option<LightSample>) -> DVec3 {
-        let Some(light) = light else {
-            return DVec3::ZERO;
-        };
-        let weight = if self.strategy == Strategy::Mis {
-            let other = self.parts.pdf(bsdf, at.wo, light.wi);
-            self.weight(light.pdf, other)
+        scene: LaneScene<'_, R, N>,
+        paths: &PathState<R, N>,
+        surface: &SurfaceInteraction<'_, R, N>,
+        active: R::Mask,
+    ) -> R {
+        let parts = &self.parts;
+        let cosine = parts.lanes_cosine(surface.normal, -paths.ray.direction, active);
+        let emitter = from_fn(|i| surface.emitter(i).map_or(0, |emitter| emitter as usize));
+        let none = R::Mask::splat(false);
+        let weighted = if self.strategy == Strategy::Mis { active & paths.sampled } else { none };
+        let (past, chain_pdf, chain_other) = if self.uses_casters(scene.scene) {
+            let light = LightHit { emitter, point: surface.vertex.point, cosine };
+            paths.chains.pdfs(parts, scene, &light, active & !paths.sampled)
         } else {
-            1.0
+            (none, R::splat(0.0), R::splat(0.0))
         };
-        weight * light.reflected
+        let counts = parts.lanes_hit_counts(self.strategy, paths.sampled, active & !weighted & !past);
+        let mut weight = R::choose(counts, R::splat(1.0), R::splat(0.0));
+        if weighted.any() {
+            let seen = SeenLight { emitter, cosine, distance_squared: surface.t * surface.t };
+            let mut other = light_pdf(parts, scene.scene, self.lights, paths.ray.origin, seen, weighted);
+            if scene.scene.background().map().is_some() {
+                other = other * (1.0 - parts.share_of_map(scene.scene.emitters().len()));
+            }
+            weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
+        }
+        if past.any() {
+            weight = R::choose(past, self.weight(chain_pdf, chain_other, past), weight);
+        }
+        weight
     }
 
-    /// Light that a shadow ray finds, on an emitter or in an environment map.
+    /// Light by shadow rays from surfaces that scatter in all directions, weighted.
     #[inline]
-    fn light<R: Sampler>(&self, scene: &Scene, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<LightSample> {
-        let (parts, rules) = (&self.parts, &LightRules::PHYSICAL);
-        let Some(map) = scene.background().map() else {
-            return direct_light(parts, scene, bsdf, at, rules, self.lights, rng);
+    fn direct_light<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        scene: LaneScene<'_, R, N>,
+        surface: &SurfaceInteraction<'_, R, N>,
+        remaining_bounces: Option<[Option<u32>; N]>,
+        active: R::Mask,
+        random: &mut S,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> R::Vector {
+        let parts = &self.parts;
+        let shadow_rays = ShadowRays { lights: self.lights, pass_glass: false };
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let weighted = |light: LightSample<R>| {
+            let weight = if self.strategy == Strategy::Mis {
+                self.weight(light.pdf, surface.pdf(parts, light.wi, light.arrives), light.arrives)
+            } else {
+                R::splat(1.0)
+            };
+            Vector::choose(light.arrives, light.reflected * weight, none)
         };
-        let share = parts.share_of_map(scene.emitters().len());
-        if uniform(rng) < share {
-            return light_of_map(parts, (scene, map), bsdf, at, uniform2(rng)).map(|light| light.picked(share));
+        if let Some(map) = scene.scene.background().map() {
+            let scene = (scene, map);
+            return weighted(sample_light_or_map(parts, scene, surface, shadow_rays, active, random, scratch));
         }
-        direct_light(parts, scene, bsdf, at, rules, self.lights, rng).map(|light| light.picked(1.0 - share))
+        let numbers = LightNumbers::new(scene.scene, active, random);
+        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, active, scratch);
+        let reflected = weighted(light);
+        let by_casters = active & !surface.rough_glass;
+        if !by_casters.any() || !self.uses_casters(scene.scene) {
+            return reflected;
+        }
+        let shadow_ray =
+            SpecularShadowRay { caster: random.uniform(by_casters), light: &numbers, remaining_bounces };
+        let weight = |pdf, other, active| self.weight(pdf, other, active);
+        reflected + specular_light(parts, scene, surface, shadow_ray, weight, by_casters, scratch)
+    }
+}
+
+impl<P: Walking> Integrator for Path<P> {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        scene: LaneScene<'_, R, N>,
+        paths: &mut PathState<R, N>,
+        surface: &SurfaceInteraction<'_, R, N>,
+        active: R::Mask,
+        random: &mut S,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> R::Mask {
+        let parts = &self.parts;
+        random.start_blocks(active, &paths.hits);
+        // A path that will not end is an error, never a cut.
+        let endless = active & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
+        let throughput = Vector::choose(endless, R::Vector::splat_vector(DVec3::NAN), paths.throughput);
+
+        // L_e of (8): an emitter that the path has hit.
+        let emits = active & surface.emits;
+        if emits.any() {
+            let weight = self.hit_weight(scene, paths, surface, emits);
+            let added = paths.radiance + throughput * (paths.factor * weight) * surface.emitted();
+            paths.radiance = Vector::choose(emits, added, paths.radiance);
+        }
+
+        // The limit on bounces, if there is one.
+        let remaining_bounces = self.bounces.map(|bounces| paths.hits.map(|hit| bounces.checked_sub(hit)));
+        let within = remaining_bounces.map_or(active, |left| active & R::Mask::from_fn(|i| left[i].is_some()));
+        let scatters = within & (surface.non_delta | surface.delta());
+
+        // f_r L_e cos θ / p of (8): light that shadow rays find.
+        if self.strategy != Strategy::Bsdf {
+            let asking = within & surface.non_delta;
+            let reflected = self.direct_light(scene, surface, remaining_bounces, asking, random, scratch);
+            let added = paths.radiance + throughput * paths.factor * reflected;
+            paths.radiance = Vector::choose(scatters, added, paths.radiance);
+        }
+
+        // f_r cos θ / p of (8): one direction in which the path goes on.
+        let next = surface.sample(parts, scatters & !endless, random);
+        let throughput = paths.throughput * next.weight;
+
+        // Russian roulette.
+        let early = R::Mask::from_fn(|i| paths.hits[i] <= self.early);
+        let random = random.uniform(next.exists);
+        let relative = throughput * R::splat(1.0 / roulette::RAISED);
+        let (survives, weight) = parts.lanes_survive(relative, early, random, next.exists);
+
+        paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
+        paths.pdf = R::choose(survives, next.pdf, paths.pdf);
+        paths.sampled = next.has_pdf;
+        if self.uses_casters(scene.scene) {
+            paths.chains.advance(surface, &next, survives);
+        }
+        paths.send(surface, (next.direction, throughput * weight), survives);
+        survives
+    }
+
+    /// Adds the background, weighted where a shadow ray could have found its map.
+    #[inline]
+    fn escape<R: Wide<N>, const N: usize>(&self, scene: &Scene, paths: &mut PathState<R, N>, leaving: R::Mask) {
+        let (parts, one) = (&self.parts, R::splat(1.0));
+        let Some(map) = scene.background().map().filter(|_| leaving.any()) else {
+            return paths.add_background(scene, one, leaving);
+        };
+        let none = R::Mask::splat(false);
+        let weighted = if self.strategy == Strategy::Mis { leaving & paths.sampled } else { none };
+        let counts = parts.lanes_hit_counts(self.strategy, paths.sampled, leaving & !weighted);
+        let share = parts.share_of_map(scene.emitters().len());
+        let other = numbers(weighted, |i| share * parts.map_pdf(map, paths.ray.direction.lane(i)));
+        let weight = R::choose(counts, one, R::splat(0.0));
+        let weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
+        paths.add_background(scene, weight, leaving);
     }
 }
 
 impl<P: Walking> Estimator for Path<P> {
+    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
+        radiances_of(self, &self.parts, scene, samples)
+    }
+
     #[inline]
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut walk = Walk::new(scene, (*ray, hit), 0).raising_to(RAISED, self.early);
-        let mut radiance = DVec3::ZERO;
-        let (mut trail, follows) = (Trail::LOST, self.goes_by_bodies(scene));
-        while let Some(step) = walk.arrive(rng) {
-            if step.here.emitter.is_some() {
-                let weight = self.weight_of_hit(scene, &step, walk.last().1, &trail);
-                radiance += step.factor * weight * step.throughput * step.emitted(scene);
-            }
-            if matches!(step.bsdf, Bsdf::Black) {
-                return radiance;
-            }
-            let Some(beyond) = self.bounces_beyond(walk.hits()) else {
-                return radiance;
-            };
-            let at = step.vertex();
-            radiance += step.factor * step.throughput * self.shadow_ray(scene, (step.bsdf, &at), beyond, rng);
-            walk.scatter(&self.parts, &at, rng);
-            if follows {
-                trail.go_on((scene, step.bsdf), (&step.here, &at), walk.last());
-            }
-        }
-        radiance + self.weight_of_background(scene, walk.last()) * walk.background()
+    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
+        radiance_of(self, scene, ray, rng)
     }
 
     /// Bounces at mirrors that camera rays follow before it begins would not be counted.

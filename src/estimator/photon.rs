@@ -1,11 +1,13 @@
 //! Photon mapping (Jensen 1996): light carried by particles, looked up by paths from the eye.
 
+use std::cell::RefCell;
+
 use glam::DVec3;
 
-use super::next_event::{SHADOW_RAYS, direct_light};
+use super::next_event::{ShadowRays, direct_light};
 use super::photon_map::{Kept, PhotonMap, Photons, check_radius};
-use super::walk::Walk;
-use super::{Estimator, LightRules, Sample, Walking};
+use super::walk::{PendingWalk, WalkEvent, follow};
+use super::{Estimator, Sample, Walking};
 use crate::bsdf::Vertex;
 use crate::error::Error;
 use crate::sampler::{Pass, Sampler};
@@ -63,8 +65,10 @@ struct Query {
 }
 
 impl Query {
-    fn new(sample: usize, &Arrival { hit, at, throughput, .. }: &Arrival) -> Self {
+    /// Of an arrival whose radiance is multiplied by this weight before.
+    fn new(sample: usize, &Arrival { hit, at, throughput, .. }: &Arrival, weight: DVec3) -> Self {
         let Hit { point, normal, surface, .. } = hit;
+        let throughput = weight * throughput;
         Self { sample: sample as u32, surface, point, normal, direction: at.direction, throughput }
     }
 }
@@ -99,49 +103,40 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         Ok(Self { all, radius, caustics, parts })
     }
 
-    /// Follows mirrors and glass to the first diffuse surface, the k-th hit by block `block` + k, and calls `see` with
-    /// what emitters on the way show along the path.
+    /// Follows mirrors and glass from rays to the first diffuse surfaces. `see` is called with what emitters on the way show
+    /// along a path of this number.
     fn arrive<R: Sampler>(
         &self,
         scene: &Scene,
-        start: (Ray, Option<Hit>),
-        block: u32,
-        rng: &mut R,
-        mut see: impl FnMut(DVec3),
-    ) -> Option<Arrival> {
-        let mut walk = Walk::new(scene, start, block);
-        for hits in 1.. {
-            let step = walk.arrive(rng)?;
-            if step.here.emitter.is_some() {
-                see(step.factor * step.throughput * step.emitted(scene));
+        rays: impl Iterator<Item = PendingWalk<usize, R>>,
+        mut see: impl FnMut(usize, DVec3),
+    ) -> Vec<(usize, Arrival, R)> {
+        let mut arrivals = Vec::new();
+        let walks = rays.map(|walk| {
+            let PendingWalk { item, ray, block, rng } = walk;
+            PendingWalk { item: (item, block, None), ray, block, rng }
+        });
+        let followed = follow(&self.parts, scene, walks, |event| {
+            match event {
+                WalkEvent::Hit((number, block, arrival), hit, at, _) => {
+                    *block += 1;
+                    if hit.here.emitter.is_some() {
+                        see(*number, hit.factor * hit.throughput * hit.emitted(scene));
+                    }
+                    if hit.endless || hit.bsdf.is_rough() {
+                        let throughput = hit.factor * hit.throughput;
+                        *arrival = Some(Arrival { hit: hit.here, at: *at, throughput, block: *block });
+                        return Ok(false);
+                    }
+                }
+                WalkEvent::End((number, _, arrival), _, rng) => {
+                    arrivals.extend(arrival.map(|arrival| (number, arrival, rng)));
+                }
             }
-            if step.endless || step.bsdf.is_rough() {
-                let throughput = step.factor * step.throughput;
-                return Some(Arrival { hit: step.here, at: step.vertex(), throughput, block: block + hits });
-            }
-            walk.scatter(&self.parts, &step.vertex(), rng);
-        }
-        None
-    }
-
-    /// The first diffuse surface that light has met before it is scattered at this one, to be looked up there.
-    fn gather<R: Sampler>(
-        &self,
-        scene: &Scene,
-        at: &Arrival,
-        rng: &mut R,
-        mut see: impl FnMut(DVec3),
-    ) -> Option<Arrival> {
-        let next = self.parts.sample(&scene.surface(&at.hit).bsdf, &at.at, rng)?;
-        let weight = at.throughput * next.weight;
-        let way = scene.onward(&at.hit, next.direction);
-        let see = |emission| {
-            if self.parts.gathers_emission() {
-                see(weight * emission);
-            }
-        };
-        let there = self.arrive(scene, way, at.block, rng, see)?;
-        Some(Arrival { throughput: weight * there.throughput, ..there })
+            Ok(true)
+        });
+        debug_assert!(followed.is_ok(), "no event is an error");
+        arrivals
     }
 
     /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they share photons, which
@@ -170,31 +165,41 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
     }
 
     fn radiances<R: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<R>>) -> Vec<DVec3> {
-        let (count, _) = samples.size_hint();
-        let mut radiances = Vec::with_capacity(count);
-        let [mut of_all, mut of_caustics] = [(); 2].map(|()| Vec::with_capacity(count));
-        for (i, Sample { ray, hit, mut rng }) in samples.enumerate() {
-            radiances.push(DVec3::ZERO);
-            let mut see = |emission| radiances[i] += emission;
-            let Some(here) = self.arrive(scene, (ray, hit), 0, &mut rng, &mut see) else {
-                continue;
-            };
-            if self.caustics.is_none() {
-                of_all.push(Query::new(i, &here));
-                continue;
+        let parts = &self.parts;
+        let radiances = RefCell::new(Vec::new());
+        let rays = samples.enumerate().map(|(item, Sample { ray, rng, .. })| {
+            radiances.borrow_mut().push(DVec3::ZERO);
+            PendingWalk { item, ray: Some(ray), block: 0, rng }
+        });
+        let arrivals = self.arrive(scene, rays, |i, emission| radiances.borrow_mut()[i] += emission);
+        let mut radiances = radiances.into_inner();
+        let queries = arrivals.iter().map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE)).collect();
+        let Some((caustics, radius)) = &self.caustics else {
+            self.look_up(scene, (&self.all, self.radius), queries, &mut radiances);
+            return radiances;
+        };
+        // The light that arrives at the first diffuse surfaces: straight from emitters, and from the second ones.
+        let mut weights = vec![DVec3::ZERO; radiances.len()];
+        let mut gathering = Vec::with_capacity(arrivals.len());
+        for (item, Arrival { hit, at, throughput, block }, mut rng) in arrivals {
+            let bsdf = &scene.surface(&hit).bsdf;
+            if let Some((light, _)) = direct_light(parts, scene, (bsdf, &at), ShadowRays::DEFAULT, &mut rng) {
+                radiances[item] += throughput * light.reflected;
             }
-            let bsdf = &scene.surface(&here.hit).bsdf;
-            let rules = &LightRules::PHYSICAL;
-            if let Some(light) = direct_light(&self.parts, scene, bsdf, &here.at, rules, SHADOW_RAYS, &mut rng) {
-                see(here.throughput * light.reflected);
+            if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
+                weights[item] = throughput * next.weight;
+                let ray = Some(scene.leave(hit.point, hit.normal, next.direction));
+                gathering.push(PendingWalk { item, ray, block, rng });
             }
-            of_all.extend(self.gather(scene, &here, &mut rng, see).map(|there| Query::new(i, &there)));
-            of_caustics.push(Query::new(i, &here));
         }
+        let second = self.arrive(scene, gathering.into_iter(), |i, emission| {
+            if parts.gathers_emission() {
+                radiances[i] += weights[i] * emission;
+            }
+        });
+        let of_all = second.iter().map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i])).collect();
         self.look_up(scene, (&self.all, self.radius), of_all, &mut radiances);
-        if let Some((caustics, radius)) = &self.caustics {
-            self.look_up(scene, (caustics, *radius), of_caustics, &mut radiances);
-        }
+        self.look_up(scene, (caustics, *radius), queries, &mut radiances);
         radiances
     }
 }

@@ -8,11 +8,10 @@ use rayon::prelude::*;
 
 use super::Walking;
 use super::emission::{Emission, emit};
-use super::walk::{Met, Start, follow, in_portions, lanes_for};
+use super::walk::{PendingWalk, WalkEvent, follow, in_portions};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::error::Error;
 use crate::kd_tree::KdTree;
-use crate::lanes::Walks;
 use crate::sampler::{LIGHT, Pass, Sampler, Source};
 use crate::scene::Scene;
 
@@ -124,9 +123,8 @@ impl PhotonMap {
         pass: impl Into<Pass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
-        let lanes = lanes_for(parts, scene);
         let rng = |particle| pass.particle(particle, emitted);
-        let follow = |particles| follow_particles((parts, scene, lanes.as_ref()), kept, particles, rng);
+        let follow = |particles| follow_particles(parts, scene, kept, particles, rng);
         let mut photons = pilot(emitted, follow)?;
         let first = emitted.min(PILOT);
         let rest = in_portions(emitted - first).map(|part| follow(first + part.start..first + part.end));
@@ -158,7 +156,7 @@ impl PhotonMap {
     ) -> Result<(), Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
-        pilot(emitted, |particles| follow_particles((parts, scene, None), kept, particles, rng)).map(|_| ())
+        pilot(emitted, |particles| follow_particles(parts, scene, kept, particles, rng)).map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -238,7 +236,8 @@ fn pilot(
 
 /// Follows these particles to their ends; the flux of their photons is not yet shared among all particles.
 fn follow_particles<P: Photons + Walking>(
-    (parts, scene, lanes): (&P, &Scene, Option<&Walks<'_>>),
+    parts: &P,
+    scene: &Scene,
     kept: Kept,
     particles: Range<u32>,
     rng: impl Fn(u32) -> Source,
@@ -250,10 +249,10 @@ fn follow_particles<P: Photons + Walking>(
         rng.block(LIGHT);
         let emission = emit(parts, scene, &mut rng);
         let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
-        Start { item: (number, flux, 0), ray, block: LIGHT, rng }
+        PendingWalk { item: (number, flux, 0), ray, block: LIGHT, rng }
     });
-    follow((parts, scene, lanes), starts, |met| {
-        let Met::Hit((number, flux, specular), step, at, _) = met else {
+    follow(parts, scene, starts, |event| {
+        let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
             return Ok(false);
         };
         let rough = step.bsdf.is_rough();

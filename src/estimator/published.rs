@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::next_event::direct_light;
+use super::next_event::{ShadowRays, direct_light};
 use super::{Estimator, LightRules, Standard};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::emitter::LightSampling;
@@ -46,7 +46,9 @@ const SEGMENTS: u32 = 7;
 
 impl Estimator for Published {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let (parts, rules) = (Standard, LightRules::REPORT);
+        let parts = Standard;
+        let pass_glass = LightRules::REPORT.shadows_pass_glass;
+        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass };
         let quirks = self.quirks;
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
@@ -55,7 +57,9 @@ impl Estimator for Published {
             let Some(here) = hit else {
                 return radiance + throughput * scene.background().radiance(ray.direction);
             };
-            radiance += throughput * rules.seen(scene, &here, ray.direction);
+            if scene.emitted(&here, ray.direction) != DVec3::ZERO {
+                radiance += throughput;
+            }
             let surface = scene.surface(&here);
             let bsdf = &surface.bsdf;
             let vertex = Vertex::new(&here, &ray);
@@ -79,8 +83,7 @@ impl Estimator for Published {
                 let colour = bsdf.albedo() / survival;
                 let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
                 let plain = Bsdf::Lambert { albedo };
-                let light = direct_light(&parts, scene, &plain, &vertex, &rules, LightSampling::Area, rng);
-                if let Some(light) = light {
+                if let Some((light, _)) = direct_light(&parts, scene, (&plain, &vertex), shadow_rays, rng) {
                     radiance += throughput * extra * light.reflected;
                 }
                 if ends {

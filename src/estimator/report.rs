@@ -8,11 +8,12 @@
 
 use glam::DVec3;
 
-use super::next_event::direct_light;
-use super::{Estimator, LightRules, Standard, Strategy, Walking};
-use crate::bsdf::Vertex;
+use super::lanewise::Lanewise;
+use super::next_event::{LightNumbers, ShadowRays, sample_light};
+use super::{Estimator, LightRules, Sample, Standard, Strategy, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
-use crate::rng::{uniform, uniform2};
+use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::real::{Mask, Vector, Wide};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -36,70 +37,64 @@ impl Default for Report {
     }
 }
 
-/// A ray on the way of light to the eye.
-#[derive(Clone, Copy)]
-struct Way {
-    ray: Ray,
-    hit: Option<Hit>,
-    /// What the radiance along the ray is multiplied by.
-    throughput: DVec3,
-    /// How many segments remain; this ray is the first of them.
-    segments: u32,
-    /// Whether emitters that it hits are left to shadow rays.
-    sampled: bool,
-}
+impl<P: Walking> Integrator for Report<P> {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        scene: LaneScene<'_, R, N>,
+        paths: &mut PathState<R, N>,
+        surface: &SurfaceInteraction<'_, R, N>,
+        active: R::Mask,
+        random: &mut S,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> R::Mask {
+        let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
+        // L_e of (8), where no shadow ray has looked for it.
+        let counts = parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
+        paths.add(surface.emitted_by_rules(rules), counts & surface.emits);
 
-impl<P: Walking> Estimator for Report<P> {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
-        let first = Way { ray: *ray, hit, throughput: DVec3::ONE, segments: self.segments, sampled: false };
-        self.add(scene, &first, &mut radiance, rng);
-        radiance
+        // Direct light at diffuse surfaces, by (9).
+        let diffuse = active & surface.non_delta;
+        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
+        let numbers = LightNumbers::new(scene.scene, diffuse, random);
+        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, diffuse, scratch);
+        paths.add(light.reflected, light.arrives);
+
+        // One way on from mirrors and glass. A shadow ray that passes through glass has looked behind it.
+        let next = surface.sample(parts, active & !diffuse, random);
+        let passes = next.direction.dot(surface.vertex.frame.z).below(R::splat(0.0));
+        let looked_behind = R::Mask::splat(!rules.caustics) | passes & R::Mask::splat(rules.shadows_pass_glass);
+        let factor = if rules.radiance_factor { next.radiance_factor } else { R::splat(1.0) };
+        let sampled = diffuse | paths.sampled & looked_behind;
+        paths.sampled = sampled;
+
+        // The first segment is always followed, even of none.
+        let remain = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
+        let mut goes_on = next.exists & remain;
+        paths.send(surface, (next.direction, throughput * (next.weight * factor)), goes_on);
+
+        // N sample rays of (16) from diffuse surfaces, each ended by roulette with the surface's absorption.
+        let asking = diffuse & remain;
+        for _ in 0..self.rays {
+            let (survives, weight) =
+                parts.lanes_survive_absorption(surface.absorption, random.uniform(asking), asking);
+            let numbers = [random.uniform(survives), random.uniform(survives)];
+            let (direction, reflected) = surface.sample_uniform(parts, numbers, survives);
+            let weight = reflected * (weight / f64::from(self.rays));
+            // The first that survives goes on at once, the others later.
+            let first = survives & !goes_on;
+            paths.push_branch(surface, (direction, throughput * weight), sampled, survives & !first);
+            paths.send(surface, (direction, throughput * weight), first);
+            goes_on = goes_on | first;
+        }
+        goes_on
     }
 }
 
-impl<P: Walking> Report<P> {
-    /// Adds the radiance that comes by this way.
-    fn add<R: Sampler>(&self, scene: &Scene, way: &Way, radiance: &mut DVec3, rng: &mut R) {
-        let parts = &self.parts;
-        let Some(here) = way.hit else {
-            *radiance += way.throughput * scene.background().radiance(way.ray.direction);
-            return;
-        };
-        if parts.hit_counts(Strategy::Light, way.sampled) {
-            *radiance += way.throughput * self.rules.seen(scene, &here, way.ray.direction);
-        }
-        let surface = scene.surface(&here);
-        // The first segment is always followed, even of none.
-        let is_last = way.segments <= 1;
-        let onward = |direction, weight: DVec3, sampled| {
-            let (ray, hit) = scene.onward(&here, direction);
-            Way { ray, hit, throughput: way.throughput * weight, segments: way.segments - 1, sampled }
-        };
-        let bsdf = &surface.bsdf;
-        let at = Vertex::new(&here, &way.ray);
-        if !bsdf.is_rough() {
-            let Some(next) = parts.sample(bsdf, &at, rng).filter(|_| !is_last) else {
-                return;
-            };
-            // A shadow ray that passes through glass has looked behind it.
-            let passed = self.rules.shadows_pass_glass && next.direction.dot(at.frame.z) < 0.0;
-            let sampled = way.sampled && (passed || !self.rules.caustics);
-            let factor = if self.rules.radiance_factor { next.radiance_factor } else { 1.0 };
-            return self.add(scene, &onward(next.direction, factor * next.weight, sampled), radiance, rng);
-        }
-        if let Some(light) = direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng) {
-            *radiance += way.throughput * light.reflected;
-        }
-        let survival = parts.survival_by_absorption(surface.absorption);
-        let share = parts.roulette_weight(survival) / f64::from(self.rays);
-        for _ in 0..self.rays {
-            if is_last || !parts.survives(uniform(rng), survival) {
-                continue;
-            }
-            let sample = parts.sample_uniform(bsdf, at.wo, uniform2(rng));
-            let direction = at.frame.world(sample.direction);
-            self.add(scene, &onward(direction, share * sample.weight, true), radiance, rng);
-        }
+impl<P: Walking> Estimator for Report<P> {
+    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
+        radiances_of(self, &self.parts, scene, samples)
+    }
+    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
+        radiance_of(self, scene, ray, rng)
     }
 }

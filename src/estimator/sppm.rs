@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::photon::{Lookup, PhotonMapping};
 use super::photon_map::check_radius;
-use super::{Estimator, ImageEstimator, Photons, Standard, Walking};
+use super::{Estimator, ImageEstimator, Photons, Standard, Walking, Sample};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::rng::uniform2;
@@ -43,16 +43,21 @@ impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
         let radius = self.parts.pass_radius_squared(first, pass.index).sqrt();
         let map = (self.particles, radius);
         let photons = PhotonMapping::new(self.parts, scene, Lookup::Direct, map, pass.of("pass"))?;
-        let pixels = (0..frame[0] * frame[1]).into_par_iter().map(|pixel| {
-            let mut rng = pass.pixel(pixel);
-            let [u, v] = uniform2(&mut rng);
-            let [x, y] = [pixel % frame[0], pixel / frame[0]].map(f64::from);
-            let ray = scene.camera().ray(frame, x + u, y + v);
-            let radiance = photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng);
-            let place = || format!(" at pixel ({x}, {y}), pass {}", pass.index);
-            check_radiance(radiance).map_err(|error| error.at(place))?;
-            Ok(radiance)
+        let rows = (0..frame[1]).into_par_iter().map(|y| {
+            let sample = |x: u32| {
+                let mut rng = pass.pixel(y * frame[0] + x);
+                let [u, v] = uniform2(&mut rng);
+                let ray = scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v);
+                Sample { ray, hit: None, rng }
+            };
+            let row = photons.radiances(scene, (0..frame[0]).map(sample));
+            for (x, radiance) in row.iter().enumerate() {
+                let place = || format!(" at pixel ({x}, {y}), pass {}", pass.index);
+                check_radiance(*radiance).map_err(|error| error.at(place))?;
+            }
+            Ok(row)
         });
-        pixels.collect()
+        let rows = rows.collect::<Result<Vec<_>, Error>>()?;
+        Ok(rows.concat())
     }
 }

@@ -11,7 +11,7 @@ use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::camera::Camera;
 use crate::emitter::EmitterPoint;
 
-use super::NextEvent;
+use super::{NextEvent, Walking};
 use super::next_event::{picked_pdf, point_pdf};
 use crate::scene::Scene;
 
@@ -91,7 +91,7 @@ impl WholePath<'_> {
     ///
     /// Of a mirror or glass there is one direction on either side, and the Dirac distributions of the two
     /// walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
-    pub fn densities<P: Scattering + NextEvent>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
+    pub fn densities<P: Walking>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
         let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
         let vertex = |i: usize| if i < s { &self.light[i] } else { &self.eye[count - 1 - i] };
         // An emitter is where a walk starts, whatever it is made of.

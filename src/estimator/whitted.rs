@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::next_event::{NextEvent, direct_light};
-use super::{Estimator, LightRules, Standard};
-use crate::bsdf::{Bsdf, Scattering, Vertex};
+use super::next_event::{LightNumbers, ShadowRays, sample_light};
+use super::{Estimator, LightRules, Sample, Standard, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
+use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::real::{Mask, Wide};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
@@ -31,61 +32,48 @@ impl Whitted {
     }
 }
 
-/// A ray on the way of light to the eye.
-#[derive(Clone, Copy)]
-struct Way {
-    ray: Ray,
-    hit: Option<Hit>,
-    /// What the radiance along the ray is multiplied by.
-    throughput: DVec3,
-    /// How many segments remain; this ray is the first of them.
-    segments: u32,
-}
+impl<P: Walking> Integrator for Whitted<P> {
+    /// Follows of glass first what is reflected, then what is refracted.
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        scene: LaneScene<'_, R, N>,
+        paths: &mut PathState<R, N>,
+        surface: &SurfaceInteraction<'_, R, N>,
+        active: R::Mask,
+        random: &mut S,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> R::Mask {
+        let (parts, rules) = (&self.parts, &self.rules);
+        // L_e of (8), as the rules show it.
+        paths.add(surface.emitted_by_rules(rules), active & surface.emits);
 
-impl<P: Scattering + NextEvent> Estimator for Whitted<P> {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
-        let first = Way { ray: *ray, hit, throughput: DVec3::ONE, segments: self.segments };
-        self.add(scene, &first, &mut radiance, rng);
-        radiance
+        // Direct light at diffuse surfaces.
+        let diffuse = active & surface.non_delta;
+        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
+        let numbers = LightNumbers::new(scene.scene, diffuse, random);
+        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, diffuse, scratch);
+        paths.add(light.reflected, light.arrives);
+
+        // Mirrors and both branches of glass. The first segment is always followed, even of none.
+        let goes_on = active & surface.delta() & R::Mask::from_fn(|i| paths.hits[i] < self.segments);
+        if goes_on.any() {
+            let split = surface.split(parts, rules.radiance_factor, goes_on);
+            let throughput = paths.throughput;
+            let (direction, weight) = split.refracted;
+            let never = R::Mask::splat(false);
+            paths.push_branch(surface, (direction, throughput * weight), never, goes_on & split.refracts);
+            let (direction, weight) = split.reflected;
+            paths.send(surface, (direction, throughput * weight), goes_on);
+        }
+        goes_on
     }
 }
 
-impl<P: Scattering + NextEvent> Whitted<P> {
-    /// Adds the radiance that comes by this way: of glass first what is reflected, then what is refracted.
-    fn add<R: Sampler>(&self, scene: &Scene, way: &Way, radiance: &mut DVec3, rng: &mut R) {
-        let parts = &self.parts;
-        let Some(here) = way.hit else {
-            *radiance += way.throughput * scene.background().radiance(way.ray.direction);
-            return;
-        };
-        *radiance += way.throughput * self.rules.seen(scene, &here, way.ray.direction);
-        let at = Vertex::new(&here, &way.ray);
-        let (direction, normal) = (at.direction, at.frame.z);
-        let mut follow = |direction, weight: DVec3, rng: &mut R| {
-            // The first segment is always followed, even of none.
-            if way.segments > 1 {
-                let (ray, hit) = scene.onward(&here, direction);
-                let next = Way { ray, hit, throughput: way.throughput * weight, segments: way.segments - 1 };
-                self.add(scene, &next, radiance, rng);
-            }
-        };
-        match scene.surface(&here).bsdf {
-            Bsdf::Mirror { reflectance } => follow(parts.mirror(direction, normal), reflectance, rng),
-            Bsdf::Glass { index } => {
-                let (n1, n2) = at.indices(index);
-                let share = parts.fresnel(-direction.dot(normal), n1, n2);
-                follow(parts.mirror(direction, normal), DVec3::splat(share), rng);
-                if let Some(refracted) = parts.refract(direction, normal, n1, n2) {
-                    let factor = if self.rules.radiance_factor { parts.radiance_factor(n1, n2) } else { 1.0 };
-                    follow(refracted, DVec3::splat((1.0 - share) * factor), rng);
-                }
-            }
-            ref bsdf if bsdf.is_rough() => {
-                let light = direct_light(parts, scene, bsdf, &at, &self.rules, LightSampling::Area, rng);
-                *radiance += way.throughput * light.map_or(DVec3::ZERO, |light| light.reflected);
-            }
-            _ => {}
-        }
+impl<P: Walking> Estimator for Whitted<P> {
+    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
+        radiances_of(self, &self.parts, scene, samples)
+    }
+    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
+        radiance_of(self, scene, ray, rng)
     }
 }

@@ -1,22 +1,18 @@
-//! The lane engine: eight paths at a time, with the same bits as each of them alone, or sixteen in single precision.
+//! Several paths at a time: the rays of all lanes, the surfaces that they meet, their random numbers, and the loops over
+//! samples in which estimators follow them.
 //!
-//! It follows the readable estimators vertex by vertex. All arithmetic is that of the same functions, generic over
-//! [`Real`](crate::real::Real); each sample draws the same random numbers in the same order; and a film's sums are
-//! exact. So an image of this engine equals that of [`render`](crate::render::render) byte by byte, and every trial of
-//! a readable estimator is one of this engine. When a path ends, its lane takes the next sample.
+//! All is generic over the numbers of a lane and over their count: eight in double precision, sixteen in single precision,
+//! or one. A sample draws the same random numbers in any lane, and arithmetic rounds lane by lane, so its value does not
+//! depend on the count. When a path ends, its lane takes the next sample.
 
-mod lights;
-mod path;
+mod interaction;
 mod rays;
-mod report;
 mod row;
 mod samples;
 mod scene;
-mod shading;
-mod specular;
-mod walks;
+mod state;
+mod trace;
 mod walls;
-mod whitted;
 
 use std::ops::Range;
 
@@ -26,11 +22,14 @@ use crate::outline::Outlines;
 use crate::real::Wide;
 use crate::render::{LaneEstimator, Numbers, Sampling};
 use crate::scene::Scene;
+pub(crate) use interaction::{BsdfAt, BsdfSample, ShadingPoint, SurfaceInteraction};
 pub use rays::{EightRays, LaneRays};
-use row::{Scatter, row};
+use row::row;
 use samples::{Points, Streams};
-use scene::LaneScene;
-pub(crate) use walks::Walks;
+pub(crate) use samples::{LaneSampler, Sources};
+pub(crate) use scene::{IntersectionScratch, LaneScene, SceneData};
+pub(crate) use state::{Integrator, PathState};
+pub(crate) use trace::radiances;
 
 /// An estimator in its scene, for rows of pixels.
 pub(crate) struct Engine<'a, R: Wide<N>, const N: usize> {
@@ -60,14 +59,14 @@ impl<'a, R: Wide<N>, const N: usize> Engine<'a, R, N> {
         }
     }
 
-    fn row_by<E: Scatter>(
+    fn row_by<E: Integrator>(
         &self,
         estimator: &E,
         place: Place,
         range: &Range<u32>,
         pixels: PixelsAndCounts<'_>,
     ) -> Result<(), Error> {
-        let of = (&self.scene, estimator);
+        let of = (self.scene, estimator);
         match self.sampling.numbers {
             Numbers::Independent => {
                 row::<E, R, Streams<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels)
@@ -75,4 +74,14 @@ impl<'a, R: Wide<N>, const N: usize> Engine<'a, R, N> {
             Numbers::Sobol(_) => row::<E, R, Points<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels),
         }
     }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
 }

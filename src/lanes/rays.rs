@@ -2,15 +2,15 @@
 
 use std::fmt;
 
-use super::scene::{LaneScene, Seen};
-use crate::real::{LANES, Lanes, Lanes3, Wide, WideMask};
+use super::scene::{IntersectionScratch, LaneScene};
+use crate::real::{LANES, Lanes, Mask, Wide};
 use crate::scene::Scene;
 use crate::shape::Ray;
 
 /// A small scene of triangles, against which several rays are tested at once.
 pub struct LaneRays<'a, R: Wide<N>, const N: usize> {
     scene: LaneScene<'a, R, N>,
-    seen: Box<Seen<R, N>>,
+    scratch: IntersectionScratch<R, N>,
 }
 
 /// The same for eight rays in double precision.
@@ -26,17 +26,17 @@ impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
     /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and for one with spheres.
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let scene = LaneScene::new(scene);
-        scene.has_few_triangles().then(|| Self { scene, seen: Box::new(Seen::new()) })
+        scene.has_few_triangles().then(|| Self { scene, scratch: IntersectionScratch::new() })
     }
 
     /// How far each ray's nearest hit is, in units of its direction's length; infinite where there is none.
-    pub fn closest(&mut self, ray: &Ray<Lanes3<R>>) -> R {
-        self.scene.closest(ray, R::Mask::splat(true), &mut self.seen).t
+    pub fn closest(&mut self, ray: &Ray<R::Vector>) -> R {
+        self.scene.closest(ray, R::Mask::splat(true), &mut self.scratch).t
     }
 
     /// How many additions, subtractions, multiplications and divisions of one lane that takes. Comparisons and choices
     /// are not counted.
-    pub fn operations(&mut self, ray: &Ray<Lanes3<R>>) -> u32 {
-        self.scene.operations(ray, &mut self.seen)
+    pub fn operations(&mut self, ray: &Ray<R::Vector>) -> u32 {
+        self.scene.operations(ray, &mut self.scratch)
     }
 }

@@ -2,11 +2,13 @@
 
 use std::array::from_fn;
 
+use rand::Rng;
 use wide::{u32x8, u64x8};
 
-use crate::real::{LANES, LaneMask, Lanes, Real, SINGLES, Scalar, Wide, WideMask};
+use super::lanes_of;
+use crate::real::{Mask, Real, SINGLES, Scalar, Wide};
 use crate::render::Sampling;
-use crate::rng::{CounterHash, stream_hashes, uniform};
+use crate::rng::{CounterHash, stream_hashes};
 use crate::sampler::{BLOCK, SEQUENCE, Sampler, block_key, next_block, place, scramble, scrambled, unscrambled};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
@@ -18,9 +20,13 @@ pub(super) struct SampleName {
 }
 
 /// Where the lanes take their numbers from.
-pub(super) trait LaneSampler<R: Real> {
+pub(crate) trait LaneSampler<R: Real> {
     /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
     fn uniform(&mut self, drawing: R::Mask) -> R;
+    /// The random bits of which the next number of a lane is made.
+    fn word(&mut self, lane: usize) -> u64;
+    /// Says to which blocks the next numbers of these lanes belong.
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32]);
     /// Leaves out a number of each lane of the mask, that nothing depends on.
     #[inline]
     fn skip(&mut self, drawing: R::Mask) {
@@ -29,13 +35,11 @@ pub(super) trait LaneSampler<R: Real> {
 }
 
 /// The numbers of samples of pixels.
-pub(super) trait PixelSampler<R: Real, const N: usize>: LaneSampler<R> {
+pub(super) trait PixelSampler<R: Real>: LaneSampler<R> {
     /// Lanes without samples, which draw by this seed.
     fn new(seed: u64) -> Self;
     /// Starts a sample in a lane, whose first block must be started next.
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
-    /// Says to which blocks the next numbers of these lanes belong.
-    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]);
 }
 
 /// Xoshiro256++, the generator of [`crate::rng::Stream`], one for each lane.
@@ -67,7 +71,7 @@ impl<const N: usize> Streams<N> {
     }
 }
 
-impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Streams<N> {
+impl<R: Wide<N>, const N: usize> PixelSampler<R> for Streams<N> {
     fn new(seed: u64) -> Self {
         Self { groups: [[u64x8::splat(1); 4]; SINGLES / EIGHT], hashes: stream_hashes(seed) }
     }
@@ -79,9 +83,6 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Streams<N> {
             words.as_mut_array()[lane % EIGHT] = hash.number(sample.pixel, number);
         }
     }
-
-    #[inline]
-    fn start_blocks(&mut self, _: R::Mask, _: &[u32; N]) {}
 }
 
 impl<R: Wide<N>, const N: usize> LaneSampler<R> for Streams<N> {
@@ -89,6 +90,12 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Streams<N> {
     fn uniform(&mut self, drawing: R::Mask) -> R {
         R::of_lanes(self.words(drawing.bits()).map(R::Scalar::unit))
     }
+    #[inline]
+    fn word(&mut self, lane: usize) -> u64 {
+        self.words(1 << lane)[lane]
+    }
+    #[inline]
+    fn start_blocks(&mut self, _: R::Mask, _: &[u32]) {}
 }
 
 /// The points of [`crate::sampler::Sobol`], one for each lane.
@@ -183,9 +190,9 @@ fn eight_long_bits(bits: u32) -> u64x8 {
     (u64x8::splat(u64::from(bits)) & each).simd_eq(each)
 }
 
-impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Points<N> {
+impl<R: Wide<N>, const N: usize> PixelSampler<R> for Points<N> {
     fn new(seed: u64) -> Self {
-        let fill = PixelSampler::<R, N>::new(seed);
+        let fill = PixelSampler::<R>::new(seed);
         Self { groups: [EightPoints::new(); SINGLES / EIGHT], fill }
     }
 
@@ -195,27 +202,16 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R, N> for Points<N> {
         let group = &mut self.groups[lane / EIGHT];
         (group.indices[lane % EIGHT], group.hashes[lane % EIGHT]) = (sample.index as u16, CounterHash::new(scramble));
         if !R::IS_SINGLE {
-            PixelSampler::<R, N>::start(&mut self.fill, lane, sampling, sample);
-        }
-    }
-
-    #[inline]
-    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32; N]) {
-        let starting = starting.bits();
-        for group in 0..N / EIGHT {
-            let own = starting >> (group * EIGHT) & 0xFF;
-            if own != 0 {
-                self.groups[group].start(own, from_fn(|i| blocks[group * EIGHT + i]));
-            }
+            PixelSampler::<R>::start(&mut self.fill, lane, sampling, sample);
         }
     }
 }
 
-impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
+impl<const N: usize> Points<N> {
+    /// Random bits for each lane of the mask.
     #[inline]
-    fn uniform(&mut self, drawing: R::Mask) -> R {
-        let drawing = drawing.bits();
-        let fill = if R::IS_SINGLE { [MIDDLE; N] } else { self.fill.words(drawing) };
+    fn words(&mut self, drawing: u32, is_single: bool) -> [u64; N] {
+        let fill = if is_single { [MIDDLE; N] } else { self.fill.words(drawing) };
         let mut words = [0; N];
         for group in 0..N / EIGHT {
             let (first, points) = (group * EIGHT, &mut self.groups[group]);
@@ -225,9 +221,29 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
             words[first..][..EIGHT].copy_from_slice(&scrambled);
             points.go_on(own);
         }
-        R::of_lanes(words.map(R::Scalar::unit))
+        words
     }
+}
 
+impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
+    #[inline]
+    fn uniform(&mut self, drawing: R::Mask) -> R {
+        R::of_lanes(self.words(drawing.bits(), R::IS_SINGLE).map(R::Scalar::unit))
+    }
+    #[inline]
+    fn word(&mut self, lane: usize) -> u64 {
+        self.words(1 << lane, R::IS_SINGLE)[lane]
+    }
+    #[inline]
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32]) {
+        let starting = starting.bits();
+        for group in 0..N / EIGHT {
+            let own = starting >> (group * EIGHT) & 0xFF;
+            if own != 0 {
+                self.groups[group].start(own, from_fn(|i| blocks[group * EIGHT + i]));
+            }
+        }
+    }
     #[inline]
     fn skip(&mut self, drawing: R::Mask) {
         let drawing = drawing.bits();
@@ -243,29 +259,36 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
 /// In place of bits that fill up a number: half of what they can add.
 const MIDDLE: u64 = 1 << 63;
 
-/// Random numbers that each lane draws for itself.
-pub(super) struct Sources<R>(pub [Option<R>; LANES]);
+/// A source of random numbers of its own for each lane.
+pub(crate) struct Sources<S, const N: usize>(pub [Option<S>; N]);
 
-impl<R: Sampler> LaneSampler<Lanes> for Sources<R> {
+impl<S: Sampler, R: Wide<N>, const N: usize> LaneSampler<R> for Sources<S, N> {
     #[inline]
-    fn uniform(&mut self, drawing: LaneMask) -> Lanes {
-        let bits = drawing.bits();
-        let mut numbers = [0.0; LANES];
-        for (lane, (number, source)) in numbers.iter_mut().zip(&mut self.0).enumerate() {
-            if bits >> lane & 1 == 1 {
-                *number = source.as_mut().map_or(0.0, uniform);
+    fn uniform(&mut self, drawing: R::Mask) -> R {
+        let mut words = [0; N];
+        for lane in lanes_of(drawing.bits()) {
+            words[lane] = self.next(lane);
+        }
+        R::of_lanes(words.map(R::Scalar::unit))
+    }
+    #[inline]
+    fn word(&mut self, lane: usize) -> u64 {
+        self.next(lane)
+    }
+    #[inline]
+    fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32]) {
+        for lane in lanes_of(starting.bits()) {
+            if let Some(source) = &mut self.0[lane] {
+                source.block(blocks[lane]);
             }
         }
-        Lanes::new(numbers)
     }
 }
 
-impl<R: Sampler> Sources<R> {
-    /// Says that the next numbers of a lane belong to this block.
+impl<S: Sampler, const N: usize> Sources<S, N> {
+    /// The next random bits of a lane; 0 without a source.
     #[inline]
-    pub fn block(&mut self, lane: usize, block: u32) {
-        if let Some(source) = &mut self.0[lane] {
-            source.block(block);
-        }
+    fn next(&mut self, lane: usize) -> u64 {
+        self.0[lane].as_mut().map_or(0, Rng::next_u64)
     }
 }

@@ -2,16 +2,17 @@
 //! by which each leaves; in a larger one they go through its hierarchy, together or one after the other.
 
 use std::array::from_fn;
+use std::fmt;
 
 use glam::DVec3;
 
-use super::shading::{EMITTER, Material, SPHERE};
-use super::specular::BodyData;
+use super::interaction::{EMITTER, Material, SPHERE};
 use super::walls::{Exit, Walls};
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
+use crate::estimator::{CasterData, Walking};
 use crate::film::FlatFeatures;
 use crate::hull::SMALL;
-use crate::real::{Lanes3, Mask, Row, Scalar, Vector, Wide, WideMask};
+use crate::real::{Mask, Real, Row, Scalar, Vector, Wide};
 use crate::scene::{EDGE_MARGIN, Part, PartShape, Place, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
@@ -24,13 +25,13 @@ pub(super) struct PrimitiveData<T> {
     /// fill the row.
     pub numbers: Row<T, 24>,
     /// Those of its material, and more.
-    pub kinds: u8,
+    pub kinds: u16,
     /// Of a triangle, for the film.
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
-    /// By which [bodies](Scene::bodies) it reflects and refracts.
-    pub bodies: [u8; 2],
+    /// The [specular casters](Scene::bodies) by which it reflects and refracts.
+    pub casters: [u8; 2],
 }
 
 /// How near to a primitive and to its edges rays start.
@@ -71,27 +72,47 @@ struct Triangles<T> {
     targets: Vec<Target<T, Triangle<T>>>,
 }
 
-/// A scene as lanes see it.
-pub(super) struct LaneScene<'a, R: Wide<N>, const N: usize> {
-    pub scene: &'a Scene,
+/// What lanes need of a scene, in their precision.
+pub(crate) struct SceneData<T> {
     /// Rays are tested together against all primitives, not by way of the hierarchy.
     is_small: bool,
     // The next five are empty without a list.
-    triangles: Triangles<R::Scalar>,
+    triangles: Triangles<T>,
     /// Those that are no walls of its hull.
-    within: Triangles<R::Scalar>,
-    walls: Option<Walls<'a, R::Scalar>>,
+    within: Triangles<T>,
+    walls: Option<Walls<T>>,
     /// Those that `walls` does not tell apart.
-    others: Triangles<R::Scalar>,
-    spheres: Vec<Target<R::Scalar, Sphere>>,
+    others: Triangles<T>,
+    spheres: Vec<Target<T, Sphere>>,
     /// In the order of the scene's primitives.
-    pub parts: Vec<PrimitiveData<R::Scalar>>,
-    /// In the order of the scene's bodies.
-    pub bodies: Vec<BodyData<R::Scalar>>,
+    primitives: Vec<PrimitiveData<T>>,
+    /// In the order of the scene's specular casters.
+    pub casters: Vec<CasterData<T>>,
 }
 
-/// Vertices and edges as rays see them; one buffer serves all rays. It has as many places as there are indices.
-pub(super) struct Seen<R, const N: usize> {
+impl<T> fmt::Debug for SceneData<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SceneData").finish_non_exhaustive()
+    }
+}
+
+/// A scene as the rays of all lanes see it.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneScene<'a, R: Wide<N>, const N: usize> {
+    pub scene: &'a Scene,
+    pub data: &'a SceneData<R::Scalar>,
+}
+
+/// Buffers for the rays of all lanes, made when they are first needed.
+pub(crate) struct IntersectionScratch<R, const N: usize> {
+    /// Of a small scene.
+    projected: Option<Box<ProjectedScene<R, N>>>,
+    /// Of rays that go through the hierarchy together.
+    stack: Option<Box<PacketStack<N>>>,
+}
+
+/// Vertices and edges as rays see them. It has as many places as there are indices.
+struct ProjectedScene<R, const N: usize> {
     vertices: [Projected<R>; PLACES],
     edges: [R; PLACES],
     /// Of each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
@@ -101,15 +122,13 @@ pub(super) struct Seen<R, const N: usize> {
     sides: [[u32; 2]; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
     candidates: [(u8, u32); SMALL + 1],
-    /// Of rays that go through the hierarchy together.
-    stack: PacketStack<N>,
 }
 
 /// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
 const PLACES: usize = 256;
 
-impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
-    pub fn new(scene: &'a Scene) -> Self {
+impl<T: Scalar> SceneData<T> {
+    pub fn new(scene: &Scene) -> Self {
         let [mut triangles, mut within, mut others] = from_fn(|_| Triangles::default());
         let mut spheres = Vec::new();
         let is_small = scene.parts().len() <= SMALL;
@@ -118,7 +137,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
             let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
-            let id = R::Scalar::rounded(id as f64);
+            let id = T::rounded(id as f64);
             match part.shape {
                 PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
                 PartShape::Triangle { vertices, .. } => {
@@ -133,52 +152,71 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             }
         }
         let heights = |part: &Part| {
-            if R::IS_SINGLE {
+            if T::IS_SINGLE {
                 Heights { margin: scene.single_edge_margin(part), offset: scene.single_offset(part) }
             } else {
                 Heights { margin: EDGE_MARGIN, offset: scene.offset() }
             }
         };
-        let parts =
+        let primitives =
             (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part))).collect();
-        let bodies = scene.bodies().all().iter().map(|body| BodyData::new(body.kind, &body.body)).collect();
+        let casters = scene.bodies().all().iter().map(|body| CasterData::new(body.kind, &body.body)).collect();
         let walls = walls.map(|(walls, _)| walls);
-        Self { scene, is_small, triangles, within, walls, others, spheres, parts, bodies }
+        Self { is_small, triangles, within, walls, others, spheres, primitives, casters }
+    }
+}
+
+impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
+    pub fn new(scene: &'a Scene) -> Self {
+        Self { scene, data: scene.lane_data() }
+    }
+
+    /// The primitive of this number.
+    #[inline]
+    pub(super) fn primitive(self, number: u32) -> &'a PrimitiveData<R::Scalar> {
+        &self.data.primitives[number as usize]
     }
 
     /// The nearest hits of the `active` lanes.
     #[inline]
-    pub fn closest(&self, ray: &Ray<Lanes3<R>>, active: R::Mask, seen: &mut Seen<R, N>) -> PacketHit<R, N> {
-        if !self.is_small {
-            return if go_together(ray.direction, active) {
-                self.scene.bvh().closest_of_packet(ray, active, &mut seen.stack)
+    pub fn closest(
+        self,
+        ray: &Ray<R::Vector>,
+        active: R::Mask,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> PacketHit<R, N> {
+        let (scene, data) = (self.scene, self.data);
+        if N == 1 || !data.is_small {
+            return if N > 1 && go_together::<R, N>(ray.direction, active) {
+                scene.bvh().closest_of_packet::<R, N>(ray, active, scratch.stack())
             } else {
                 self.closest_one_by_one(ray, active)
             };
         }
         let mut nearest = Nearest::new();
         let shear = Shear::new(ray);
+        let projected = scratch.projected();
         let mut left = active;
-        if let Some(walls) = &self.walls
-            && let Some(exit) = walls.exit(&self.parts, ray, (&shear, active))
+        if let (Some(walls), Some(hull)) = (&data.walls, scene.hull())
+            && let Some(exit) = walls.exit(hull, &data.primitives, ray, (&shear, active))
         {
             left = active & !exit.decided;
             nearest.or(exit.primitive, &exit.hit);
-            self.others.see(&shear, None, seen);
-            self.others.hits((&shear, seen), (exit.decided, false), |ids, hit| nearest.or(ids, hit));
+            data.others.project(&shear, None, projected);
+            data.others.hits((&shear, projected), (exit.decided, false), |ids, hit| nearest.or(ids, hit));
         }
         if left.any() {
-            self.triangles.see(&shear, None, seen);
-            self.triangles.hits((&shear, seen), (left, false), |ids, hit| nearest.or(ids, hit));
+            data.triangles.project(&shear, None, projected);
+            data.triangles.hits((&shear, projected), (left, false), |ids, hit| nearest.or(ids, hit));
         }
-        for sphere in &self.spheres {
+        for sphere in &data.spheres {
             nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
         }
         nearest.of(active)
     }
 
-    fn closest_one_by_one(&self, ray: &Ray<Lanes3<R>>, active: R::Mask) -> PacketHit<R, N> {
-        let (bits, rays) = (active.bits(), rays(ray));
+    fn closest_one_by_one(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
+        let (bits, rays) = (active.bits(), rays::<R, N>(ray));
         let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
         let hits: [Option<PrimitiveHit>; N] = from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
         PacketHit {
@@ -189,60 +227,74 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         }
     }
 
-    /// In which of the `active` lanes two surface points with unit normals see each other, as
-    /// [`Scene::visible`].
+    /// In which of the `active` lanes two surface points with unit normals see each other, as [`Scene::visible`].
     #[inline]
-    pub fn visible(
-        &self,
-        x: &Place<Lanes3<R>>,
-        y: &Place<Lanes3<R>>,
+    pub fn visible<P: Walking>(
+        self,
+        parts: &P,
+        (x, y): (&Place<R::Vector>, &Place<R::Vector>),
         through_glass: bool,
         active: R::Mask,
-        seen: &mut Seen<R, N>,
+        scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Mask {
-        let segment = x.segment(y);
-        let blocks = |id: u32| !(through_glass && self.scene.is_glass(id));
-        if !self.is_small {
-            return if go_together(segment.direction, active) {
-                active & !self.scene.bvh().occluded_of_packet(&segment, active, blocks, &mut seen.stack)
+        if !parts.is_standard() {
+            let end = |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));
+            let visible = |i: usize| parts.visible(self.scene, end(x, i), end(y, i), through_glass);
+            return R::Mask::from_fn(|i| active.lane(i) && visible(i));
+        }
+        let (scene, data, segment) = (self.scene, self.data, x.segment(y));
+        if N == 1 {
+            let free = |i: usize| {
+                let [origin, direction] = [segment.origin, segment.direction].map(|v| v.lane(i));
+                scene.is_free(&Ray::new(origin, direction), through_glass)
+            };
+            return R::Mask::from_fn(|i| active.lane(i) && free(i));
+        }
+        let blocks = |id: u32| !(through_glass && scene.is_glass(id));
+        if !data.is_small {
+            return if go_together::<R, N>(segment.direction, active) {
+                active & !scene.bvh().occluded_of_packet::<R, N>(&segment, active, blocks, scratch.stack())
             } else {
-                let (bits, rays) = (active.bits(), rays(&segment));
-                R::Mask::from_fn(|i| bits >> i & 1 == 1 && !self.scene.bvh().occluded(&rays[i], 1.0, blocks))
+                let (bits, rays) = (active.bits(), rays::<R, N>(&segment));
+                R::Mask::from_fn(|i| bits >> i & 1 == 1 && !scene.bvh().occluded(&rays[i], 1.0, blocks))
             };
         }
         let one = R::splat(1.0);
-        let holds = |point| self.scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
+        let holds = |point| scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
         let within = active & holds(segment.origin) & holds(segment.at(one));
         let mut free = active;
         let shear = Shear::new(&segment);
-        for (triangles, asking) in [(&self.within, within), (&self.triangles, active & !within)] {
+        let projected = scratch.projected();
+        for (triangles, asking) in [(&data.within, within), (&data.triangles, active & !within)] {
             if asking.any() {
-                triangles.see(&shear, Some(one), seen);
-                triangles.hits((&shear, seen), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
+                triangles.project(&shear, Some(one), projected);
+                triangles.hits((&shear, projected), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
             }
         }
-        for sphere in self.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
+        for sphere in data.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
             free = free & !sphere.shape.distance(&segment).below(one);
         }
         free
     }
 
     /// Whether all lanes test all of its primitives, and these are triangles.
-    pub fn has_few_triangles(&self) -> bool {
-        self.is_small && self.spheres.is_empty()
+    pub fn has_few_triangles(self) -> bool {
+        self.data.is_small && self.data.spheres.is_empty()
     }
 
     /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres: [`Shear::new`] takes 3 operations.
-    pub fn operations(&self, ray: &Ray<Lanes3<R>>, seen: &mut Seen<R, N>) -> u32 {
+    pub fn operations(self, ray: &Ray<R::Vector>, scratch: &mut IntersectionScratch<R, N>) -> u32 {
         let shear = Shear::new(ray);
+        let data = self.data;
+        let projected = scratch.projected();
         let (mut left, mut count) = (R::Mask::splat(true), 3);
-        if let Some(walls) = &self.walls
-            && let Some(Exit { decided, .. }) = walls.exit(&self.parts, ray, (&shear, left))
+        if let (Some(walls), Some(hull)) = (&data.walls, self.scene.hull())
+            && let Some(Exit { decided, .. }) = walls.exit(hull, &data.primitives, ray, (&shear, left))
         {
             left = !decided;
-            count += walls.operations() + self.others.operations((&shear, seen), decided);
+            count += walls.operations(hull) + data.others.operations((&shear, projected), decided);
         }
-        if left.any() { count + self.triangles.operations((&shear, seen), left) } else { count }
+        if left.any() { count + data.triangles.operations((&shear, projected), left) } else { count }
     }
 }
 
@@ -250,7 +302,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
 /// for the same side. In single precision they always do: alone they are followed in double precision, and what a ray hits
 /// must not depend on the others.
 #[inline]
-fn go_together<R: Wide<N>, const N: usize>(direction: Lanes3<R>, active: R::Mask) -> bool {
+fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
     let is_even = |component: &R| {
         let back = component.below(zero).bits() & active;
@@ -261,7 +313,7 @@ fn go_together<R: Wide<N>, const N: usize>(direction: Lanes3<R>, active: R::Mask
 
 /// The ray of each lane.
 #[inline]
-fn rays<R: Wide<N>, const N: usize>(ray: &Ray<Lanes3<R>>) -> [Ray; N] {
+fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
     let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
     let of = |components: [[R::Scalar; N]; 3], i: usize| DVec3::from_array(components.map(|lanes| lanes[i].into()));
     from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
@@ -281,11 +333,11 @@ impl<T: Scalar> Triangles<T> {
 
     /// Projects vertices and edges for rays that end at `limit`, if they do.
     #[inline]
-    fn see<R: Wide<N, Scalar = T>, const N: usize>(
+    fn project<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         shear: &LaneShear<R>,
         limit: Option<R>,
-        seen: &mut Seen<R, N>,
+        seen: &mut ProjectedScene<R, N>,
     ) {
         let zero = R::splat(0.0);
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
@@ -310,7 +362,7 @@ impl<T: Scalar> Triangles<T> {
     #[inline]
     fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (shear, seen): (&LaneShear<R>, &mut Seen<R, N>),
+        (shear, seen): (&LaneShear<R>, &mut ProjectedScene<R, N>),
         (active, through_glass): (R::Mask, bool),
         mut tell: impl FnMut(R, &TriangleHit<R>),
     ) {
@@ -343,10 +395,10 @@ impl<T: Scalar> Triangles<T> {
     /// masks; `hit_within` 14 per portion of hits, and one is for the limit.
     fn operations<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (shear, seen): (&LaneShear<R>, &mut Seen<R, N>),
+        (shear, seen): (&LaneShear<R>, &mut ProjectedScene<R, N>),
         active: R::Mask,
     ) -> u32 {
-        self.see(shear, None, seen);
+        self.project(shear, None, seen);
         let mut portions = 0;
         self.hits((shear, seen), (active, false), |_, _| portions += 1);
         let tested = self.list_candidates((active, false), seen);
@@ -359,7 +411,7 @@ impl<T: Scalar> Triangles<T> {
     fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         (active, through_glass): (R::Mask, bool),
-        seen: &mut Seen<R, N>,
+        seen: &mut ProjectedScene<R, N>,
     ) -> usize {
         let active = active.bits();
         let mut count = 0;
@@ -384,23 +436,37 @@ impl<T: Scalar> PrimitiveData<T> {
         let is_sphere = matches!(shape, PartShape::Sphere(_));
         let of = &scene.surfaces()[surface as usize];
         let (material, colour) = (Material::new(of), of.bsdf.albedo());
-        let kind = |kind: u8, is: bool| if is { kind } else { 0 };
+        let kind = |kind: u16, is: bool| if is { kind } else { 0 };
         let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
         let mut numbers = [T::default(); 24];
         let all = [a, b, c, normal].into_iter().flat_map(|vector| vector.to_array());
         let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers).chain([heights.offset]);
         numbers.iter_mut().zip(all).for_each(|(number, value)| *number = T::rounded(value));
         let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
-        Self { numbers: Row(numbers), kinds, features, surface, emitter, bodies: scene.bodies().of(id) }
+        Self { numbers: Row(numbers), kinds, features, surface, emitter, casters: scene.bodies().of(id) }
     }
 }
 
-impl<R: Wide<N>, const N: usize> Seen<R, N> {
+impl<R: Real, const N: usize> IntersectionScratch<R, N> {
     pub fn new() -> Self {
+        Self { projected: None, stack: None }
+    }
+
+    fn projected(&mut self) -> &mut ProjectedScene<R, N> {
+        self.projected.get_or_insert_with(|| Box::new(ProjectedScene::new()))
+    }
+
+    fn stack(&mut self) -> &mut PacketStack<N> {
+        self.stack.get_or_insert_with(Box::default)
+    }
+}
+
+impl<R: Real, const N: usize> ProjectedScene<R, N> {
+    fn new() -> Self {
         let zero = R::splat(0.0);
         let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
         let (outside, sides, candidates) = ([0; PLACES], [[0; 2]; PLACES], [(0, 0); SMALL + 1]);
-        Self { vertices, edges, outside, sides, candidates, stack: PacketStack::default() }
+        Self { vertices, edges, outside, sides, candidates }
     }
 
     /// The lanes that surely miss a triangle.

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::scene::PrimitiveData;
 use crate::hull::{Hull, Slab};
-use crate::real::{Lanes3, Mask, Real, Row, Scalar, Vector, Wide};
+use crate::real::{Mask, Real, Row, Scalar, Vector, Wide};
 use crate::scene::{OFFSET, PartShape, SINGLE_EDGE_MARGIN, Scene};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, TriangleHit};
@@ -26,8 +26,7 @@ const WORTH: usize = 12;
 const MOST: usize = 4;
 
 /// The walls of a small scene.
-pub(super) struct Walls<'a, T> {
-    hull: &'a Hull,
+pub(super) struct Walls<T> {
     walls: Vec<Wall<T>>,
     /// The largest coordinate of the scene.
     extent: f64,
@@ -55,10 +54,10 @@ pub(super) struct Exit<R: Real> {
     pub hit: TriangleHit<R>,
 }
 
-impl<'a, T: Scalar> Walls<'a, T> {
+impl<T: Scalar> Walls<T> {
     /// The walls of a scene with this hull, and which of its primitives they are; `None` if these are too few. Triangles
     /// that overlap with those of a wall, or are too many, are left out.
-    pub fn new(scene: &'a Scene, hull: &'a Hull) -> Option<(Self, Vec<bool>)> {
+    pub fn new(scene: &Scene, hull: &Hull) -> Option<(Self, Vec<bool>)> {
         let (mut walls, mut is_told) = (Vec::new(), vec![false; scene.parts().len()]);
         for slab in &hull.slabs {
             for side in [0, 1] {
@@ -73,7 +72,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
             }
         }
         let count = is_told.iter().filter(|is_told| **is_told).count();
-        (count >= WORTH).then(|| (Self { hull, walls, extent: scene.extent() }, is_told))
+        (count >= WORTH).then(|| (Self { walls, extent: scene.extent() }, is_told))
     }
 
     /// Where the `active` rays leave the hull, of walls whose data are among the `parts` of the scene; `None` if none of them
@@ -81,11 +80,12 @@ impl<'a, T: Scalar> Walls<'a, T> {
     #[inline]
     pub fn exit<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
+        hull: &Hull,
         parts: &[PrimitiveData<T>],
-        ray: &Ray<Lanes3<R>>,
+        ray: &Ray<R::Vector>,
         (shear, active): (&LaneShear<R>, R::Mask),
     ) -> Option<Exit<R>> {
-        let within = active & self.hull.holds(ray.origin);
+        let within = active & hull.holds(ray.origin);
         if !within.any() {
             return None;
         }
@@ -96,8 +96,8 @@ impl<'a, T: Scalar> Walls<'a, T> {
         let steep = scale * STEEP;
         // Between `early` and `late` it leaves by the `wall`, and by no other before `other`.
         let (mut wall, mut early, mut late, mut other) = (zero, never, never, never);
-        for (number, slab) in self.hull.slabs.iter().enumerate() {
-            let normal = Lanes3::splat_vector(slab.normal);
+        for (number, slab) in hull.slabs.iter().enumerate() {
+            let normal = R::Vector::splat_vector(slab.normal);
             let (height, rise) = (normal.dot(ray.origin), normal.dot(ray.direction));
             let falls = rise.below(zero);
             let [top, bottom] = slab.ends.map(R::splat);
@@ -120,7 +120,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
         let (mut primitive, mut clear) = (triangles[3], zero.equals(zero));
         for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]].into_iter().enumerate().rev() {
             let [x, y, z, height] = line;
-            let above = Lanes3::of([x, y, z]).dot(point) - height;
+            let above = R::Vector::of([x, y, z]).dot(point) - height;
             primitive = R::choose(above.below(zero), triangles[n], primitive);
             clear = clear & above.abs().above(width);
         }
@@ -134,8 +134,8 @@ impl<'a, T: Scalar> Walls<'a, T> {
 
     /// The arithmetic of [`exit`](Self::exit) in one lane: 18 operations per pair of sides, with those that say whether the
     /// ray starts within; 11 for the point and the width there, 6 for each line, and 44 for the triangle.
-    pub fn operations(&self) -> u32 {
-        (18 * self.hull.slabs.len() + 11 + 6 * (MOST - 1) + 44) as u32
+    pub fn operations(&self, hull: &Hull) -> u32 {
+        (18 * hull.slabs.len() + 11 + 6 * (MOST - 1) + 44) as u32
     }
 }
 

@@ -8,6 +8,7 @@ use glam::DVec3;
 use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 
 use super::{Mask, Real, Vector};
+use crate::watertight::Turn;
 
 /// How many rays a [`Lanes`] number is of.
 pub const LANES: usize = 8;
@@ -25,11 +26,11 @@ pub const FOUR: usize = 4;
 pub const SINGLES: usize = 16;
 
 /// Numbers of `N` rays at once.
-pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
+pub trait Wide<const N: usize>: Real<Vector: Turn> {
     /// A number of one of them.
     type Scalar: Scalar;
-    /// As many numbers in single precision.
-    type Single: Wide<N, Scalar = f32>;
+    /// As many numbers in single precision, where there are several.
+    type Single: Wide<N>;
 
     /// From the number of each lane.
     fn of_lanes(lanes: [Self::Scalar; N]) -> Self;
@@ -43,27 +44,12 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
     fn all(number: Self::Scalar) -> Self {
         Self::of_lanes([number; N])
     }
-    /// From the number of each lane.
-    #[inline]
-    fn gather(lane: impl Fn(usize) -> Self::Scalar) -> Self {
-        Self::of_lanes(from_fn(lane))
-    }
-    /// From the number of each lane, rounded.
-    #[inline]
-    fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
-        Self::gather(|i| Self::Scalar::rounded(lane(i)))
-    }
     /// From a row of numbers for each lane, as many as a multiple of eight.
     fn of_rows<const K: usize>(rows: [&Row<Self::Scalar, K>; N]) -> [Self; K];
-    /// The number of one lane.
-    #[inline]
-    fn lane(self, lane: usize) -> f64 {
-        self.lanes()[lane].into()
-    }
     /// Rounded to single precision.
     #[inline]
     fn single(self) -> Self::Single {
-        Self::Single::of_lanes(self.lanes().map(Scalar::single))
+        Self::Single::of_lanes(self.lanes().map(|number| Scalar::of_single(number.single())))
     }
 }
 
@@ -73,43 +59,46 @@ pub trait Wide<const N: usize>: Real<Vector = Lanes3<Self>, Mask: WideMask<N>> {
 pub struct Row<T, const K: usize>(pub [T; K]);
 
 /// A number of one lane.
-pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync {
+pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync + 'static {
+    /// Whether it is of single precision.
+    const IS_SINGLE: bool;
+
     /// The nearest to a number.
     fn rounded(number: f64) -> Self;
     /// The number in [0, 1) that a generator makes of 64 bits.
     fn unit(word: u64) -> Self;
     /// In single precision.
     fn single(self) -> f32;
+    /// From single precision.
+    fn of_single(number: f32) -> Self;
 }
 
-/// A yes or no for each of `N` rays.
-pub trait WideMask<const N: usize>: Mask {
-    /// From a yes or no for each lane.
-    fn from_fn(lane: impl Fn(usize) -> bool) -> Self;
-    /// One bit for each lane, the first is the lowest.
-    fn bits(self) -> u32;
+/// One ray.
+impl Wide<1> for f64 {
+    type Scalar = Self;
+    type Single = Self;
 
-    /// From one bit for each lane, the first is the lowest.
     #[inline]
-    fn from_bits(bits: u32) -> Self {
-        Self::from_fn(|i| bits >> i & 1 == 1)
+    fn of_lanes([number]: [Self; 1]) -> Self {
+        number
     }
-    /// The same for all lanes.
     #[inline]
-    fn splat(all: bool) -> Self {
-        Self::from_fn(|_| all)
+    fn lanes(self) -> [Self; 1] {
+        [self]
     }
-}
-
-/// A vector for each of `N` rays.
-pub trait WideVector<const N: usize>: Vector {
-    /// From the vector of each lane, rounded.
-    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self;
-    /// The vector of one lane.
-    fn lane(self, lane: usize) -> DVec3;
+    #[inline]
+    fn whole(self) -> [u32; 1] {
+        [self as u32]
+    }
+    #[inline]
+    fn of_rows<const K: usize>([row]: [&Row<Self, K>; 1]) -> [Self; K] {
+        row.0
+    }
 }
 
 impl Scalar for f64 {
+    const IS_SINGLE: bool = false;
+
     #[inline]
     fn rounded(number: f64) -> Self {
         number
@@ -122,9 +111,15 @@ impl Scalar for f64 {
     fn single(self) -> f32 {
         self as f32
     }
+    #[inline]
+    fn of_single(number: f32) -> Self {
+        number.into()
+    }
 }
 
 impl Scalar for f32 {
+    const IS_SINGLE: bool = true;
+
     #[inline]
     fn rounded(number: f64) -> Self {
         number as Self
@@ -136,6 +131,10 @@ impl Scalar for f32 {
     #[inline]
     fn single(self) -> f32 {
         self
+    }
+    #[inline]
+    fn of_single(number: f32) -> Self {
+        number
     }
 }
 
@@ -185,9 +184,6 @@ macro_rules! lanes {
             fn any(self) -> bool {
                 self.0.any()
             }
-        }
-
-        impl WideMask<$count> for $mask {
             #[inline]
             fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
                 let number = |i: usize| if lane(i) { <$scalar>::from_bits(<$bits>::MAX) } else { 0.0 };
@@ -208,6 +204,19 @@ macro_rules! lanes {
             #[inline]
             fn splat(value: f64) -> Self {
                 $wrap(<$wide>::splat(value as $scalar))
+            }
+            #[inline]
+            fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
+                Self::of_lanes(from_fn(|i| <$scalar>::rounded(lane(i))))
+            }
+            #[inline]
+            fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Lanes3<Self> {
+                let all: [DVec3; $count] = from_fn(lane);
+                Lanes3::of([0, 1, 2].map(|k| Self::from_lanes(|i| all[i][k])))
+            }
+            #[inline]
+            fn lane(self, lane: usize) -> f64 {
+                self.lanes()[lane].into()
             }
             #[inline]
             fn sqrt(self) -> Self {
@@ -403,17 +412,9 @@ impl<R: Real<Vector = Self>> Vector for Lanes3<R> {
     fn components(self) -> [R; 3] {
         [self.x, self.y, self.z]
     }
-}
-
-impl<R: Wide<N>, const N: usize> WideVector<N> for Lanes3<R> {
     #[inline]
     fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self {
-        let all: [DVec3; N] = from_fn(lane);
-        Self::of([0, 1, 2].map(|k| R::from_lanes(|i| all[i][k])))
-    }
-    #[inline]
-    fn lane(self, lane: usize) -> DVec3 {
-        DVec3::from_array(self.components().map(|component| component.lane(lane)))
+        R::vector_from_lanes(lane)
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
 use crate::error::Error;
-use crate::estimator::{Estimator as _, LightRules, Path, Strategy, Whitted};
+use crate::estimator::{Estimator as _, Path, Report, Whitted};
 use crate::film::Film;
 use crate::lanes::Engine;
 use crate::outline::Outlines;
@@ -17,36 +17,15 @@ pub enum LaneEstimator {
     /// The path tracer.
     Path(Path),
     /// The report's.
-    Report(OneRayPerHit),
+    Report(Report),
     /// Whitted ray tracing.
     Whitted(Whitted),
-}
-
-/// [`Report`](crate::estimator::Report) with one sample ray per diffuse hit.
-#[derive(Clone, Copy, Debug)]
-pub struct OneRayPerHit {
-    /// [`Report::segments`](crate::estimator::Report::segments).
-    pub segments: u32,
-    /// [`Report::rules`](crate::estimator::Report::rules).
-    pub rules: LightRules,
-}
-
-/// Whether [`render_lanes`] takes this estimator in this scene: shadow rays do not look for environment maps in lanes, and
-/// paths do not meet rough glass.
-pub fn lanes_serve(scene: &Scene, estimator: &LaneEstimator) -> bool {
-    if scene.surfaces().iter().any(|surface| surface.bsdf.is_rough_glass()) {
-        return false;
-    }
-    match estimator {
-        LaneEstimator::Path(path) => path.strategy == Strategy::Bsdf || scene.background().map().is_none(),
-        LaneEstimator::Report(_) | LaneEstimator::Whitted(_) => true,
-    }
 }
 
 /// [`render`](super::render()) by the lane engine: the same bytes.
 ///
 /// # Errors
-/// Those of [`render`](super::render()); [`Error::Option`] for what [`lanes_serve`] does not.
+/// Those of [`render`](super::render()).
 pub fn render_lanes(
     scene: &Scene,
     estimator: LaneEstimator,
@@ -58,15 +37,14 @@ pub fn render_lanes(
     ByLanes { estimator, sampling, precision: Precision::Double }.add(scene, film, range.clone(), done)
 }
 
-/// Refuses scenes in which single precision would be seen: those of the lane engine, and where the largest coordinate lies
+/// Refuses scenes in which single precision would be seen: where the largest coordinate lies
 /// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of something: the radius of a sphere or the
 /// height of a zone, or the second largest extent of triangles that hang together; and where surfaces
 /// [coincide](Scene::coincident_in_singles).
 ///
 /// # Errors
 /// [`Error::Option`] that says why, and what to do.
-pub fn check_singles(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
-    refuse_what_lanes_lack(scene, estimator)?;
+pub fn check_singles(scene: &Scene) -> Result<(), Error> {
     let extent = scene.extent();
     let [low, high] = SINGLE_EXTENTS;
     if !(low..=high).contains(&extent) {
@@ -93,13 +71,6 @@ pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
 /// measures what is seen below and beyond.
 pub const SINGLE_DETAIL: f64 = 4096.0;
 
-fn refuse_what_lanes_lack(scene: &Scene, estimator: &LaneEstimator) -> Result<(), Error> {
-    if lanes_serve(scene, estimator) {
-        return Ok(());
-    }
-    Err(Error::Option("rough glass and shadow rays to an environment map are not followed in lanes".to_owned()))
-}
-
 /// Renders as [`ByRays`](super::ByRays) does, several paths at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLanes {
@@ -119,7 +90,7 @@ pub enum Precision {
     Double,
     /// Sixteen paths at a time: the same paths by the same random numbers, rounded, where [`check_singles`] finds nothing.
     Single,
-    /// The same in any scene that lanes serve, to measure what would be seen there.
+    /// The same in any scene, to measure what would be seen there.
     UncheckedSingle,
 }
 
@@ -129,15 +100,11 @@ impl Renderer for ByLanes {
     }
     fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         match self.precision {
-            Precision::Double => {
-                refuse_what_lanes_lack(scene, &self.estimator)?;
-                self.add_in::<Lanes, LANES>(scene, film, &range, done)
-            }
+            Precision::Double => self.add_in::<Lanes, LANES>(scene, film, &range, done),
             Precision::Single | Precision::UncheckedSingle => {
                 if self.precision == Precision::Single {
-                    check_singles(scene, &self.estimator)?;
+                    check_singles(scene)?;
                 }
-                refuse_what_lanes_lack(scene, &self.estimator)?;
                 self.add_in::<Singles, SINGLES>(scene, film, &range, done)
             }
         }

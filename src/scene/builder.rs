@@ -254,6 +254,7 @@ impl SceneBuilder {
             camera,
             offset,
             in_singles: OnceLock::new(),
+            for_lanes: (OnceLock::new(), OnceLock::new()),
         })
     }
 

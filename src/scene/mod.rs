@@ -8,6 +8,7 @@ pub mod room;
 pub mod simple;
 mod solids;
 
+use std::any::Any;
 use std::sync::OnceLock;
 
 use glam::DVec3;
@@ -27,10 +28,11 @@ use crate::camera::Camera;
 use crate::emitter::Emitter;
 use crate::environment::Environment;
 use crate::error::Error;
+use crate::lanes::SceneData;
 use crate::hull::Hull;
 use crate::light_groups::Groups;
 use crate::light_pick::FluxPicks;
-use crate::real::Vector;
+use crate::real::{Scalar, Vector};
 use crate::shape::{Ray, Sphere};
 use crate::specular::Bodies;
 
@@ -133,6 +135,8 @@ pub struct Scene {
     smallest: f64,
     /// The pairs that coincide in single precision, once it was asked for.
     in_singles: OnceLock<Option<Coincidence>>,
+    /// What lanes need of it in either precision, once they have asked for it.
+    for_lanes: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
 }
 
 impl Scene {
@@ -210,6 +214,14 @@ impl Scene {
     /// All surfaces, in the order of [`Hit::surface`].
     pub(crate) fn surfaces(&self) -> &[Surface] {
         &self.surfaces
+    }
+
+    /// What lanes of a precision need of it, made when it is first asked for.
+    pub(crate) fn lane_data<T: Scalar>(&self) -> &SceneData<T> {
+        let (double, single): (&dyn Any, &dyn Any) = (&self.for_lanes.0, &self.for_lanes.1);
+        let data: &OnceLock<SceneData<T>> =
+            double.downcast_ref().or_else(|| single.downcast_ref()).expect("one for each precision");
+        data.get_or_init(|| SceneData::new(self))
     }
 
     /// The acceleration structure.
@@ -388,15 +400,20 @@ impl Scene {
     /// `through_glass`.
     #[inline]
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
-        let segment = self.segment(x, y);
+        self.is_free(&self.segment(x, y), through_glass)
+    }
+
+    /// Whether nothing lies on a segment up to t = 1.
+    #[inline]
+    pub(crate) fn is_free(&self, segment: &Ray, through_glass: bool) -> bool {
         let bvh = match &self.hull {
             Some(hull) if hull.holds(segment.origin) && hull.holds(segment.at(1.0)) => &hull.within,
             _ => &self.bvh,
         };
         if through_glass {
-            !bvh.occluded(&segment, 1.0, |primitive| !self.is_glass(primitive))
+            !bvh.occluded(segment, 1.0, |primitive| !self.is_glass(primitive))
         } else {
-            !bvh.occluded(&segment, 1.0, |_| true)
+            !bvh.occluded(segment, 1.0, |_| true)
         }
     }
 }

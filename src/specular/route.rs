@@ -288,6 +288,35 @@ impl<'a> BySphere<'a, DVec3> {
 }
 
 impl<V: Vector> Route<V> {
+    /// The route of a lane.
+    pub(crate) fn lane(&self, lane: usize) -> Route<DVec3> {
+        let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
+        Route {
+            exists: self.exists.lane(lane),
+            direction: self.direction.lane(lane),
+            arriving: self.arriving.lane(lane),
+            first: end(self.first),
+            last: end(self.last),
+            cosine: self.cosine.lane(lane),
+            spread: self.spread.lane(lane),
+        }
+    }
+
+    /// The route of each lane; `None` exists nowhere.
+    pub(crate) fn from_lanes(route: impl Fn(usize) -> Option<Route<DVec3>>) -> Self {
+        let vector = |of: fn(&Route<DVec3>) -> DVec3| V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)));
+        let number = |of: fn(&Route<DVec3>) -> f64| V::Real::from_lanes(|i| route(i).map_or(1.0, |route| of(&route)));
+        Self {
+            exists: Mask::from_fn(|i| route(i).is_some_and(|route| route.exists)),
+            direction: vector(|route| route.direction),
+            arriving: vector(|route| route.arriving),
+            first: (vector(|route| route.first.0), vector(|route| route.first.1)),
+            last: (vector(|route| route.last.0), vector(|route| route.last.1)),
+            cosine: number(|route| route.cosine),
+            spread: number(|route| route.spread),
+        }
+    }
+
     /// `yes` where the mask says so, else `no`.
     #[inline]
     pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {

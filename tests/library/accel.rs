@@ -1,7 +1,7 @@
 //! The hierarchy against a test of every primitive.
 
 use whitefurnace::accel::{Bvh, PacketStack, Primitive, PrimitiveHit};
-use whitefurnace::real::{LANES, LaneMask, Lanes3, WideMask as _, WideVector as _};
+use whitefurnace::real::{LANES, LaneMask, Lanes3, Mask as _, Vector as _};
 use whitefurnace::watertight::Shear;
 
 use crate::budget::enough;

@@ -9,7 +9,7 @@ use std::array::from_fn;
 use whitefurnace::bsdf::Model;
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds, Whitted};
 use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes3, Vector, WideVector};
+use whitefurnace::real::{LANES, Lanes3, Vector};
 use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
 
 use scenes::{crowded, scenes};

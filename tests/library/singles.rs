@@ -8,7 +8,7 @@ use whitefurnace::accel::PacketStack;
 use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
-use whitefurnace::real::{Lanes3, SINGLES, Singles, WideMask, WideVector};
+use whitefurnace::real::{Lanes3, SINGLES, Singles, Mask, Vector};
 use whitefurnace::render::{ByLanes, LaneEstimator, OneRayPerHit, Precision, Renderer, check_singles, render_lanes};
 use whitefurnace::scene::SINGLE_OFFSET;
 use whitefurnace::scene::file::Description;
@@ -79,7 +79,7 @@ fn nothing_leaks_in_single_precision() {
                 let targets: [DVec3; SINGLES] = from_fn(|_| border(&mut rng, &mesh));
                 let [origins, directions] = [Lanes3::from_fn(|_| eye), Lanes3::from_fn(|i| targets[i] - eye)];
                 let ray: Ray<Lanes3<Singles>> = Ray::new(origins, directions);
-                let hits = scene.bvh().closest_of_packet(&ray, WideMask::splat(true), &mut stack);
+                let hits = scene.bvh().closest_of_packet(&ray, Mask::splat(true), &mut stack);
                 assert_eq!(hits.met.bits(), 0xFFFF, "from {eye} to {targets:?}");
             }
         }

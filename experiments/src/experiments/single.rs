@@ -114,7 +114,7 @@ impl Worst {
         });
         let [double, single] = films;
         let [double, single] = [double?, single?];
-        let refusal = check_singles(scene, &estimator).err();
+        let refusal = check_singles(scene).err();
         let image = single.mean() / double.mean() - 1.0;
         let tile =
             tiles(&double).into_iter().zip(tiles(&single)).map(|(a, b)| (b - a).abs() / a.max(1e-3 * double.mean()));

@@ -59,7 +59,6 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             image(run, &pools, (&name(scene), &name(estimator)), job)?;
         }
         let mis = Job { scene: scene.into(), ..base };
-        image(run, &pools, (&name(scene), "mis-scalar"), Job { engine: EngineName::Scalar, ..mis })?;
         let single = Job { engine: EngineName::Single, ..mis };
         image(run, &pools, (&name(scene), "mis-single"), single)?;
         sobol(run, &pools, (&name(scene), "mis-single"), single)?;
@@ -73,7 +72,6 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
     }
     let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
     let rate = image(run, &pools, ("seven-segments", "report"), report)?;
-    image(run, &pools, ("seven-segments", "report-scalar"), Job { engine: EngineName::Scalar, ..report })?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
     let rate = image(run, &pools, ("seven-segments", "report-single"), Job { engine: EngineName::Single, ..report })?;
     run.number("figure-6.single.seconds", FIGURE_6 / rate);

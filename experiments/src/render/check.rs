@@ -43,8 +43,8 @@ const SETTINGS: &[Setting] = &[
     }),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf, light, whitted, and report with --rays 1", Job::has_engines, |job| {
-        // The others have the same bytes.
+    goes("engine", "--estimator mis, bsdf, light, whitted and report", Job::has_engines, |job| {
+        // The default needs no word.
         if job.engine == EngineName::Single { name(job.engine) } else { String::new() }
     }),
     goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
@@ -223,11 +223,11 @@ impl Job {
         matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
     }
 
-    /// Whether there is a lane engine as well.
+    /// Whether paths are followed in either precision.
     pub(super) fn has_engines(&self) -> bool {
         match self.estimator {
             EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis | EstimatorName::Whitted => true,
-            EstimatorName::Report => self.convention != ConventionName::Published && self.rays == 1,
+            EstimatorName::Report => self.convention != ConventionName::Published,
             _ => false,
         }
     }

@@ -43,7 +43,7 @@ pub struct Job {
     /// How to compute it [default: mis, or report under --convention report and published]
     #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
     pub estimator: EstimatorName,
-    /// What follows paths, for --estimator mis, bsdf, light, whitted, and report with --rays 1; scalar and lanes write the same bytes
+    /// How paths are followed, for --estimator mis, bsdf, light, whitted and report
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis

@@ -144,9 +144,7 @@ impl EstimatorName {
 /// What follows the paths of estimators of single rays, as programs name it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
-    /// One path at a time, by the readable estimator
-    Scalar,
-    /// Eight paths at a time
+    /// Eight paths at a time, in double precision
     #[default]
     Lanes,
     /// Sixteen in single precision: the same paths, rounded

@@ -14,8 +14,7 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByRays, LaneEstimator, OneRayPerHit, Precision, Renderer, Sampling, UNINTERRUPTED,
-    check_singles, lanes_serve,
+    ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer, Sampling, UNINTERRUPTED, check_singles,
 };
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
@@ -238,33 +237,30 @@ impl Job {
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => {
-                let whitted = Whitted::new(rules);
-                self.by_engine(scene, whitted, LaneEstimator::Whitted(whitted))?
+                self.by_lanes(scene, LaneEstimator::Whitted(Whitted::new(rules)))?
             }
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };
-                self.by_engine(scene, report, LaneEstimator::Report(OneRayPerHit { segments: report.segments, rules }))?
+                self.by_lanes(scene, LaneEstimator::Report(report))?
             }
         })
     }
 
     fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Made {
-        let path = self.path(strategy);
-        self.by_engine(scene, path, LaneEstimator::Path(path))
+        self.by_lanes(scene, LaneEstimator::Path(self.path(strategy)))
     }
 
-    fn by_engine<E: Estimator + 'static>(&self, scene: &Scene, scalar: E, lanes: LaneEstimator) -> Made {
-        let by = |precision| Box::new(ByLanes { estimator: lanes, sampling: self.sampling(), precision });
-        Ok(match self.engine {
-            EngineName::Lanes if self.has_engines() && lanes_serve(scene, &lanes) => by(Precision::Double),
-            EngineName::Single if self.has_engines() => {
-                check_singles(scene, &lanes)
+    fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator) -> Made {
+        let precision = match self.engine {
+            EngineName::Lanes => Precision::Double,
+            EngineName::Single => {
+                check_singles(scene)
                     .map_err(|error| Error::Option(format!("--engine single: {error}; take --engine lanes")))?;
-                by(Precision::Single)
+                Precision::Single
             }
-            _ => Box::new(self.by_rays(scalar)),
-        })
+        };
+        Ok(Box::new(ByLanes { estimator, sampling: self.sampling(), precision }))
     }
 
     fn path(&self, strategy: Strategy) -> Path {

@@ -6,9 +6,7 @@ use whitefurnace::bsdf::oren_nayar;
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
 use whitefurnace::light_pick::{pick, share, share_all};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
-use whitefurnace::real::{
-    EightSingles, LANES, Lanes, Mask, Real, SINGLES, Singles, Vector, Wide, WideMask, sin_cos_of_turn,
-};
+use whitefurnace::real::{EightSingles, LANES, Lanes, Mask, Real, SINGLES, Singles, Vector, Wide, sin_cos_of_turn};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
 use whitefurnace::shape::{sphere_roots, triangle_point};

@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use whitefurnace::accel::PacketStack;
 use whitefurnace::lanes::{EightRays, LaneRays};
-use whitefurnace::real::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide, WideMask, WideVector};
+use whitefurnace::real::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide, Mask, Vector};
 
 use crate::prelude::*;
 
@@ -112,7 +112,7 @@ fn rays_meet_walls_as_each_meets_them_in_single_precision() {
         rays.map(|ray| {
             // In all lanes alike, and in one of them: no other ray makes sure that a box is opened.
             let [origin, direction] = [ray.origin, ray.direction].map(|v| Lanes3::<Singles>::from_fn(|_| v));
-            let hit = scene.bvh().closest_of_packet(&Ray::new(origin, direction), WideMask::from_bits(1), &mut stack);
+            let hit = scene.bvh().closest_of_packet(&Ray::new(origin, direction), Mask::from_bits(1), &mut stack);
             hit.t.lanes()[0]
         })
     });

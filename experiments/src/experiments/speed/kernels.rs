@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use whitefurnace::frame::Frame;
 use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes, Lanes3, WideVector as _};
+use whitefurnace::real::{LANES, Lanes, Lanes3, Vector as _};
 use whitefurnace::scene::simple::cornell;
 
 use super::least_seconds;

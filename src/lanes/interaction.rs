@@ -1,0 +1,595 @@
+//! Where the rays of all lanes have met surfaces, and how light is scattered there. What few scenes have (EON, rough
+//! glass, models that are not of the library) is asked for lane by lane.
+
+use std::array::from_fn;
+use std::convert::Infallible;
+use std::marker::PhantomData;
+
+use glam::DVec3;
+use rand::TryRng;
+
+use super::samples::LaneSampler;
+use super::scene::{LaneScene, PrimitiveData};
+use super::lanes_of;
+use crate::accel::PacketHit;
+use crate::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
+use crate::error::Error;
+use crate::estimator::{Lanewise, LightRules, Walking, vectors};
+use crate::film::{Features, Pixel, is_legal_depth};
+use crate::real::{Mask, Real, Vector, Wide};
+use crate::render::features;
+use crate::scene::{Hit, Place, Scene, Surface, inner_point};
+use crate::shape::{Ray, outward};
+use crate::{fresnel, radiometry, sampling};
+
+/// What lanes need of a surface.
+pub(super) struct Material {
+    /// The index of glass, A and B of (15), and α of section 2.6.2.
+    pub numbers: [f64; 4],
+    /// A bit for each of the kinds below.
+    pub kinds: u16,
+}
+
+/// Light leaves in all directions.
+const NON_DELTA: u16 = 1;
+/// Directions are sampled by the cosine.
+const COSINE: u16 = 2;
+const MIRROR: u16 = 4;
+const GLASS: u16 = 8;
+/// (14) as it is printed.
+const PRINTED: u16 = 16;
+/// f_r is evaluated lane by lane.
+const ONE_BY_ONE: u16 = 32;
+/// It emits light, whatever it is made of.
+pub(super) const EMITTER: u16 = 64;
+/// It is no triangle.
+pub(super) const SPHERE: u16 = 128;
+/// Light goes on behind it in all directions.
+const ROUGH_GLASS: u16 = 256;
+
+impl Material {
+    pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
+        // (14) is (13) with these.
+        let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
+        let kinds = match bsdf {
+            Bsdf::Black => 0,
+            Bsdf::Lambert { .. } => NON_DELTA,
+            Bsdf::OrenNayar { constants, form, .. } => {
+                oren_nayar = constants;
+                if form == OrenNayarForm::Printed { NON_DELTA | PRINTED } else { NON_DELTA }
+            }
+            Bsdf::Mirror { .. } => MIRROR,
+            Bsdf::Glass { index: of_glass } => {
+                index = of_glass;
+                GLASS
+            }
+            Bsdf::RoughGlass(_) => NON_DELTA | ONE_BY_ONE | ROUGH_GLASS,
+            Bsdf::Eon { .. } | Bsdf::Model(_) => NON_DELTA | ONE_BY_ONE,
+        };
+        let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
+        Self { numbers: [index, oren_nayar.a, oren_nayar.b, absorption], kinds }
+    }
+}
+
+/// Points that scatter the light of shadow rays, one in each lane.
+pub(crate) trait ShadingPoint<R: Real> {
+    /// The points, and the directions of the rays that arrived there.
+    fn vertex(&self) -> &Vertex<R::Vector>;
+    /// Where shadow rays start.
+    fn place(&self) -> Place<R::Vector>;
+    /// f_r in the active lanes, 1/sr.
+    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
+    /// The lanes of rough glass.
+    fn rough_glass(&self) -> R::Mask;
+    /// What radiance from the local direction `wi` behind rough glass is multiplied by, in a lane.
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
+
+    /// The cosine between the normal and a direction towards light; rough glass takes light from behind as well.
+    #[inline]
+    fn cosine<P: Walking>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
+        let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
+        if !rough_glass.any() {
+            return parts.lanes_cosine(normal, direction, active);
+        }
+        let behind = rough_glass & normal.dot(direction).below(R::splat(0.0));
+        parts.lanes_cosine(Vector::choose(behind, -normal, normal), direction, active)
+    }
+
+    /// Light from `wi` as radiance on the side of the ray: rough glass changes it.
+    #[inline]
+    fn to_radiance<P: Walking>(&self, parts: &P, light: R::Vector, wi: R::Vector, active: R::Mask) -> R::Vector {
+        let rough_glass = active & self.rough_glass();
+        if !rough_glass.any() {
+            return light;
+        }
+        let factor = |i: usize| self.radiance_factor(parts, wi.lane(i), i);
+        light * R::from_lanes(|i| if rough_glass.lane(i) { factor(i) } else { 1.0 })
+    }
+}
+
+/// A surface of one ray.
+pub(crate) struct BsdfAt<'a> {
+    pub scene: &'a Scene,
+    pub bsdf: &'a Bsdf,
+    pub vertex: &'a Vertex,
+}
+
+impl ShadingPoint<f64> for BsdfAt<'_> {
+    #[inline]
+    fn vertex(&self) -> &Vertex {
+        self.vertex
+    }
+    #[inline]
+    fn place(&self) -> Place<DVec3> {
+        self.scene.place(self.vertex.point, self.vertex.frame.z)
+    }
+    #[inline]
+    fn brdf<P: Walking>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
+        if active { parts.brdf(self.bsdf, self.vertex.wo, wi) } else { DVec3::ZERO }
+    }
+    #[inline]
+    fn rough_glass(&self) -> bool {
+        self.bsdf.is_rough_glass()
+    }
+    #[inline]
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
+        parts.radiance_factor_from(&self.bsdf.facing(self.vertex.outside), wi)
+    }
+}
+
+/// Where the rays of all lanes have met surfaces; of lanes that have met nothing it means nothing.
+pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
+    primitives: [&'a PrimitiveData<R::Scalar>; N],
+    scene: &'a Scene,
+    /// The points, and the directions of the rays that arrived.
+    pub vertex: Vertex<R::Vector>,
+    /// The unit normals of the surfaces' own fronts.
+    pub normal: R::Vector,
+    /// How far above the surfaces rays start.
+    offset: R,
+    /// How far the rays have come.
+    pub t: R,
+    /// Where an emitter is.
+    pub emits: R::Mask,
+    /// Where light leaves in all directions.
+    pub non_delta: R::Mask,
+    /// Where it does, and directions are sampled by the cosine.
+    cosine_sampled: R::Mask,
+    mirror: R::Mask,
+    glass: R::Mask,
+    pub rough_glass: R::Mask,
+    /// The albedo, or the reflectance of a mirror.
+    colour: R::Vector,
+    pub absorption: R,
+    index: R,
+    oren_nayar: OrenNayar<R>,
+    printed: R::Mask,
+    /// Where f_r is evaluated lane by lane.
+    one_by_one: R::Mask,
+}
+
+/// One way on from a surface in each lane.
+pub(crate) struct BsdfSample<R: Real> {
+    /// Where there is one.
+    pub exists: R::Mask,
+    /// Unit, world space.
+    pub direction: R::Vector,
+    /// f_r cos θ / p per colour channel, as in [`bsdf::BsdfSample`].
+    pub weight: R::Vector,
+    /// p with respect to solid angle; 0 where the direction has no pdf.
+    pub pdf: R,
+    /// Where the direction has a pdf: not of mirrors and glass.
+    pub has_pdf: R::Mask,
+    /// What refraction multiplies radiance by; 1 elsewhere.
+    pub radiance_factor: R,
+}
+
+/// Both ways on from mirrors and glass.
+pub(crate) struct SpecularSplit<R: Real> {
+    /// The direction and the weight of what is reflected.
+    pub reflected: (R::Vector, R::Vector),
+    /// Where something is refracted, its direction and its weight.
+    pub refracts: R::Mask,
+    pub refracted: (R::Vector, R),
+}
+
+impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N> {
+    #[inline]
+    fn vertex(&self) -> &Vertex<R::Vector> {
+        &self.vertex
+    }
+
+    #[inline]
+    fn place(&self) -> Place<R::Vector> {
+        Place { point: self.vertex.point, normal: self.vertex.frame.z, offset: self.offset }
+    }
+
+    #[inline]
+    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
+        let (zero, wo) = (R::splat(0.0), self.vertex.wo);
+        if !parts.is_standard() {
+            return vectors(active, |i| parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i)));
+        }
+        let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
+        if self.printed.any() {
+            let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
+            bracket = R::choose(self.printed, printed, bracket);
+        }
+        let above = wo.z().above(zero) & wi.z().above(zero);
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let brdf = Vector::choose(above & self.non_delta, lambert(self.colour) * bracket, none);
+        if !self.one_by_one.any() {
+            return brdf;
+        }
+        let alone = |i: usize| self.bsdf(i).eval(wo.lane(i), wi.lane(i));
+        Vector::from_fn(|i| if self.one_by_one.lane(i) { alone(i) } else { brdf.lane(i) })
+    }
+
+    #[inline]
+    fn rough_glass(&self) -> R::Mask {
+        self.rough_glass
+    }
+
+    #[inline]
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
+        parts.radiance_factor_from(&self.bsdf(lane), wi)
+    }
+}
+
+impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
+    /// Of a scene with at least one primitive.
+    #[inline]
+    pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
+        let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
+        let [shape @ .., red, green, blue, index, a, b, absorption, offset, _, _, _] =
+            R::of_rows(primitives.map(|primitive| &primitive.numbers));
+        let kinds = primitives.map(|primitive| primitive.kinds);
+        let is = |kind: u16| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
+        let (point, normal) = place(shape, is(SPHERE), ray, found);
+        Self {
+            vertex: Vertex::of(point, normal, ray.direction),
+            normal,
+            offset,
+            t: found.t,
+            emits: is(EMITTER),
+            non_delta: is(NON_DELTA),
+            cosine_sampled: is(COSINE),
+            mirror: is(MIRROR),
+            glass: is(GLASS),
+            rough_glass: is(ROUGH_GLASS),
+            colour: R::Vector::of([red, green, blue]),
+            absorption,
+            index,
+            oren_nayar: OrenNayar { a, b },
+            printed: is(PRINTED),
+            one_by_one: is(ONE_BY_ONE),
+            primitives,
+            scene: lanes.scene,
+        }
+    }
+
+    /// The rays that leave in these directions.
+    #[inline]
+    pub fn spawn_ray(&self, direction: R::Vector) -> Ray<R::Vector> {
+        Place { normal: self.normal, ..self.place() }.leave(direction)
+    }
+
+    /// What a ray has met in a lane.
+    #[inline]
+    pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
+        let (part, t) = (self.primitives[lane], self.t.lane(lane));
+        let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
+        Hit { t, point, normal, primitive, surface: part.surface, emitter: part.emitter }
+    }
+
+    /// The model of the surface in a lane, on the side of the ray.
+    fn bsdf(&self, lane: usize) -> Bsdf {
+        self.surface_bsdf(lane).facing(self.vertex.outside.lane(lane))
+    }
+
+    /// The model of the surface in a lane.
+    fn surface_bsdf(&self, lane: usize) -> &'a Bsdf {
+        &self.scene.surfaces()[self.primitives[lane].surface as usize].bsdf
+    }
+
+    /// The emitter in a lane, of all that the scene has.
+    #[inline]
+    pub fn emitter(&self, lane: usize) -> Option<u32> {
+        self.primitives[lane].emitter
+    }
+
+    /// The numbers of the specular casters by which a lane's primitive reflects and refracts.
+    #[inline]
+    pub fn casters(&self, lane: usize) -> [u8; 2] {
+        self.primitives[lane].casters
+    }
+
+    /// The radiance that emitters show to the rays; zero from behind and elsewhere.
+    #[inline]
+    pub fn emitted(&self) -> R::Vector {
+        let front = self.normal.dot(self.vertex.direction).below(R::splat(0.0));
+        let radiance = R::Vector::from_fn(|i| self.emitter_radiance(i));
+        Vector::choose(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
+    }
+
+    /// The radiance that emitters show by these rules.
+    pub fn emitted_by_rules(&self, rules: &LightRules) -> R::Vector {
+        let radiance = self.emitted();
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let zero = R::splat(0.0);
+        let dark = radiance.components().into_iter().fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
+        rules.seen.map_or(radiance, |shown| Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown))))
+    }
+
+    /// Where emitters show their fronts to the rays.
+    pub fn shows_emitter(&self) -> R::Mask {
+        self.emits & self.normal.dot(self.vertex.direction).below(R::splat(0.0))
+    }
+
+    /// The radiance of the emitter in a lane; zero without one.
+    pub fn emitter_radiance(&self, lane: usize) -> DVec3 {
+        self.emitter(lane).map_or(DVec3::ZERO, |emitter| self.scene.emitters()[emitter as usize].radiance)
+    }
+
+    /// A bit for each lane: which do not show the surfaces' own fronts to the rays.
+    pub fn backs(&self) -> u32 {
+        let zero = R::splat(0.0);
+        !R::splat(1.0).copysign(self.normal.dot(self.vertex.direction)).below(zero).bits()
+    }
+
+    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all lanes.
+    pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
+        let depth = self.t.lane(lane);
+        match &self.primitives[lane].features {
+            Some(flat) if is_legal_depth(depth) => pixel.push_flat(flat, backs >> lane & 1 == 1, depth),
+            _ => pixel.push_features(&self.features(lane)),
+        }
+    }
+
+    /// The features of a lane that a ray has met.
+    pub fn features(&self, lane: usize) -> Features {
+        let [albedo, normal, direction] = [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
+        features(albedo, normal, self.t.lane(lane), direction)
+    }
+
+    /// Where there are mirrors that do not emit.
+    pub fn dark_mirror(&self) -> R::Mask {
+        self.mirror & !self.emits
+    }
+
+    /// How mirrors turn the rays.
+    pub fn mirrored(&self) -> R::Vector {
+        fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
+    }
+
+    /// What a mirror in a lane reflects.
+    pub fn reflectance(&self, lane: usize) -> DVec3 {
+        self.colour.lane(lane)
+    }
+
+    /// Where there are mirrors and smooth glass.
+    pub fn delta(&self) -> R::Mask {
+        self.mirror | self.glass
+    }
+
+    /// The pdf of directions with respect to solid angle in the active lanes; 0 of mirrors and glass.
+    #[inline]
+    pub fn pdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
+        let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
+        if !parts.is_standard() {
+            return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
+        }
+        let by_cosine = sampling::cosine_hemisphere_pdf(wi.z());
+        let models = self.non_delta & !self.cosine_sampled;
+        if !models.any() {
+            return by_cosine;
+        }
+        R::from_lanes(|i| if models.lane(i) { pdf(i) } else { by_cosine.lane(i) })
+    }
+
+    /// A way on in the active lanes, as [`Scattering::sample`](crate::bsdf::Scattering::sample). Draws two numbers for
+    /// a model with a pdf, three for rough glass, one for glass, none for a mirror.
+    #[inline]
+    pub fn sample<P: Walking, S: LaneSampler<R>>(&self, parts: &P, active: R::Mask, random: &mut S) -> BsdfSample<R> {
+        if !parts.is_standard() {
+            return self.sample_one_by_one(parts, active, random);
+        }
+        let mut sample = self.sample_specular(parts, active & !self.non_delta, random);
+        sample.has_pdf = active & self.non_delta;
+        if sample.has_pdf.any() {
+            self.sample_non_delta(parts, &mut sample, random);
+        }
+        sample
+    }
+
+    /// A way on from mirrors and glass.
+    #[inline]
+    fn sample_specular<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let white = R::Vector::splat_vector(DVec3::ONE);
+        let vertex = &self.vertex;
+        let (d, n) = (vertex.direction, vertex.frame.z);
+        let mut sample = BsdfSample {
+            exists: active & self.delta(),
+            direction: d,
+            weight: white,
+            pdf: zero,
+            has_pdf: R::Mask::splat(false),
+            radiance_factor: one,
+        };
+        if sample.exists.any() {
+            sample.direction = parts.lanes_mirror(d, n, sample.exists);
+            sample.weight = Vector::choose(self.mirror, self.colour, white);
+        }
+        let glass = active & self.glass;
+        if glass.any() {
+            let random = random.uniform(glass);
+            let (n1, n2) = vertex.indices(self.index);
+            let reflectance = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
+            let (refracted, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
+            let refracts = glass & !random.below(reflectance) & exists;
+            sample.direction = Vector::choose(refracts, refracted, sample.direction);
+            let factor = parts.lanes_radiance_factor([n1, n2], refracts);
+            sample.radiance_factor = R::choose(refracts, factor, one);
+        }
+        sample
+    }
+
+    /// A way on from surfaces that scatter in all directions.
+    #[inline]
+    fn sample_non_delta<P: Walking, S: LaneSampler<R>>(&self, parts: &P, sample: &mut BsdfSample<R>, random: &mut S) {
+        let active = sample.has_pdf;
+        let rough_glass = active & self.rough_glass;
+        let numbers = [random.uniform(active), random.uniform(active)];
+        let third = if rough_glass.any() { random.uniform(rough_glass) } else { R::splat(0.0) };
+        let mut wi: R::Vector = sampling::cosine_hemisphere(numbers);
+        let models = active & !self.cosine_sampled;
+        let mut exists = active;
+        if models.any() {
+            let [r1, r2] = numbers;
+            let alone = |i: usize| {
+                self.bsdf(i).sample_direction(self.vertex.wo.lane(i), [r1.lane(i), r2.lane(i), third.lane(i)])
+            };
+            let own: [Option<DVec3>; N] = from_fn(|i| if models.lane(i) { alone(i) } else { Some(wi.lane(i)) });
+            exists = active & R::Mask::from_fn(|i| own[i].is_some());
+            wi = R::Vector::from_fn(|i| own[i].unwrap_or(DVec3::Z));
+        }
+        let pdf = self.pdf(parts, wi, active);
+        let weight = self.weighted(parts, wi, pdf, active);
+        sample.exists = sample.exists | (exists & !pdf.equals(R::splat(0.0)));
+        sample.direction = Vector::choose(active, self.vertex.frame.world(wi), sample.direction);
+        sample.weight = Vector::choose(active, weight, sample.weight);
+        sample.pdf = R::choose(active, pdf, sample.pdf);
+        if rough_glass.any() {
+            let factor = |i: usize| self.radiance_factor(parts, wi.lane(i), i);
+            let factors = R::from_lanes(|i| if rough_glass.lane(i) { factor(i) } else { 1.0 });
+            sample.radiance_factor = R::choose(rough_glass, factors, sample.radiance_factor);
+        }
+    }
+
+    /// [`sample`](Self::sample) lane by lane, by parts of which some are replaced.
+    fn sample_one_by_one<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
+        let mut samples: [Option<bsdf::BsdfSample>; N] = [None; N];
+        for lane in lanes_of(active.bits()) {
+            let Vertex { point, frame, direction, wo, outside } = self.vertex;
+            let frame = crate::frame::Frame { x: frame.x.lane(lane), y: frame.y.lane(lane), z: frame.z.lane(lane) };
+            let [point, direction, wo] = [point, direction, wo].map(|v| v.lane(lane));
+            let vertex = Vertex { point, frame, direction, wo, outside: outside.lane(lane) };
+            samples[lane] = parts.sample(self.surface_bsdf(lane), &vertex, &mut LaneRng { random, lane, number: PhantomData });
+        }
+        let exists = R::Mask::from_fn(|i| samples[i].is_some());
+        let pdf = |i: usize| samples[i].and_then(|sample| sample.pdf);
+        BsdfSample {
+            exists,
+            direction: R::Vector::from_fn(|i| samples[i].map_or(DVec3::Z, |sample| sample.direction)),
+            weight: R::Vector::from_fn(|i| samples[i].map_or(DVec3::ZERO, |sample| sample.weight)),
+            pdf: R::from_lanes(|i| pdf(i).unwrap_or(0.0)),
+            has_pdf: R::Mask::from_fn(|i| pdf(i).is_some()),
+            radiance_factor: R::from_lanes(|i| samples[i].map_or(1.0, |sample| sample.radiance_factor)),
+        }
+    }
+
+    /// Both ways on from mirrors and glass, without choice.
+    pub fn split<P: Walking>(&self, parts: &P, radiance_factor: bool, active: R::Mask) -> SpecularSplit<R> {
+        let (d, n) = (self.vertex.direction, self.vertex.frame.z);
+        let (one, glass) = (R::splat(1.0), active & self.glass);
+        let mut split = SpecularSplit {
+            reflected: (parts.lanes_mirror(d, n, active), self.colour),
+            refracts: R::Mask::splat(false),
+            refracted: (d, one),
+        };
+        if glass.any() {
+            let (n1, n2) = self.vertex.indices(self.index);
+            let share = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
+            let (direction, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
+            let factor = if radiance_factor { parts.lanes_radiance_factor([n1, n2], glass & exists) } else { one };
+            split.reflected.1 = Vector::choose(glass, R::Vector::splat_vector(DVec3::ONE) * share, self.colour);
+            (split.refracts, split.refracted) = (glass & exists, (direction, (one - share) * factor));
+        }
+        split
+    }
+
+    /// A direction uniform over the hemisphere, in world space, and its weight.
+    #[inline]
+    pub fn sample_uniform<P: Walking>(&self, parts: &P, random: [R; 2], active: R::Mask) -> (R::Vector, R::Vector) {
+        if !parts.is_standard() {
+            let none = bsdf::BsdfSample { direction: DVec3::Z, weight: DVec3::ZERO, pdf: None, radiance_factor: 1.0 };
+            let mut samples = [none; N];
+            for i in lanes_of(active.bits()) {
+                samples[i] = parts.sample_uniform(&self.bsdf(i), self.vertex.wo.lane(i), random.map(|r| r.lane(i)));
+            }
+            let direction = self.vertex.frame.world(R::Vector::from_fn(|i| samples[i].direction));
+            return (direction, R::Vector::from_fn(|i| samples[i].weight));
+        }
+        let wi: R::Vector = sampling::uniform_hemisphere(random);
+        let weight = self.weighted(parts, wi, sampling::uniform_hemisphere_pdf(wi.z()), active);
+        (self.vertex.frame.world(wi), weight)
+    }
+
+    /// f_r cos θ / p of a direction.
+    #[inline]
+    fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
+        let up = R::Vector::splat_vector(DVec3::Z);
+        let [x, y, z] = wi.components();
+        let above = if self.rough_glass.any() { R::Vector::of([x, y, z.abs()]) } else { wi };
+        let cosine = radiometry::cosine(up, above);
+        radiometry::reflected(self.brdf(parts, wi, active), R::Vector::splat_vector(DVec3::ONE), cosine, pdf)
+    }
+}
+
+/// The random numbers of one lane.
+struct LaneRng<'a, S, R> {
+    random: &'a mut S,
+    lane: usize,
+    number: PhantomData<R>,
+}
+
+impl<R: Real, S: LaneSampler<R>> TryRng for LaneRng<'_, S, R> {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        self.try_next_u64().map(|word| word as u32)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.random.word(self.lane))
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for bytes in bytes.chunks_mut(8) {
+            bytes.copy_from_slice(&self.random.word(self.lane).to_le_bytes()[..bytes.len()]);
+        }
+        Ok(())
+    }
+}
+
+/// Points and normals of hits on primitives of these numbers, as [`Scene::intersect`](crate::scene::Scene::intersect)
+/// says them.
+#[inline]
+fn place<R: Wide<N>, const N: usize>(
+    [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],
+    curved: R::Mask,
+    ray: &Ray<R::Vector>,
+    found: &PacketHit<R, N>,
+) -> (R::Vector, R::Vector) {
+    let corners = [[a, b, c], [d, e, f], [g, h, i]].map(R::Vector::of);
+    let (point, normal) = (inner_point(corners, found.weights, radius), R::Vector::of([x, y, z]));
+    if !curved.any() {
+        return (point, normal);
+    }
+    let centre = corners[0];
+    let away = outward(ray.at(found.t), centre);
+    let facing = Vector::choose(radius.below(R::splat(0.0)), -away, away);
+    let on_sphere = centre + away * radius.abs();
+    (Vector::choose(curved, on_sphere, point), Vector::choose(curved, facing, normal))
+}
