@@ -12,7 +12,7 @@ mod packet;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 
-use crate::real::{EightSingles, FOUR, Four, LANES, Real, Vector, Wide, Mask};
+use crate::real::{EightSingles, FOUR, Four, LANES, Mask, Real, Vector, Wide};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{Shear, TriangleHit};
 pub(crate) use packet::Nearest;

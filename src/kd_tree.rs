@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::real::{LANES, Lanes, Lanes3, Real as _, Vector as _, Mask as _};
+use crate::real::{LANES, Lanes, Lanes3, Mask as _, Real as _, Vector as _};
 
 /// Points with values, as a balanced tree without pointers: a range of points is divided near its middle by a plane, and so
 /// are both halves. A short range is a leaf.

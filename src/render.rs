@@ -1,6 +1,7 @@
 //! The loop over pixels, replications and samples.
 
 mod by_lanes;
+mod by_passes;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,21 +10,18 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::estimator::{Estimator, ImageEstimator, Sample};
-use crate::film::{Begun, Features, Film, Pixel, check_radiance};
-use crate::lanes::{IntersectionScratch, LaneScene, SurfaceInteraction};
+use crate::estimator::{Estimator, PhotonMapping, Sample, Standard};
+use crate::film::{Features, Film, Pixel, check_radiance};
 use crate::outline::{Outlines, replaced};
 use crate::pixel::PixelSampling;
-use crate::real::{LANES, Lanes, Mask, Real};
-use crate::rng::{stream, uniform2};
+use crate::rng::uniform2;
 use crate::sampler::{LONGEST, Pass, Source};
 use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 pub use crate::sampler::Numbers;
-pub use by_lanes::{
-    ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
-};
+pub use by_lanes::{ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes};
+pub use by_passes::{ByPasses, PassEstimator, render_passes};
 
 /// What, besides scene and estimator, decides every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,11 +129,7 @@ pub fn render<E: Estimator>(
     range: &Range<u32>,
     done: Progress<'_>,
 ) -> Result<bool, Error> {
-    let frame = film.frame();
-    let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
-    each_part((sampling, E::TOGETHER), film, range, done, |pieces| {
-        add_samples((scene, estimator), (sampling, &outlines), frame, pieces)
-    })
+    PreparedRays::new(scene, estimator, sampling, film.frame()).add(film, range.clone(), done)
 }
 
 /// About the most samples that a thread takes in lanes between two calls of [`Progress`], but never less than a replication
@@ -298,101 +292,32 @@ fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
     features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction)
 }
 
-/// The features of what is seen through these points of the frame.
-fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
-    let lanes: LaneScene<'_, Lanes, LANES> = LaneScene::new(scene);
-    let mut scratch = IntersectionScratch::new();
-    let eight = points.chunks(LANES).flat_map(|points| {
-        let [x, y] = [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
-        let ray = scene.camera().ray(frame, x, y);
-        let found = lanes.closest(&ray, Mask::from_fn(|i| i < points.len()), &mut scratch);
-        let met = found.met.bits();
-        let surface = (met != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
-        let of = move |i: usize| surface.as_ref().filter(|_| met >> i & 1 == 1).map(|surface| surface.features(i));
-        (0..points.len()).map(of).collect::<Vec<_>>()
-    });
-    eight.collect()
-}
-
-/// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
-/// mean of as many as a scramble has points. Albedo, normal and depth are those of one camera ray per pixel and pass,
-/// the one that [`render`] sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
-/// sends itself. `pass_done` is called after each pass with its number of pixels; when it returns false, the
-/// remaining passes are left out and `Ok(false)` is returned: the film keeps those of a replication that is begun, with
-/// which the next call goes on.
-///
-/// # Errors
-/// [`Error::Option`] for a film that is a part of its frame, and as for [`render`]; what the estimator refuses;
-/// [`Error::Radiance`] with the pixel and the pass for what no film can hold.
-pub fn render_passes<E: ImageEstimator>(
-    scene: &Scene,
-    estimator: &E,
-    (numbers, seed): (Numbers, u64),
-    film: &mut Film,
-    range: Range<u32>,
-    pass_done: &dyn Fn(u64) -> bool,
-) -> Result<bool, Error> {
-    let frame = film.frame();
-    if film.size() != frame {
-        return Err(Error::Option(
-            "an estimator of whole images cannot render a window: take the full frame".to_owned(),
-        ));
-    }
-    let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
-    sampling.check(range.end, film)?;
-    let samples = sampling.samples_per_replication();
-    let width = frame[0] as usize;
-    for replication in range {
-        let begun = film.begun.take();
-        let Begun { passes: done, mut sums } =
-            begun.unwrap_or_else(|| Begun { passes: 0, sums: vec![DVec3::ZERO; film.pixels().len()] });
-        let passes = replication * samples..(replication + 1) * samples;
-        for index in passes.clone().skip(done as usize) {
-            let image = estimator.image(scene, frame, Pass { numbers, seed, index })?;
-            let sums_and_values = sums.par_chunks_mut(width).zip_eq(image.par_chunks(width));
-            let rows = film.pixels_mut().par_chunks_mut(width).zip_eq(sums_and_values).enumerate();
-            rows.try_for_each(|(y, (pixels, (sums, values)))| {
-                let point = |x: u32| {
-                    let random = uniform2(&mut stream(seed, y as u32 * frame[0] + x, index));
-                    let offset = PixelSampling::Random.position(0, random);
-                    [f64::from(x) + offset[0], y as f64 + offset[1]]
-                };
-                let points: Vec<_> = (0..frame[0]).map(point).collect();
-                let seen = features_at(scene, frame, &points);
-                for (x, (((pixel, sum), value), seen)) in pixels.iter_mut().zip(sums).zip(values).zip(seen).enumerate()
-                {
-                    if let Some(features) = &seen {
-                        pixel.push_features(features)?;
-                    }
-                    *sum += value;
-                    check_radiance(*value)
-                        .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
-                    if index + 1 == passes.end {
-                        pixel.push(*sum / f64::from(samples), samples)?;
-                    }
-                }
-                Ok(())
-            })?;
-            if !pass_done(image.len() as u64) {
-                if index + 1 < passes.end {
-                    film.begun = Some(Begun { passes: index + 1 - passes.start, sums });
-                }
-                return Ok(false);
-            }
-        }
-    }
-    Ok(true)
-}
-
 /// What adds replications to films, whichever kind of estimator makes them.
 pub trait Renderer: Sync {
     /// How many samples one replication has.
     fn samples_per_replication(&self) -> u32;
+    /// Makes what depends on the scene and on the size of the full frame (width, height) alone, once for all ranges.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a scene that the renderer does not take.
+    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error>;
+
+    /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.
+    ///
+    /// # Errors
+    /// Those of [`prepare`](Self::prepare) and of [`Prepared::add`].
+    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+        self.prepare(scene, film.frame())?.add(film, range, done)
+    }
+}
+
+/// A renderer in its scene, for films of one frame.
+pub trait Prepared: Sync {
     /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.
     ///
     /// # Errors
     /// Those of [`render`] or [`render_passes`].
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error>;
+    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error>;
 }
 
 /// Renders by single rays.
@@ -408,28 +333,52 @@ impl<E: Estimator> Renderer for ByRays<E> {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        render(scene, &self.estimator, self.sampling, film, &range, done)
+    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
+        Ok(Box::new(PreparedRays::new(scene, &self.estimator, self.sampling, frame)))
     }
 }
 
-/// Renders by whole images.
-#[derive(Clone, Copy, Debug)]
-pub struct ByPasses<E> {
-    /// What a pass brings.
-    pub estimator: E,
-    /// Where the random numbers come from.
-    pub numbers: Numbers,
-    /// The master seed.
-    pub seed: u64,
+/// An estimator of single rays in its scene.
+struct PreparedRays<'a, E> {
+    scene: &'a Scene,
+    estimator: &'a E,
+    sampling: Sampling,
+    outlines: Outlines,
 }
 
-impl<E: ImageEstimator> Renderer for ByPasses<E> {
+impl<'a, E: Estimator> PreparedRays<'a, E> {
+    fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, frame: [u32; 2]) -> Self {
+        let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
+        Self { scene, estimator, sampling, outlines }
+    }
+}
+
+impl<E: Estimator> Prepared for PreparedRays<'_, E> {
+    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+        let Self { scene, estimator, sampling, outlines } = self;
+        let frame = film.frame();
+        each_part((*sampling, E::TOGETHER), film, &range, done, |pieces| {
+            add_samples((scene, *estimator), (*sampling, outlines), frame, pieces)
+        })
+    }
+}
+
+/// Renders by photons, looked up along single rays. Its photons are those of one map.
+#[derive(Debug)]
+pub struct ByPhotons {
+    /// The photons.
+    pub photons: PhotonMapping<Standard>,
+    /// Which rays, by which random numbers.
+    pub sampling: Sampling,
+}
+
+// Not [`ByRays`], whose code is compiled where it is used, and not as fast there.
+impl Renderer for ByPhotons {
     fn samples_per_replication(&self) -> u32 {
-        self.numbers.samples()
+        self.sampling.samples_per_replication()
     }
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        render_passes(scene, &self.estimator, (self.numbers, self.seed), film, range, done)
+    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
+        Ok(Box::new(PreparedRays::new(scene, &self.photons, self.sampling, frame)))
     }
 }
 

@@ -157,7 +157,7 @@ macro_rules! at_once {
             use glam::DVec3;
             use whitefurnace::accel::{Bvh, PacketStack};
             use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-            use whitefurnace::real::{Lanes3, Real, Wide, Mask, Vector};
+            use whitefurnace::real::{Lanes3, Mask, Real, Vector};
             use whitefurnace::shape::{Ray, Sphere};
             use whitefurnace::watertight::Shear;
             use whitefurnace::{fresnel, sampling};
@@ -208,7 +208,9 @@ macro_rules! at_once {
             fn large_mesh_closest(bencher: Bencher) {
                 let (bvh, stack) = (Bvh::new(&large_mesh()), RefCell::new(PacketStack::default()));
                 let all = <$number as Real>::Mask::splat(true);
-                bench(bencher, ray, |ray| bvh.closest_of_packet(ray, all, &mut stack.borrow_mut()));
+                bench(bencher, ray, |ray| {
+                    bvh.closest_of_packet::<$number, { $count }>(ray, all, &mut stack.borrow_mut())
+                });
             }
 
             #[divan::bench]

@@ -112,7 +112,10 @@ pub(crate) trait Lanewise: Walking {
         for (i, point) in points.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
             *point = self.sample_emitter(emitter, random.map(|r| r.lane(i)));
         }
-        EmitterPoint { point: R::Vector::from_fn(|i| points[i].point), normal: R::Vector::from_fn(|i| points[i].normal) }
+        EmitterPoint {
+            point: R::Vector::from_fn(|i| points[i].point),
+            normal: R::Vector::from_fn(|i| points[i].normal),
+        }
     }
 
     /// A point on an emitter, uniform in the solid angle seen from a point: where it can be so, with its pdf.

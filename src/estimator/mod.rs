@@ -26,6 +26,7 @@ mod whitted;
 use glam::DVec3;
 
 pub use bdpt::{Bdpt, Connections};
+pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
 pub use path::{Heuristic, Path, Strategy};
@@ -34,10 +35,9 @@ pub use photon_map::Photons;
 pub use published::{Published, Quirks};
 pub use radiosity::{FiniteElements, Radiosity};
 pub use report::Report;
+pub(crate) use specular::{CasterData, SpecularChains};
 pub use sppm::{Sppm, radius_squared};
 pub use strategies::{Bidirectional, Density, weight};
-pub(crate) use lanewise::{Lanewise, vectors};
-pub(crate) use specular::{CasterData, SpecularChains};
 pub use whitted::Whitted;
 
 use crate::bsdf::Scattering;

@@ -5,9 +5,9 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::Walking;
 use super::lanewise::{Lanewise, vectors};
 use super::path::Strategy;
-use super::Walking;
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::environment::EnvironmentMap;
@@ -379,6 +379,9 @@ pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: 
     let cosine_at_light = parts.lanes_cosine(point.normal, -direction, active);
     let cosine = at.cosine(parts, direction, active);
     let active = active & cosine.above(zero) & cosine_at_light.above(zero);
+    if !active.any() {
+        return (LightSample::none(), emitter);
+    }
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
     let per_area = parts.lanes_solid_angle_per_area(cosine_at_light, distance_squared, active & !picked.by_angle);
@@ -526,12 +529,7 @@ pub(super) fn direct_light<P: Walking, R: Sampler>(
 /// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number; 0
 /// from behind.
 #[inline]
-pub(super) fn picked_pdf<P: Walking>(
-    parts: &P,
-    scene: &Scene,
-    (index, light): (usize, &Vertex),
-    from: DVec3,
-) -> f64 {
+pub(super) fn picked_pdf<P: Walking>(parts: &P, scene: &Scene, (index, light): (usize, &Vertex), from: DVec3) -> f64 {
     let offset = light.point - from;
     let distance_squared = offset.length_squared();
     let cosine = parts.cosine(light.frame.z, -offset.normalize());

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
+use super::Walking;
 use super::emission::{Emission, emit_from};
 use super::next_event::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, follow};
-use super::Walking;
 use crate::error::Error;
 use crate::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;

@@ -12,7 +12,7 @@ use super::next_event::{
 use super::specular::{LightHit, SpecularShadowRay, specular_light};
 use super::{Estimator, LONGEST_PATH, Sample, Standard, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
-use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
 use crate::real::{Mask, Real, Vector, Wide};
 use crate::roulette;
 use crate::sampler::Sampler;
@@ -169,8 +169,7 @@ impl<P: Walking> Path<P> {
         if !by_casters.any() || !self.uses_casters(scene.scene) {
             return reflected;
         }
-        let shadow_ray =
-            SpecularShadowRay { caster: random.uniform(by_casters), light: &numbers, remaining_bounces };
+        let shadow_ray = SpecularShadowRay { caster: random.uniform(by_casters), light: &numbers, remaining_bounces };
         let weight = |pdf, other, active| self.weight(pdf, other, active);
         reflected + specular_light(parts, scene, surface, shadow_ray, weight, by_casters, scratch)
     }

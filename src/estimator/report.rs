@@ -12,7 +12,7 @@ use super::lanewise::Lanewise;
 use super::next_event::{LightNumbers, ShadowRays, sample_light};
 use super::{Estimator, LightRules, Sample, Standard, Strategy, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
-use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
 use crate::real::{Mask, Vector, Wide};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -70,22 +70,27 @@ impl<P: Walking> Integrator for Report<P> {
         // The first segment is always followed, even of none.
         let remain = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
         let mut goes_on = next.exists & remain;
-        paths.send(surface, (next.direction, throughput * (next.weight * factor)), goes_on);
+        let (mut direction, mut weight) = (next.direction, next.weight * factor);
 
         // N sample rays of (16) from diffuse surfaces, each ended by roulette with the surface's absorption.
         let asking = diffuse & remain;
         for _ in 0..self.rays {
-            let (survives, weight) =
+            let (survives, compensation) =
                 parts.lanes_survive_absorption(surface.absorption, random.uniform(asking), asking);
             let numbers = [random.uniform(survives), random.uniform(survives)];
-            let (direction, reflected) = surface.sample_uniform(parts, numbers, survives);
-            let weight = reflected * (weight / f64::from(self.rays));
+            let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
+            let reflected = reflected * (compensation / f64::from(self.rays));
             // The first that survives goes on at once, the others later.
+            let later = survives & goes_on;
+            if later.any() {
+                paths.push_branch(surface, (sampled_direction, throughput * reflected), sampled, later);
+            }
             let first = survives & !goes_on;
-            paths.push_branch(surface, (direction, throughput * weight), sampled, survives & !first);
-            paths.send(surface, (direction, throughput * weight), first);
+            direction = Vector::choose(first, sampled_direction, direction);
+            weight = Vector::choose(first, reflected, weight);
             goes_on = goes_on | first;
         }
+        paths.send(surface, (direction, throughput * weight), goes_on);
         goes_on
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::photon::{Lookup, PhotonMapping};
 use super::photon_map::check_radius;
-use super::{Estimator, ImageEstimator, Photons, Standard, Walking, Sample};
+use super::{Estimator, ImageEstimator, Photons, Sample, Standard, Walking};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::rng::uniform2;

@@ -11,8 +11,8 @@ use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::camera::Camera;
 use crate::emitter::EmitterPoint;
 
-use super::{NextEvent, Walking};
 use super::next_event::{picked_pdf, point_pdf};
+use super::{NextEvent, Walking};
 use crate::scene::Scene;
 
 /// A vertex of a path from a light or from the eye.

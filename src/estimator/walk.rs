@@ -97,9 +97,8 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
         }
         let fresh = LaneMask::from_fn(|i| started[i].is_some());
         if fresh.any() {
-            let new = |old: Lanes3, of: fn(&Ray) -> DVec3| {
-                Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of))
-            };
+            let new =
+                |old: Lanes3, of: fn(&Ray) -> DVec3| Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of));
             ray = Ray::new(new(ray.origin, |ray| ray.origin), new(ray.direction, |ray| ray.direction));
             throughput = Vector::choose(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
             factor = Lanes::choose(fresh, Lanes::splat(1.0), factor);

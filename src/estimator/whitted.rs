@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::next_event::{LightNumbers, ShadowRays, sample_light};
 use super::{Estimator, LightRules, Sample, Standard, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
-use crate::lanes::{IntersectionScratch, Integrator, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
 use crate::real::{Mask, Wide};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};

@@ -8,9 +8,9 @@ use std::marker::PhantomData;
 use glam::DVec3;
 use rand::TryRng;
 
+use super::lanes_of;
 use super::samples::LaneSampler;
 use super::scene::{LaneScene, PrimitiveData};
-use super::lanes_of;
 use crate::accel::PacketHit;
 use crate::bsdf::{self, Bsdf, OrenNayar, OrenNayarForm, Vertex, lambert, oren_nayar};
 use crate::error::Error;
@@ -485,7 +485,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             let frame = crate::frame::Frame { x: frame.x.lane(lane), y: frame.y.lane(lane), z: frame.z.lane(lane) };
             let [point, direction, wo] = [point, direction, wo].map(|v| v.lane(lane));
             let vertex = Vertex { point, frame, direction, wo, outside: outside.lane(lane) };
-            samples[lane] = parts.sample(self.surface_bsdf(lane), &vertex, &mut LaneRng { random, lane, number: PhantomData });
+            samples[lane] =
+                parts.sample(self.surface_bsdf(lane), &vertex, &mut LaneRng { random, lane, number: PhantomData });
         }
         let exists = R::Mask::from_fn(|i| samples[i].is_some());
         let pdf = |i: usize| samples[i].and_then(|sample| sample.pdf);

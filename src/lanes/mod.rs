@@ -25,8 +25,8 @@ use crate::scene::Scene;
 pub(crate) use interaction::{BsdfAt, BsdfSample, ShadingPoint, SurfaceInteraction};
 pub use rays::{EightRays, LaneRays};
 use row::row;
-use samples::{Points, Streams};
 pub(crate) use samples::{LaneSampler, Sources};
+use samples::{Points, Streams};
 pub(crate) use scene::{IntersectionScratch, LaneScene, SceneData};
 pub(crate) use state::{Integrator, PathState};
 pub(crate) use trace::radiances;
@@ -35,7 +35,7 @@ pub(crate) use trace::radiances;
 pub(crate) struct Engine<'a, R: Wide<N>, const N: usize> {
     scene: LaneScene<'a, R, N>,
     estimator: LaneEstimator,
-    sampling: Sampling,
+    pub sampling: Sampling,
     outlines: Outlines,
 }
 

@@ -5,9 +5,9 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::interaction::SurfaceInteraction;
+use super::lanes_of;
 use super::samples::LaneSampler;
 use super::scene::{IntersectionScratch, LaneScene};
-use super::lanes_of;
 use crate::estimator::SpecularChains;
 use crate::real::{Mask, Vector, Wide};
 use crate::scene::Scene;
@@ -139,9 +139,9 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         if back == 0 {
             return 0;
         }
-        let branches: [Option<Branch>; N] =
-            from_fn(|i| if back >> i & 1 == 1 { self.branches[i].pop() } else { None });
-        self.branched = lanes_of(self.branched).filter(|&i| !self.branches[i].is_empty()).fold(0, |bits, i| bits | 1 << i);
+        let branches: [Option<Branch>; N] = from_fn(|i| if back >> i & 1 == 1 { self.branches[i].pop() } else { None });
+        self.branched =
+            lanes_of(self.branched).filter(|&i| !self.branches[i].is_empty()).fold(0, |bits, i| bits | 1 << i);
         let new = |old: R::Vector, of: fn(&Branch) -> DVec3| {
             R::Vector::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of))
         };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
+use super::{Prepared, Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
 use crate::error::Error;
 use crate::estimator::{Estimator as _, Path, Report, Whitted};
 use crate::film::Film;
@@ -98,35 +98,31 @@ impl Renderer for ByLanes {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        match self.precision {
-            Precision::Double => self.add_in::<Lanes, LANES>(scene, film, &range, done),
-            Precision::Single | Precision::UncheckedSingle => {
-                if self.precision == Precision::Single {
-                    check_singles(scene)?;
-                }
-                self.add_in::<Singles, SINGLES>(scene, film, &range, done)
-            }
+    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
+        if self.precision == Precision::Single {
+            check_singles(scene)?;
         }
+        Ok(match self.precision {
+            Precision::Double => Box::new(self.prepared::<Lanes, LANES>(scene, frame)),
+            Precision::Single | Precision::UncheckedSingle => Box::new(self.prepared::<Singles, SINGLES>(scene, frame)),
+        })
     }
 }
 
 impl ByLanes {
-    fn add_in<R: Wide<N>, const N: usize>(
-        &self,
-        scene: &Scene,
-        film: &mut Film,
-        range: &Range<u32>,
-        done: Progress<'_>,
-    ) -> Result<bool, Error> {
+    fn prepared<'a, R: Wide<N>, const N: usize>(&self, scene: &'a Scene, frame: [u32; 2]) -> Engine<'a, R, N> {
         let Self { estimator, sampling, .. } = *self;
-        let frame = film.frame();
         let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
-        let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
-        let engine = Engine::<R, N>::new(scene, estimator, (sampling, outlines));
-        each_part((sampling, UNINTERRUPTED), film, range, done, |pieces| {
+        Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling, sees_in_mirrors)))
+    }
+}
+
+impl<R: Wide<N>, const N: usize> Prepared for Engine<'_, R, N> {
+    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+        let frame = film.frame();
+        each_part((self.sampling, UNINTERRUPTED), film, &range, done, |pieces| {
             let mut rows = pieces.iter_mut();
-            rows.try_for_each(|row| engine.row((frame, row.corner), &row.missing, (row.pixels, row.counts)))
+            rows.try_for_each(|row| self.row((frame, row.corner), &row.missing, (row.pixels, row.counts)))
         })
     }
 }

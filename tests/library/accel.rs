@@ -1,7 +1,7 @@
 //! The hierarchy against a test of every primitive.
 
 use whitefurnace::accel::{Bvh, PacketStack, Primitive, PrimitiveHit};
-use whitefurnace::real::{LANES, LaneMask, Lanes3, Mask as _, Vector as _};
+use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask as _, Vector as _};
 use whitefurnace::watertight::Shear;
 
 use crate::budget::enough;
@@ -50,8 +50,8 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
         // All of them, and each for itself: then no other ray makes sure that a box is opened.
         for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
             let active = LaneMask::from_bits(active);
-            let hits = bvh.closest_of_packet(&ray, active, &mut stack);
-            let occluded = bvh.occluded_of_packet(&ray, active, blocks, &mut stack);
+            let hits = bvh.closest_of_packet::<Lanes, LANES>(&ray, active, &mut stack);
+            let occluded = bvh.occluded_of_packet::<Lanes, LANES>(&ray, active, blocks, &mut stack);
             let has = |mask: LaneMask, i: usize| mask.bits() >> i & 1 == 1;
             for (i, alone) in rays.iter().enumerate() {
                 let expected = if has(active, i) { bvh.closest(alone, f64::INFINITY) } else { None };

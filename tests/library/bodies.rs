@@ -307,7 +307,7 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
     assert!(found.iter().all(|&paths| paths > 100), "{found:?} by flat mirrors, reflected and refracted");
 }
 
-/// The mean of both engines over a patch at the origin that faces up, with parts of a scene around it.
+/// The mean in all lanes and by functions of one ray over a patch at the origin that faces up, with parts of a scene around it.
 fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
     let scene = scene_from(camera, |s| {
@@ -316,7 +316,8 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     });
     let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
     let path = Path { by_bodies: true, bounces, ..Path::new(Standard, Finds::Mis) };
-    let alone = rendered(&scene, &path, [16, 16], sampling, &[0..40]).expect("legal values");
+    let one_by_one = Path { by_bodies: true, bounces, ..Path::new(OneByOne, Finds::Mis) };
+    let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
     let lanes = LaneEstimator::Path(path);
     render_lanes(&scene, lanes, sampling, &mut together, &(0..40), &|_| true).expect("legal values");

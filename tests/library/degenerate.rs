@@ -147,12 +147,13 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(2), seed: 1, outlines: true };
     for (strategy, by_bodies) in [(Finds::Mis, false), (Finds::Mis, true), (Finds::Bsdf, false)] {
         let path = Path { by_bodies, ..Path::<Standard>::new(Standard, strategy) };
-        let one_by_one = fits(rendered(scene, &path, FRAME, sampling, &[0..1]), "path", text);
+        let alone = Path { by_bodies, ..Path::new(OneByOne, strategy) };
+        let one_by_one = fits(rendered(scene, &alone, FRAME, sampling, &[0..1]), "path", text);
         let mut film = Film::new(FRAME, None, 2).expect("a film");
         let lanes = render_lanes(scene, LaneEstimator::Path(path), sampling, &mut film, &(0..1), &|_| true);
         let eight = fits(lanes.map(|_| film), "lanes", text);
-        // Where rounding is as large as what is met, each engine may meet it or not.
-        assert!(far_apart || one_by_one == eight, "the engines differ\n{text}");
+        // Where rounding is as large as what is met, each may meet it or not.
+        assert!(far_apart || one_by_one == eight, "the widths differ\n{text}");
     }
     let area = Path { lights: LightSampling::SolidAngle, ..Path::<Standard>::new(Standard, Finds::Mis) };
     fits(rendered(scene, &area, FRAME, sampling, &[0..1]), "solid angles", text);

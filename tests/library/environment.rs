@@ -3,7 +3,7 @@
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::estimator::{Path, Strategy};
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer, lanes_serve};
+use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;
 
@@ -96,28 +96,34 @@ fn what_is_no_map_is_refused() {
     }
 }
 
-/// Lanes have the bytes of single rays where they follow a map, and say so where they do not.
+/// Lanes have the bytes of single rays under a map, with and without lamps.
 #[test]
-fn lanes_follow_a_map_without_shadow_rays() {
-    let scene = scene_from(Camera::new(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z, 0.6), |s| {
-        let clay = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.7) }));
-        s.sphere(Sphere::new(DVec3::ZERO, 1.0), clay);
-        s.environment(Environment::Map(uneven()));
-    });
+fn lanes_follow_a_map() {
+    let scene = |lit: bool| {
+        scene_from(Camera::new(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z, 0.6), |s| {
+            let clay = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.7) }));
+            s.sphere(Sphere::new(DVec3::ZERO, 1.0), clay);
+            ball(s, Sphere::new(DVec3::new(1.0, -1.0, 0.0), 0.3), glass(1.5));
+            if lit {
+                ball(s, Sphere::new(DVec3::new(-1.5, 0.0, 1.5), 0.3), lamp(5.0));
+            }
+            s.environment(Environment::Map(uneven()));
+        })
+    };
     let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
-    let film = |renderer: &dyn Renderer| {
-        let mut film = Film::new([16, 12], None, 1).expect("a film");
-        renderer.add(&scene, &mut film, 0..4, &|_| true).map(|_| film)
-    };
-    let by = |strategy| Path { strategy, ..Path::<Standard>::default() };
-    let lanes = |strategy| {
-        film(&ByLanes { estimator: LaneEstimator::Path(by(strategy)), sampling, precision: Precision::Double })
-    };
-    let rays = film(&ByRays { estimator: by(Strategy::Bsdf), sampling }).expect("a film");
-    assert_eq!(lanes(Strategy::Bsdf).expect("a film"), rays);
-    assert!(rays.mean() > 0.1);
-    for strategy in [Strategy::Light, Strategy::Mis] {
-        assert!(!lanes_serve(&scene, &LaneEstimator::Path(by(strategy))));
-        assert!(lanes(strategy).expect_err("refused").to_string().contains("not followed in lanes"));
+    for (lit, strategy) in [false, true]
+        .into_iter()
+        .flat_map(|lit| [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy)))
+    {
+        let scene = scene(lit);
+        let film = |renderer: &dyn Renderer| {
+            let mut film = Film::new([16, 12], None, 1).expect("a film");
+            renderer.add(&scene, &mut film, 0..4, &|_| true).expect("legal values");
+            film
+        };
+        let estimator = LaneEstimator::Path(Path::new(Standard, strategy));
+        let rays = film(&ByRays { estimator: Path::new(OneByOne, strategy), sampling });
+        assert_eq!(film(&ByLanes { estimator, sampling, precision: Precision::Double }), rays);
+        assert!(rays.mean() > 0.1);
     }
 }

@@ -256,3 +256,14 @@ pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
         Ok(_) => panic!("not refused: {hint}"),
     }
 }
+
+/// The standard parts under another name: their functions of one ray are taken lane by lane, and paths are followed one at a
+/// time.
+#[derive(Clone, Copy, Debug)]
+pub struct OneByOne;
+
+impl Scattering for OneByOne {}
+impl Roulette for OneByOne {}
+impl NextEvent for OneByOne {}
+impl Photons for OneByOne {}
+impl Bidirectional for OneByOne {}

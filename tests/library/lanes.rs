@@ -1,4 +1,4 @@
-//! The lane engine has the bits of the readable one: each function that both use, and whole images.
+//! Images have the same bits at any width, and by functions of one ray as by those of all lanes.
 
 pub mod kernels;
 pub mod scenes;
@@ -7,10 +7,10 @@ mod walls;
 use std::array::from_fn;
 
 use whitefurnace::bsdf::Model;
-use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds, Whitted};
+use whitefurnace::estimator::{Heuristic, Path, Sample, Strategy as Finds, Whitted};
 use whitefurnace::lanes::EightRays;
 use whitefurnace::real::{LANES, Lanes3, Vector};
-use whitefurnace::render::{LaneEstimator, OneRayPerHit, render_lanes};
+use whitefurnace::render::{LaneEstimator, render_lanes};
 
 use scenes::{crowded, scenes};
 
@@ -32,12 +32,18 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     let replications = 5;
     for range in [0..1, 1..replications] {
         match lanes {
-            LaneEstimator::Path(path) => render(scene, &path, sampling, &mut alone, &range, &|_| true),
-            LaneEstimator::Report(OneRayPerHit { segments, rules }) => {
-                let report = Report { parts: Standard, rays: 1, segments, rules };
+            LaneEstimator::Path(Path { strategy, lights, heuristic, early, by_bodies, bounces, .. }) => {
+                let path = Path { parts: OneByOne, strategy, lights, heuristic, early, by_bodies, bounces };
+                render(scene, &path, sampling, &mut alone, &range, &|_| true)
+            }
+            LaneEstimator::Report(Report { rays, segments, rules, .. }) => {
+                let report = Report { parts: OneByOne, rays, segments, rules };
                 render(scene, &report, sampling, &mut alone, &range, &|_| true)
             }
-            LaneEstimator::Whitted(whitted) => render(scene, &whitted, sampling, &mut alone, &range, &|_| true),
+            LaneEstimator::Whitted(Whitted { segments, rules, .. }) => {
+                let whitted = Whitted { parts: OneByOne, segments, rules };
+                render(scene, &whitted, sampling, &mut alone, &range, &|_| true)
+            }
         }
         .expect("legal values");
         render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true).expect("legal values");
@@ -76,13 +82,15 @@ fn images_have_the_same_bits() {
             assert_same_film(scene, LaneEstimator::Path(path), Sampling { outlines: true, ..plain }, window);
         }
         let path = LaneEstimator::Path(path);
-        let report = |segments, rules| LaneEstimator::Report(OneRayPerHit { segments, rules });
+        let report = |segments, rules| LaneEstimator::Report(Report { segments, rules, ..Report::default() });
         let whitted = |segments, rules| LaneEstimator::Whitted(Whitted { segments, ..Whitted::new(rules) });
         for segments in [0, 1, 2, 7] {
             assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
             assert_same_film(scene, whitted(segments, LightRules::PHYSICAL), plain, None);
         }
         assert_same_film(scene, report(7, LightRules::REPORT), plain, None);
+        let branching = Report { rays: 3, segments: 4, rules: LightRules::PHYSICAL, ..Report::default() };
+        assert_same_film(scene, LaneEstimator::Report(branching), plain, None);
         assert_same_film(scene, whitted(7, LightRules::REPORT), plain, None);
         // Under the other rules behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
@@ -101,6 +109,23 @@ fn images_have_the_same_bits() {
             }
         }
         assert_same_film(scene, path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
+    }
+}
+
+/// One ray at a time, by the same functions as all lanes.
+#[test]
+fn radiances_are_those_of_each_ray_alone() {
+    for scene in scenes() {
+        let camera = scene.camera();
+        let sample = |i: u32| {
+            let mut rng = stream(master(), i, 0);
+            let ray = camera.ray([5, 4], 5.0 * uniform(&mut rng), 4.0 * uniform(&mut rng));
+            Sample { ray, hit: scene.intersect(&ray), rng }
+        };
+        let path = Path { by_bodies: true, ..Path::new(Standard, Finds::Mis) };
+        let each = |Sample { ray, hit, mut rng }| path.radiance(&scene, &ray, hit, &mut rng);
+        let alone: Vec<DVec3> = (0..100).map(sample).map(each).collect();
+        assert_eq!(path.radiances(&scene, (0..100).map(sample)), alone, "{}", scene.name());
     }
 }
 

@@ -47,15 +47,15 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
         let mut seen = 0.0_f64;
         for (is_reversed, estimator) in [false, true].into_iter().flat_map(|order| estimators().map(|e| (order, e))) {
             let scene = covered(1.05 * tolerance, [black, behind], is_reversed);
-            check_singles(&scene, &estimator).expect("far enough apart");
+            check_singles(&scene).expect("far enough apart");
             assert_eq!(mean(&scene, estimator, Precision::Single), 0.0, "{estimator:?}, {behind:?}");
             let scene = covered(0.2 * tolerance, [black, behind], is_reversed);
-            assert_option_refused(check_singles(&scene, &estimator), "in single precision object ");
+            assert_option_refused(check_singles(&scene), "in single precision object ");
             assert_eq!(mean(&scene, estimator, Precision::Double), 0.0);
             seen = seen.max(mean(&scene, estimator, Precision::UncheckedSingle));
             // What is refused up to the tolerance is refused in either order.
             let scene = covered(0.95 * tolerance, [black, behind], is_reversed);
-            assert_option_refused(check_singles(&scene, &estimator), "move one of them by ");
+            assert_option_refused(check_singles(&scene), "move one of them by ");
         }
         assert!(seen > 0.0, "{behind:?} need not be refused");
     }
@@ -78,7 +78,7 @@ fn a_small_lamp_lights_a_wide_room_as_in_double_precision() {
             ball(s, Sphere::new(centre, 1.0), lamp(1e6));
         });
         for estimator in [estimators()[0], estimators()[2]] {
-            check_singles(&scene, &estimator).expect("taken");
+            check_singles(&scene).expect("taken");
             let [double, single] = [Precision::Double, Precision::Single].map(|p| mean(&scene, estimator, p));
             assert!(double > 0.0 && (single / double - 1.0).abs() < 1e-3, "{estimator:?}: {single} and {double}");
         }

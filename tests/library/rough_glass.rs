@@ -2,9 +2,7 @@
 
 use whitefurnace::bsdf::ggx::{hidden, normals, seen_from_both};
 use whitefurnace::bsdf::rough_glass::{RoughGlass, refracting, seen_from_opposite};
-use whitefurnace::estimator::Path;
 use whitefurnace::fresnel::{radiance_factor, reflectance, refract};
-use whitefurnace::render::{LaneEstimator, OneRayPerHit, lanes_serve};
 
 use crate::prelude::*;
 
@@ -124,9 +122,4 @@ fn sides_and_numbers() {
     assert!(bsdf.eval(wo, wi).x > 0.0 && bsdf.pdf(wo, wi) > 0.0);
     assert_eq!((bsdf.eval(wi, wo), bsdf.pdf(wi, wo)), (DVec3::ZERO, 0.0));
     assert!(Standard.sample_rough(&bsdf, wi, [0.5; 3]).is_none());
-    let scene = scene(|s| ball(s, Sphere::new(DVec3::ZERO, 1.0), Surface::new(bsdf)));
-    let report = OneRayPerHit { segments: 7, rules: LightRules::PHYSICAL };
-    for lanes in [LaneEstimator::Path(Path::default()), LaneEstimator::Report(report)] {
-        assert!(!lanes_serve(&scene, &lanes));
-    }
 }

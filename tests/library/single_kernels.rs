@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use whitefurnace::real::{EightSingles, LANES, SINGLES, Scalar, Singles, Wide, sin_cos_of_turn};
+use whitefurnace::real::{EightSingles, LANES, Real, SINGLES, Scalar, Singles, Wide, sin_cos_of_turn};
 
 use crate::lanes::kernels::{Kernel, Question, of_every_kernel};
 use crate::prelude::*;

@@ -5,11 +5,10 @@ use std::array::from_fn;
 use std::ops::Range;
 
 use whitefurnace::accel::PacketStack;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
-use whitefurnace::environment::{Environment, EnvironmentMap};
+use whitefurnace::environment::Environment;
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
-use whitefurnace::real::{Lanes3, SINGLES, Singles, Mask, Vector};
-use whitefurnace::render::{ByLanes, LaneEstimator, OneRayPerHit, Precision, Renderer, check_singles, render_lanes};
+use whitefurnace::real::{Lanes3, Mask, SINGLES, Singles, Vector};
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles, render_lanes};
 use whitefurnace::scene::SINGLE_OFFSET;
 use whitefurnace::scene::file::Description;
 
@@ -79,7 +78,7 @@ fn nothing_leaks_in_single_precision() {
                 let targets: [DVec3; SINGLES] = from_fn(|_| border(&mut rng, &mesh));
                 let [origins, directions] = [Lanes3::from_fn(|_| eye), Lanes3::from_fn(|i| targets[i] - eye)];
                 let ray: Ray<Lanes3<Singles>> = Ray::new(origins, directions);
-                let hits = scene.bvh().closest_of_packet(&ray, Mask::splat(true), &mut stack);
+                let hits = scene.bvh().closest_of_packet::<Singles, SINGLES>(&ray, Mask::splat(true), &mut stack);
                 assert_eq!(hits.met.bits(), 0xFFFF, "from {eye} to {targets:?}");
             }
         }
@@ -89,7 +88,7 @@ fn nothing_leaks_in_single_precision() {
 /// Long paths in the closed scenes, whose directions are as grazing as chance makes them: by the cosine, and evenly.
 #[test]
 fn no_path_leaves_closed_scenes_in_single_precision() {
-    let even = LaneEstimator::Report(OneRayPerHit { segments: 12, rules: LightRules::PHYSICAL });
+    let even = LaneEstimator::Report(Report { segments: 12, rules: LightRules::PHYSICAL, ..Report::default() });
     let inside = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     let mut rooms: Vec<Scene> = closed().into_iter().map(|(mesh, _)| sealed(&mesh)).collect();
     rooms.push(scene(|scene| {
@@ -175,8 +174,8 @@ fn all_estimators() -> Vec<LaneEstimator> {
         LaneEstimator::Path(Path { by_bodies: true, early: 8, ..Path::new(Standard, Finds::Mis) }),
         path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
         path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),
-        LaneEstimator::Report(OneRayPerHit { segments: 7, rules: LightRules::PHYSICAL }),
-        LaneEstimator::Report(OneRayPerHit { segments: 7, rules: LightRules::REPORT }),
+        LaneEstimator::Report(Report { rules: LightRules::PHYSICAL, ..Report::default() }),
+        LaneEstimator::Report(Report::default()),
         LaneEstimator::Whitted(Whitted::new(LightRules::PHYSICAL)),
     ]
 }
@@ -198,7 +197,7 @@ fn images_differ_by_rounding() {
     let mut taken = 0;
     for scene in scenes().iter().chain([&faceted()]) {
         for estimator in all_estimators() {
-            if check_singles(scene, &estimator).is_err() {
+            if check_singles(scene).is_err() {
                 continue;
             }
             taken += 1;
@@ -279,7 +278,7 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
         let scene = ball_on_a_plane(reach);
         let estimator = LaneEstimator::Path(Path::new(Standard, Finds::Bsdf));
-        assert_eq!(check_singles(&scene, &estimator).is_ok(), taken, "{reach}");
+        assert_eq!(check_singles(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new([32, 24], None, 1).expect("a legal size");
             let lanes = ByLanes { estimator, sampling: plain(master()), precision };
@@ -302,22 +301,19 @@ fn what_single_precision_would_show_is_refused() {
         })
     };
     for size in [2e6, 1e-7, 1e12] {
-        assert_option_refused(
-            check_singles(&of(size, 0.5 * size, diffuse(0.5)), &path(Finds::Mis)),
-            "the scene reaches to",
-        );
+        assert_option_refused(check_singles(&of(size, 0.5 * size, diffuse(0.5))), "the scene reaches to");
     }
     for size in [1e-6, 1.0, 1e6] {
         let fine = of(size, size / 4097.0, diffuse(0.5));
-        assert_option_refused(check_singles(&fine, &path(Finds::Mis)), "too small for single precision");
-        check_singles(&of(size, size / 4095.0, diffuse(0.5)), &path(Finds::Mis)).expect("coarse enough");
+        assert_option_refused(check_singles(&fine), "too small for single precision");
+        check_singles(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
     }
     // What is far from the camera, too, and zones.
     let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
-    assert_option_refused(check_singles(&far.expect("a camera"), &path(Finds::Mis)), "too small for single precision");
+    assert_option_refused(check_singles(&far.expect("a camera")), "too small for single precision");
     let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
-    assert_option_refused(check_singles(&ring, &path(Finds::Mis)), "too small for single precision");
+    assert_option_refused(check_singles(&ring), "too small for single precision");
     // Triangles that hang together are one thing, however fine; what is thin in two directions is small.
     let of_mesh = |mesh: &Mesh, scale: DVec3| {
         scene(|scene| {
@@ -333,27 +329,17 @@ fn what_single_precision_would_show_is_refused() {
         (DVec3::splat(1e-4), false),
     ] {
         let fine = of_mesh(&Mesh::globe(60, 60), scale);
-        assert_eq!(check_singles(&fine, &path(Finds::Mis)).is_ok(), taken, "{scale}");
+        assert_eq!(check_singles(&fine).is_ok(), taken, "{scale}");
     }
     let sliver = scene(|scene| {
         let grey = scene.surface(diffuse(0.5));
         scene.mesh(&[DVec3::ZERO, DVec3::X, DVec3::new(0.5, 2e-4, 0.0)], &[[0, 1, 2]], grey);
     });
-    assert_option_refused(check_singles(&sliver, &path(Finds::Mis)), "too small for single precision");
-    let frosted = RoughGlass { index: 1.5, alpha: 0.3 };
-    let frosted = of(1.0, 0.5, Surface::new(Bsdf::RoughGlass(frosted)));
-    assert_option_refused(check_singles(&frosted, &path(Finds::Bsdf)), "rough glass");
-    let map = EnvironmentMap::new([2, 1], vec![DVec3::ONE, DVec3::splat(2.0)], DVec3::Z, DVec3::X).expect("a map");
-    let under_a_map = scene(|scene| {
-        scene.environment(Environment::Map(map));
-        ball(scene, Sphere::new(DVec3::ZERO, 1.0), diffuse(0.5));
-    });
-    assert_option_refused(check_singles(&under_a_map, &path(Finds::Mis)), "environment map");
-    check_singles(&under_a_map, &path(Finds::Bsdf)).expect("no shadow rays");
+    assert_option_refused(check_singles(&sliver), "too small for single precision");
     // What is refused is not rendered.
     let mut film = Film::new([2, 2], None, 1).expect("a legal size");
-    let rendered = singles(path(Finds::Bsdf), plain(1)).add(&frosted, &mut film, 0..1, &|_| true);
-    assert_option_refused(rendered, "rough glass");
+    let rendered = singles(path(Finds::Bsdf), plain(1)).add(&sliver, &mut film, 0..1, &|_| true);
+    assert_option_refused(rendered, "too small for single precision");
     for built_in in [
         room::report(Convention::Physical, OrenNayarForm::Corrected),
         room::diffuse(),
@@ -365,6 +351,6 @@ fn what_single_precision_would_show_is_refused() {
         simple::furnace_box(0.75),
     ] {
         let built_in = built_in.expect("a scene");
-        all_estimators().iter().for_each(|estimator| check_singles(&built_in, estimator).expect("accepted"));
+        check_singles(&built_in).expect("accepted");
     }
 }

@@ -38,7 +38,7 @@ fn every_shape_is_its_pixels() {
         for numbers in [Numbers::Independent, Numbers::Sobol(3)] {
             let sampling = sampling(numbers);
             let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
-            let alone = ByRays { estimator: path, sampling };
+            let alone = ByRays { estimator: Path::new(OneByOne, Finds::Mis), sampling };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");
             let mut whole = film(None);
             add(&scene, &lanes, &mut whole, 0..3);

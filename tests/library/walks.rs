@@ -1,4 +1,4 @@
-//! Walks and camera rays in lanes, against the same one by one.
+//! Walks and camera rays in lanes, against the same by functions of one ray.
 
 use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::estimator::{Connections, Walking};
@@ -7,16 +7,6 @@ use whitefurnace::splat::Splats;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;
-
-/// The standard parts under another name, which lanes do not know.
-#[derive(Clone, Copy, Debug)]
-struct OneByOne;
-
-impl Scattering for OneByOne {}
-impl Roulette for OneByOne {}
-impl NextEvent for OneByOne {}
-impl Photons for OneByOne {}
-impl Bidirectional for OneByOne {}
 
 const FRAME: [u32; 2] = [29, 23];
 
@@ -39,7 +29,7 @@ fn made<P: Walking + Photons + Bidirectional + Copy>(parts: P, scene: &Scene, pa
     all
 }
 
-/// A ball of rough glass, which is not followed in lanes.
+/// A ball of rough glass.
 fn frosted() -> Scene {
     let mut s = SceneBuilder::new("frosted");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));

@@ -87,9 +87,9 @@ struct Lobe {
 
 impl Property for Lobe {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng("lobes");
+        let mut radiance = self.probe.radiances(setup, context.seed_of("lobes"));
         let n = context.n(self.samples);
-        let k = (0..n).filter(|_| self.probe.radiance(setup, &mut rng).x > 0.0).count() as u64;
+        let k = (0..n).filter(|_| radiance().x > 0.0).count() as u64;
         vec![binomial("reflected", k, n, self.probability, self.delta)]
     }
 }

@@ -188,8 +188,8 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
         move |context: &Context, subject: EstimatorSubject| {
             let setup =
                 subject.with(PartTable { survival_by_throughput: |_, _| SURVIVAL, ..subject.parts.unwrap_or(CORRECT) });
-            let mut rng = context.rng("radiance");
-            against_the_law(context.n(PATHS), 4, || probe.radiance(setup, &mut rng).x)
+            let mut radiance = probe.radiances(setup, context.seed_of("radiance"));
+            against_the_law(context.n(PATHS), 4, || radiance().x)
         },
     )
 }

@@ -59,29 +59,36 @@ pub enum Draws {
 
 /// Rays of a scramble.
 const POINTS: u16 = 16;
+/// Scrambles that are followed together.
+const TOGETHER: u32 = 16;
 
 impl Property for MeanRadiance {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let Probe { scene, kind, .. } = &self.probe;
-        let mut rng = context.rng("radiance");
         let outcome = match self.draws {
             Draws::Rays(n) => {
-                let value = || level(scene, self.probe.radiance(setup, &mut rng));
-                mean_of("radiance", self.claim, context.n(n), value)
+                let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
+                mean_of("radiance", self.claim, context.n(n), || level(scene, radiance()))
             }
             Draws::Scrambles(n) => {
-                let seed = context.seed_of("points");
-                let mut number = 0;
+                let (mut rng, seed) = (context.rng("radiance"), context.seed_of("points"));
+                let (mut means, mut next) = (Vec::new().into_iter(), 0);
                 let value = || {
-                    let mut by_point = |index: u16| {
-                        let fill = stream(seed, index.into(), number);
-                        let mut point = Sobol::new(index, scramble(seed, 0, number), fill);
-                        let ray = (self.probe.ray)(&mut rng);
-                        level(scene, kind.radiance(setup, scene, &ray, &mut point))
-                    };
-                    let mean = (0..POINTS).map(&mut by_point).sum::<f64>() / f64::from(POINTS);
-                    number += 1;
-                    mean
+                    means.next().unwrap_or_else(|| {
+                        let names =
+                            (next..next + TOGETHER).flat_map(|scramble| (0..POINTS).map(move |i| (scramble, i)));
+                        next += TOGETHER;
+                        let rays = names.map(|(number, index)| {
+                            let fill = stream(seed, index.into(), number);
+                            ((self.probe.ray)(&mut rng), Sobol::new(index, scramble(seed, 0, number), fill))
+                        });
+                        let radiances = kind.radiances(setup, scene, rays);
+                        let mean = |points: &[DVec3]| {
+                            points.iter().map(|point| level(scene, *point)).sum::<f64>() / f64::from(POINTS)
+                        };
+                        means = radiances.chunks(POINTS.into()).map(mean).collect::<Vec<_>>().into_iter();
+                        means.next().expect("a mean of each scramble")
+                    })
                 };
                 mean_of("radiance", self.claim, context.n(n), value)
             }

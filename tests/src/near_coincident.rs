@@ -81,8 +81,8 @@ impl Property for Covered {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let n = context.arguments(5_000);
         let outcome = |(name, probes): &(&str, [Probe; 2])| {
-            let mut rng = context.rng(name);
-            let brightest = (0..n).flat_map(|_| probes.each_ref().map(|probe| probe.radiance(setup, &mut rng)));
+            let mut radiances = probes.each_ref().map(|probe| probe.radiances(setup, context.seed_of(name)));
+            let brightest = (0..n).flat_map(|_| radiances.each_mut().map(|radiance| radiance()));
             let brightest = brightest.fold(0.0, |brightest: f64, radiance| brightest.max(radiance.max_element()));
             Outcome::exact(*name, n, brightest, 0.0, "the brightest of all rays")
         };

@@ -142,8 +142,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("mirror-passed", RANDOMISATION, "camera rays go straight on behind a mirror",
                 = OutlinePoints {
                     in_mirrors: |view, scene| {
-                        let (_, hit) = scene.onward(&view.hit.expect("a mirror"), view.ray.direction);
-                        View { ray: view.ray, hit, ..view.in_mirrors(scene) }
+                        let (ray, hit) = scene.onward(&view.hit.expect("a mirror"), view.ray.direction);
+                        View { ray, hit, ..view.in_mirrors(scene) }
                     },
                     ..RIGHT
                 },

@@ -2,12 +2,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::estimator::{Bidirectional, FiniteElements, NextEvent, Photons, Report};
+use whitefurnace::estimator::{Bidirectional, FiniteElements, NextEvent, Photons, Report, Sample};
 use whitefurnace::roulette::Roulette;
 
 use crate::furnace::inside;
 use crate::prelude::*;
 use crate::scenes::{lambert, sphere_furnace};
+use crate::subject::in_batches;
 
 /// Albedo of the furnace.
 const ALBEDO: f64 = 0.5;
@@ -30,15 +31,9 @@ impl SampleRays {
         Self { scene: sphere_furnace(lambert(ALBEDO), absorption), rays, samples }
     }
 
-    fn radiance<P: EstimatorParts + Copy>(&self, setup: Configuration<P>, rng: &mut Stream) -> DVec3 {
-        let report = Report {
-            parts: setup.parts,
-            rays: self.rays,
-            segments: setup.segments.unwrap_or(SEGMENTS),
-            rules: setup.rules,
-        };
-        let ray = inside(rng);
-        report.radiance(&self.scene, &ray, self.scene.intersect(&ray), rng)
+    fn report<P: EstimatorParts + Copy>(&self, setup: Configuration<P>) -> Report<P> {
+        let segments = setup.segments.unwrap_or(SEGMENTS);
+        Report { parts: setup.parts, rays: self.rays, segments, rules: setup.rules }
     }
 }
 
@@ -48,9 +43,11 @@ struct Mean(SampleRays);
 impl Property for Mean {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
-        let mut rng = context.rng("radiance");
-        let value = || self.0.radiance(setup, &mut rng).x;
-        vec![mean_of("radiance", (reference, BOUNCES), context.n(self.0.samples), value)]
+        let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
+            let samples = rngs.map(|mut rng| Sample { ray: inside(&mut rng), hit: None, rng });
+            self.0.report(setup).radiances(&self.0.scene, samples)
+        });
+        vec![mean_of("radiance", (reference, BOUNCES), context.n(self.0.samples), || radiance().x)]
     }
 }
 
@@ -96,7 +93,8 @@ impl Property for Cost {
         for _ in 0..ESTIMATES {
             let directions = AtomicU64::new(0);
             let counting = setup.with(Counting { parts: setup.parts, directions: &directions });
-            self.0.radiance(counting, &mut rng);
+            let ray = inside(&mut rng);
+            self.0.report(counting).radiance(&self.0.scene, &ray, None, &mut rng);
             let counted = directions.into_inner();
             if counted.abs_diff(expected) > worst.abs_diff(expected) {
                 worst = counted;

@@ -176,8 +176,8 @@ impl Property for SameMean {
                 kind: EstimatorKind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
                 ray: near_origin,
             };
-            let mut rng = context.rng(&format!("{heuristic:?}"));
-            Values::collect(reference, context.n(self.samples), || level(&self.scene, probe.radiance(setup, &mut rng)))
+            let mut radiance = probe.radiances(setup, context.seed_of(&format!("{heuristic:?}")));
+            Values::collect(reference, context.n(self.samples), || level(&self.scene, radiance()))
         });
         let claim = Claim::Exact { delta: SINGLE * reference };
         vec![welch("balance less power", &balance, &power, claim)]

@@ -10,14 +10,14 @@ use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::environment::EnvironmentMap;
 use whitefurnace::estimator::{
-    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path, Photons, Report,
+    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path, Photons, Report, Sample,
     Standard, Strategy, Whitted,
 };
 use whitefurnace::form_factor::Polygon;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::light_pick::FluxPicks;
-use whitefurnace::rng::Stream;
+use whitefurnace::rng::{Stream, stream};
 use whitefurnace::roulette::{EARLY, Roulette};
 use whitefurnace::sampler::Sampler;
 use whitefurnace::scene::Scene;
@@ -203,7 +203,41 @@ pub enum EstimatorKind {
 }
 
 impl EstimatorKind {
-    /// One estimate of the radiance along a ray by this estimator.
+    /// One estimate of the radiance along each ray by this estimator.
+    pub fn radiances<P: EstimatorParts + Copy, R: Sampler>(
+        self,
+        setup: Configuration<P>,
+        scene: &Scene,
+        rays: impl Iterator<Item = (Ray, R)>,
+    ) -> Vec<DVec3> {
+        let Configuration { parts, rules, .. } = setup;
+        let samples = rays.map(|(ray, rng)| Sample { ray, hit: None, rng });
+        let path = |strategy| Path::new(parts, strategy);
+        match self {
+            Self::Path => path(Strategy::Mis).radiances(scene, samples),
+            Self::PathBy(strategy, lights, heuristic) => {
+                Path { lights, heuristic, ..path(strategy) }.radiances(scene, samples)
+            }
+            Self::PathByBodies(heuristic) => {
+                Path { heuristic, by_bodies: true, ..path(Strategy::Mis) }.radiances(scene, samples)
+            }
+            Self::PathWithin(segments) => {
+                let bounces = Some(setup.segments.unwrap_or(segments) - 1);
+                Path { by_bodies: true, bounces, ..path(Strategy::Mis) }.radiances(scene, samples)
+            }
+            Self::PathEarly => Path { early: EARLY, ..path(Strategy::Bsdf) }.radiances(scene, samples),
+            Self::Report(segments) => {
+                let segments = setup.segments.unwrap_or(segments);
+                Report { parts, rays: 1, segments, rules }.radiances(scene, samples)
+            }
+            Self::Whitted(segments) => {
+                let segments = setup.segments.unwrap_or(segments);
+                Whitted { parts, segments, rules }.radiances(scene, samples)
+            }
+        }
+    }
+
+    /// The same along one ray.
     pub fn radiance<P: EstimatorParts + Copy, R: Sampler>(
         self,
         setup: Configuration<P>,
@@ -211,32 +245,7 @@ impl EstimatorKind {
         ray: &Ray,
         rng: &mut R,
     ) -> DVec3 {
-        let Configuration { parts, rules, .. } = setup;
-        let hit = scene.intersect(ray);
-        match self {
-            Self::Path => Path::new(parts, Strategy::Mis).radiance(scene, ray, hit, rng),
-            Self::PathBy(strategy, lights, heuristic) => {
-                let path = Path::new(parts, strategy);
-                Path { lights, heuristic, ..path }.radiance(scene, ray, hit, rng)
-            }
-            Self::PathByBodies(heuristic) => {
-                let path = Path::new(parts, Strategy::Mis);
-                Path { heuristic, by_bodies: true, ..path }.radiance(scene, ray, hit, rng)
-            }
-            Self::PathWithin(segments) => {
-                let bounces = Some(setup.segments.unwrap_or(segments) - 1);
-                Path { by_bodies: true, bounces, ..Path::new(parts, Strategy::Mis) }.radiance(scene, ray, hit, rng)
-            }
-            Self::PathEarly => {
-                let path = Path::new(parts, Strategy::Bsdf);
-                Path { early: EARLY, ..path }.radiance(scene, ray, hit, rng)
-            }
-            Self::Report(segments) => Report { parts, rays: 1, segments: setup.segments.unwrap_or(segments), rules }
-                .radiance(scene, ray, hit, rng),
-            Self::Whitted(segments) => {
-                Whitted { parts, segments: setup.segments.unwrap_or(segments), rules }.radiance(scene, ray, hit, rng)
-            }
-        }
+        self.radiances(setup, scene, std::iter::once((*ray, rng)))[0]
     }
 }
 
@@ -252,9 +261,35 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// One estimate along one ray.
-    pub fn radiance<P: EstimatorParts + Copy>(&self, setup: Configuration<P>, rng: &mut Stream) -> DVec3 {
-        let ray = (self.ray)(rng);
-        self.kind.radiance(setup, &self.scene, &ray, rng)
+    /// Estimates along rays, one at each call, each by a stream of its own under this seed; so many are made at once that
+    /// all lanes are busy.
+    pub fn radiances<P: EstimatorParts + Copy>(
+        &self,
+        setup: Configuration<P>,
+        seed: u64,
+    ) -> impl FnMut() -> DVec3 + use<'_, P> {
+        in_batches(seed, move |rngs| {
+            let rays = rngs.map(|mut rng| ((self.ray)(&mut rng), rng));
+            self.kind.radiances(setup, &self.scene, rays)
+        })
+    }
+}
+
+/// Estimates that are made together.
+const BATCH: u64 = 256;
+
+/// Values, one at each call, which are made in batches, each by a stream of its own under this seed.
+pub fn in_batches(
+    seed: u64,
+    mut batch: impl FnMut(&mut dyn Iterator<Item = Stream>) -> Vec<DVec3>,
+) -> impl FnMut() -> DVec3 {
+    let (mut values, mut next) = (Vec::new().into_iter(), 0);
+    move || {
+        values.next().unwrap_or_else(|| {
+            let mut rngs = (next..next + BATCH).map(|i| stream(seed, (i >> 32) as u32, i as u32));
+            next += BATCH;
+            values = batch(&mut rngs).into_iter();
+            values.next().expect("a value for each stream")
+        })
     }
 }

@@ -145,15 +145,15 @@ const OTHERS: [(&str, Survival, u64); 2] =
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
     let own = STANDARD.with(Standard);
-    let mut rng = context.rng("survival by throughput");
-    let own = Values::collect(reference, context.n(PATHS), || probe.radiance(own, &mut rng).x);
+    let mut radiance = probe.radiances(own, context.seed_of("survival by throughput"));
+    let own = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Exact { delta: BOUNCES * reference };
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
             let setup = subject.with(PartTable { survival_by_throughput, ..subject.parts.unwrap_or(CORRECT) });
-            let mut rng = context.rng(name);
-            let other = Values::collect(reference, context.n(paths), || probe.radiance(setup, &mut rng).x);
+            let mut radiance = probe.radiances(setup, context.seed_of(name));
+            let other = Values::collect(reference, context.n(paths), || radiance().x);
             welch(name, &own, &other, claim)
         })
         .collect()

@@ -14,7 +14,8 @@ use whitefurnace::estimator::{
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer, Sampling, UNINTERRUPTED, check_singles,
+    ByLanes, ByPasses, ByPhotons, ByRays, LaneEstimator, PassEstimator, Precision, Renderer, Sampling, UNINTERRUPTED,
+    check_singles,
 };
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
@@ -163,6 +164,7 @@ impl Job {
         looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
         self.adapt(scene, &mut film)?;
+        let prepared = renderer.prepare(scene, film.frame())?;
         let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
         let largest = (UNINTERRUPTED / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
@@ -173,7 +175,7 @@ impl Job {
             }
             let end = range.end.min(start + had.clamp(1, largest));
             let due = || looks.iter().any(|look| look.due());
-            let whole = renderer.add(scene, &mut film, start..end, &|samples| bar.advance(samples) && !due())?;
+            let whole = prepared.add(&mut film, start..end, &|samples| bar.advance(samples) && !due())?;
             if !whole && !interrupted() {
                 looks.iter_mut().filter(|look| look.due()).for_each(|look| look.look(&film));
             }
@@ -201,32 +203,24 @@ impl Job {
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
+        let by_passes = |estimator| Box::new(ByPasses { estimator, numbers, seed });
         Ok(match (self.estimator, self.convention) {
             (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf)?,
             (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light)?,
             (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis)?,
-            (EstimatorName::LightTracer, _) => {
-                Box::new(ByPasses { estimator: LightTracer::<Standard>::default(), numbers, seed })
-            }
-            (EstimatorName::Bdpt, _) => Box::new(ByPasses { estimator: Bdpt::new(Standard), numbers, seed }),
+            (EstimatorName::LightTracer, _) => by_passes(PassEstimator::LightTracer(LightTracer::default())),
+            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(Standard))),
             (EstimatorName::BdptEnds, _) => {
-                let estimator = Bdpt { parts: Standard, connections: Connections::Ends };
-                Box::new(ByPasses { estimator, numbers, seed })
+                by_passes(PassEstimator::Bdpt(Bdpt { parts: Standard, connections: Connections::Ends }))
             }
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                Box::new(self.by_rays(PhotonMapping::new(
-                    Standard,
-                    scene,
-                    lookup,
-                    map,
-                    Pass { numbers, seed, index: 0 },
-                )?))
+                let photons = PhotonMapping::new(Standard, scene, lookup, map, Pass { numbers, seed, index: 0 })?;
+                Box::new(ByPhotons { photons, sampling: self.sampling() })
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
-                let estimator = Sppm { parts: Standard, particles, radius };
-                Box::new(ByPasses { estimator, numbers, seed })
+                by_passes(PassEstimator::Sppm(Sppm { parts: Standard, particles, radius }))
             }
             (EstimatorName::Radiosity, _) => {
                 let fineness = self.fineness();
@@ -236,9 +230,7 @@ impl Job {
                 let solved = Radiosity::new(Standard, scene, fineness, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
-            (EstimatorName::Whitted, _) => {
-                self.by_lanes(scene, LaneEstimator::Whitted(Whitted::new(rules)))?
-            }
+            (EstimatorName::Whitted, _) => self.by_lanes(scene, LaneEstimator::Whitted(Whitted::new(rules)))?,
             (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
             (EstimatorName::Report, _) => {
                 let report = Report { rays: self.rays, rules, ..Report::default() };

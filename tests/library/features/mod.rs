@@ -56,7 +56,7 @@ const SETTINGS: [Factor; 9] = [
     ("bounces", &["unlimited", "three"]),
     ("numbers", &["independent", "sobol"]),
     ("pixel", &["random", "jitter", "grid", "outlines"]),
-    ("engine", &["scalar", "lanes", "single"]),
+    ("engine", &["lanes", "single"]),
 ];
 
 fn samples() -> u32 {
@@ -83,9 +83,7 @@ fn is_calm(row: &Row) -> bool {
 }
 
 fn path_takes(row: &Row) -> bool {
-    let lanes = row.is("engine", "scalar")
-        || (!row.has("rough glass") && (!row.is("background", "map") || row.is("finds", "bsdf")));
-    is_calm(row) && lanes
+    is_calm(row)
 }
 
 fn path_of(row: &Row) -> Path {
@@ -135,9 +133,9 @@ fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> 
     // Shadow rays alone are noisy where surfaces shine.
     let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
-        "lanes" => film(scene, &lanes(Precision::Double), count),
+        _ if !parts.is_standard() => film(scene, &ByRays { estimator, sampling }, count),
         "single" => film(scene, &lanes(Precision::Single), count),
-        _ => film(scene, &ByRays { estimator, sampling }, count),
+        _ => film(scene, &lanes(Precision::Double), count),
     }
 }
 
@@ -250,7 +248,7 @@ fn paths_that_are_wrong_are_seen() {
     let rows = path_rows();
     let shows = |row: &&Row| {
         let diffuse = row.is("c material", "lambert") || row.is("c material", "absorbing");
-        let weighs = row.is("finds", "mis") && row.is("heuristic", "balance") && row.is("engine", "scalar");
+        let weighs = row.is("finds", "mis") && row.is("heuristic", "balance");
         diffuse && weighs && !row.is("emitter", "none")
     };
     let mut seen = 0;

@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use whitefurnace::accel::PacketStack;
 use whitefurnace::lanes::{EightRays, LaneRays};
-use whitefurnace::real::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide, Mask, Vector};
+use whitefurnace::real::{LANES, Lanes, Lanes3, Mask, SINGLES, Singles, Vector, Wide};
 
 use crate::prelude::*;
 
@@ -86,7 +86,7 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
         let mut together = LaneRays::<R, N>::new(&scene).expect("few triangles");
         for _ in 0..1500 {
             let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, (&mesh, &scene), place));
-            let ray = Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction));
+            let ray = Ray::new(Vector::from_fn(|i| rays[i].origin), Vector::from_fn(|i| rays[i].direction));
             assert_eq!(together.closest(&ray).lanes(), alone(&scene, &rays), "{rays:?}");
         }
     }
@@ -112,7 +112,8 @@ fn rays_meet_walls_as_each_meets_them_in_single_precision() {
         rays.map(|ray| {
             // In all lanes alike, and in one of them: no other ray makes sure that a box is opened.
             let [origin, direction] = [ray.origin, ray.direction].map(|v| Lanes3::<Singles>::from_fn(|_| v));
-            let hit = scene.bvh().closest_of_packet(&Ray::new(origin, direction), Mask::from_bits(1), &mut stack);
+            let (ray, first) = (Ray::new(origin, direction), Mask::from_bits(1));
+            let hit = scene.bvh().closest_of_packet::<Singles, SINGLES>(&ray, first, &mut stack);
             hit.t.lanes()[0]
         })
     });
