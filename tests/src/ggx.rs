@@ -2,6 +2,7 @@
 
 use whitefurnace::bsdf::Model;
 use whitefurnace::bsdf::ggx::{Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals};
+use whitefurnace::estimator::Sample;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
@@ -9,7 +10,7 @@ use whitefurnace::harness::domain::MASS_TOLERANCE;
 use crate::bsdf::{as_rendered, at_every_angle, integrals};
 use crate::prelude::*;
 use crate::scenes::{floor, scene, towards_origin};
-use crate::subject;
+use crate::subject::{self, in_batches};
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
@@ -96,9 +97,10 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let path = Path::new(Standard, Strategy::Bsdf);
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
-    let mut rng = context.rng("radiance");
-    let value = || path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x;
-    vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), value)]
+    let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
+        path.radiances(&scene, rngs.map(|rng| Sample { ray, hit: None, rng }))
+    });
+    vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), || radiance().x)]
 }
 
 fn trials() -> Vec<FamilyTrial<GgxParts>> {

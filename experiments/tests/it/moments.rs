@@ -57,7 +57,7 @@ fn assert_saves(saver: &mut Checkpoints, film: &Film, path: &Path) {
     assert!(Unfinished::read(path).expect("a file").film == *film, "{}", path.display());
 }
 
-/// Tall and wide, with independent and with Sobol' numbers, by each engine: each pixel has at every moment what a render
+/// Tall and wide, with independent and with Sobol' numbers, in each precision: each pixel has at every moment what a render
 /// of as many replications has. All moments are saved into one file by the same saver, and shown.
 #[test]
 fn every_moment_is_a_render_of_as_many_samples() {
@@ -65,7 +65,7 @@ fn every_moment_is_a_render_of_as_many_samples() {
     for words in [
         "--size 7x33 --spp 9 --adaptive no --sampler independent",
         "--size 33x7 --spp 24 --sampler sobol --scrambles 6",
-        "--size 9x5 --spp 6 --sampler independent --engine scalar --scene cornell",
+        "--size 9x5 --spp 6 --sampler independent --engine single --scene cornell",
         "--size 5x9 --spp 5 --sampler independent --estimator sppm --photons 500 --radius 0.5",
     ] {
         let job = job(&format!("render {words}"));

@@ -237,7 +237,6 @@ fn rows() -> Vec<Row> {
             c.film = |c| c.rays(Whitted::new(LightRules::REPORT));
             c.numbers = Numbers::Sobol(1);
         }),
-        Row("engine", "scalar", PLAIN, |_| {}),
         Row("engine", "lanes", PLAIN, |_| {}),
         Row("engine", "single", PLAIN, |c| c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)))),
         Row("light-sampling", "area", LIGHTS, AREA.1),

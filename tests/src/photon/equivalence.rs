@@ -1,7 +1,7 @@
 //! Photon mapping against the path tracer where no closed form is known: the same radiance within the bias
 //! of photon mapping.
 
-use whitefurnace::estimator::{Lookup, PhotonMapping};
+use whitefurnace::estimator::{Lookup, PhotonMapping, Sample};
 use whitefurnace::harness::mean::welch;
 use whitefurnace::rng::stream;
 use whitefurnace::scene::room::diffuse;
@@ -10,6 +10,7 @@ use crate::photon::faults::HALVED;
 use crate::photon::{MAPPING, scenes};
 use crate::prelude::*;
 use crate::scenes::valid;
+use crate::subject::in_batches;
 
 /// The mean radiance along random rays by final gathering and by the path tracer.
 struct SameRadiance {
@@ -29,12 +30,9 @@ impl Property for SameRadiance {
     fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let scene = &*self.scene;
         let path = Path::<Standard>::default();
-        let mut rng = context.rng("paths");
-        let along = |rng: &mut Stream| {
-            let ray = (self.ray)(rng);
-            path.radiance(scene, &ray, scene.intersect(&ray), rng).x
-        };
-        let paths = Values::collect(0.0, context.n(self.paths), || along(&mut rng));
+        let sample = |mut rng: Stream| Sample { ray: (self.ray)(&mut rng), hit: None, rng };
+        let mut along = in_batches(context.seed_of("paths"), |rngs| path.radiances(scene, rngs.map(sample)));
+        let paths = Values::collect(0.0, context.n(self.paths), || along().x);
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
         let lookup = Lookup::Gather { caustic_particles: self.particles, caustic_radius: self.radius };
@@ -44,13 +42,10 @@ impl Property for SameRadiance {
             let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index)) else {
                 return f64::NAN;
             };
-            let mut rng = stream(seed, index, 0);
+            let samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));
+            let seen = photons.radiances(scene, samples);
             index += 1;
-            let seen = |_| {
-                let ray = (self.ray)(&mut rng);
-                photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x
-            };
-            (0..self.rays).map(seen).sum::<f64>() / self.rays as f64
+            seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64
         });
         let claim = Claim::Approximate { margin: self.margin * centre };
         vec![welch("difference of the means", &maps, &paths, claim)]

@@ -1,7 +1,7 @@
 //! What a trial of photons averages: the values of independent maps and series of passes.
 
 use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{ImageEstimator, Lookup, PhotonMapping, Sppm};
+use whitefurnace::estimator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
 use whitefurnace::rng::stream;
 use whitefurnace::sampler::{Numbers, Pass};
 
@@ -58,9 +58,9 @@ impl Replication for Mapping {
         let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
             return f64::NAN;
         };
-        let mut rng: Stream = stream(seed, index, 0);
-        let seen = |ray: &Ray| photons.radiance(&self.scene, ray, self.scene.intersect(ray), &mut rng);
-        let sum: f64 = self.rays.iter().map(seen).map(|radiance| level(&self.scene, radiance)).sum();
+        let sample = |(number, &ray)| Sample { ray, hit: None, rng: stream(seed, index, number) };
+        let seen = photons.radiances(&self.scene, (0..).zip(&self.rays).map(sample));
+        let sum: f64 = seen.into_iter().map(|radiance| level(&self.scene, radiance)).sum();
         sum / self.rays.len() as f64
     }
 }

@@ -3,6 +3,7 @@
 
 mod faults;
 
+use whitefurnace::estimator::Sample;
 use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
@@ -205,11 +206,11 @@ const POINTS: u32 = 16;
 /// δ of the mean, relative.
 const MEAN_DELTA: f64 = 0.003;
 
-fn estimate(scene: &Scene, subject: SobolParts, point: Point) -> f64 {
-    let ray = at_origin();
-    let mut source = Scripted(Source::new(subject, point));
-    let path = Path::new(Standard, Strategy::Light);
-    level(scene, path.radiance(scene, &ray, scene.intersect(&ray), &mut source))
+/// The mean of estimates by these points.
+fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Point>) -> f64 {
+    let sample = |point| Sample { ray: at_origin(), hit: None, rng: Scripted(Source::new(subject, point)) };
+    let radiances = Path::new(Standard, Strategy::Light).radiances(scene, points.map(sample));
+    radiances.iter().map(|radiance| level(scene, *radiance)).sum::<f64>() / radiances.len() as f64
 }
 
 /// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
@@ -220,9 +221,9 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let mut replication = 0;
     vec![mean_of("radiance over scrambles", (reference, MEAN_DELTA), context.n(SCRAMBLES), || {
         let point = |index| Point { seed, pixel: 1, replication, index };
-        let sum: f64 = (0..POINTS).map(|i| estimate(&scene, subject, point(i))).sum();
+        let mean = estimate(&scene, subject, (0..POINTS).map(point));
         replication += 1;
-        sum / f64::from(POINTS)
+        mean
     })]
 }
 
