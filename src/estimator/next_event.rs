@@ -165,6 +165,7 @@ impl<R: Real> LightNumbers<R> {
 }
 
 /// Light that arrives along a shadow ray in each lane.
+#[derive(Clone, Copy)]
 pub(crate) struct LightSample<R: Real> {
     /// Where some does.
     pub arrives: R::Mask,

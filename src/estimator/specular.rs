@@ -99,6 +99,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
 }
 
 /// A shadow ray by way of a caster, in each lane.
+#[derive(Clone, Copy)]
 pub(super) struct SpecularShadowRay<'a, R, const N: usize> {
     /// The number that picks the caster.
     pub caster: R,

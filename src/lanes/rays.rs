@@ -33,10 +33,4 @@ impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
     pub fn closest(&mut self, ray: &Ray<R::Vector>) -> R {
         self.scene.closest(ray, R::Mask::splat(true), &mut self.scratch).t
     }
-
-    /// How many additions, subtractions, multiplications and divisions of one lane that takes. Comparisons and choices
-    /// are not counted.
-    pub fn operations(&mut self, ray: &Ray<R::Vector>) -> u32 {
-        self.scene.operations(ray, &mut self.scratch)
-    }
 }

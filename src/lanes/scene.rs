@@ -7,7 +7,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::interaction::{EMITTER, Material, SPHERE};
-use super::walls::{Exit, Walls};
+use super::walls::Walls;
 use crate::accel::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::estimator::{CasterData, Walking};
 use crate::film::FlatFeatures;
@@ -281,21 +281,6 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn has_few_triangles(self) -> bool {
         self.data.is_small && self.data.spheres.is_empty()
     }
-
-    /// The arithmetic of [`closest`](Self::closest) in one lane, without spheres: [`Shear::new`] takes 3 operations.
-    pub fn operations(self, ray: &Ray<R::Vector>, scratch: &mut IntersectionScratch<R, N>) -> u32 {
-        let shear = Shear::new(ray);
-        let data = self.data;
-        let projected = scratch.projected();
-        let (mut left, mut count) = (R::Mask::splat(true), 3);
-        if let (Some(walls), Some(hull)) = (&data.walls, self.scene.hull())
-            && let Some(Exit { decided, .. }) = walls.exit(hull, &data.primitives, ray, (&shear, left))
-        {
-            left = !decided;
-            count += walls.operations(hull) + data.others.operations((&shear, projected), decided);
-        }
-        if left.any() { count + data.triangles.operations((&shear, projected), left) } else { count }
-    }
 }
 
 /// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of three directions all head
@@ -388,21 +373,6 @@ impl<T: Scalar> Triangles<T> {
         if taken != 0 {
             tell(ids, &shear.hit_within(edges, depths));
         }
-    }
-
-    /// The arithmetic of seeing them, without a limit, and of their hits in one of the `active` lanes. Of [`Shear`],
-    /// `project` takes 7 operations and `distance` 1 per vertex, [`edge`] 3 per edge, and 3 more where a triangle passes the
-    /// masks; `hit_within` 14 per portion of hits, and one is for the limit.
-    fn operations<R: Wide<N, Scalar = T>, const N: usize>(
-        &self,
-        (shear, seen): (&LaneShear<R>, &mut ProjectedScene<R, N>),
-        active: R::Mask,
-    ) -> u32 {
-        self.project(shear, None, seen);
-        let mut portions = 0;
-        self.hits((shear, seen), (active, false), |_, _| portions += 1);
-        let tested = self.list_candidates((active, false), seen);
-        (1 + 8 * self.vertices.len() + 3 * self.edges.len() + 3 * tested + 14 * portions) as u32
     }
 
     /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are: its line passes

@@ -131,12 +131,6 @@ impl<T: Scalar> Walls<T> {
         hit.t = R::choose(decided, hit.t, never);
         Some(Exit { decided, primitive, hit })
     }
-
-    /// The arithmetic of [`exit`](Self::exit) in one lane: 18 operations per pair of sides, with those that say whether the
-    /// ray starts within; 11 for the point and the width there, 6 for each line, and 44 for the triangle.
-    pub fn operations(&self, hull: &Hull) -> u32 {
-        (18 * hull.slabs.len() + 11 + 6 * (MOST - 1) + 44) as u32
-    }
 }
 
 impl<T: Scalar> Wall<T> {

@@ -198,22 +198,3 @@ fn eight_rays_meet_what_each_meets() {
         assert_eq!(together.to_array(), alone);
     }
 }
-
-/// Of a tetrahedron a ray meets two faces, one after the other for all lanes meet both, four vertices and six edges; if
-/// it passes by it meets no face.
-#[test]
-fn operations_are_counted() {
-    let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let mut s = SceneBuilder::new("tetrahedron");
-    let surface = s.surface(Surface::new(Bsdf::Black));
-    s.mesh(&vertices, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], surface);
-    let scene = s.build(Camera::new(DVec3::new(3.0, 3.0, 3.0), DVec3::ZERO, DVec3::Z, 0.2)).expect("a legal scene");
-    let mut eight = EightRays::new(&scene).expect("few triangles");
-    let towards = |target: DVec3| {
-        let origin = DVec3::new(0.2, 0.3, 5.0);
-        Ray::new(Lanes3::splat_vector(origin), Lanes3::splat_vector((target - origin).normalize()))
-    };
-    let all = 4 + 4 * 8 + 6 * 3;
-    assert_eq!(eight.operations(&towards(DVec3::new(0.2, 0.3, 0.0))), all + 2 * (3 + 14));
-    assert_eq!(eight.operations(&towards(DVec3::new(9.0, 0.3, 0.0))), all);
-}

@@ -34,7 +34,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     growth::with_samples(run)?;
     growth::with_triangles(run)?;
     kernels::rays(run)?;
-    kernels::roofline(run)?;
+    kernels::eight_rays(run)?;
     memory::of_an_image(run)?;
     peers(run)
 }

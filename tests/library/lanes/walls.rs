@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 use whitefurnace::accel::PacketStack;
-use whitefurnace::lanes::{EightRays, LaneRays};
+use whitefurnace::lanes::LaneRays;
 use whitefurnace::real::{LANES, Lanes, Lanes3, Mask, SINGLES, Singles, Vector, Wide};
 
 use crate::prelude::*;
@@ -117,23 +117,4 @@ fn rays_meet_walls_as_each_meets_them_in_single_precision() {
             hit.t.lanes()[0]
         })
     });
-}
-
-/// From within a cube a ray is tested against three pairs of sides, three lines and a triangle; from within a room of six
-/// walls against four pairs, also if it leaves, or comes in, where there is no floor.
-#[test]
-fn rays_from_within_are_tested_against_one_triangle() {
-    let open = || without_floor(Mesh::room_shell().map(|v| v - DVec3::X));
-    for (mesh, pairs, height, [x, y, z]) in [
-        (Mesh::cube(), 3, 0.0, [0.36, 0.48, 0.8]),
-        (open(), 4, 0.0, [0.36, 0.48, 0.8]),
-        (open(), 4, 0.0, [0.36, 0.48, -0.8]),
-        (open(), 4, -9.0, [0.36, 0.48, 0.8]),
-    ] {
-        let scene = scene_of(&mesh);
-        let all = |x, y, z| Lanes3::from_fn(|_| DVec3::new(x, y, z));
-        let ray = Ray::new(all(0.1, 0.2, height), all(x, y, z));
-        let walls = pairs * 18 + 11 + 3 * 6 + 44;
-        assert_eq!(EightRays::new(&scene).expect("few triangles").operations(&ray), 3 + walls + 1, "{ray:?}");
-    }
 }
