@@ -17,6 +17,7 @@ use crate::real::{Mask, Real, Vector, Wide};
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use crate::shape::Ray;
 use crate::specular::{Kind, Route, SceneBody};
 use crate::{light_pick, radiometry};
 
@@ -417,8 +418,15 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
     let active = active & cosine.above(R::splat(0.0)) & !is_zero(brdf);
-    let from = |i: usize| (vertex.point.lane(i), vertex.frame.z.lane(i));
-    let arrives = R::Mask::from_fn(|i| active.lane(i) && parts.sees_background(scene, from(i), samples[i].0));
+    let place = at.place();
+    let ray = place.leave(direction);
+    let sees_background = |i: usize| {
+        if parts.is_standard() {
+            return scene.is_open(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
+        }
+        parts.sees_background(scene, (place.point.lane(i), place.normal.lane(i)), samples[i].0)
+    };
+    let arrives = R::Mask::from_fn(|i| active.lane(i) && sees_background(i));
     let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
     let reflected = at.to_radiance(parts, radiometry::reflected(brdf, radiance, cosine, pdf), wi, arrives);
     LightSample { arrives, wi, reflected, pdf, point: EmitterPoint { point: direction, normal: direction } }

@@ -277,7 +277,13 @@ impl Scene {
     /// Whether nothing lies between a surface point with its unit normal and the background in a direction.
     #[inline]
     pub fn sees_background(&self, (point, normal): (DVec3, DVec3), direction: DVec3) -> bool {
-        !self.bvh.occluded(&self.leave(point, normal, direction), f64::INFINITY, |_| true)
+        self.is_open(&self.leave(point, normal, direction))
+    }
+
+    /// Whether a ray meets nothing.
+    #[inline]
+    pub(crate) fn is_open(&self, ray: &Ray) -> bool {
+        !self.bvh.occluded(ray, f64::INFINITY, |_| true)
     }
 
     /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
