@@ -117,7 +117,6 @@ impl Leaf {
 
 impl Bvh {
     /// The nearest hit with 0 < t < `t_max`.
-    #[inline]
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let shear = Shear::new(ray).splat();
         let mut nearest = PrimitiveHit { primitive: 0, t: t_max, weights: [0.0; 3] };

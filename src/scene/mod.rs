@@ -234,7 +234,6 @@ impl Scene {
     }
 
     /// The nearest hit along a ray with a unit direction.
-    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         Some(self.hit(ray, &self.bvh.closest(ray, f64::INFINITY)?))
     }
@@ -268,20 +267,17 @@ impl Scene {
     }
 
     /// The ray that leaves a hit in a direction, and what it meets.
-    #[inline]
     pub fn onward(&self, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
         let ray = self.leave(here.point, here.normal, direction);
         (ray, self.intersect(&ray))
     }
 
     /// Whether nothing lies between a surface point with its unit normal and the background in a direction.
-    #[inline]
     pub fn sees_background(&self, (point, normal): (DVec3, DVec3), direction: DVec3) -> bool {
         self.is_open(&self.leave(point, normal, direction))
     }
 
     /// Whether a ray meets nothing.
-    #[inline]
     pub(crate) fn is_open(&self, ray: &Ray) -> bool {
         !self.bvh.occluded(ray, f64::INFINITY, |_| true)
     }
@@ -404,13 +400,11 @@ impl Scene {
 
     /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
     /// `through_glass`.
-    #[inline]
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
         self.is_free(&self.segment(x, y), through_glass)
     }
 
     /// Whether nothing lies on a segment up to t = 1.
-    #[inline]
     pub(crate) fn is_free(&self, segment: &Ray, through_glass: bool) -> bool {
         let bvh = match &self.hull {
             Some(hull) if hull.holds(segment.origin) && hull.holds(segment.at(1.0)) => &hull.within,

@@ -4,8 +4,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::bsdf::Scattering;
+use whitefurnace::emitter::{Emitter, EmitterPoint};
 use whitefurnace::estimator::{NextEvent, Photons};
-use whitefurnace::light_pick::FluxPicks;
 use whitefurnace::roulette;
 use whitefurnace::roulette::Roulette;
 
@@ -34,7 +34,7 @@ struct Counted<'a>(&'a Rays);
 struct Rays {
     shadow: AtomicU64,
     onward: AtomicU64,
-    /// Emitters picked: once for each particle, and once at each vertex that sends a shadow ray.
+    /// Points picked on emitters: once for each particle, and once at each vertex that sends a shadow ray.
     picks: AtomicU64,
 }
 
@@ -51,9 +51,9 @@ impl NextEvent for Counted<'_> {
         self.0.shadow.fetch_add(1, Ordering::Relaxed);
         scene.visible(x, y, glass)
     }
-    fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
+    fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.0.picks.fetch_add(1, Ordering::Relaxed);
-        Standard.pick_emitter(r, picks)
+        Standard.sample_emitter(emitter, random)
     }
 }
 
@@ -72,7 +72,7 @@ struct Cost {
 }
 
 impl Cost {
-    /// For photons: a pick of an emitter starts a particle or goes with a gathering ray.
+    /// For photons: a point on an emitter starts a particle or goes with a gathering ray.
     fn with_picks(self) -> Self {
         Self { rays: self.rays + self.picks, ..self }
     }
