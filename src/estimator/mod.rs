@@ -152,16 +152,11 @@ impl LightRules {
 /// The radiance of samples in lanes.
 fn radiances_of<E: Integrator, S: Sampler>(
     estimator: &E,
-    parts: &impl Scattering,
     scene: &Scene,
     samples: impl Iterator<Item = Sample<S>>,
 ) -> Vec<DVec3> {
     let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
-    if parts.is_standard() {
-        lanes::radiances::<E, S, Lanes, LANES>(scene, estimator, rays)
-    } else {
-        lanes::radiances::<E, S, f64, 1>(scene, estimator, rays)
-    }
+    lanes::radiances::<E, S, Lanes, LANES>(scene, estimator, rays)
 }
 
 /// The radiance of one ray.

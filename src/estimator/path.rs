@@ -252,7 +252,7 @@ impl<P: Walking> Integrator for Path<P> {
 
 impl<P: Walking> Estimator for Path<P> {
     fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
-        radiances_of(self, &self.parts, scene, samples)
+        radiances_of(self, scene, samples)
     }
 
     #[inline]

@@ -97,7 +97,7 @@ impl<P: Walking> Integrator for Report<P> {
 
 impl<P: Walking> Estimator for Report<P> {
     fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
-        radiances_of(self, &self.parts, scene, samples)
+        radiances_of(self, scene, samples)
     }
     fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
         radiance_of(self, scene, ray, rng)

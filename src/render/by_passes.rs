@@ -34,13 +34,13 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
 
 /// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
 /// mean of as many as a scramble has points. Albedo, normal and depth are those of one camera ray per pixel and pass,
-/// the one that [`render`] sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
+/// the one that [`render`](super::render()) sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
 /// sends itself. `pass_done` is called after each pass with its number of pixels; when it returns false, the
 /// remaining passes are left out and `Ok(false)` is returned: the film keeps those of a replication that is begun, with
 /// which the next call goes on.
 ///
 /// # Errors
-/// [`Error::Option`] for a film that is a part of its frame, and as for [`render`]; what the estimator refuses;
+/// [`Error::Option`] for a film that is a part of its frame, and as for [`render`](super::render()); what the estimator refuses;
 /// [`Error::Radiance`] with the pixel and the pass for what no film can hold.
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,

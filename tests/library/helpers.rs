@@ -257,8 +257,7 @@ pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
     }
 }
 
-/// The standard parts under another name: their functions of one ray are taken lane by lane, and paths are followed one at a
-/// time.
+/// The standard parts under another name: their functions of one ray are taken lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct OneByOne;
 
