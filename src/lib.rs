@@ -21,7 +21,7 @@
 //! | [`outline`], [`adaptive`] | lights that the camera sees, at their edges; more samples where the noise is |
 //! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
 //! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
-//! | [`real`], [`lanes`] | numbers and vectors of one ray, or of several, and the engine that follows these at once |
+//! | [`real`], [`lanes`] | numbers and vectors of one ray or of several, and the loops in which estimators follow these |
 //! | [`frame`], [`error`], [`nearest`], [`shard`] | coordinates, errors, the name that was probably meant, parts of work |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!

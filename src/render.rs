@@ -137,19 +137,20 @@ pub fn render<E: Estimator>(
 pub const UNINTERRUPTED: u32 = 1 << 14;
 
 /// Neighbouring pixels of a row which lack the same replications.
-struct Piece<'a> {
+pub(crate) struct Piece<'a> {
     /// Where the first is in the frame.
-    corner: [u32; 2],
+    pub corner: [u32; 2],
     /// The replications.
-    missing: Range<u32>,
-    pixels: &'a mut [Pixel],
+    pub missing: Range<u32>,
+    pub pixels: &'a mut [Pixel],
     /// How many samples a replication of each has.
-    counts: &'a [u32],
+    pub counts: &'a [u32],
 }
 
 /// Calls `add` with parts of the film's window: pieces of its rows, of about so many samples `together` or less.
 fn each_part(
-    (sampling, together): (Sampling, u32),
+    sampling: Sampling,
+    together: u32,
     film: &mut Film,
     range: &Range<u32>,
     done: Progress<'_>,
@@ -357,7 +358,7 @@ impl<E: Estimator> Prepared for PreparedRays<'_, E> {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
         let Self { scene, estimator, sampling, outlines } = self;
         let frame = film.frame();
-        each_part((*sampling, E::TOGETHER), film, &range, done, |pieces| {
+        each_part(*sampling, E::TOGETHER, film, &range, done, |pieces| {
             add_samples((scene, *estimator), (*sampling, outlines), frame, pieces)
         })
     }

@@ -153,8 +153,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     ) -> Result<(), Error> {
         light.push(place.after(&self.parts, light));
         if let [start, next] = &mut light[..] {
-            let emitter = start.emitter.map(|emitter| (emitter as usize, &start.at));
-            start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, next.at.point));
+            let emitter = start.emitter.map(|emitter| emitter as usize);
+            start.picked = emitter.map(|emitter| picked_pdf(&self.parts, scene, emitter, &start.at, next.at.point));
         }
         if let Some(splat) = connect_to_eye(&self.parts, scene, frame, place) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
@@ -183,7 +183,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if !bsdf.is_rough() {
             return found;
         }
-        if let Some((direct, emitter)) = direct_light(parts, scene, (bsdf, vertex), ShadowRays::DEFAULT, rng) {
+        if let Some((direct, emitter)) = direct_light(parts, scene, bsdf, vertex, ShadowRays::DEFAULT, rng) {
             let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, emitter)];
             found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
         }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::NextEvent;
-use super::next_event::{pick_point, point_pdf};
+use super::light_sampling::{pick_point, point_pdf};
 use crate::bsdf::Scattering;
 use crate::emitter::EmitterPoint;
 use crate::frame::Frame;

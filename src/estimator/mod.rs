@@ -8,6 +8,7 @@
 mod bdpt;
 mod emission;
 mod lanewise;
+mod light_sampling;
 mod light_tracer;
 mod next_event;
 mod particle;

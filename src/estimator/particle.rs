@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Walking;
 use super::emission::{Emission, emit_from};
-use super::next_event::{pick_point, point_pdf};
+use super::light_sampling::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, follow};
 use crate::error::Error;

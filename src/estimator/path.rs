@@ -6,9 +6,8 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::lanewise::{Lanewise, numbers};
-use super::next_event::{
-    LightNumbers, LightSample, SeenLight, ShadowRays, light_pdf, sample_light, sample_light_or_map,
-};
+use super::light_sampling::{SeenLight, light_pdf};
+use super::next_event::{LightNumbers, LightSample, ShadowRays, sample_light, sample_light_or_map};
 use super::specular::{LightHit, SpecularShadowRay, specular_light};
 use super::{Estimator, LONGEST_PATH, Sample, Standard, Walking, radiance_of, radiances_of};
 use crate::emitter::LightSampling;
@@ -158,8 +157,7 @@ impl<P: Walking> Path<P> {
             };
             Vector::choose(light.arrives, light.reflected * weight, none)
         };
-        if let Some(map) = scene.scene.background().map() {
-            let scene = (scene, map);
+        if scene.scene.background().map().is_some() {
             return weighted(sample_light_or_map(parts, scene, surface, shadow_rays, active, random, scratch));
         }
         let numbers = LightNumbers::new(scene.scene, active, random);
@@ -228,7 +226,7 @@ impl<P: Walking> Integrator for Path<P> {
         if self.uses_casters(scene.scene) {
             paths.chains.advance(surface, &next, survives);
         }
-        paths.send(surface, (next.direction, throughput * weight), survives);
+        paths.send(surface, next.direction, throughput * weight, survives);
         survives
     }
 

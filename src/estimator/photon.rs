@@ -47,7 +47,7 @@ pub struct PhotonMapping<P> {
 struct Arrival {
     hit: Hit,
     at: Vertex,
-    /// What radiance that leaves it along the path is multiplied by.
+    /// The factor of radiance that leaves it along the path.
     throughput: DVec3,
     /// Its block of random numbers.
     block: u32,
@@ -65,7 +65,7 @@ struct Query {
 }
 
 impl Query {
-    /// Of an arrival whose radiance is multiplied by this weight before.
+    /// A lookup for an arrival whose radiance is multiplied by this weight before.
     fn new(sample: usize, &Arrival { hit, at, throughput, .. }: &Arrival, weight: DVec3) -> Self {
         let Hit { point, normal, surface, .. } = hit;
         let throughput = weight * throughput;
@@ -183,7 +183,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
         let mut gathering = Vec::with_capacity(arrivals.len());
         for (item, Arrival { hit, at, throughput, block }, mut rng) in arrivals {
             let bsdf = &scene.surface(&hit).bsdf;
-            if let Some((light, _)) = direct_light(parts, scene, (bsdf, &at), ShadowRays::DEFAULT, &mut rng) {
+            if let Some((light, _)) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
                 radiances[item] += throughput * light.reflected;
             }
             if let Some(next) = parts.sample(bsdf, &at, &mut rng) {

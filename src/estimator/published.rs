@@ -83,7 +83,7 @@ impl Estimator for Published {
                 let colour = bsdf.albedo() / survival;
                 let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
                 let plain = Bsdf::Lambert { albedo };
-                if let Some((light, _)) = direct_light(&parts, scene, (&plain, &vertex), shadow_rays, rng) {
+                if let Some((light, _)) = direct_light(&parts, scene, &plain, &vertex, shadow_rays, rng) {
                     radiance += throughput * extra * light.reflected;
                 }
                 if ends {

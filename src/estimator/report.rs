@@ -27,7 +27,7 @@ pub struct Report<P = Standard> {
     pub rays: u32,
     /// Ray segments from the eye at most, whatever the kind of bounce.
     pub segments: u32,
-    /// What is seen of emitters, and what shadow rays pass.
+    /// How emitters are seen, and whether shadow rays pass glass.
     pub rules: LightRules,
 }
 
@@ -83,14 +83,14 @@ impl<P: Walking> Integrator for Report<P> {
             // The first that survives goes on at once, the others later.
             let later = survives & goes_on;
             if later.any() {
-                paths.push_branch(surface, (sampled_direction, throughput * reflected), sampled, later);
+                paths.push_branch(surface, sampled_direction, throughput * reflected, sampled, later);
             }
             let first = survives & !goes_on;
             direction = Vector::choose(first, sampled_direction, direction);
             weight = Vector::choose(first, reflected, weight);
             goes_on = goes_on | first;
         }
-        paths.send(surface, (direction, throughput * weight), goes_on);
+        paths.send(surface, direction, throughput * weight, goes_on);
         goes_on
     }
 }

@@ -7,14 +7,15 @@ use glam::DVec3;
 
 use super::Walking;
 use super::lanewise::{Lanewise, numbers};
-use super::next_event::{LightNumbers, PickedPoint, for_each_distinct};
+use super::light_sampling::{PickedPoint, for_each_distinct};
+use super::next_event::LightNumbers;
 use crate::emitter::LightSampling;
 use crate::lanes::{BsdfSample, IntersectionScratch, LaneScene, ShadingPoint, SurfaceInteraction, lanes_of};
 use crate::real::{Mask, Real, Row, Scalar, Vector, Wide};
 use crate::specular::{Body, BySphere, Kind, NONE, Route, SceneBody, by_flat, spread_of};
 use crate::{light_pick, radiometry};
 
-/// What lanes need of a specular caster.
+/// A specular caster in the precision of lanes.
 pub(crate) struct CasterData<T> {
     kind: Kind,
     numbers: Row<T, 16>,
@@ -80,7 +81,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         route.exists.any().then_some(route)
     }
 
-    /// What the parts make of connections, each by its number among those of its caster.
+    /// The connections that the parts make of these, each by its number among those of its caster.
     #[inline]
     fn replaced<P: Walking>(
         &self,
@@ -141,7 +142,7 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     let pick = |i: usize| if active.lane(i) { parts.pick_emitter(pick.lane(i), flux) } else { 0 };
     let emitter: [usize; N] = if emitters.len() == 1 { [0; N] } else { from_fn(pick) };
     let area = LightSampling::Area;
-    let picked = PickedPoint::new(parts, (emitters, area), emitter, vertex.point, random, active);
+    let picked = PickedPoint::new(parts, emitters, area, emitter, vertex.point, random, active);
     let light = &picked.point;
     let probability = R::from_lanes(|i| flux.probability(emitter[i]));
     let pdf_area = parts.lanes_pdf_of_pick(picked.pdf_area, probability, active);
@@ -193,7 +194,7 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
         for (from, to, lanes) in segments {
             let asking = free & lanes;
             if asking.any() {
-                free = free & (!asking | scene.visible(parts, (from, to), false, asking, scratch));
+                free = free & (!asking | scene.visible(parts, from, to, false, asking, scratch));
             }
         }
         let pdf = pdf_area / (route.spread * cosine_at_light);

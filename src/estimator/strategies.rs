@@ -11,7 +11,8 @@ use crate::bsdf::{Bsdf, Scattering, Vertex};
 use crate::camera::Camera;
 use crate::emitter::EmitterPoint;
 
-use super::next_event::{picked_pdf, point_pdf};
+use super::light_sampling::point_pdf;
+use super::next_event::picked_pdf;
 use super::{NextEvent, Walking};
 use crate::scene::Scene;
 
@@ -103,7 +104,7 @@ impl WholePath<'_> {
         if let Some((x, index)) = (count > 0).then(|| vertex(0)).and_then(|x| Some((x, x.emitter? as usize))) {
             path[0].light = point_pdf(parts, scene, index);
             if path.len() > 1 {
-                let picked = || picked_pdf(parts, scene, (index, &x.at), self.point(1));
+                let picked = || picked_pdf(parts, scene, index, &x.at, self.point(1));
                 path[0].joined = x.picked.unwrap_or_else(picked) / path[0].light;
             }
         }

@@ -42,7 +42,7 @@ pub(super) struct PendingWalk<T, S> {
     pub rng: S,
 }
 
-/// What becomes of a walk.
+/// An event of a walk: a hit or its end.
 pub(super) enum WalkEvent<'m, 'a, T, S> {
     /// It has met a surface, whose [`WalkHit::vertex`] is there, too.
     Hit(&'m mut T, &'m WalkHit<'a>, &'m Vertex, &'m mut S),
@@ -159,7 +159,7 @@ impl<'a> WalkHit<'a> {
         Vertex::new(&self.here, &self.ray)
     }
 
-    /// What an emitter shows here; zero elsewhere.
+    /// The radiance that an emitter shows here; zero elsewhere.
     #[inline]
     pub fn emitted(&self, scene: &Scene) -> DVec3 {
         scene.emitted(&self.here, self.ray.direction)

@@ -21,7 +21,7 @@ pub struct Whitted<P = Standard> {
     pub parts: P,
     /// Ray segments from the eye at most: the tree doubles at each glass surface. A bias.
     pub segments: u32,
-    /// What is seen of emitters, and what shadow rays pass.
+    /// How emitters are seen, and whether shadow rays pass glass.
     pub rules: LightRules,
 }
 
@@ -61,9 +61,9 @@ impl<P: Walking> Integrator for Whitted<P> {
             let throughput = paths.throughput;
             let (direction, weight) = split.refracted;
             let never = R::Mask::splat(false);
-            paths.push_branch(surface, (direction, throughput * weight), never, goes_on & split.refracts);
+            paths.push_branch(surface, direction, throughput * weight, never, goes_on & split.refracts);
             let (direction, weight) = split.reflected;
-            paths.send(surface, (direction, throughput * weight), goes_on);
+            paths.send(surface, direction, throughput * weight, goes_on);
         }
         goes_on
     }

@@ -9,72 +9,20 @@ mod interaction;
 mod rays;
 mod row;
 mod samples;
+mod scattering;
 mod scene;
 mod state;
 mod trace;
 mod walls;
 
-use std::ops::Range;
-
-use crate::error::Error;
-use crate::film::Pixel;
-use crate::outline::Outlines;
-use crate::real::Wide;
-use crate::render::{LaneEstimator, Numbers, Sampling};
-use crate::scene::Scene;
-pub(crate) use interaction::{BsdfAt, BsdfSample, ShadingPoint, SurfaceInteraction};
+pub(crate) use interaction::{BsdfAt, ShadingPoint, SurfaceInteraction};
 pub use rays::{EightRays, LaneRays};
-use row::row;
+pub(crate) use row::RowRenderer;
 pub(crate) use samples::{LaneSampler, Sources};
-use samples::{Points, Streams};
+pub(crate) use scattering::BsdfSample;
 pub(crate) use scene::{IntersectionScratch, LaneScene, SceneData};
 pub(crate) use state::{Integrator, PathState};
 pub(crate) use trace::radiances;
-
-/// An estimator in its scene, for rows of pixels.
-pub(crate) struct Engine<'a, R: Wide<N>, const N: usize> {
-    scene: LaneScene<'a, R, N>,
-    estimator: LaneEstimator,
-    pub sampling: Sampling,
-    outlines: Outlines,
-}
-
-/// A row of pixels: the corner of the first in a frame of this size.
-pub(crate) type Place = ([u32; 2], [u32; 2]);
-
-/// Pixels, and how many samples a replication of each has.
-pub(crate) type PixelsAndCounts<'a> = (&'a mut [Pixel], &'a [u32]);
-
-impl<'a, R: Wide<N>, const N: usize> Engine<'a, R, N> {
-    pub fn new(scene: &'a Scene, estimator: LaneEstimator, (sampling, outlines): (Sampling, Outlines)) -> Self {
-        Self { scene: LaneScene::new(scene), estimator, sampling, outlines }
-    }
-
-    /// Adds the replications `range` to a row of pixels.
-    pub fn row(&self, place: Place, range: &Range<u32>, pixels: PixelsAndCounts<'_>) -> Result<(), Error> {
-        match self.estimator {
-            LaneEstimator::Path(path) => self.row_by(&path, place, range, pixels),
-            LaneEstimator::Report(report) => self.row_by(&report, place, range, pixels),
-            LaneEstimator::Whitted(whitted) => self.row_by(&whitted, place, range, pixels),
-        }
-    }
-
-    fn row_by<E: Integrator>(
-        &self,
-        estimator: &E,
-        place: Place,
-        range: &Range<u32>,
-        pixels: PixelsAndCounts<'_>,
-    ) -> Result<(), Error> {
-        let of = (self.scene, estimator);
-        match self.sampling.numbers {
-            Numbers::Independent => {
-                row::<E, R, Streams<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels)
-            }
-            Numbers::Sobol(_) => row::<E, R, Points<N>, N>(of, (&self.sampling, &self.outlines), place, range, pixels),
-        }
-    }
-}
 
 /// The lanes whose bits are set.
 #[inline]

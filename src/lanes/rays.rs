@@ -1,4 +1,4 @@
-//! The lane engine's question alone, for those who measure it: what do several rays meet first?
+//! The nearest hits of several rays, for those who measure the search for them.
 
 use std::fmt;
 

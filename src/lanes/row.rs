@@ -1,14 +1,12 @@
 //! Rows of pixels in lanes: which sample each lane follows, and what becomes of its radiance.
 
 use std::array::from_fn;
-use std::ops::Range;
 
 use glam::DVec3;
 
-use super::PixelsAndCounts;
 use super::interaction::SurfaceInteraction;
 use super::lanes_of;
-use super::samples::{LaneSampler, PixelSampler, SampleName};
+use super::samples::{LaneSampler, PixelSampler, Points, SampleName, Streams};
 use super::scene::{IntersectionScratch, LaneScene};
 use super::state::{Integrator, PathState};
 use crate::error::Error;
@@ -16,8 +14,7 @@ use crate::film::check_radiance;
 use crate::outline::{MIRRORS, Outlines, POINTS, replaced};
 use crate::pixel::PixelSampling;
 use crate::real::{Mask, Vector, Wide};
-use crate::render::Sampling;
-use crate::scene::Scene;
+use crate::render::{LaneEstimator, Numbers, Piece, Sampling};
 use crate::shape::Ray;
 
 /// A replication in a lane.
@@ -28,9 +25,10 @@ struct Work {
     sample: SampleName,
     /// The radiance of the samples that are done.
     sum: DVec3,
-    /// What an emitter has shown to the camera ray, directly or in mirrors.
+    /// The radiance that an emitter has shown to the camera ray, directly or in mirrors.
     own: DVec3,
-    /// Of [`View`](crate::outline::View), as the next.
+    /// Product of the reflectances of the mirrors that the camera ray has followed, and how many they are, as in
+    /// [`View`](crate::outline::View).
     weight: DVec3,
     mirrors: u32,
 }
@@ -43,16 +41,43 @@ impl Work {
     }
 }
 
-/// A row of pixels: the replications `range` of each of them.
-pub(super) fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
-    (scene, estimator): (LaneScene<'_, R, N>, &E),
-    (sampling, outlines): (&Sampling, &Outlines),
-    (frame, corner): ([u32; 2], [u32; 2]),
-    range: &Range<u32>,
-    (pixels, counts): PixelsAndCounts<'_>,
+/// An estimator in its scene, for rows of pixels of a frame.
+pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
+    pub scene: LaneScene<'a, R, N>,
+    pub estimator: LaneEstimator,
+    pub sampling: Sampling,
+    pub frame: [u32; 2],
+    pub outlines: Outlines,
+}
+
+impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
+    /// Adds the missing replications to the pixels of a piece.
+    pub fn add(&self, piece: &mut Piece<'_>) -> Result<(), Error> {
+        match &self.estimator {
+            LaneEstimator::Path(path) => self.add_by(path, piece),
+            LaneEstimator::Report(report) => self.add_by(report, piece),
+            LaneEstimator::Whitted(whitted) => self.add_by(whitted, piece),
+        }
+    }
+
+    fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut Piece<'_>) -> Result<(), Error> {
+        match self.sampling.numbers {
+            Numbers::Independent => row::<E, R, Streams<N>, N>(self, estimator, piece),
+            Numbers::Sobol(_) => row::<E, R, Points<N>, N>(self, estimator, piece),
+        }
+    }
+}
+
+/// Adds the missing replications of an estimator to the pixels of a piece.
+fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
+    renderer: &RowRenderer<'_, R, N>,
+    estimator: &E,
+    Piece { corner, missing, pixels, counts }: &mut Piece<'_>,
 ) -> Result<(), Error> {
-    let columns = pixels.len();
-    let mut next = (0..columns).flat_map(|column| range.clone().map(move |replication| (column, replication)));
+    let (corner, columns) = (*corner, pixels.len());
+    let RowRenderer { scene, sampling, frame, outlines, .. } = renderer;
+    let (scene, frame) = (*scene, *frame);
+    let mut next = (0..columns).flat_map(|column| missing.clone().map(move |replication| (column, replication)));
     let mut random = S::new(sampling.seed);
     let mut work = [Work::default(); N];
     let mut paths: PathState<R, N> = PathState::new();
@@ -77,7 +102,7 @@ pub(super) fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>
             }
             let starting = R::Mask::from_bits(fresh);
             LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
-            let ray = camera_rays(scene.scene, sampling, (frame, corner), &work, starting, &mut random);
+            let ray = renderer.camera_rays(corner, &work, starting, &mut random);
             paths.start(&ray, starting);
             busy |= fresh;
             fresh = 0;
@@ -115,7 +140,7 @@ pub(super) fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>
             let follows = R::Mask::from_bits(followed);
             if followed != 0 {
                 let throughput = paths.throughput;
-                paths.send(&surface, (surface.mirrored(), throughput), follows);
+                paths.send(&surface, surface.mirrored(), throughput, follows);
             }
             let active = found.met & !follows;
             let goes_on = estimator.interact(scene, &mut paths, &surface, active, &mut random, &mut scratch);
@@ -130,7 +155,7 @@ pub(super) fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>
             let SampleName { pixel, replication, index } = work.sample;
             if let Some(points) = outlines.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
-                let shown = shown(scene, (frame, first), (points, outlines.in_mirrors), &mut scratch);
+                let shown = renderer.shown(first, points, &mut scratch);
                 radiance = replaced(radiance, work.own, shown);
             }
             check_radiance(radiance).map_err(|error| work.place(corner, error))?;
@@ -148,61 +173,64 @@ pub(super) fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>
     }
 }
 
-/// What emitters show through these points of a pixel.
-fn shown<R: Wide<N>, const N: usize>(
-    scene: LaneScene<'_, R, N>,
-    (frame, pixel): ([u32; 2], [u32; 2]),
-    (points, in_mirrors): ([[f64; 2]; POINTS], bool),
-    scratch: &mut IntersectionScratch<R, N>,
-) -> [DVec3; POINTS] {
-    let [x, y] = from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
-    let mut ray = scene.scene.camera().ray(frame, x, y);
-    let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
-    let mut looking = R::Mask::from_fn(|i| i < POINTS);
-    for mirror in 0..=MIRRORS {
-        let found = scene.closest(&ray, looking, scratch);
-        if !found.met.any() {
-            break;
-        }
-        let surface = SurfaceInteraction::new(scene, &ray, &found);
-        let follows = in_mirrors && mirror < MIRRORS;
-        looking = if follows { found.met & surface.dark_mirror() } else { R::Mask::splat(false) };
-        let shining = surface.shows_emitter().bits();
-        for lane in lanes_of(found.met.bits()) {
-            if looking.bits() >> lane & 1 == 1 {
-                weights[lane] *= surface.reflectance(lane);
-            } else if shining >> lane & 1 == 1 {
-                shown[lane] = weights[lane] * surface.emitter_radiance(lane);
+impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
+    /// The radiance that emitters show through these points of a pixel.
+    fn shown(
+        &self,
+        pixel: [u32; 2],
+        points: [[f64; 2]; POINTS],
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> [DVec3; POINTS] {
+        let (scene, frame) = (self.scene, self.frame);
+        let [x, y] = from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
+        let mut ray = scene.scene.camera().ray(frame, x, y);
+        let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
+        let mut looking = R::Mask::from_fn(|i| i < POINTS);
+        for mirror in 0..=MIRRORS {
+            let found = scene.closest(&ray, looking, scratch);
+            if !found.met.any() {
+                break;
             }
+            let surface = SurfaceInteraction::new(scene, &ray, &found);
+            let follows = self.outlines.in_mirrors && mirror < MIRRORS;
+            looking = if follows { found.met & surface.dark_mirror() } else { R::Mask::splat(false) };
+            let shining = surface.shows_emitter().bits();
+            for lane in lanes_of(found.met.bits()) {
+                if looking.bits() >> lane & 1 == 1 {
+                    weights[lane] *= surface.reflectance(lane);
+                } else if shining >> lane & 1 == 1 {
+                    shown[lane] = weights[lane] * surface.emitter_radiance(lane);
+                }
+            }
+            if !looking.any() {
+                break;
+            }
+            ray = surface.spawn_ray(surface.mirrored());
         }
-        if !looking.any() {
-            break;
-        }
-        ray = surface.spawn_ray(surface.mirrored());
+        shown
     }
-    shown
-}
 
-/// The camera rays of the samples that start, in the lanes of the mask.
-fn camera_rays<R: Wide<N>, S: PixelSampler<R>, const N: usize>(
-    scene: &Scene,
-    sampling: &Sampling,
-    (frame, corner): ([u32; 2], [u32; 2]),
-    work: &[Work; N],
-    starting: R::Mask,
-    random: &mut S,
-) -> Ray<R::Vector> {
-    let numbers = [random.uniform(starting), random.uniform(starting)];
-    let positions = if sampling.pixel == PixelSampling::Random {
-        numbers
-    } else {
-        let positions: [[f64; 2]; N] = from_fn(|i| {
-            let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
-            sampling.pixel.position(cell, numbers.map(|r| r.lane(i)))
-        });
-        [0, 1].map(|axis| R::from_lanes(|i| positions[i][axis]))
-    };
-    let x = R::from_lanes(|i| f64::from(corner[0] + work[i].column as u32)) + positions[0];
-    let y = R::splat(f64::from(corner[1])) + positions[1];
-    scene.camera().ray(frame, x, y)
+    /// The camera rays of the samples that start, in the lanes of the mask.
+    fn camera_rays<S: PixelSampler<R>>(
+        &self,
+        corner: [u32; 2],
+        work: &[Work; N],
+        starting: R::Mask,
+        random: &mut S,
+    ) -> Ray<R::Vector> {
+        let sampling = &self.sampling;
+        let numbers = [random.uniform(starting), random.uniform(starting)];
+        let positions = if sampling.pixel == PixelSampling::Random {
+            numbers
+        } else {
+            let positions: [[f64; 2]; N] = from_fn(|i| {
+                let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
+                sampling.pixel.position(cell, numbers.map(|r| r.lane(i)))
+            });
+            [0, 1].map(|axis| R::from_lanes(|i| positions[i][axis]))
+        };
+        let x = R::from_lanes(|i| f64::from(corner[0] + work[i].column as u32)) + positions[0];
+        let y = R::splat(f64::from(corner[1])) + positions[1];
+        self.scene.scene.camera().ray(self.frame, x, y)
+    }
 }

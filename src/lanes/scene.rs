@@ -1,4 +1,4 @@
-//! What several rays meet: in a small scene all lanes test the list of what any of them may meet, of many walls only the one
+//! Packet intersection: in a small scene all lanes test the list of primitives that any of them may meet, of many walls only the one
 //! by which each leaves; in a larger one they go through its hierarchy, together or one after the other.
 
 use std::array::from_fn;
@@ -17,7 +17,7 @@ use crate::scene::{EDGE_MARGIN, Part, PartShape, Place, Scene};
 use crate::shape::{Ray, Sphere};
 use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 
-/// What lanes need of a primitive that they have hit.
+/// A primitive that lanes have hit.
 pub(super) struct PrimitiveData<T> {
     /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
     /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
@@ -26,7 +26,7 @@ pub(super) struct PrimitiveData<T> {
     pub numbers: Row<T, 24>,
     /// Those of its material, and more.
     pub kinds: u16,
-    /// Of a triangle, for the film.
+    /// The features of a triangle, for the film.
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
@@ -72,7 +72,7 @@ struct Triangles<T> {
     targets: Vec<Target<T, Triangle<T>>>,
 }
 
-/// What lanes need of a scene, in their precision.
+/// A scene in the precision of lanes.
 pub(crate) struct SceneData<T> {
     /// Rays are tested together against all primitives, not by way of the hierarchy.
     is_small: bool,
@@ -105,9 +105,9 @@ pub(crate) struct LaneScene<'a, R: Wide<N>, const N: usize> {
 
 /// Buffers for the rays of all lanes, made when they are first needed.
 pub(crate) struct IntersectionScratch<R, const N: usize> {
-    /// Of a small scene.
+    /// For small scenes.
     projected: Option<Box<ProjectedScene<R, N>>>,
-    /// Of rays that go through the hierarchy together.
+    /// For rays that go through the hierarchy together.
     stack: Option<Box<PacketStack<N>>>,
 }
 
@@ -115,9 +115,9 @@ pub(crate) struct IntersectionScratch<R, const N: usize> {
 struct ProjectedScene<R, const N: usize> {
     vertices: [Projected<R>; PLACES],
     edges: [R; PLACES],
-    /// Of each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
+    /// For each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
     outside: [u32; PLACES],
-    /// Of each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side; then the
+    /// For each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side; then the
     /// same of the edge in the other direction.
     sides: [[u32; 2]; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
@@ -232,7 +232,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn visible<P: Walking>(
         self,
         parts: &P,
-        (x, y): (&Place<R::Vector>, &Place<R::Vector>),
+        x: &Place<R::Vector>,
+        y: &Place<R::Vector>,
         through_glass: bool,
         active: R::Mask,
         scratch: &mut IntersectionScratch<R, N>,

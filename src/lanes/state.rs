@@ -51,7 +51,7 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     pub hits: [u32; N],
     /// The chains of mirrors and glass on which the paths are.
     pub chains: SpecularChains<R, N>,
-    /// What each lane follows when its path has ended, the last first.
+    /// The branches that each lane follows when its path has ended, the last first.
     branches: [Vec<Branch>; N],
     /// The lanes that have branches.
     branched: u32,
@@ -120,7 +120,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     pub fn push_branch(
         &mut self,
         surface: &SurfaceInteraction<'_, R, N>,
-        (direction, throughput): (R::Vector, R::Vector),
+        direction: R::Vector,
+        throughput: R::Vector,
         sampled: R::Mask,
         active: R::Mask,
     ) {
@@ -161,7 +162,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     pub fn send(
         &mut self,
         surface: &SurfaceInteraction<'_, R, N>,
-        (direction, throughput): (R::Vector, R::Vector),
+        direction: R::Vector,
+        throughput: R::Vector,
         active: R::Mask,
     ) {
         let ray = surface.spawn_ray(direction);

@@ -1,4 +1,4 @@
-//! The same loop by the lane engine: in double precision with the bytes of [`render`](super::render()), or in single.
+//! The loop over pixels, replications and samples for estimators that follow several paths at a time.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use super::{Prepared, Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
 use crate::error::Error;
 use crate::estimator::{Estimator as _, Path, Report, Whitted};
 use crate::film::Film;
-use crate::lanes::Engine;
+use crate::lanes::{LaneScene, RowRenderer};
 use crate::outline::Outlines;
 use crate::real::{LANES, Lanes, SINGLES, Singles, Wide};
 use crate::scene::Scene;
 
-/// What the lane engine follows: estimators with their standard parts.
+/// An estimator that follows several paths at a time, with standard parts.
 #[derive(Clone, Copy, Debug)]
 pub enum LaneEstimator {
     /// The path tracer.
@@ -22,7 +22,7 @@ pub enum LaneEstimator {
     Whitted(Whitted),
 }
 
-/// [`render`](super::render()) by the lane engine: the same bytes.
+/// [`render`](super::render()) several paths at a time: the same bytes.
 ///
 /// # Errors
 /// Those of [`render`](super::render()).
@@ -74,7 +74,7 @@ pub const SINGLE_DETAIL: f64 = 4096.0;
 /// Renders as [`ByRays`](super::ByRays) does, several paths at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLanes {
-    /// What a ray brings.
+    /// The estimator of the radiance along a ray.
     pub estimator: LaneEstimator,
     /// Which rays, by which random numbers.
     pub sampling: Sampling,
@@ -82,7 +82,7 @@ pub struct ByLanes {
     pub precision: Precision,
 }
 
-/// How exactly the lane engine computes.
+/// The precision of the numbers of a lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// Eight paths at a time, to the bytes of [`ByRays`](super::ByRays).
@@ -110,19 +110,18 @@ impl Renderer for ByLanes {
 }
 
 impl ByLanes {
-    fn prepared<'a, R: Wide<N>, const N: usize>(&self, scene: &'a Scene, frame: [u32; 2]) -> Engine<'a, R, N> {
+    fn prepared<'a, R: Wide<N>, const N: usize>(&self, scene: &'a Scene, frame: [u32; 2]) -> RowRenderer<'a, R, N> {
         let Self { estimator, sampling, .. } = *self;
         let sees_in_mirrors = matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
-        Engine::new(scene, estimator, (sampling, Outlines::new(scene, frame, sampling, sees_in_mirrors)))
+        let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
+        RowRenderer { scene: LaneScene::new(scene), estimator, sampling, frame, outlines }
     }
 }
 
-impl<R: Wide<N>, const N: usize> Prepared for Engine<'_, R, N> {
+impl<R: Wide<N>, const N: usize> Prepared for RowRenderer<'_, R, N> {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        let frame = film.frame();
-        each_part((self.sampling, UNINTERRUPTED), film, &range, done, |pieces| {
-            let mut rows = pieces.iter_mut();
-            rows.try_for_each(|row| self.row((frame, row.corner), &row.missing, (row.pixels, row.counts)))
+        each_part(self.sampling, UNINTERRUPTED, film, &range, done, |pieces| {
+            pieces.iter_mut().try_for_each(|piece| Self::add(self, piece))
         })
     }
 }

@@ -105,7 +105,7 @@ pub fn render_passes<E: ImageEstimator>(
 /// Renders by whole images.
 #[derive(Clone, Copy, Debug)]
 pub struct ByPasses<E> {
-    /// What a pass brings.
+    /// The estimator of an image.
     pub estimator: E,
     /// Where the random numbers come from.
     pub numbers: Numbers,
