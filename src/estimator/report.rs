@@ -52,7 +52,7 @@ impl<P: Walking> Integrator for Report<P> {
         let counts = parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
         paths.add(surface.emitted_by_rules(rules), counts & surface.emits);
 
-        // Direct light at diffuse surfaces, by (9).
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
         let diffuse = active & surface.non_delta;
         let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
         let numbers = LightNumbers::new(scene.scene, diffuse, random);

@@ -47,7 +47,7 @@ impl<P: Walking> Integrator for Whitted<P> {
         // L_e of (8), as the rules show it.
         paths.add(surface.emitted_by_rules(rules), active & surface.emits);
 
-        // Direct light at diffuse surfaces.
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
         let diffuse = active & surface.non_delta;
         let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
         let numbers = LightNumbers::new(scene.scene, diffuse, random);
