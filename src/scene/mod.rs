@@ -135,7 +135,7 @@ pub struct Scene {
     smallest: f64,
     /// The pairs that coincide in single precision, once it was asked for.
     in_singles: OnceLock<Option<Coincidence>>,
-    /// What lanes need of it in either precision, once they have asked for it.
+    /// The scene as rays in lanes see it, in double and in single precision, once they have asked for it.
     for_lanes: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
 }
 
@@ -216,7 +216,7 @@ impl Scene {
         &self.surfaces
     }
 
-    /// What lanes of a precision need of it, made when it is first asked for.
+    /// The scene as rays in lanes of a precision see it, made when it is first asked for.
     pub(crate) fn lane_data<T: Scalar>(&self) -> &SceneData<T> {
         let (double, single): (&dyn Any, &dyn Any) = (&self.for_lanes.0, &self.for_lanes.1);
         let data: &OnceLock<SceneData<T>> =
