@@ -25,8 +25,8 @@ pub(super) struct Material {
 
 /// Light leaves in all directions.
 const NON_DELTA: u16 = 1;
-/// Directions are sampled by the cosine.
-const COSINE: u16 = 2;
+/// Light leaves in all directions, which are not sampled by the cosine.
+pub(super) const MODEL: u16 = 2;
 const MIRROR: u16 = 4;
 const GLASS: u16 = 8;
 /// (14) as it is printed.
@@ -59,7 +59,8 @@ impl Material {
             Bsdf::RoughGlass(_) => NON_DELTA | ONE_BY_ONE | ROUGH_GLASS,
             Bsdf::Eon { .. } | Bsdf::Model(_) => NON_DELTA | ONE_BY_ONE,
         };
-        let kinds = if bsdf.is_sampled_by_cosine() { kinds | COSINE } else { kinds };
+        let is_model = kinds & NON_DELTA != 0 && !bsdf.is_sampled_by_cosine();
+        let kinds = if is_model { kinds | MODEL } else { kinds };
         Self { numbers: [index, oren_nayar.a, oren_nayar.b, absorption], kinds }
     }
 }
@@ -146,19 +147,16 @@ pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
     pub emits: R::Mask,
     /// Where light leaves in all directions.
     pub non_delta: R::Mask,
-    /// Where it does, and directions are sampled by the cosine.
-    pub(super) cosine_sampled: R::Mask,
     pub(super) mirror: R::Mask,
     pub(super) glass: R::Mask,
-    pub rough_glass: R::Mask,
+    met: R::Mask,
     /// The albedo, or the reflectance of a mirror.
     pub(super) colour: R::Vector,
     pub absorption: R,
     pub(super) index: R,
     oren_nayar: OrenNayar<R>,
-    printed: R::Mask,
-    /// Where f_r is evaluated lane by lane.
-    one_by_one: R::Mask,
+    /// All kinds of primitives that the scene has.
+    kinds: u16,
 }
 
 impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N> {
@@ -179,23 +177,25 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
             return vectors(active, |i| parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i)));
         }
         let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
-        if self.printed.any() {
+        let is_printed = self.is(PRINTED);
+        if is_printed.any() {
             let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
-            bracket = R::choose(self.printed, printed, bracket);
+            bracket = R::choose(is_printed, printed, bracket);
         }
         let above = wo.z().above(zero) & wi.z().above(zero);
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let brdf = Vector::choose(above & self.non_delta, lambert(self.colour) * bracket, none);
-        if !self.one_by_one.any() {
+        let one_by_one = self.is(ONE_BY_ONE);
+        if !one_by_one.any() {
             return brdf;
         }
         let alone = |i: usize| self.bsdf(i).eval(wo.lane(i), wi.lane(i));
-        Vector::from_fn(|i| if self.one_by_one.lane(i) { alone(i) } else { brdf.lane(i) })
+        Vector::from_fn(|i| if one_by_one.lane(i) { alone(i) } else { brdf.lane(i) })
     }
 
     #[inline]
     fn rough_glass(&self) -> R::Mask {
-        self.rough_glass
+        self.is(ROUGH_GLASS)
     }
 
     #[inline]
@@ -211,8 +211,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
         let [shape @ .., red, green, blue, index, a, b, absorption, offset, _, _, _] =
             R::of_rows(primitives.map(|primitive| &primitive.numbers));
-        let kinds = primitives.map(|primitive| primitive.kinds);
-        let is = |kind: u16| found.met & R::Mask::from_fn(|i| kinds[i] & kind != 0);
+        let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.met);
         let (point, normal) = place(shape, is(SPHERE), ray, found);
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
@@ -221,19 +220,23 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             t: found.t,
             emits: is(EMITTER),
             non_delta: is(NON_DELTA),
-            cosine_sampled: is(COSINE),
             mirror: is(MIRROR),
             glass: is(GLASS),
-            rough_glass: is(ROUGH_GLASS),
+            met: found.met,
             colour: R::Vector::of([red, green, blue]),
             absorption,
             index,
             oren_nayar: OrenNayar { a, b },
-            printed: is(PRINTED),
-            one_by_one: is(ONE_BY_ONE),
+            kinds: lanes.data.kinds,
             primitives,
             scene: lanes.scene,
         }
+    }
+
+    /// The lanes of a kind.
+    #[inline]
+    pub(super) fn is(&self, kind: u16) -> R::Mask {
+        of_kind(&self.primitives, self.kinds, kind, self.met)
     }
 
     /// The rays that leave in these directions.
@@ -348,12 +351,21 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
         }
         let by_cosine = sampling::cosine_hemisphere_pdf(wi.z());
-        let models = self.non_delta & !self.cosine_sampled;
+        let models = self.is(MODEL);
         if !models.any() {
             return by_cosine;
         }
         R::from_lanes(|i| if models.lane(i) { pdf(i) } else { by_cosine.lane(i) })
     }
+}
+
+/// The active lanes whose primitives are of a kind, which is asked for only if any of the scene's kinds is.
+#[inline]
+fn of_kind<M: Mask, T, const N: usize>(primitives: &[&PrimitiveData<T>; N], all: u16, kind: u16, active: M) -> M {
+    if all & kind == 0 {
+        return M::splat(false);
+    }
+    active & M::from_fn(|i| primitives[i].kinds & kind != 0)
 }
 
 /// Points and normals of hits on primitives of these numbers, as [`Scene::intersect`](crate::scene::Scene::intersect)

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 use glam::DVec3;
 use rand::TryRng;
 
-use super::interaction::{ShadingPoint, SurfaceInteraction};
+use super::interaction::{MODEL, ShadingPoint, SurfaceInteraction};
 use super::lanes_of;
 use super::samples::LaneSampler;
 use crate::bsdf::{self, Vertex};
@@ -99,11 +99,11 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     #[inline]
     fn sample_non_delta<P: Walking, S: LaneSampler<R>>(&self, parts: &P, sample: &mut BsdfSample<R>, random: &mut S) {
         let active = sample.has_pdf;
-        let rough_glass = active & self.rough_glass;
+        let rough_glass = active & self.rough_glass();
         let numbers = [random.uniform(active), random.uniform(active)];
         let third = if rough_glass.any() { random.uniform(rough_glass) } else { R::splat(0.0) };
         let mut wi: R::Vector = sampling::cosine_hemisphere(numbers);
-        let models = active & !self.cosine_sampled;
+        let models = active & self.is(MODEL);
         let mut exists = active;
         if models.any() {
             let [r1, r2] = numbers;
@@ -197,7 +197,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
         let up = R::Vector::splat_vector(DVec3::Z);
         let [x, y, z] = wi.components();
-        let above = if self.rough_glass.any() { R::Vector::of([x, y, z.abs()]) } else { wi };
+        let above = if self.rough_glass().any() { R::Vector::of([x, y, z.abs()]) } else { wi };
         let cosine = radiometry::cosine(up, above);
         radiometry::reflected(self.brdf(parts, wi, active), R::Vector::splat_vector(DVec3::ONE), cosine, pdf)
     }

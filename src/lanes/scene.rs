@@ -86,6 +86,8 @@ pub(crate) struct SceneData<T> {
     spheres: Vec<Target<T, Sphere>>,
     /// In the order of the scene's primitives.
     primitives: Vec<PrimitiveData<T>>,
+    /// All kinds of primitives that there are.
+    pub(super) kinds: u16,
     /// In the order of the scene's specular casters.
     pub casters: Vec<CasterData<T>>,
 }
@@ -158,11 +160,12 @@ impl<T: Scalar> SceneData<T> {
                 Heights { margin: EDGE_MARGIN, offset: scene.offset() }
             }
         };
-        let primitives =
+        let primitives: Vec<_> =
             (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part))).collect();
+        let kinds = primitives.iter().fold(0, |kinds, primitive| kinds | primitive.kinds);
         let casters = scene.bodies().all().iter().map(|body| CasterData::new(body.kind, &body.body)).collect();
         let walls = walls.map(|(walls, _)| walls);
-        Self { is_small, triangles, within, walls, others, spheres, primitives, casters }
+        Self { is_small, triangles, within, walls, others, spheres, primitives, kinds, casters }
     }
 }
 
