@@ -183,8 +183,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if !bsdf.is_rough() {
             return found;
         }
-        if let Some((direct, emitter)) = direct_light(parts, scene, bsdf, vertex, ShadowRays::DEFAULT, rng) {
-            let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, emitter)];
+        if let Some(direct) = direct_light(parts, scene, bsdf, vertex, ShadowRays::DEFAULT, rng) {
+            let light = &[PathVertex::emitting(&direct.point, DVec3::ZERO, direct.emitter)];
             found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
         }
         if self.connections == Connections::Ends {

@@ -7,11 +7,39 @@ use glam::DVec3;
 use super::lanewise::Lanewise;
 use super::{NextEvent, Walking};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
+use crate::lanes::LaneSampler;
 use crate::light_pick;
 use crate::real::{Mask, Real, Vector, Wide};
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+
+/// The uniform numbers of a shadow ray in each lane.
+#[derive(Clone, Copy)]
+pub(crate) struct LightNumbers<R> {
+    /// Which emitter; of a single one nothing.
+    pub pick: R,
+    /// Which point.
+    pub point: [R; 2],
+}
+
+impl<R: Real> LightNumbers<R> {
+    /// Draws them in the lanes of the mask, in a scene with emitters.
+    #[inline]
+    pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
+        let zero = R::splat(0.0);
+        let pick = match scene.emitters().len() {
+            _ if !active.any() => zero,
+            0 => return Self { pick: zero, point: [zero; 2] },
+            1 => {
+                random.skip(active);
+                zero
+            }
+            _ => random.uniform(active),
+        };
+        Self { pick, point: [random.uniform(active), random.uniform(active)] }
+    }
+}
 
 /// A point on an emitter that is picked among all, and the emitter's number; `None` without emitters.
 #[inline]
@@ -59,7 +87,7 @@ fn probability_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSamplin
 
 /// Which emitters shadow rays from the points of the active lanes pick, and with what probability.
 #[inline]
-pub(super) fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
+fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -105,14 +133,42 @@ fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
     light_pick::share(|i| emitters[i].contribution(from), count, R::from_lanes(|i| emitter[i] as f64))
 }
 
-/// Points on emitters, as shadow rays from some points pick them.
+/// Emitters and points on them, as shadow rays from some points pick them.
+pub(super) struct PickedLight<R: Real, const N: usize> {
+    /// The numbers of the emitters, and the probabilities with which they are picked.
+    pub emitter: [usize; N],
+    pub probability: R,
+    pub on_emitter: PickedPoint<R>,
+    /// The lanes that have picked one.
+    pub active: R::Mask,
+}
+
+impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
+    /// By these numbers, from the points of the active lanes.
+    #[inline]
+    pub fn new<P: Walking>(
+        parts: &P,
+        scene: &Scene,
+        lights: LightSampling,
+        from: R::Vector,
+        random: &LightNumbers<R>,
+        active: R::Mask,
+    ) -> Self {
+        let (emitter, probability) = pick_emitters(parts, scene, lights, from, random.pick, active);
+        let active = active & probability.above(R::splat(0.0));
+        let on_emitter = PickedPoint::new(parts, scene.emitters(), lights, emitter, from, random.point, active);
+        Self { emitter, probability, on_emitter, active }
+    }
+}
+
+/// Points on emitters of given numbers, as shadow rays from some points pick them.
 pub(super) struct PickedPoint<R: Real> {
     pub point: EmitterPoint<R::Vector>,
     pub radiance: R::Vector,
     pub pdf_area: R,
     /// Where the point was picked by solid angle, and its pdf with respect to that.
-    pub by_angle: R::Mask,
-    pub pdf_angle: R,
+    by_angle: R::Mask,
+    pdf_angle: R,
 }
 
 impl<R: Real> PickedPoint<R> {
@@ -156,6 +212,13 @@ impl<R: Real> PickedPoint<R> {
             picked.pdf_area = R::choose(here, R::splat(parts.emitter_pdf_area(emitter)), picked.pdf_area);
         });
         picked
+    }
+
+    /// The pdfs with respect to solid angle of points that are seen at these cosines and squared distances.
+    #[inline]
+    pub fn pdf<P: Walking>(&self, parts: &P, cosine: R, distance_squared: R, active: R::Mask) -> R {
+        let per_area = parts.lanes_solid_angle_per_area(cosine, distance_squared, active & !self.by_angle);
+        R::choose(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
     }
 }
 

@@ -30,6 +30,7 @@ pub use bdpt::{Bdpt, Connections};
 pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
+use next_event::ShadowRays;
 pub use path::{Heuristic, Path, Strategy};
 pub use photon::{Lookup, PhotonMapping};
 pub use photon_map::Photons;
@@ -42,6 +43,7 @@ pub use strategies::{Bidirectional, Density, weight};
 pub use whitted::Whitted;
 
 use crate::bsdf::Scattering;
+use crate::emitter::LightSampling;
 use crate::error::Error;
 use crate::lanes::{self, Integrator};
 use crate::real::{LANES, Lanes};
@@ -148,19 +150,24 @@ impl LightRules {
     /// is lost.
     pub const REPORT: Self =
         Self { seen: Some(1.0), shadows_pass_glass: true, caustics: false, radiance_factor: false };
+
+    /// Shadow rays to points uniform in the area of emitters.
+    fn shadow_rays(&self) -> ShadowRays {
+        ShadowRays { lights: LightSampling::Area, pass_glass: self.shadows_pass_glass }
+    }
 }
 
-/// The radiance of samples in lanes.
-fn radiances_of<E: Integrator, S: Sampler>(
-    estimator: &E,
-    scene: &Scene,
-    samples: impl Iterator<Item = Sample<S>>,
-) -> Vec<DVec3> {
-    let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
-    lanes::radiances::<E, S, Lanes, LANES>(scene, estimator, rays)
-}
+impl<E: Integrator> Estimator for E {
+    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
+        lanes::radiances::<E, &mut S, f64, 1>(scene, self, std::iter::once((*ray, rng)))[0]
+    }
 
-/// The radiance of one ray.
-fn radiance_of<E: Integrator, S: Sampler>(estimator: &E, scene: &Scene, ray: &Ray, rng: &mut S) -> DVec3 {
-    lanes::radiances::<E, &mut S, f64, 1>(scene, estimator, std::iter::once((*ray, rng)))[0]
+    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
+        let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
+        lanes::radiances::<E, S, Lanes, LANES>(scene, self, rays)
+    }
+
+    fn sees_in_mirrors(&self) -> bool {
+        Integrator::sees_in_mirrors(self)
+    }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::Walking;
 use super::lanewise::{Lanewise, vectors};
-use super::light_sampling::{PickedPoint, SeenLight, light_pdf, pick_emitters};
+use super::light_sampling::{LightNumbers, PickedLight, PickedPoint, SeenLight, light_pdf};
 use super::path::Strategy;
 use crate::bsdf::{Bsdf, Vertex};
 use crate::emitter::{Emitter, EmitterPoint, LightSampling};
@@ -138,33 +138,6 @@ impl ShadowRays {
     pub const DEFAULT: Self = Self { lights: LightSampling::ByContribution, pass_glass: false };
 }
 
-/// The uniform numbers of a shadow ray in each lane.
-#[derive(Clone, Copy)]
-pub(crate) struct LightNumbers<R> {
-    /// Which emitter; of a single one nothing.
-    pub pick: R,
-    /// Which point.
-    pub point: [R; 2],
-}
-
-impl<R: Real> LightNumbers<R> {
-    /// Draws them in the lanes of the mask, in a scene with emitters.
-    #[inline]
-    pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
-        let zero = R::splat(0.0);
-        let pick = match scene.emitters().len() {
-            _ if !active.any() => zero,
-            0 => return Self { pick: zero, point: [zero; 2] },
-            1 => {
-                random.skip(active);
-                zero
-            }
-            _ => random.uniform(active),
-        };
-        Self { pick, point: [random.uniform(active), random.uniform(active)] }
-    }
-}
-
 /// Light that arrives along a shadow ray in each lane.
 #[derive(Clone, Copy)]
 pub(crate) struct LightSample<R: Real> {
@@ -176,17 +149,14 @@ pub(crate) struct LightSample<R: Real> {
     pub reflected: R::Vector,
     /// p with respect to solid angle.
     pub pdf: R,
-    /// The point on an emitter; not of the background.
-    pub point: EmitterPoint<R::Vector>,
 }
 
 impl<R: Real> LightSample<R> {
     /// No light in any lane.
     #[inline]
     fn none() -> Self {
-        let (zero, none) = (R::splat(0.0), R::Vector::splat_vector(DVec3::ZERO));
-        let point = EmitterPoint { point: none, normal: none };
-        Self { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: zero, point }
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        Self { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: R::splat(0.0) }
     }
 
     /// The same as one of two kinds of light, picked with this probability.
@@ -204,14 +174,28 @@ impl<R: Real> LightSample<R> {
             wi: Vector::choose(mask, self.wi, other.wi),
             reflected: Vector::choose(mask, self.reflected, other.reflected),
             pdf: R::choose(mask, self.pdf, other.pdf),
-            point: other.point,
         }
     }
 }
 
 /// Next-event estimation: one shadow ray from each active lane to a point picked on an emitter.
 #[inline]
-pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    shadow_rays: ShadowRays,
+    active: R::Mask,
+    random: &mut S,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    let numbers = LightNumbers::new(scene.scene, active, random);
+    sample_light_by(parts, scene, at, shadow_rays, &numbers, active, scratch)
+}
+
+/// [`sample_light`] by these numbers.
+#[inline]
+pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -219,17 +203,27 @@ pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: 
     random: &LightNumbers<R>,
     active: R::Mask,
     scratch: &mut IntersectionScratch<R, N>,
-) -> (LightSample<R>, [usize; N]) {
-    let emitters = scene.scene.emitters();
-    if emitters.is_empty() || !active.any() {
-        return (LightSample::none(), [0; N]);
+) -> LightSample<R> {
+    if scene.scene.emitters().is_empty() || !active.any() {
+        return LightSample::none();
     }
+    let picked = PickedLight::new(parts, scene.scene, shadow_rays.lights, at.vertex().point, random, active);
+    light_from(parts, scene, at, &picked, shadow_rays.pass_glass, scratch)
+}
+
+/// The light that arrives from points that were picked on emitters.
+#[inline]
+fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    picked: &PickedLight<R, N>,
+    pass_glass: bool,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
     let (zero, vertex) = (R::splat(0.0), at.vertex());
-    let lights = shadow_rays.lights;
-    let (emitter, probability) = pick_emitters(parts, scene.scene, lights, vertex.point, random.pick, active);
-    let active = active & probability.above(zero);
-    let picked = PickedPoint::new(parts, emitters, lights, emitter, vertex.point, random.point, active);
-    let point = picked.point;
+    let PickedLight { probability, on_emitter, active, .. } = picked;
+    let (point, active) = (on_emitter.point, *active);
     let to_light = point.point - vertex.point;
     let distance_squared = to_light.length_squared();
     let direction = to_light * distance_squared.sqrt().recip();
@@ -237,22 +231,21 @@ pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: 
     let cosine = at.cosine(parts, direction, active);
     let active = active & cosine.above(zero) & cosine_at_light.above(zero);
     if !active.any() {
-        return (LightSample::none(), emitter);
+        return LightSample::none();
     }
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
-    let per_area = parts.lanes_solid_angle_per_area(cosine_at_light, distance_squared, active & !picked.by_angle);
-    let pdf_on_emitter = R::choose(picked.by_angle, picked.pdf_angle, picked.pdf_area / per_area);
-    let pdf = parts.lanes_pdf_of_pick(pdf_on_emitter, probability, active);
+    let pdf = on_emitter.pdf(parts, cosine_at_light, distance_squared, active);
+    let pdf = parts.lanes_pdf_of_pick(pdf, *probability, active);
     let active = active & !is_zero(brdf);
     let arrives = if active.any() {
         let light = scene.scene.place(point.point, point.normal);
-        scene.visible(parts, &at.place(), &light, shadow_rays.pass_glass, active, scratch)
+        scene.visible(parts, &at.place(), &light, pass_glass, active, scratch)
     } else {
         active
     };
-    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, picked.radiance, cosine, pdf), wi, arrives);
-    (LightSample { arrives, wi, reflected, pdf, point }, emitter)
+    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf), wi, arrives);
+    LightSample { arrives, wi, reflected, pdf }
 }
 
 /// One shadow ray from each active lane towards the environment map.
@@ -285,7 +278,7 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let arrives = R::Mask::from_fn(|i| active.lane(i) && sees_background(i));
     let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
     let reflected = at.to_radiance(parts, radiometry::reflected(brdf, radiance, cosine, pdf), wi, arrives);
-    LightSample { arrives, wi, reflected, pdf, point: EmitterPoint { point: direction, normal: direction } }
+    LightSample { arrives, wi, reflected, pdf }
 }
 
 /// Next-event estimation in a scene with an environment map: a shadow ray towards the map or an emitter.
@@ -307,8 +300,7 @@ pub(super) fn sample_light_or_map<P: Walking, X: ShadingPoint<R>, S: LaneSampler
     let numbers = [random.uniform(to_map), random.uniform(to_map)];
     let of_map = sample_map(parts, scene.scene, map, at, numbers, to_map).picked(share);
     let to_light = active & !to_map;
-    let numbers = LightNumbers::new(scene.scene, to_light, random);
-    let (light, _) = sample_light(parts, scene, at, shadow_rays, &numbers, to_light, scratch);
+    let light = sample_light(parts, scene, at, shadow_rays, to_light, random, scratch);
     of_map.or(to_map, light.picked(1.0 - share))
 }
 
@@ -320,7 +312,16 @@ fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
     x.equals(zero) & y.equals(zero) & z.equals(zero)
 }
 
-/// [`sample_light`] from one surface of one ray, with the number of the emitter. `None` if nothing arrives.
+/// Light that arrives at one surface of one ray, and from where.
+pub(super) struct DirectLight {
+    /// f_r L cos θ / p.
+    pub reflected: DVec3,
+    /// The number of its emitter, and the point there.
+    pub emitter: usize,
+    pub point: EmitterPoint,
+}
+
+/// [`sample_light`] from one surface of one ray. `None` if nothing arrives.
 #[inline]
 pub(super) fn direct_light<P: Walking, R: Sampler>(
     parts: &P,
@@ -329,15 +330,17 @@ pub(super) fn direct_light<P: Walking, R: Sampler>(
     vertex: &Vertex,
     shadow_rays: ShadowRays,
     rng: &mut R,
-) -> Option<(LightSample<f64>, usize)> {
+) -> Option<DirectLight> {
     if scene.emitters().is_empty() {
         return None;
     }
     let at = BsdfAt { scene, bsdf, vertex };
     let random = LightNumbers { pick: uniform(rng), point: uniform2(rng) };
-    let scratch = &mut IntersectionScratch::new();
-    let (light, [emitter]) = sample_light(parts, LaneScene::new(scene), &at, shadow_rays, &random, true, scratch);
-    light.arrives.then_some((light, emitter))
+    let picked = PickedLight::new(parts, scene, shadow_rays.lights, vertex.point, &random, true);
+    let (lanes, scratch) = (LaneScene::new(scene), &mut IntersectionScratch::new());
+    let light: LightSample<f64> = light_from(parts, lanes, &at, &picked, shadow_rays.pass_glass, scratch);
+    let (PickedPoint { point, .. }, [emitter]) = (picked.on_emitter, picked.emitter);
+    light.arrives.then_some(DirectLight { reflected: light.reflected, emitter, point })
 }
 
 /// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number; 0

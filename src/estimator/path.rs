@@ -6,17 +6,17 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::lanewise::{Lanewise, numbers};
-use super::light_sampling::{SeenLight, light_pdf};
-use super::next_event::{LightNumbers, LightSample, ShadowRays, sample_light, sample_light_or_map};
+use super::light_sampling::{LightNumbers, SeenLight, light_pdf};
+use super::next_event::{LightSample, ShadowRays, sample_light_by, sample_light_or_map};
 use super::specular::{LightHit, SpecularShadowRay, specular_light};
-use super::{Estimator, LONGEST_PATH, Sample, Standard, Walking, radiance_of, radiances_of};
+use super::{LONGEST_PATH, Standard, Walking};
 use crate::emitter::LightSampling;
-use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use crate::lanes::{
+    Arrival, Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, ShadingPoint as _, SurfaceInteraction,
+};
 use crate::real::{Mask, Real, Vector, Wide};
 use crate::roulette;
-use crate::sampler::Sampler;
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
+use crate::scene::Scene;
 
 /// How light that reaches a diffuse surface straight from an emitter is found. Each counts it once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -161,9 +161,9 @@ impl<P: Walking> Path<P> {
             return weighted(sample_light_or_map(parts, scene, surface, shadow_rays, active, random, scratch));
         }
         let numbers = LightNumbers::new(scene.scene, active, random);
-        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, active, scratch);
+        let light = sample_light_by(parts, scene, surface, shadow_rays, &numbers, active, scratch);
         let reflected = weighted(light);
-        let by_casters = active & !surface.rough_glass;
+        let by_casters = active & !surface.rough_glass();
         if !by_casters.any() || !self.uses_casters(scene.scene) {
             return reflected;
         }
@@ -174,15 +174,8 @@ impl<P: Walking> Path<P> {
 }
 
 impl<P: Walking> Integrator for Path<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
-        &self,
-        scene: LaneScene<'_, R, N>,
-        paths: &mut PathState<R, N>,
-        surface: &SurfaceInteraction<'_, R, N>,
-        active: R::Mask,
-        random: &mut S,
-        scratch: &mut IntersectionScratch<R, N>,
-    ) -> R::Mask {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask {
+        let Arrival { scene, paths, surface, active, random, scratch } = arrival;
         let parts = &self.parts;
         random.start_blocks(active, &paths.hits);
         // A path that will not end is an error, never a cut.
@@ -245,17 +238,6 @@ impl<P: Walking> Integrator for Path<P> {
         let weight = R::choose(counts, one, R::splat(0.0));
         let weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
         paths.add_background(scene, weight, leaving);
-    }
-}
-
-impl<P: Walking> Estimator for Path<P> {
-    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
-        radiances_of(self, scene, samples)
-    }
-
-    #[inline]
-    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
-        radiance_of(self, scene, ray, rng)
     }
 
     /// Bounces at mirrors that camera rays follow before it begins would not be counted.

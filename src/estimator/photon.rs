@@ -183,7 +183,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
         let mut gathering = Vec::with_capacity(arrivals.len());
         for (item, Arrival { hit, at, throughput, block }, mut rng) in arrivals {
             let bsdf = &scene.surface(&hit).bsdf;
-            if let Some((light, _)) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
+            if let Some(light) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
                 radiances[item] += throughput * light.reflected;
             }
             if let Some(next) = parts.sample(bsdf, &at, &mut rng) {

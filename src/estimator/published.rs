@@ -5,10 +5,9 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::next_event::{ShadowRays, direct_light};
+use super::next_event::direct_light;
 use super::{Estimator, LightRules, Standard};
 use crate::bsdf::{Bsdf, Scattering, Vertex};
-use crate::emitter::LightSampling;
 use crate::rng::{uniform, uniform2};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -47,8 +46,7 @@ const SEGMENTS: u32 = 7;
 impl Estimator for Published {
     fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
         let parts = Standard;
-        let pass_glass = LightRules::REPORT.shadows_pass_glass;
-        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass };
+        let shadow_rays = LightRules::REPORT.shadow_rays();
         let quirks = self.quirks;
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
@@ -83,7 +81,7 @@ impl Estimator for Published {
                 let colour = bsdf.albedo() / survival;
                 let albedo = if quirks.end_loses_direct { colour } else { bsdf.albedo() };
                 let plain = Bsdf::Lambert { albedo };
-                if let Some((light, _)) = direct_light(&parts, scene, &plain, &vertex, shadow_rays, rng) {
+                if let Some(light) = direct_light(&parts, scene, &plain, &vertex, shadow_rays, rng) {
                     radiance += throughput * extra * light.reflected;
                 }
                 if ends {

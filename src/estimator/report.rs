@@ -6,17 +6,11 @@
 //! and, from a diffuse surface on, by way of mirrors and glass. The text leaves that second kind, caustics,
 //! to later work (3.3), and [`LightRules::REPORT`] leaves it out.
 
-use glam::DVec3;
-
 use super::lanewise::Lanewise;
-use super::next_event::{LightNumbers, ShadowRays, sample_light};
-use super::{Estimator, LightRules, Sample, Standard, Strategy, Walking, radiance_of, radiances_of};
-use crate::emitter::LightSampling;
-use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use super::next_event::sample_light;
+use super::{LightRules, Standard, Strategy, Walking};
+use crate::lanes::{Arrival, Integrator, LaneSampler};
 use crate::real::{Mask, Vector, Wide};
-use crate::sampler::Sampler;
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
 
 /// The report's estimator. Its limit on segments is a bias, [`crate::equation::PATH_LENGTH`].
 #[derive(Clone, Copy, Debug)]
@@ -38,25 +32,18 @@ impl Default for Report {
 }
 
 impl<P: Walking> Integrator for Report<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
-        &self,
-        scene: LaneScene<'_, R, N>,
-        paths: &mut PathState<R, N>,
-        surface: &SurfaceInteraction<'_, R, N>,
-        active: R::Mask,
-        random: &mut S,
-        scratch: &mut IntersectionScratch<R, N>,
-    ) -> R::Mask {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask {
+        let Arrival { scene, paths, surface, active, random, scratch } = arrival;
         let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
         // L_e of (8), where no shadow ray has looked for it.
-        let counts = parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
-        paths.add(surface.emitted_by_rules(rules), counts & surface.emits);
+        let seen = surface.emits & parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
+        if seen.any() {
+            paths.add(surface.emitted_by_rules(rules), seen);
+        }
 
         // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
         let diffuse = active & surface.non_delta;
-        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
-        let numbers = LightNumbers::new(scene.scene, diffuse, random);
-        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, diffuse, scratch);
+        let light = sample_light(parts, scene, surface, rules.shadow_rays(), diffuse, random, scratch);
         paths.add(light.reflected, light.arrives);
 
         // One way on from mirrors and glass. A shadow ray that passes through glass has looked behind it.
@@ -81,10 +68,7 @@ impl<P: Walking> Integrator for Report<P> {
             let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
             let reflected = reflected * (compensation / f64::from(self.rays));
             // The first that survives goes on at once, the others later.
-            let later = survives & goes_on;
-            if later.any() {
-                paths.push_branch(surface, sampled_direction, throughput * reflected, sampled, later);
-            }
+            paths.push_branch(surface, sampled_direction, throughput * reflected, sampled, survives & goes_on);
             let first = survives & !goes_on;
             direction = Vector::choose(first, sampled_direction, direction);
             weight = Vector::choose(first, reflected, weight);
@@ -92,14 +76,5 @@ impl<P: Walking> Integrator for Report<P> {
         }
         paths.send(surface, direction, throughput * weight, goes_on);
         goes_on
-    }
-}
-
-impl<P: Walking> Estimator for Report<P> {
-    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
-        radiances_of(self, scene, samples)
-    }
-    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
-        radiance_of(self, scene, ray, rng)
     }
 }

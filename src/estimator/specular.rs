@@ -7,8 +7,7 @@ use glam::DVec3;
 
 use super::Walking;
 use super::lanewise::{Lanewise, numbers};
-use super::light_sampling::{PickedPoint, for_each_distinct};
-use super::next_event::LightNumbers;
+use super::light_sampling::{LightNumbers, PickedPoint, for_each_distinct};
 use crate::emitter::LightSampling;
 use crate::lanes::{BsdfSample, IntersectionScratch, LaneScene, ShadingPoint, SurfaceInteraction, lanes_of};
 use crate::real::{Mask, Real, Row, Scalar, Vector, Wide};
@@ -275,9 +274,10 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         self.from = Vector::choose(fresh, surface.vertex.point, self.from);
         self.direction = Vector::choose(fresh, sample.direction, self.direction);
         self.pdf = R::choose(fresh, sample.pdf, self.pdf);
+        let rough_glass = surface.rough_glass().bits();
         for lane in lanes_of(fresh.bits()) {
-            let rough_glass = surface.rough_glass.lane(lane);
-            self.states[lane] = if rough_glass { Chain::NotConnectable } else { Chain::AfterDiffuse };
+            let is_rough_glass = rough_glass >> lane & 1 == 1;
+            self.states[lane] = if is_rough_glass { Chain::NotConnectable } else { Chain::AfterDiffuse };
         }
         let specular = (active & !sample.has_pdf).bits();
         if specular != 0 {

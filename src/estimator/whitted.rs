@@ -1,15 +1,9 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
-use glam::DVec3;
-
-use super::next_event::{LightNumbers, ShadowRays, sample_light};
-use super::{Estimator, LightRules, Sample, Standard, Walking, radiance_of, radiances_of};
-use crate::emitter::LightSampling;
-use crate::lanes::{Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, SurfaceInteraction};
+use super::next_event::sample_light;
+use super::{LightRules, Standard, Walking};
+use crate::lanes::{Arrival, Integrator, LaneSampler};
 use crate::real::{Mask, Wide};
-use crate::sampler::Sampler;
-use crate::scene::{Hit, Scene};
-use crate::shape::Ray;
 
 /// Shadow rays at diffuse surfaces, and a tree of mirror and glass rays, both branches of glass
 /// weighted by R and 1 − R: emission and direct light of the first diffuse surface, seen through mirrors and
@@ -34,24 +28,18 @@ impl Whitted {
 
 impl<P: Walking> Integrator for Whitted<P> {
     /// Follows of glass first what is reflected, then what is refracted.
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
-        &self,
-        scene: LaneScene<'_, R, N>,
-        paths: &mut PathState<R, N>,
-        surface: &SurfaceInteraction<'_, R, N>,
-        active: R::Mask,
-        random: &mut S,
-        scratch: &mut IntersectionScratch<R, N>,
-    ) -> R::Mask {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask {
+        let Arrival { scene, paths, surface, active, random, scratch } = arrival;
         let (parts, rules) = (&self.parts, &self.rules);
         // L_e of (8), as the rules show it.
-        paths.add(surface.emitted_by_rules(rules), active & surface.emits);
+        let emits = active & surface.emits;
+        if emits.any() {
+            paths.add(surface.emitted_by_rules(rules), emits);
+        }
 
         // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
         let diffuse = active & surface.non_delta;
-        let shadow_rays = ShadowRays { lights: LightSampling::Area, pass_glass: rules.shadows_pass_glass };
-        let numbers = LightNumbers::new(scene.scene, diffuse, random);
-        let (light, _) = sample_light(parts, scene, surface, shadow_rays, &numbers, diffuse, scratch);
+        let light = sample_light(parts, scene, surface, rules.shadow_rays(), diffuse, random, scratch);
         paths.add(light.reflected, light.arrives);
 
         // Mirrors and both branches of glass. The first segment is always followed, even of none.
@@ -66,14 +54,5 @@ impl<P: Walking> Integrator for Whitted<P> {
             paths.send(surface, direction, throughput * weight, goes_on);
         }
         goes_on
-    }
-}
-
-impl<P: Walking> Estimator for Whitted<P> {
-    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
-        radiances_of(self, scene, samples)
-    }
-    fn radiance<S: Sampler>(&self, scene: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut S) -> DVec3 {
-        radiance_of(self, scene, ray, rng)
     }
 }

@@ -21,7 +21,7 @@ pub(crate) use row::RowRenderer;
 pub(crate) use samples::{LaneSampler, Sources};
 pub(crate) use scattering::BsdfSample;
 pub(crate) use scene::{IntersectionScratch, LaneScene, SceneData};
-pub(crate) use state::{Integrator, PathState};
+pub(crate) use state::{Arrival, Integrator, PathState};
 pub(crate) use trace::radiances;
 
 /// The lanes whose bits are set.

@@ -8,7 +8,7 @@ use super::interaction::SurfaceInteraction;
 use super::lanes_of;
 use super::samples::{LaneSampler, PixelSampler, Points, SampleName, Streams};
 use super::scene::{IntersectionScratch, LaneScene};
-use super::state::{Integrator, PathState};
+use super::state::{Arrival, Integrator, PathState};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::outline::{MIRRORS, Outlines, POINTS, replaced};
@@ -142,8 +142,9 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
                 let throughput = paths.throughput;
                 paths.send(&surface, surface.mirrored(), throughput, follows);
             }
-            let active = found.met & !follows;
-            let goes_on = estimator.interact(scene, &mut paths, &surface, active, &mut random, &mut scratch);
+            let (paths, active) = (&mut paths, found.met & !follows);
+            let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
+            let goes_on = estimator.interact(Arrival { scene, paths, surface, active, random, scratch });
             ended = busy & !goes_on.bits() & !followed;
         }
         ended &= !paths.pop_branches(ended);

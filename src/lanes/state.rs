@@ -13,19 +13,25 @@ use crate::real::{Mask, Vector, Wide};
 use crate::scene::Scene;
 use crate::shape::Ray;
 
+/// The paths of the active lanes where they have reached surfaces.
+pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
+    pub scene: LaneScene<'a, R, N>,
+    pub paths: &'a mut PathState<R, N>,
+    pub surface: &'a SurfaceInteraction<'a, R, N>,
+    pub active: R::Mask,
+    pub random: &'a mut S,
+    pub scratch: &'a mut IntersectionScratch<R, N>,
+}
+
 /// How an estimator takes the paths of all lanes from hit to hit.
 pub(crate) trait Integrator: Sync {
-    /// Adds to the radiance of the active paths, which have reached these surfaces, sends those that go on, and returns
-    /// their lanes.
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
-        &self,
-        scene: LaneScene<'_, R, N>,
-        paths: &mut PathState<R, N>,
-        surface: &SurfaceInteraction<'_, R, N>,
-        active: R::Mask,
-        random: &mut S,
-        scratch: &mut IntersectionScratch<R, N>,
-    ) -> R::Mask;
+    /// Adds to the radiance of the paths that have arrived, sends those that go on, and returns their lanes.
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask;
+
+    /// [`Estimator::sees_in_mirrors`](crate::estimator::Estimator::sees_in_mirrors).
+    fn sees_in_mirrors(&self) -> bool {
+        false
+    }
 
     /// Adds what the background shows to the paths that leave the scene.
     #[inline]
@@ -125,6 +131,9 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         sampled: R::Mask,
         active: R::Mask,
     ) {
+        if !active.any() {
+            return;
+        }
         let ray = surface.spawn_ray(direction);
         self.branched |= active.bits();
         for lane in lanes_of(active.bits()) {

@@ -8,7 +8,7 @@ use super::interaction::SurfaceInteraction;
 use super::lanes_of;
 use super::samples::Sources;
 use super::scene::{IntersectionScratch, LaneScene};
-use super::state::{Integrator, PathState};
+use super::state::{Arrival, Integrator, PathState};
 use crate::real::{Mask, Vector, Wide};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -51,7 +51,9 @@ pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
         if met != 0 {
             let surface = SurfaceInteraction::new(lanes, &paths.ray, &found);
             lanes_of(met).for_each(|lane| paths.hits[lane] += 1);
-            let goes_on = estimator.interact(lanes, &mut paths, &surface, found.met, &mut random, &mut scratch);
+            let (paths, surface, active) = (&mut paths, &surface, found.met);
+            let (random, scratch) = (&mut random, &mut scratch);
+            let goes_on = estimator.interact(Arrival { scene: lanes, paths, surface, active, random, scratch });
             ended = busy & !goes_on.bits();
         }
         ended &= !paths.pop_branches(ended);
