@@ -11,9 +11,16 @@ fn git(arguments: &[&str]) -> Option<String> {
 fn main() {
     let commit = git(&["rev-parse", "--short=12", "HEAD"]).map(|commit| {
         let changed = git(&["status", "--porcelain", "--untracked-files=no"]);
-        if changed.is_some_and(|files| files.is_empty()) { commit } else { format!("{commit}+changes") }
+        if changed.is_some_and(|files| files.is_empty()) {
+            commit
+        } else {
+            format!("{commit}+changes")
+        }
     });
-    println!("cargo::rustc-env=WHITEFURNACE_COMMIT={}", commit.as_deref().unwrap_or("unknown"));
+    println!(
+        "cargo::rustc-env=WHITEFURNACE_COMMIT={}",
+        commit.as_deref().unwrap_or("unknown")
+    );
     for path in ["../.git/logs/HEAD", "../src", "src", "../Cargo.lock"] {
         println!("cargo::rerun-if-changed={path}");
     }

@@ -1,10 +1,10 @@
-//! A bounding volume hierarchy with eight children per node. A ray is tested against the boxes of all children at once, and
-//! against all triangles of a leaf.
+//! A bounding volume hierarchy with eight children per node. A ray is tested against the boxes of
+//! all children at once, and against all triangles of a leaf.
 //!
 //! Why our own: the crates at hand answer hits in single precision, which a furnace of ten thousand
-//! bounces and a watertight room cannot use. Boxes here are single precision too, but only as a filter:
-//! they are rounded outward and tested with a margin that covers the rounding of the ray, so no
-//! primitive that the double-precision test would hit is ever skipped.
+//! bounces and a watertight room cannot use. Boxes here are single precision too, but only as a
+//! filter: they are rounded outward and tested with a margin that covers the rounding of the ray,
+//! so no primitive that the double-precision test would hit is ever skipped.
 
 mod build;
 mod packet;
@@ -39,12 +39,16 @@ pub struct PrimitiveHit {
 }
 
 impl PrimitiveHit {
-    /// This hit or a nearer one on another primitive. Of two at the same distance it is the one that comes first
-    /// in the list, in whatever order they are tested.
+    /// This hit or a nearer one on another primitive. Of two at the same distance it is the one
+    /// that comes first in the list, in whatever order they are tested.
     #[inline]
     fn or(self, primitive: u32, hit: TriangleHit) -> Self {
         if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
-            Self { primitive, t: hit.t, weights: hit.weights }
+            Self {
+                primitive,
+                t: hit.t,
+                weights: hit.weights,
+            }
         } else {
             self
         }
@@ -54,7 +58,10 @@ impl PrimitiveHit {
 /// Where a ray meets a sphere, told as of a triangle.
 #[inline]
 pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
-    TriangleHit { t: sphere.distance(ray), weights: [V::Real::splat(0.0); 3] }
+    TriangleHit {
+        t: sphere.distance(ray),
+        weights: [V::Real::splat(0.0); 3],
+    }
 }
 
 /// Up to [`WIDTH`] children.
@@ -85,13 +92,15 @@ struct Leaf {
 const WIDTH: usize = LANES;
 /// Most primitives in a leaf.
 const LEAF: usize = FOUR;
-/// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer (`build::SORTED_DEPTH`).
+/// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer
+/// (`build::SORTED_DEPTH`).
 const STACK: usize = 128;
-/// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a margin
-/// of two.
+/// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a
+/// margin of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
-/// What a component of a direction is at least, relative to the largest: 0 would give 0 · ∞. Rays from near the origin, whose
-/// coordinates have no rounding to allow for, thereby leave planes in which boxes end, so boxes are wider (`build::DRIFT`).
+/// What a component of a direction is at least, relative to the largest: 0 would give 0 · ∞. Rays
+/// from near the origin, whose coordinates have no rounding to allow for, thereby leave planes in
+/// which boxes end, so boxes are wider (`build::DRIFT`).
 const TINY: f32 = 1e-18;
 /// Rounding of the slab arithmetic, relative: a bound on 2γ₃ of Ize, JCGT 2(2), 2013.
 const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
@@ -119,16 +128,25 @@ impl Bvh {
     /// The nearest hit with 0 < t < `t_max`.
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let shear = Shear::new(ray).splat();
-        let mut nearest = PrimitiveHit { primitive: 0, t: t_max, weights: [0.0; 3] };
+        let mut nearest = PrimitiveHit {
+            primitive: 0,
+            t: t_max,
+            weights: [0.0; 3],
+        };
         self.traverse(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hit = leaf.hit(&shear);
-                let mut near = (!hit.t.above(Four::splat(nearest.t)) & hit.t.below(Four::splat(f64::INFINITY))).bits();
+                let mut near = (!hit.t.above(Four::splat(nearest.t))
+                    & hit.t.below(Four::splat(f64::INFINITY)))
+                .bits();
                 while near != 0 {
                     let lane = near.trailing_zeros() as usize % LEAF;
                     near &= near - 1;
                     let of = |number: Four| number.lanes()[lane];
-                    let hit = TriangleHit { t: of(hit.t), weights: hit.weights.map(of) };
+                    let hit = TriangleHit {
+                        t: of(hit.t),
+                        weights: hit.weights.map(of),
+                    };
                     nearest = nearest.or(leaf.triangles[lane], hit);
                 }
             }
@@ -148,7 +166,8 @@ impl Bvh {
         self.traverse(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hits = leaf.hit(&shear).t.below(Four::splat(t_max)).bits();
-                occluded = hits != 0 && (0..LEAF).any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
+                occluded = hits != 0
+                    && (0..LEAF).any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
             }
             let meets = |(id, sphere): &(u32, Sphere)| sphere.distance(ray) < t_max && blocks(*id);
             occluded = occluded || self.spheres_of(leaf).iter().any(meets);
@@ -157,17 +176,22 @@ impl Bvh {
         occluded
     }
 
-    /// Calls `each` for the primitives, by their places in the list, whose boxes meet the box from `low` to `high`, and for
-    /// some of their neighbours.
+    /// Calls `each` for the primitives, by their places in the list, whose boxes meet the box from
+    /// `low` to `high`, and for some of their neighbours.
     pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32)) {
-        let (low, high) = (low.to_array().map(build::rounded_down), (-high).to_array().map(build::rounded_down));
+        let (low, high) = (
+            low.to_array().map(build::rounded_down),
+            (-high).to_array().map(build::rounded_down),
+        );
         let mut waiting = ArrayVec::<u32, STACK>::new();
         waiting.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(child) = waiting.pop() {
             let place = (child / 2) as usize;
             if child % 2 == 1 {
                 let leaf = &self.leaves[place];
-                leaf.triangles[..leaf.triangle_count].iter().for_each(|id| each(*id));
+                leaf.triangles[..leaf.triangle_count]
+                    .iter()
+                    .for_each(|id| each(*id));
                 self.spheres_of(leaf).iter().for_each(|(id, _)| each(*id));
                 continue;
             }
@@ -256,9 +280,12 @@ impl Slabs {
         // Segments may be tiny as a whole.
         let direction = ray.direction.as_vec3();
         let tiny = (direction.abs().max_element() * TINY).max(f32::MIN_POSITIVE);
-        let direction = direction.to_array().map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
+        let direction = direction
+            .to_array()
+            .map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
         let forward = direction.map(|d| d > 0.0);
-        let shifted = |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
+        let shifted =
+            |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
         Self {
             near_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, forward[axis]))),
             far_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, !forward[axis]))),

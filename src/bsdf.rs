@@ -1,5 +1,6 @@
 //! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror, glass,
-//! [rough glass](rough_glass), and models that are not of this library; how light goes on at a surface.
+//! [rough glass](rough_glass), and models that are not of this library; how light goes on at a
+//! surface.
 //!
 //! Directions are local unit vectors that point away from the surface, the normal is z.
 
@@ -55,7 +56,8 @@ pub enum Bsdf {
         /// Index of refraction on the inner side of the surface.
         index: f64,
     },
-    /// Rough glass in air, without absorption: of the estimators only [`Path`](crate::estimator::Path) renders it.
+    /// Rough glass in air, without absorption: of the estimators only
+    /// [`Path`](crate::estimator::Path) renders it.
     RoughGlass(RoughGlass),
     /// A model that is not of this library: [`Bsdf::model`].
     Model(&'static dyn Model),
@@ -84,11 +86,14 @@ impl OrenNayar {
     /// The constants of a surface whose facets' slope angle has standard deviation σ ≥ 0, radians.
     pub fn new(sigma: f64) -> Self {
         let s2 = sigma * sigma;
-        Self { a: 1.0 - s2 / (2.0 * (s2 + 0.33)), b: 0.45 * s2 / (s2 + 0.09) }
+        Self {
+            a: 1.0 - s2 / (2.0 * (s2 + 0.33)),
+            b: 0.45 * s2 / (s2 + 0.09),
+        }
     }
 
-    /// The roughness B/A, in [0, 0.9), of the EON model whose single scattering has the same shape: both
-    /// are in proportion to 1 + (B/A) s/t where s > 0.
+    /// The roughness B/A, in [0, 0.9), of the EON model whose single scattering has the same shape:
+    /// both are in proportion to 1 + (B/A) s/t where s > 0.
     pub fn roughness(self) -> f64 {
         self.b / self.a
     }
@@ -100,7 +105,8 @@ pub fn lambert<V: Vector>(albedo: V) -> V {
     albedo * V::Real::splat(FRAC_1_PI)
 }
 
-/// The bracket of (14), π f_r/ρ, in the angles in which it is printed; [`crate::equation::OREN_NAYAR`].
+/// The bracket of (14), π f_r/ρ, in the angles in which it is printed;
+/// [`crate::equation::OREN_NAYAR`].
 ///
 /// Inclinations in [0, π/2), `azimuth` = φ_in − φ_out, radians.
 pub fn oren_nayar_angles(
@@ -119,10 +125,15 @@ pub fn oren_nayar_angles(
     constants.a + constants.b * azimuth.cos().max(0.0) * alpha.sin() * last
 }
 
-/// The bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos Δφ is the
-/// scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
+/// The bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos Δφ is
+/// the scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
 #[inline]
-pub fn oren_nayar<V: Vector>(constants: OrenNayar<V::Real>, form: OrenNayarForm, wo: V, wi: V) -> V::Real {
+pub fn oren_nayar<V: Vector>(
+    constants: OrenNayar<V::Real>,
+    form: OrenNayarForm,
+    wo: V,
+    wi: V,
+) -> V::Real {
     let [[x1, y1, z1], [x2, y2, z2]] = [wo.components(), wi.components()];
     let tangential = (x1 * x2 + y1 * y2).at_least(V::Real::splat(0.0));
     let last = match form {
@@ -140,11 +151,15 @@ impl Bsdf {
 
     /// Oren-Nayar with the given albedo, σ in radians, and form.
     pub fn oren_nayar(albedo: DVec3, sigma: f64, form: OrenNayarForm) -> Self {
-        Self::OrenNayar { albedo, constants: OrenNayar::new(sigma), form }
+        Self::OrenNayar {
+            albedo,
+            constants: OrenNayar::new(sigma),
+            form,
+        }
     }
 
-    /// Whether light leaves in single directions only, by Dirac distributions: mirror and glass. Shadow rays
-    /// find nothing there.
+    /// Whether light leaves in single directions only, by Dirac distributions: mirror and glass.
+    /// Shadow rays find nothing there.
     #[inline]
     pub(crate) fn is_specular(&self) -> bool {
         matches!(self, Self::Mirror { .. } | Self::Glass { .. })
@@ -179,11 +194,14 @@ impl Bsdf {
     /// Whether directions are sampled by their cosine, whatever the other direction.
     #[inline]
     pub(crate) fn is_sampled_by_cosine(&self) -> bool {
-        matches!(self, Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. })
+        matches!(
+            self,
+            Self::Lambert { .. } | Self::OrenNayar { .. } | Self::Eon { .. }
+        )
     }
 
-    /// A local direction of a model that is not sampled by the cosine, from uniform numbers, of which the third counts for
-    /// rough glass alone; `None` where it has no density.
+    /// A local direction of a model that is not sampled by the cosine, from uniform numbers, of
+    /// which the third counts for rough glass alone; `None` where it has no density.
     #[inline]
     pub(crate) fn sample_direction(&self, wo: DVec3, random: [f64; 3]) -> Option<DVec3> {
         match self {
@@ -193,8 +211,9 @@ impl Bsdf {
         }
     }
 
-    /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single directions, and
-    /// below the horizon but for rough glass, whose [`facing`](RoughGlass::facing) counts.
+    /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single
+    /// directions, and below the horizon but for rough glass, whose [`facing`](RoughGlass::facing)
+    /// counts.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z <= 0.0 || (wi.z <= 0.0 && !self.is_rough_glass()) {
@@ -202,7 +221,11 @@ impl Bsdf {
         }
         match *self {
             Self::Lambert { albedo } => lambert(albedo),
-            Self::OrenNayar { albedo, constants, form } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
+            Self::OrenNayar {
+                albedo,
+                constants,
+                form,
+            } => lambert(albedo) * oren_nayar(constants, form, wo, wi),
             Self::Eon { albedo, roughness } => FRAC_1_PI * eon::eon(albedo, roughness, wo, wi),
             Self::Black | Self::Mirror { .. } | Self::Glass { .. } => DVec3::ZERO,
             Self::RoughGlass(glass) => DVec3::splat(glass.eval(wo, wi)),
@@ -216,18 +239,21 @@ impl Bsdf {
         Standard.sample(self, at, rng)
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, local directions; 0 for mirror
-    /// and glass.
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, local directions; 0
+    /// for mirror and glass.
     #[inline]
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         Standard.pdf(self, wo, wi)
     }
 
-    /// ρ of the models with a density, the reflectance of a mirror, 1 for glass: what a denoiser calls albedo.
+    /// ρ of the models with a density, the reflectance of a mirror, 1 for glass: what a denoiser
+    /// calls albedo.
     pub fn albedo(&self) -> DVec3 {
         match *self {
             Self::Black => DVec3::ZERO,
-            Self::Lambert { albedo } | Self::OrenNayar { albedo, .. } | Self::Eon { albedo, .. } => albedo,
+            Self::Lambert { albedo }
+            | Self::OrenNayar { albedo, .. }
+            | Self::Eon { albedo, .. } => albedo,
             Self::Mirror { reflectance } => reflectance,
             Self::Glass { .. } | Self::RoughGlass(_) => DVec3::ONE,
             Self::Model(model) => model.albedo(),

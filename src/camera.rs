@@ -17,7 +17,8 @@ pub struct Camera {
     half_height: f64,
 }
 
-/// The largest half height at distance 1: of wider images, what rays have of the line of sight is lost to rounding.
+/// The largest half height at distance 1: of wider images, what rays have of the line of sight is
+/// lost to rounding.
 pub const WIDEST: f64 = 1e5;
 
 /// What its vectors are called in texts.
@@ -25,49 +26,83 @@ const NAMES: [&str; 4] = ["eye", "forward", "right", "up"];
 const HALF_HEIGHT: &str = "half-height";
 
 impl Camera {
-    /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half of
-    /// the image's height at distance 1, the tangent of half the vertical angle of view.
+    /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half
+    /// of the image's height at distance 1, the tangent of half the vertical angle of view.
     pub fn new(eye: DVec3, target: DVec3, up: DVec3, half_height: f64) -> Self {
         let forward = (target - eye).normalize();
         let right = forward.cross(up).normalize();
-        Self { eye, forward, right, up: right.cross(forward), half_height }
+        Self {
+            eye,
+            forward,
+            right,
+            up: right.cross(forward),
+            half_height,
+        }
     }
 
-    /// The camera in full, a line `name=numbers` each, with as many digits as make the same camera again by
-    /// [`parse`](Self::parse).
+    /// The camera in full, a line `name=numbers` each, with as many digits as make the same camera
+    /// again by [`parse`](Self::parse).
     pub fn text(&self) -> String {
         let line = |(name, DVec3 { x, y, z }): (&str, DVec3)| format!("{name}={x} {y} {z}\n");
-        let lines = NAMES.into_iter().zip([self.eye, self.forward, self.right, self.up]).map(line);
-        lines.chain([format!("{HALF_HEIGHT}={}\n", self.half_height)]).collect()
+        let lines = NAMES
+            .into_iter()
+            .zip([self.eye, self.forward, self.right, self.up])
+            .map(line);
+        lines
+            .chain([format!("{HALF_HEIGHT}={}\n", self.half_height)])
+            .collect()
     }
 
     /// The camera that a text with such lines, among others, tells.
     pub fn parse(text: &str) -> Option<Self> {
-        let line = |name| text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
+        let line = |name| {
+            text.lines()
+                .find_map(|line| line.strip_prefix(name)?.strip_prefix('='))
+        };
         let vector = |name| {
-            let numbers: Vec<f64> = line(name)?.split(' ').map(|number| number.parse().ok()).collect::<Option<_>>()?;
+            let numbers: Vec<f64> = line(name)?
+                .split(' ')
+                .map(|number| number.parse().ok())
+                .collect::<Option<_>>()?;
             numbers.try_into().ok().map(DVec3::from_array)
         };
         let [eye, forward, right, up] = NAMES.map(vector);
         let half_height = line(HALF_HEIGHT)?.parse().ok()?;
-        Some(Self { eye: eye?, forward: forward?, right: right?, up: up?, half_height }).filter(Self::is_valid)
+        Some(Self {
+            eye: eye?,
+            forward: forward?,
+            right: right?,
+            up: up?,
+            half_height,
+        })
+        .filter(Self::is_valid)
     }
 
-    /// The unit vectors ahead, to the right and upwards, and half of the image's height at distance 1.
+    /// The unit vectors ahead, to the right and upwards, and half of the image's height at
+    /// distance 1.
     pub fn frame(&self) -> ([DVec3; 3], f64) {
         ([self.forward, self.right, self.up], self.half_height)
     }
 
-    /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not along the line of
-    /// sight, and half of a height up to [`WIDEST`] from [`LARGEST`]'s reciprocal.
+    /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not
+    /// along the line of sight, and half of a height up to [`WIDEST`] from [`LARGEST`]'s
+    /// reciprocal.
     pub(crate) fn is_valid(&self) -> bool {
-        let Self { eye, forward, right, up, half_height } = *self;
-        [eye, forward, right, up].iter().all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
+        let Self {
+            eye,
+            forward,
+            right,
+            up,
+            half_height,
+        } = *self;
+        [eye, forward, right, up]
+            .iter()
+            .all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
             && (LARGEST.recip()..=WIDEST).contains(&half_height)
     }
 
-    /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the top
-    /// left corner of the first pixel.
+    /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the
+    /// top left corner of the first pixel.
     #[inline]
     pub fn ray<R: Real>(&self, size: [u32; 2], x: R, y: R) -> Ray<R::Vector> {
         let [width, height] = size.map(f64::from);
@@ -85,8 +120,8 @@ impl Camera {
         (point - self.eye).dot(self.forward)
     }
 
-    /// The point (x, y), as of [`ray`](Self::ray), at which an image of `size` pixels shows a point, be it beyond its
-    /// borders; `None` behind the eye.
+    /// The point (x, y), as of [`ray`](Self::ray), at which an image of `size` pixels shows a
+    /// point, be it beyond its borders; `None` behind the eye.
     #[inline]
     pub(crate) fn image_point(&self, size: [u32; 2], point: DVec3) -> Option<[f64; 2]> {
         let [width, height] = size.map(f64::from);
@@ -101,7 +136,8 @@ impl Camera {
         Some([x, y])
     }
 
-    /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the eye.
+    /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the
+    /// eye.
     #[inline]
     pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Projection> {
         let [width, height] = size.map(f64::from);
@@ -111,13 +147,18 @@ impl Camera {
         }
         let offset = point - self.eye;
         let distance_squared = offset.length_squared();
-        Some(Projection { pixel: [x as u32, y as u32], to_eye: offset / -distance_squared.sqrt(), distance_squared })
+        Some(Projection {
+            pixel: [x as u32, y as u32],
+            to_eye: offset / -distance_squared.sqrt(),
+            distance_squared,
+        })
     }
 
-    /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image of
-    /// `size` pixels gets from radiance 1 per solid angle around a unit direction ω that leaves the eye
-    /// through the pixel. It is also the pdf, with respect to solid angle, of a ray through a uniform
-    /// point of that pixel: the pixel has area A at distance 1, and dω covers dω/cos³θ of it.
+    /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image
+    /// of `size` pixels gets from radiance 1 per solid angle around a unit direction ω that leaves
+    /// the eye through the pixel. It is also the pdf, with respect to solid angle, of a ray through
+    /// a uniform point of that pixel: the pixel has area A at distance 1, and dω covers dω/cos³θ of
+    /// it.
     #[inline]
     pub fn importance(&self, size: [u32; 2], direction: DVec3) -> f64 {
         let side = 2.0 * self.half_height / f64::from(size[1]);

@@ -13,7 +13,8 @@ use crate::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
 /// The shape of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EmitterShape {
-    /// A parallelogram: a corner and the two edges that leave it. It emits along `edges[0] × edges[1]`.
+    /// A parallelogram: a corner and the two edges that leave it. It emits along
+    /// `edges[0] × edges[1]`.
     Rectangle {
         /// The corner.
         corner: DVec3,
@@ -74,18 +75,20 @@ pub struct Emitter {
     centre: DVec3,
     /// The radius of a sphere, or of the disc that has the area of a flat shape.
     radius: f64,
-    /// Points up to this height over a flat shape may lie on it, but for rounding, and may not see it.
+    /// Points up to this height over a flat shape may lie on it, but for rounding, and may not see
+    /// it.
     margin: f64,
 }
 
-/// How shadow rays pick emitters, by [flux](crate::light_pick::FluxPicks) if nothing else is said, and points on them.
+/// How shadow rays pick emitters, by [flux](crate::light_pick::FluxPicks) if nothing else is said,
+/// and points on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightSampling {
     /// Uniform with respect to area.
     #[default]
     Area,
-    /// Uniform with respect to the solid angle under which the emitter is seen: rectangles, triangles
-    /// and whole spheres from outside. All else falls back to area.
+    /// Uniform with respect to the solid angle under which the emitter is seen: rectangles,
+    /// triangles and whole spheres from outside. All else falls back to area.
     SolidAngle,
     /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
     ByShape,
@@ -100,7 +103,9 @@ impl LightSampling {
         match self {
             Self::Area => false,
             Self::SolidAngle => true,
-            Self::ByShape | Self::ByContribution => matches!(emitter.shape, EmitterShape::Sphere(_)),
+            Self::ByShape | Self::ByContribution => {
+                matches!(emitter.shape, EmitterShape::Sphere(_))
+            }
         }
     }
 
@@ -124,10 +129,18 @@ impl Emitter {
     /// An emitter of the given shape and radiance.
     pub fn new(shape: EmitterShape, radiance: DVec3) -> Self {
         let flat = |across: DVec3, area: f64, centre: DVec3| {
-            (area, across.normalize_or_zero(), centre, (area * FRAC_1_PI).sqrt())
+            (
+                area,
+                across.normalize_or_zero(),
+                centre,
+                (area * FRAC_1_PI).sqrt(),
+            )
         };
         let (area, normal, centre, radius) = match shape {
-            EmitterShape::Rectangle { corner, edges: [a, b] } => {
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => {
                 let across = a.cross(b);
                 flat(across, across.length(), corner + 0.5 * (a + b))
             }
@@ -135,23 +148,38 @@ impl Emitter {
                 let across = (b - a).cross(c - a);
                 flat(across, 0.5 * across.length(), (a + b + c) / 3.0)
             }
-            EmitterShape::Sphere(sphere) => (sphere.area(), DVec3::ZERO, sphere.centre, sphere.radius),
+            EmitterShape::Sphere(sphere) => {
+                (sphere.area(), DVec3::ZERO, sphere.centre, sphere.radius)
+            }
         };
-        Self { shape, radiance, area, normal, centre, radius, margin: 0.0 }
+        Self {
+            shape,
+            radiance,
+            area,
+            normal,
+            centre,
+            radius,
+            margin: 0.0,
+        }
     }
 
     /// The same in a scene whose rays leave surfaces from this height over them.
     pub(crate) fn with_offset(self, offset: f64) -> Self {
-        Self { margin: 2.0 * offset, ..self }
+        Self {
+            margin: 2.0 * offset,
+            ..self
+        }
     }
 
-    /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of a surface that
-    /// faces it, in the mean of all colours. It is above 0 wherever the emitter's front can be
-    /// seen, and 0 on the emitter itself, whether a point there is rounded to either side or a ray has just left it.
+    /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of
+    /// a surface that faces it, in the mean of all colours. It is above 0 wherever the emitter's
+    /// front can be seen, and 0 on the emitter itself, whether a point there is rounded to either
+    /// side or a ray has just left it.
     ///
-    /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height h over its plane,
-    /// L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its cosine where it is far, as what is
-    /// seen at a slant is hidden sooner. Of a sphere of radius r, L A/4 / max(d², r²).
+    /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height
+    /// h over its plane, L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its
+    /// cosine where it is far, as what is seen at a slant is hidden sooner. Of a sphere of radius
+    /// r, L A/4 / max(d², r²).
     #[inline]
     pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
         let all = V::Real::splat;
@@ -164,7 +192,11 @@ impl Emitter {
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
-        V::Real::choose(height.above(offset_in(self.margin)), slant * slant * strength, all(0.0))
+        V::Real::choose(
+            height.above(offset_in(self.margin)),
+            slant * slant * strength,
+            all(0.0),
+        )
     }
 
     /// Area times radiance, the mean of all colours: flux over π.
@@ -183,17 +215,27 @@ impl Emitter {
     pub fn sample<R: Real>(&self, random: [R; 2]) -> EmitterPoint<R::Vector> {
         let all = R::Vector::splat_vector;
         match self.shape {
-            EmitterShape::Rectangle { corner, edges: [a, b] } => {
-                EmitterPoint { point: all(corner) + all(a) * random[0] + all(b) * random[1], normal: all(self.normal) }
-            }
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => EmitterPoint {
+                point: all(corner) + all(a) * random[0] + all(b) * random[1],
+                normal: all(self.normal),
+            },
             EmitterShape::Triangle(vertices) => {
                 let [u, v] = sampling::triangle(random);
-                EmitterPoint { point: triangle_point(vertices, u, v), normal: all(self.normal) }
+                EmitterPoint {
+                    point: triangle_point(vertices, u, v),
+                    normal: all(self.normal),
+                }
             }
             EmitterShape::Sphere(sphere) => {
                 let offset = sampling::sphere_zone(random, sphere.radius, sphere.heights());
                 let point = all(sphere.centre) + offset;
-                EmitterPoint { point, normal: sphere.normal(point) }
+                EmitterPoint {
+                    point,
+                    normal: sphere.normal(point),
+                }
             }
         }
     }
@@ -204,9 +246,9 @@ impl Emitter {
         1.0 / self.area
     }
 
-    /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid angle of
-    /// the emitter's visible front, with its pdf with respect to that; `None` where [`seen`](Self::seen)
-    /// is.
+    /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid
+    /// angle of the emitter's visible front, with its pdf with respect to that; `None` where
+    /// [`seen`](Self::seen) is.
     #[inline]
     pub fn sample_solid_angle(&self, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
         let seen = self.seen(from)?;
@@ -224,8 +266,8 @@ impl Emitter {
         Some(1.0 / self.seen(from)?.solid_angle())
     }
 
-    /// [`sample_solid_angle`](Self::sample_solid_angle) from several points, and in which lanes it can be; `None` of all but
-    /// whole spheres, of which each point is asked for alone.
+    /// [`sample_solid_angle`](Self::sample_solid_angle) from several points, and in which lanes it
+    /// can be; `None` of all but whole spheres, of which each point is asked for alone.
     #[inline]
     pub(crate) fn sample_cap<R: Real>(
         &self,
@@ -237,7 +279,14 @@ impl Emitter {
         };
         let (cap, exists) = VisibleCap::of(from, &sphere)?;
         let point = cap.sample(random);
-        Some((exists, EmitterPoint { point, normal: sphere.normal(point) }, cap.solid_angle.recip()))
+        Some((
+            exists,
+            EmitterPoint {
+                point,
+                normal: sphere.normal(point),
+            },
+            cap.solid_angle.recip(),
+        ))
     }
 
     /// The pdf of [`sample_cap`](Self::sample_cap).
@@ -258,8 +307,12 @@ impl Emitter {
             EmitterShape::Rectangle { corner, edges } => {
                 SphericalRectangle::new(from, corner, edges).map(SolidAngleShape::Rectangle)
             }
-            EmitterShape::Triangle(vertices) => SphericalTriangle::new(from, vertices).map(SolidAngleShape::Triangle),
-            EmitterShape::Sphere(ref sphere) => VisibleCap::new(from, sphere).map(SolidAngleShape::Cap),
+            EmitterShape::Triangle(vertices) => {
+                SphericalTriangle::new(from, vertices).map(SolidAngleShape::Triangle)
+            }
+            EmitterShape::Sphere(ref sphere) => {
+                VisibleCap::new(from, sphere).map(SolidAngleShape::Cap)
+            }
         }
     }
 }

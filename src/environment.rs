@@ -42,9 +42,10 @@ impl Environment {
 
 /// An image of all directions by longitude and latitude, in which shadow rays pick directions.
 ///
-/// Its top row is around `up`, its middle column towards `front`, and what is seen to the right of that when `up` is
-/// upright is to the right in the image. Between the centres of pixels radiance is linear, across the left and right
-/// edge as well; above the centres of the first row and below those of the last it is theirs.
+/// Its top row is around `up`, its middle column towards `front`, and what is seen to the right of
+/// that when `up` is upright is to the right in the image. Between the centres of pixels radiance
+/// is linear, across the left and right edge as well; above the centres of the first row and below
+/// those of the last it is theirs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     size: [usize; 2],
@@ -52,32 +53,55 @@ pub struct EnvironmentMap {
     pixels: Vec<DVec3>,
     /// Right, up and front.
     axes: [DVec3; 3],
-    /// Sums of the pixels' probabilities up to each pixel, in the order of the pixels; the last is 1.
+    /// Sums of the pixels' probabilities up to each pixel, in the order of the pixels; the last
+    /// is 1.
     sums: Vec<f64>,
 }
 
 impl EnvironmentMap {
-    /// The map of an image, row by row from the top, of radiances; `up` and `front` of any length, `front` made
-    /// perpendicular to `up`.
+    /// The map of an image, row by row from the top, of radiances; `up` and `front` of any length,
+    /// `front` made perpendicular to `up`.
     ///
     /// # Errors
-    /// A message if pixels do not fill the size, are not radiances, or are all black, and if `up` and `front` are along
-    /// one line.
-    pub fn new(size: [usize; 2], pixels: Vec<DVec3>, up: DVec3, front: DVec3) -> Result<Self, String> {
+    /// A message if pixels do not fill the size, are not radiances, or are all black, and if `up`
+    /// and `front` are along one line.
+    pub fn new(
+        size: [usize; 2],
+        pixels: Vec<DVec3>,
+        up: DVec3,
+        front: DVec3,
+    ) -> Result<Self, String> {
         let [width, height] = size;
-        if pixels.is_empty() || width.checked_mul(height) != Some(pixels.len()) || pixels.len() as u64 > LARGEST_FILM {
-            return Err(format!("{} pixels, which are not {width} × {height}", pixels.len()));
+        if pixels.is_empty()
+            || width.checked_mul(height) != Some(pixels.len())
+            || pixels.len() as u64 > LARGEST_FILM
+        {
+            return Err(format!(
+                "{} pixels, which are not {width} × {height}",
+                pixels.len()
+            ));
         }
-        if let Some(at) = pixels.iter().position(|pixel| check_radiance(*pixel).is_err()) {
+        if let Some(at) = pixels
+            .iter()
+            .position(|pixel| check_radiance(*pixel).is_err())
+        {
             let (x, y) = (at % width, at / width);
-            return Err(format!("pixel ({x}, {y}) is {}, which is no radiance", pixels[at]));
+            return Err(format!(
+                "pixel ({x}, {y}) is {}, which is no radiance",
+                pixels[at]
+            ));
         }
         let up = up.try_normalize();
         let front = up.and_then(|up| front.reject_from_normalized(up).try_normalize());
         let (Some(up), Some(front)) = (up, front) else {
             return Err("up and front must not be along one line".to_owned());
         };
-        let mut map = Self { size, pixels, axes: [front.cross(up), up, front], sums: Vec::new() };
+        let mut map = Self {
+            size,
+            pixels,
+            axes: [front.cross(up), up, front],
+            sums: Vec::new(),
+        };
         let mut sum = 0.0;
         map.sums = (0..width * height)
             .map(|i| {
@@ -97,7 +121,10 @@ impl EnvironmentMap {
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let [width, height] = self.size;
         let [u, v] = self.place(direction);
-        let (x, y) = (u * width as f64 - 0.5, (v * height as f64 - 0.5).clamp(0.0, (height - 1) as f64));
+        let (x, y) = (
+            u * width as f64 - 0.5,
+            (v * height as f64 - 0.5).clamp(0.0, (height - 1) as f64),
+        );
         let (left, top) = (x.floor(), y.floor());
         let (right_share, lower_share) = (x - left, y - top);
         let columns = [0, 1].map(|k| (left as isize + k).rem_euclid(width as isize) as usize);
@@ -109,16 +136,23 @@ impl EnvironmentMap {
         along(rows[0]).lerp(along(rows[1]), lower_share)
     }
 
-    /// A direction, about in proportion to its radiance, from two uniform numbers, and its pdf with respect to solid
-    /// angle, 1/sr.
+    /// A direction, about in proportion to its radiance, from two uniform numbers, and its pdf with
+    /// respect to solid angle, 1/sr.
     #[inline]
     pub fn sample(&self, [r1, r2]: [f64; 2]) -> (DVec3, f64) {
         let [width, height] = self.size;
-        let i = self.sums.partition_point(|sum| *sum <= r1).min(self.sums.len() - 1);
+        let i = self
+            .sums
+            .partition_point(|sum| *sum <= r1)
+            .min(self.sums.len() - 1);
         // Where in its pixel the first number lies is a uniform number again.
         let within = ((r1 - self.sum_before(i)) / self.probability(i)).clamp(0.0, 1.0);
-        let [high, low] = [i / width, i / width + 1].map(|row| (PI * row as f64 / height as f64).cos());
-        let (z, phi) = (high + (low - high) * r2, TAU * (((i % width) as f64 + within) / width as f64 - 0.5));
+        let [high, low] =
+            [i / width, i / width + 1].map(|row| (PI * row as f64 / height as f64).cos());
+        let (z, phi) = (
+            high + (low - high) * r2,
+            TAU * (((i % width) as f64 + within) / width as f64 - 0.5),
+        );
         let radius = (1.0 - z * z).max(0.0).sqrt();
         let [right, up, front] = self.axes;
         let direction = right * (radius * phi.sin()) + up * z + front * (radius * phi.cos());
@@ -150,15 +184,18 @@ impl EnvironmentMap {
         (high - low) * TAU / width
     }
 
-    /// The mean of radiance over a pixel and the channels: of what is linear between centres, an eighth is the
-    /// neighbours' on each side.
+    /// The mean of radiance over a pixel and the channels: of what is linear between centres, an
+    /// eighth is the neighbours' on each side.
     fn mean_over_cell(&self, x: usize, y: usize) -> f64 {
         let [width, height] = self.size;
         let columns = [(x + width - 1) % width, x, (x + 1) % width];
         let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)];
         let shares = [0.125, 0.75, 0.125];
         let parts = (0..9).map(|k| {
-            shares[k / 3] * shares[k % 3] * self.pixels[rows[k / 3] * width + columns[k % 3]].element_sum() / 3.0
+            shares[k / 3]
+                * shares[k % 3]
+                * self.pixels[rows[k / 3] * width + columns[k % 3]].element_sum()
+                / 3.0
         });
         parts.sum()
     }

@@ -1,7 +1,7 @@
 //! The equations of the report and of what it leaves out: id, number, LaTeX, source, our verdict.
 //!
-//! Code cites an equation by an intra-doc link to its constant, trials and experiments by value, the
-//! book by `id`. A wrong name is an error of the documentation, of the compiler or of the book.
+//! Code cites an equation by an intra-doc link to its constant, trials and experiments by value,
+//! the book by `id`. A wrong name is an error of the documentation, of the compiler or of the book.
 
 /// What our trials and the literature say of an equation or method as the report prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,5 @@
-//! What can go wrong with a user's input, each as one line that says what, where and how to mend it.
+//! What can go wrong with a user's input, each as one line that says what, where and how to mend
+//! it.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -58,7 +59,10 @@ fn radiance_remedy(value: f64) -> String {
     } else {
         "look for a zero or infinite pdf, or a path that does not end"
     };
-    format!("an image holds finite values from 0 to {}: {remedy}", crate::moments::LARGEST)
+    format!(
+        "an image holds finite values from 0 to {}: {remedy}",
+        crate::moments::LARGEST
+    )
 }
 
 /// What mends an error of the file system, where that can be said.
@@ -81,13 +85,23 @@ impl Error {
     #[must_use]
     pub fn at(self, place: impl FnOnce() -> String) -> Self {
         match self {
-            Self::Radiance { value, place: old } if old.is_empty() => Self::Radiance { value, place: place() },
+            Self::Radiance { value, place: old } if old.is_empty() => Self::Radiance {
+                value,
+                place: place(),
+            },
             other => other,
         }
     }
 
     /// For `map_err` on an operation on `path`.
-    pub fn file<'a>(action: &'static str, path: &'a Path) -> impl FnOnce(std::io::Error) -> Self + 'a {
-        move |source| Self::File { action, path: path.to_owned(), source }
+    pub fn file<'a>(
+        action: &'static str,
+        path: &'a Path,
+    ) -> impl FnOnce(std::io::Error) -> Self + 'a {
+        move |source| Self::File {
+            action,
+            path: path.to_owned(),
+            source,
+        }
     }
 }

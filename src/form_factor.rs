@@ -1,5 +1,5 @@
-//! Form factors: which share of the light that a point receives from a hemisphere of radiance 1 comes
-//! from a surface of that radiance.
+//! Form factors: which share of the light that a point receives from a hemisphere of radiance 1
+//! comes from a surface of that radiance.
 //!
 //! Points are relative to the receiver.
 
@@ -20,7 +20,10 @@ impl Polygon {
 
     /// A polygon from its corners in order; those beyond [`MOST`](Self::MOST) are left out.
     pub fn new(corners: &[DVec3]) -> Self {
-        let mut polygon = Self { corners: [DVec3::ZERO; Self::MOST], count: 0 };
+        let mut polygon = Self {
+            corners: [DVec3::ZERO; Self::MOST],
+            count: 0,
+        };
         corners.iter().for_each(|&corner| polygon.push(corner));
         polygon
     }
@@ -50,8 +53,8 @@ impl Polygon {
         self.corners().iter().sum::<DVec3>() / self.count as f64
     }
 
-    /// The part of a convex polygon of at most four corners above the plane through the receiver with
-    /// this normal (Sutherland and Hodgman, CACM 17(1), 1974).
+    /// The part of a convex polygon of at most four corners above the plane through the receiver
+    /// with this normal (Sutherland and Hodgman, CACM 17(1), 1974).
     pub fn above(&self, normal: DVec3) -> Self {
         let corners = self.corners();
         let mut part = Self::new(&[]);

@@ -24,7 +24,11 @@ impl<V: Vector> Frame<V> {
         let sign = V::Real::splat(1.0).copysign(z);
         let a = V::Real::splat(-1.0) / (sign + z);
         let b = x * y * a;
-        Self { x: V::of([sign * x * x * a + 1.0, sign * b, -sign * x]), y: V::of([b, sign + y * y * a, -y]), z: n }
+        Self {
+            x: V::of([sign * x * x * a + 1.0, sign * b, -sign * x]),
+            y: V::of([b, sign + y * y * a, -y]),
+            z: n,
+        }
     }
 
     /// From world to local coordinates.
@@ -53,12 +57,17 @@ pub fn to_spherical(w: DVec3) -> (f64, f64) {
     (w.x.hypot(w.y).atan2(w.z), azimuth(w))
 }
 
-/// Azimuth φ in [0, 2π) of a vector, radians; angles just below 0 that would round to a full turn are 0.
+/// Azimuth φ in [0, 2π) of a vector, radians; angles just below 0 that would round to a full turn
+/// are 0.
 pub fn azimuth(w: DVec3) -> f64 {
     let phi = w.y.atan2(w.x);
     if phi >= 0.0 {
         return phi;
     }
     let turned = phi + std::f64::consts::TAU;
-    if turned < std::f64::consts::TAU { turned } else { 0.0 }
+    if turned < std::f64::consts::TAU {
+        turned
+    } else {
+        0.0
+    }
 }

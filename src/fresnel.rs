@@ -1,7 +1,7 @@
 //! Smooth interfaces: Fresnel reflectance (10)-(12), mirror direction, refraction, radiance factor.
 //!
-//! Angles enter as cos θ₁ ≥ 0 between the ray and the normal on its side; n₁ is the index on the ray's
-//! side, n₂ on the other.
+//! Angles enter as cos θ₁ ≥ 0 between the ray and the normal on its side; n₁ is the index on the
+//! ray's side, n₂ on the other.
 
 use glam::DVec3;
 
@@ -32,8 +32,8 @@ pub fn reflectance_p<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     R::choose(squared.above(R::splat(0.0)), r * r, R::splat(1.0))
 }
 
-/// R of (12) for unpolarised light, [`crate::equation::FRESNEL`]: the share of flux that is reflected,
-/// in [0, 1].
+/// R of (12) for unpolarised light, [`crate::equation::FRESNEL`]: the share of flux that is
+/// reflected, in [0, 1].
 #[inline]
 pub fn reflectance<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     (reflectance_s(cos_1, n1, n2) + reflectance_p(cos_1, n1, n2)) * 0.5
@@ -45,8 +45,8 @@ pub fn mirror<V: Vector>(d: V, n: V) -> V {
     d - n * (d.dot(n) * 2.0)
 }
 
-/// The refracted unit direction of `d` arriving with −d·n = cos θ₁ ≥ 0, [`crate::equation::REFRACTION`], and
-/// whether there is one: not in total reflection.
+/// The refracted unit direction of `d` arriving with −d·n = cos θ₁ ≥ 0,
+/// [`crate::equation::REFRACTION`], and whether there is one: not in total reflection.
 #[inline]
 pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, <V::Real as Real>::Mask) {
     let cos_1 = -d.dot(n);
@@ -63,9 +63,9 @@ pub fn refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3> {
     passes.then_some(direction)
 }
 
-/// What a camera path's throughput is multiplied by when it goes from index `n1` into `n2`: (n₁/n₂)²,
-/// [`crate::equation::REFRACTION`]. Radiance divided by n² is what refraction conserves; flux, which
-/// particles carry, is not changed.
+/// What a camera path's throughput is multiplied by when it goes from index `n1` into `n2`:
+/// (n₁/n₂)², [`crate::equation::REFRACTION`]. Radiance divided by n² is what refraction conserves;
+/// flux, which particles carry, is not changed.
 #[inline]
 pub fn radiance_factor<R: Real>(n1: R, n2: R) -> R {
     (n1 / n2) * (n1 / n2)

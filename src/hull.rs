@@ -1,5 +1,5 @@
-//! Walls that cast no shadow: triangles in the surface of a scene's convex hull. Nothing lies behind them, so none of
-//! them is between two points within the hull.
+//! Walls that cast no shadow: triangles in the surface of a scene's convex hull. Nothing lies
+//! behind them, so none of them is between two points within the hull.
 
 use glam::DVec3;
 
@@ -12,7 +12,8 @@ pub(crate) const SMALL: usize = 64;
 /// To look on which side of more pairs of planes points are costs more than it saves.
 const MOST: usize = 8;
 
-/// In single precision points within lie so far off the walls, relative to the largest coordinate: 2⁻²², four roundings.
+/// In single precision points within lie so far off the walls, relative to the largest coordinate:
+/// 2⁻²², four roundings.
 const SINGLE_MARGIN: f64 = 1.0 / 4_194_304.0;
 
 /// The convex hull of a scene, as far as walls lie in its surface.
@@ -26,8 +27,8 @@ pub(crate) struct Hull {
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin of `offset`/4, in single
-/// precision of [`SINGLE_MARGIN`]; infinite where no wall is.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin
+/// of `offset`/4, in single precision of [`SINGLE_MARGIN`]; infinite where no wall is.
 #[derive(Debug)]
 pub(crate) struct Slab {
     pub normal: DVec3,
@@ -48,11 +49,17 @@ impl Hull {
                 let Primitive::Triangle([a, b, c]) = *primitive else {
                     return false;
                 };
-                if slabs.iter_mut().any(|slab| slab.is_closed_by([a, b, c], primitives)) {
+                if slabs
+                    .iter_mut()
+                    .any(|slab| slab.is_closed_by([a, b, c], primitives))
+                {
                     return true;
                 }
-                let mut slab =
-                    Slab { normal: (b - a).cross(c - a).normalize_or_zero(), ends: [f64::INFINITY; 2], offset };
+                let mut slab = Slab {
+                    normal: (b - a).cross(c - a).normalize_or_zero(),
+                    ends: [f64::INFINITY; 2],
+                    offset,
+                };
                 let is_wall = slab.is_closed_by([a, b, c], primitives);
                 if is_wall {
                     slabs.push(slab);
@@ -61,7 +68,11 @@ impl Hull {
             })
             .collect();
         let within = Bvh::of(primitives, |id| !is_wall[id as usize]);
-        (1..=MOST).contains(&slabs.len()).then_some(Self { slabs, is_wall, within })
+        (1..=MOST).contains(&slabs.len()).then_some(Self {
+            slabs,
+            is_wall,
+            within,
+        })
     }
 
     /// Whether a point is within, off the walls by some roundings at least.
@@ -70,7 +81,8 @@ impl Hull {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
-            let margin = V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
+            let margin =
+                V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
             let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
             within & height.below(above) & (-height).below(below)
         })
@@ -78,8 +90,8 @@ impl Hull {
 }
 
 impl Slab {
-    /// How far from a plane is in it: some tens of roundings. Where a ray leaves a wall is within, what lies on the wall is
-    /// not.
+    /// How far from a plane is in it: some tens of roundings. Where a ray leaves a wall is within,
+    /// what lies on the wall is not.
     pub fn tolerance(&self) -> f64 {
         self.offset / 64.0
     }
@@ -92,15 +104,20 @@ impl Slab {
     /// Whether all these points lie in one of the planes.
     pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
         let normal = self.outward(side);
-        points.iter().all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
+        points
+            .iter()
+            .all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
     }
 
-    /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the scene is beyond.
+    /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the
+    /// scene is beyond.
     fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
         [0, 1].into_iter().any(|side| {
             let normal = self.outward(side);
-            let farthest =
-                primitives.iter().map(|primitive| reach(primitive, normal)).fold(f64::NEG_INFINITY, f64::max);
+            let farthest = primitives
+                .iter()
+                .map(|primitive| reach(primitive, normal))
+                .fold(f64::NEG_INFINITY, f64::max);
             let open = std::mem::replace(&mut self.ends[side], farthest);
             let lies = self.is_in_end(side, &corners);
             if !lies {
@@ -114,9 +131,10 @@ impl Slab {
 /// The largest n · p of a primitive's points.
 fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
     match primitive {
-        Primitive::Triangle(corners) => {
-            corners.iter().map(|&corner| normal.dot(corner)).fold(f64::NEG_INFINITY, f64::max)
-        }
+        Primitive::Triangle(corners) => corners
+            .iter()
+            .map(|&corner| normal.dot(corner))
+            .fold(f64::NEG_INFINITY, f64::max),
         Primitive::Sphere(sphere) => normal.dot(sphere.centre) + sphere.radius,
     }
 }

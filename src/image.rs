@@ -8,8 +8,8 @@ use std::io::{BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, MetaData, Text, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
+    Layer, LayerAttributes, LineOrder, MetaData, Text, WritableImage,
 };
 
 use glam::DVec4;
@@ -44,8 +44,8 @@ impl Display {
 }
 
 impl Display {
-    /// The mean 8-bit value of each channel over a film's pixels, as one measures it on the written image: each
-    /// pixel's mean radiance is encoded, and what comes of it averaged.
+    /// The mean 8-bit value of each channel over a film's pixels, as one measures it on the written
+    /// image: each pixel's mean radiance is encoded, and what comes of it averaged.
     pub fn encoded_mean(self, film: &Film) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for pixel in film.pixels() {
@@ -59,22 +59,31 @@ impl Display {
 
 /// The sRGB transfer curve from linear [0, 1] to encoded [0, 1].
 pub fn srgb(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
 }
 
-/// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not clamped),
-/// its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in `samples.Y`,
-/// and the first hit's `albedo.*`, `normal.*` and `depth.Z`, of which the attribute `comments` says what they measure.
-/// `provenance` becomes the one text attribute of that name, `camera` the standard attributes `worldToCamera` and
-/// `worldToNDC`: a point times a matrix, as a row, has coordinates to the right, upwards and ahead of the eye; or those of
-/// the image, from its top left to its bottom right corner from 0 to 1, and the reciprocal of how far ahead the point is.
+/// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not
+/// clamped), its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in
+/// `samples.Y`, and the first hit's `albedo.*`, `normal.*` and `depth.Z`, of which the attribute
+/// `comments` says what they measure. `provenance` becomes the one text attribute of that name,
+/// `camera` the standard attributes `worldToCamera` and `worldToNDC`: a point times a matrix, as a
+/// row, has coordinates to the right, upwards and ahead of the eye; or those of the image, from its
+/// top left to its bottom right corner from 0 to 1, and the reciprocal of how far ahead the point
+/// is.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
 pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) -> Result<(), Error> {
     let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
     for pixel in film.pixels() {
-        columns.iter_mut().zip(values(pixel)).for_each(|(column, value)| column.push(value));
+        columns
+            .iter_mut()
+            .zip(values(pixel))
+            .for_each(|(column, value)| column.push(value));
     }
     let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
     let [width, height] = film.size().map(|n| n as usize);
@@ -82,19 +91,33 @@ pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) ->
     let attributes = attributes(path, [("provenance", provenance)])?;
     let image = Image::from_layer(Layer::new(
         (width, height),
-        LayerAttributes { world_to_camera: to_camera, world_to_normalized_device: to_image, ..attributes },
-        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing },
+        LayerAttributes {
+            world_to_camera: to_camera,
+            world_to_normalized_device: to_image,
+            ..attributes
+        },
+        Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        },
         AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
     ));
-    write_whole(path, |file| image.write().to_buffered(file).map_err(codec(path)))
+    write_whole(path, |file| {
+        image.write().to_buffered(file).map_err(codec(path))
+    })
 }
 
 /// The provenance that [`write_exr`] gave a file of these bytes; `None` for any other file.
 pub fn provenance(bytes: &[u8]) -> Option<String> {
-    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false).ok()?.headers;
-    headers.iter().find_map(|header| match header.own_attributes.other.get(&Text::from("provenance")) {
-        Some(AttributeValue::Text(text)) => Some(text.to_string()),
-        _ => None,
+    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .ok()?
+        .headers;
+    headers.iter().find_map(|header| {
+        match header.own_attributes.other.get(&Text::from("provenance")) {
+            Some(AttributeValue::Text(text)) => Some(text.to_string()),
+            _ => None,
+        }
     })
 }
 
@@ -118,24 +141,38 @@ const CHANNELS: [&str; 14] = [
 
 /// The values of a pixel in them.
 fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
-    let Features { albedo, normal, depth } = pixel.features();
+    let Features {
+        albedo,
+        normal,
+        depth,
+    } = pixel.features();
     let samples = f64::from(pixel.samples());
     let vectors = [pixel.mean(), pixel.standard_error(), albedo, normal];
-    let mut values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([depth, samples]);
+    let mut values = vectors
+        .into_iter()
+        .flat_map(|vector| vector.to_array())
+        .chain([depth, samples]);
     CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
 }
 
-/// From the world to the camera and to the film, which may be a part of its frame: the first index is that of the row.
+/// From the world to the camera and to the film, which may be a part of its frame: the first index
+/// is that of the row.
 fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
     let ([forward, right, up], half_height) = camera.frame();
     let [right, up, ahead] = [right, up, forward].map(|axis| axis.extend(-axis.dot(camera.eye)));
     let [width, height] = film.frame().map(f64::from);
-    let ([left, top], [across, down]) = (film.window().corner.map(f64::from), film.size().map(f64::from));
+    let ([left, top], [across, down]) = (
+        film.window().corner.map(f64::from),
+        film.size().map(f64::from),
+    );
     let pixels = height / (2.0 * half_height);
     let x = (right * pixels + ahead * (0.5 * width - left)) / across;
     let y = (ahead * (0.5 * height - top) - up * pixels) / down;
     let of_columns = |columns: [DVec4; 4]| std::array::from_fn(|at| columns[at % 4][at / 4] as f32);
-    [of_columns([right, up, ahead, DVec4::W]), of_columns([x, y, DVec4::W, ahead])]
+    [
+        of_columns([right, up, ahead, DVec4::W]),
+        of_columns([x, y, DVec4::W, ahead]),
+    ]
 }
 
 /// What an image says of [`Features`].
@@ -145,18 +182,30 @@ const COMMENTS: &str = "albedo.*, normal.* and depth.Z are means over the camera
                         ray, not its share along the line of sight, in the unit of the world.";
 
 /// Text attributes of a file.
-fn attributes<'a>(path: &Path, texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<LayerAttributes, Error> {
-    let mut attributes = LayerAttributes { comments: Text::new_or_none(COMMENTS), ..LayerAttributes::default() };
+fn attributes<'a>(
+    path: &Path,
+    texts: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<LayerAttributes, Error> {
+    let mut attributes = LayerAttributes {
+        comments: Text::new_or_none(COMMENTS),
+        ..LayerAttributes::default()
+    };
     for (name, text) in texts {
         let fault = || fault(path, format!("the {name} has characters outside Latin-1"));
         let text = Text::new_or_none(text).ok_or_else(fault)?;
-        attributes.other.insert(Text::from(name), AttributeValue::Text(text));
+        attributes
+            .other
+            .insert(Text::from(name), AttributeValue::Text(text));
     }
     Ok(attributes)
 }
 
 fn fault(path: &Path, message: String) -> Error {
-    Error::Image { action: "write", path: path.to_owned(), message }
+    Error::Image {
+        action: "write",
+        path: path.to_owned(),
+        message,
+    }
 }
 
 fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
@@ -170,7 +219,12 @@ fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
-pub fn write_png(path: &Path, film: &Film, display: Display, magnification: u32) -> Result<(), Error> {
+pub fn write_png(
+    path: &Path,
+    film: &Film,
+    display: Display,
+    magnification: u32,
+) -> Result<(), Error> {
     let [width, height] = film.size().map(|n| n * magnification);
     let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
     for y in 0..height {
@@ -193,7 +247,9 @@ pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
         path: path.to_owned(),
         message: error.to_string(),
     })?;
-    write_whole(path, |file| file.write_all(&bytes).map_err(Error::file("write", path)))
+    write_whole(path, |file| {
+        file.write_all(&bytes).map_err(Error::file("write", path))
+    })
 }
 
 /// The bytes of such a PNG.
@@ -210,19 +266,24 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
     Ok(bytes)
 }
 
-/// Writes a file whole or not at all: into a temporary file beside it, which is renamed when the disk has it, so that
-/// even a power cut leaves the old file or the new one.
+/// Writes a file whole or not at all: into a temporary file beside it, which is renamed when the
+/// disk has it, so that even a power cut leaves the old file or the new one.
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
-pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>) -> Result<(), Error> {
+pub fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
+) -> Result<(), Error> {
     let temporary = temporary_beside(path);
     let result = File::create(&temporary)
         .map_err(Error::file("create", path))
         .and_then(|file| {
             let mut file = BufWriter::new(file);
             fill(&mut file)?;
-            file.flush().and_then(|()| file.get_ref().sync_all()).map_err(Error::file("write", path))
+            file.flush()
+                .and_then(|()| file.get_ref().sync_all())
+                .map_err(Error::file("write", path))
         })
         .and_then(|()| std::fs::rename(&temporary, path).map_err(Error::file("write", path)));
     if result.is_err() {
@@ -232,8 +293,8 @@ pub fn write_whole(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Resul
     result
 }
 
-/// Checks, before hours of work, that `path` can be written: its folder exists or can be made, takes a
-/// file, and `path` is not a folder. Removes what programs that were killed left of it.
+/// Checks, before hours of work, that `path` can be written: its folder exists or can be made,
+/// takes a file, and `path` is not a folder. Removes what programs that were killed left of it.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -247,7 +308,10 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     }
     let temporary = temporary_beside(path);
     File::create(&temporary).map_err(Error::file("create", path))?;
-    let folder = temporary.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = temporary
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     remove_temporaries(path, folder).map_err(Error::file("create", path))
 }
 
@@ -257,7 +321,11 @@ fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
-        if name.to_string_lossy().strip_prefix(&own).is_some_and(|rest| rest.ends_with(".tmp")) {
+        if name
+            .to_string_lossy()
+            .strip_prefix(&own)
+            .is_some_and(|rest| rest.ends_with(".tmp"))
+        {
             std::fs::remove_file(entry.path())?;
         }
     }

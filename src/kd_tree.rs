@@ -1,4 +1,5 @@
-//! A kd-tree (Bentley 1975) of points with values: all that lie within a radius, always in the same order.
+//! A kd-tree (Bentley 1975) of points with values: all that lie within a radius, always in the same
+//! order.
 
 use std::ops::Range;
 
@@ -6,11 +7,12 @@ use glam::DVec3;
 
 use crate::real::{LANES, Lanes, Lanes3, Mask as _, Real as _, Vector as _};
 
-/// Points with values, as a balanced tree without pointers: a range of points is divided near its middle by a plane, and so
-/// are both halves. A short range is a leaf.
+/// Points with values, as a balanced tree without pointers: a range of points is divided near its
+/// middle by a plane, and so are both halves. A short range is a leaf.
 #[derive(Clone, Debug, Default)]
 pub struct KdTree<T> {
-    /// The coordinates of all points, one axis after the other; each list ends with numbers that are no point's.
+    /// The coordinates of all points, one axis after the other; each list ends with numbers that
+    /// are no point's.
     points: [Vec<f64>; 3],
     /// Number i divides a range of points after the first (i + 1) [`LANES`] of all points.
     planes: Vec<Plane>,
@@ -39,23 +41,37 @@ const LEAF: usize = 2 * LANES;
 const NEIGHBOURS: usize = 512;
 
 impl<T: Copy> KdTree<T> {
-    /// A tree of finite points, fewer than 2³². The same points in the same order give the same tree, whatever the
-    /// threads.
+    /// A tree of finite points, fewer than 2³². The same points in the same order give the same
+    /// tree, whatever the threads.
     pub fn new(points: &[(DVec3, T)]) -> Self {
         let node = |(&(point, _), index)| Node { point, index };
         let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
         let mut planes = vec![Plane::default(); nodes.len() / LANES];
         arrange(&mut nodes, &mut planes);
         let end = [f64::NAN; LANES];
-        let coordinates = |axis: usize| nodes.iter().map(|node| node.point[axis]).chain(end).collect();
-        let values = nodes.iter().map(|node| points[node.index as usize].1).collect();
-        Self { points: [coordinates(0), coordinates(1), coordinates(2)], planes, values }
+        let coordinates = |axis: usize| {
+            nodes
+                .iter()
+                .map(|node| node.point[axis])
+                .chain(end)
+                .collect()
+        };
+        let values = nodes
+            .iter()
+            .map(|node| points[node.index as usize].1)
+            .collect();
+        Self {
+            points: [coordinates(0), coordinates(1), coordinates(2)],
+            planes,
+            values,
+        }
     }
 }
 
 impl<T> KdTree<T> {
     /// Bytes of memory that each point takes while the tree is made.
-    pub const BYTES: usize = size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
+    pub const BYTES: usize =
+        size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
 
     /// How many points there are.
     pub fn len(&self) -> usize {
@@ -84,12 +100,22 @@ impl<T> KdTree<T> {
         while range.len() > NEIGHBOURS {
             let middle = range.start + middle(range.len());
             let Plane { at, axis } = self.planes[middle / LANES - 1];
-            range = if point[usize::from(axis)] < at { range.start..middle } else { middle..range.end };
+            range = if point[usize::from(axis)] < at {
+                range.start..middle
+            } else {
+                middle..range.end
+            };
         }
         range.start
     }
 
-    fn walk(&self, range: Range<usize>, centre: DVec3, radius_squared: f64, visit: &mut impl FnMut(&T)) {
+    fn walk(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
         if range.len() <= LEAF {
             return self.scan(range, centre, radius_squared, visit);
         }
@@ -107,7 +133,13 @@ impl<T> KdTree<T> {
 
     /// Looks at each point of a range.
     #[inline]
-    fn scan(&self, range: Range<usize>, centre: DVec3, radius_squared: f64, visit: &mut impl FnMut(&T)) {
+    fn scan(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
         for first in range.clone().step_by(LANES) {
             let points = Lanes3::of([0, 1, 2].map(|axis| {
                 let coordinates = self.points[axis][first..].first_chunk::<LANES>();
@@ -115,7 +147,10 @@ impl<T> KdTree<T> {
             }));
             let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
             let far = distances_squared.above(Lanes::splat(radius_squared)).bits();
-            for (i, value) in self.values[first..range.end.min(first + LANES)].iter().enumerate() {
+            for (i, value) in self.values[first..range.end.min(first + LANES)]
+                .iter()
+                .enumerate()
+            {
                 if far >> i & 1 == 0 {
                     visit(value);
                 }
@@ -134,19 +169,27 @@ fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
     if nodes.len() <= LEAF {
         return;
     }
-    let (low, high) = nodes
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), node| (low.min(node.point), high.max(node.point)));
+    let (low, high) = nodes.iter().fold(
+        (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        |(low, high), node| (low.min(node.point), high.max(node.point)),
+    );
     let axis = (high - low).max_position();
     let middle = middle(nodes.len());
-    let (_, first, _) = nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
-    let plane = Plane { at: first.point[axis], axis: axis as u8 };
+    let (_, first, _) =
+        nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
+    let plane = Plane {
+        at: first.point[axis],
+        axis: axis as u8,
+    };
     let (before, after) = nodes.split_at_mut(middle);
     // The last of the former is none of the first half's.
     let (planes_before, planes_after) = planes.split_at_mut(middle / LANES);
     planes_before[middle / LANES - 1] = plane;
     if before.len() >= PARALLEL {
-        rayon::join(|| arrange(before, planes_before), || arrange(after, planes_after));
+        rayon::join(
+            || arrange(before, planes_before),
+            || arrange(after, planes_after),
+        );
     } else {
         arrange(before, planes_before);
         arrange(after, planes_after);

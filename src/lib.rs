@@ -1,9 +1,9 @@
 //! whitefurnace: a global-illumination testbed in which every equation is on trial.
 //!
-//! It implements the report *Global Illumination Rendering With Monte Carlo Ray-tracing* (Blåwiik and
-//! Nilsson, 2019) from its text: every equation stands once, as a small function beside its formula,
-//! and cites its entry in the [`equation`] registry. Where the report is wrong, the correct form is the
-//! default and the printed form stands beside it under a name that says so.
+//! It implements the report *Global Illumination Rendering With Monte Carlo Ray-tracing* (Blåwiik
+//! and Nilsson, 2019) from its text: every equation stands once, as a small function beside its
+//! formula, and cites its entry in the [`equation`] registry. Where the report is wrong, the
+//! correct form is the default and the printed form stands beside it under a name that says so.
 //!
 //! # The house
 //!
@@ -25,8 +25,8 @@
 //! | [`frame`], [`error`], [`nearest`], [`shard`] | coordinates, errors, the name that was probably meant, parts of work |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
 //!
-//! The trials of this library, and the faults that they must reject, are in the crate `registry`, in the folder
-//! `tests`.
+//! The trials of this library, and the faults that they must reject, are in the crate `registry`,
+//! in the folder `tests`.
 //!
 //! # Three examples
 //!
@@ -48,8 +48,8 @@
 //! # }
 //! ```
 //!
-//! Put your own BSDF on trial. The model that passes is rendered with the very sampler and pdf that passed:
-//! `Surface::new(Bsdf::model(Clay))`.
+//! Put your own BSDF on trial. The model that passes is rendered with the very sampler and pdf that
+//! passed: `Surface::new(Bsdf::model(Clay))`.
 //!
 //! ```
 //! use glam::DVec3;
@@ -96,15 +96,16 @@
 //!
 //! # Invariants
 //!
-//! - The library prints nothing and reads no clock. Only [`image`], [`scene::file`] and [`harness::trial`] touch files;
-//!   only the latter reads the environment.
+//! - The library prints nothing and reads no clock. Only [`image`], [`scene::file`] and
+//!   [`harness::trial`] touch files; only the latter reads the environment.
 //! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
 //! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
-//! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it brings.
-//! - An estimator sees a scene only through its methods, and every decision it makes is a method of a trait that
-//!   a trial can replace: see [`estimator`].
-//! - Directions are unit vectors. Pdfs of directions are with respect to solid angle, of points with
-//!   respect to area. Angles are in radians.
+//! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it
+//!   brings.
+//! - An estimator sees a scene only through its methods, and every decision it makes is a method of
+//!   a trait that a trial can replace: see [`estimator`].
+//! - Directions are unit vectors. Pdfs of directions are with respect to solid angle, of points
+//!   with respect to area. Angles are in radians.
 //!
 //! # Departures from the report's literal text
 //!

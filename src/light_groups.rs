@@ -1,5 +1,6 @@
-//! Picks among the emitters of a scene. If they are many, neighbours are in groups, these in larger ones, and a shadow ray
-//! picks its way from the largest groups down to an emitter, at each step by what the choices may contribute.
+//! Picks among the emitters of a scene. If they are many, neighbours are in groups, these in larger
+//! ones, and a shadow ray picks its way from the largest groups down to an emitter, at each step by
+//! what the choices may contribute.
 
 use glam::DVec3;
 
@@ -18,7 +19,8 @@ pub struct Groups {
     order: Vec<u32>,
     /// Where each emitter is in that order.
     place: Vec<u32>,
-    /// Level k has a group for each `choices` of level k - 1; those of level 0 are of so many emitters.
+    /// Level k has a group for each `choices` of level k - 1; those of level 0 are of so many
+    /// emitters.
     levels: Vec<Vec<Group>>,
     choices: usize,
 }
@@ -37,10 +39,22 @@ impl Group {
     /// Of smaller ones.
     fn of(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let strength: f64 = parts.clone().map(|part| part.strength).sum();
-        let share = |part: &Self| if strength > 0.0 { part.strength / strength } else { 0.0 };
+        let share = |part: &Self| {
+            if strength > 0.0 {
+                part.strength / strength
+            } else {
+                0.0
+            }
+        };
         let centre = parts.clone().map(|part| share(&part) * part.centre).sum();
-        let spread = parts.map(|part| share(&part) * (part.spread + part.centre.distance_squared(centre))).sum();
-        Self { strength, centre, spread }
+        let spread = parts
+            .map(|part| share(&part) * (part.spread + part.centre.distance_squared(centre)))
+            .sum();
+        Self {
+            strength,
+            centre,
+            spread,
+        }
     }
 
     fn contribution(&self, from: DVec3) -> f64 {
@@ -55,24 +69,43 @@ impl Groups {
         let fits = |choices: usize, steps: u32| choices.pow(steps) >= count;
         let (mut steps, mut choices) = (1, MOST);
         if count > MOST {
-            steps = (2..).find(|&steps| fits(CHOICES, steps)).expect("a power that is large enough");
-            choices = (2..).find(|&choices| fits(choices, steps)).expect("no more than at most");
+            steps = (2..)
+                .find(|&steps| fits(CHOICES, steps))
+                .expect("a power that is large enough");
+            choices = (2..)
+                .find(|&choices| fits(choices, steps))
+                .expect("no more than at most");
         }
         let mut order: Vec<u32> = (0..count as u32).collect();
         sort(&mut order, emitters, choices);
         let mut place = vec![0; count];
-        order.iter().zip(0..).for_each(|(&emitter, at)| place[emitter as usize] = at);
+        order
+            .iter()
+            .zip(0..)
+            .for_each(|(&emitter, at)| place[emitter as usize] = at);
         let single = |&emitter: &u32| {
             let (strength, centre, spread) = emitters[emitter as usize].as_point();
-            Group { strength, centre, spread }
+            Group {
+                strength,
+                centre,
+                spread,
+            }
         };
         let mut levels = Vec::new();
         let mut parts: Vec<Group> = order.iter().map(single).collect();
         for _ in 1..steps {
-            parts = parts.chunks(choices).map(|part| Group::of(part.iter().copied())).collect();
+            parts = parts
+                .chunks(choices)
+                .map(|part| Group::of(part.iter().copied()))
+                .collect();
             levels.push(parts.clone());
         }
-        Self { order, place, levels, choices }
+        Self {
+            order,
+            place,
+            levels,
+            choices,
+        }
     }
 
     /// Whether there are several steps to an emitter, not one.
@@ -81,8 +114,8 @@ impl Groups {
         !self.levels.is_empty()
     }
 
-    /// The choices at a step that leads to `place` among groups of this level or, without one, among emitters: where
-    /// they begin, and how many.
+    /// The choices at a step that leads to `place` among groups of this level or, without one,
+    /// among emitters: where they begin, and how many.
     fn choices(&self, level: Option<usize>, place: usize) -> (usize, usize) {
         let first = place / self.choices * self.choices;
         let all = level.map_or(self.order.len(), |level| self.levels[level].len());
@@ -107,8 +140,9 @@ impl Groups {
         (0..self.levels.len()).rev().map(Some).chain([None])
     }
 
-    /// The number of the emitter that a uniform number in [0, 1) picks from a point, and the probability of that, 0 if
-    /// no emitter of its group contributes. `contribution` is an emitter's, `by_share` picks by shares.
+    /// The number of the emitter that a uniform number in [0, 1) picks from a point, and the
+    /// probability of that, 0 if no emitter of its group contributes. `contribution` is an
+    /// emitter's, `by_share` picks by shares.
     #[inline]
     pub fn pick(
         &self,
@@ -122,7 +156,10 @@ impl Groups {
         for level in self.steps() {
             let (first, count) = self.choices(level, place);
             let shares = &mut shares[..count];
-            share_all(|i| self.contribution(level, first + i, (from, &contribution)), shares);
+            share_all(
+                |i| self.contribution(level, first + i, (from, &contribution)),
+                shares,
+            );
             let (index, share) = by_share(r, shares);
             probability *= share;
             place = first + index;
@@ -138,9 +175,16 @@ impl Groups {
 
     /// The probability with which [`pick`](Self::pick) picks the emitter of this number.
     #[inline]
-    pub fn probability(&self, index: usize, from: DVec3, contribution: impl Fn(usize) -> f64) -> f64 {
+    pub fn probability(
+        &self,
+        index: usize,
+        from: DVec3,
+        contribution: impl Fn(usize) -> f64,
+    ) -> f64 {
         let place = self.place[index] as usize;
-        let above = |level: Option<usize>| level.map_or(place, |level| place / self.choices.pow(level as u32 + 1));
+        let above = |level: Option<usize>| {
+            level.map_or(place, |level| place / self.choices.pow(level as u32 + 1))
+        };
         let of_step = |level| {
             let (first, count) = self.choices(level, above(level));
             let contribution = |i| self.contribution(level, first + i, (from, &contribution));
@@ -160,11 +204,17 @@ fn sort(order: &mut [u32], emitters: &[Emitter], choices: usize) {
         unit *= choices;
     }
     let centre = |emitter: u32| emitters[emitter as usize].as_point().1;
-    let low = order.iter().fold(DVec3::INFINITY, |low, &emitter| low.min(centre(emitter)));
-    let high = order.iter().fold(DVec3::NEG_INFINITY, |high, &emitter| high.max(centre(emitter)));
+    let low = order
+        .iter()
+        .fold(DVec3::INFINITY, |low, &emitter| low.min(centre(emitter)));
+    let high = order.iter().fold(DVec3::NEG_INFINITY, |high, &emitter| {
+        high.max(centre(emitter))
+    });
     let axis = (high - low).max_position();
     let middle = order.len().div_ceil(unit) / 2 * unit;
-    order.select_nth_unstable_by(middle, |&a, &b| centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b)));
+    order.select_nth_unstable_by(middle, |&a, &b| {
+        centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b))
+    });
     let (left, right) = order.split_at_mut(middle);
     sort(left, emitters, choices);
     sort(right, emitters, choices);

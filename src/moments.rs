@@ -26,8 +26,16 @@ impl Moments {
 
     /// The moments of `count` values with this mean and unbiased sample variance.
     pub fn of(count: u64, mean: f64, variance: f64) -> Self {
-        let squares = if count < 2 { 0.0 } else { variance * (count - 1) as f64 };
-        Self { count, mean, squares }
+        let squares = if count < 2 {
+            0.0
+        } else {
+            variance * (count - 1) as f64
+        };
+        Self {
+            count,
+            mean,
+            squares,
+        }
     }
 
     /// The moments of both sets of values together.
@@ -85,9 +93,9 @@ pub const LARGEST: f64 = 16_777_216.0;
 /// First and second moment (16) as integers, so that merging is exact: associative, commutative,
 /// and independent of threads, passes and machines.
 ///
-/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed
-/// [`LARGEST`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸, and sums of
-/// fewer than 2¹⁵ such squares fit 128 bits even when every value is the largest.
+/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed [`LARGEST`] =
+/// 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸, and sums of fewer than
+/// 2¹⁵ such squares fit 128 bits even when every value is the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExactMoments {
     sum: i128,
@@ -116,16 +124,23 @@ impl ExactMoments {
         // The comparison is false for NaN, too.
         if value.abs() <= LARGEST {
             let sum = i128::from(in_units(value));
-            self.merge(&Self { sum, squares: sum * sum })
+            self.merge(&Self {
+                sum,
+                squares: sum * sum,
+            })
         } else {
-            Err(Error::Radiance { value, place: String::new() })
+            Err(Error::Radiance {
+                value,
+                place: String::new(),
+            })
         }
     }
 
     /// Adds the values of another accumulator: exact, in any order.
     ///
     /// # Errors
-    /// [`Error::Option`] if the sum of squares would leave 128 bits; the accumulator stays as it was.
+    /// [`Error::Option`] if the sum of squares would leave 128 bits; the accumulator stays as it
+    /// was.
     #[inline]
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         // Squares bound the sum: a multiple of the unit is at most its square.

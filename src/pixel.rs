@@ -1,8 +1,8 @@
 //! Where in a pixel the rays go, section 2.7: [`crate::equation::SUPERSAMPLING`] and
 //! [`crate::equation::RANDOMISATION`]. The filter is a box of one pixel.
 
-/// A strategy of section 2.7. A replication is the smallest set of samples that is independent of the
-/// next one: one sample, or one whole grid.
+/// A strategy of section 2.7. A replication is the smallest set of samples that is independent of
+/// the next one: one sample, or one whole grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelSampling {
     /// Every ray through the centre.
@@ -24,13 +24,16 @@ impl PixelSampling {
         }
     }
 
-    /// The position in [0, 1]² of sample `index` of a replication; `random` are two uniform numbers in
-    /// [0, 1), used by the random strategies only.
+    /// The position in [0, 1]² of sample `index` of a replication; `random` are two uniform numbers
+    /// in [0, 1), used by the random strategies only.
     #[inline]
     pub fn position(self, index: u32, random: [f64; 2]) -> [f64; 2] {
         let cell = |n: u32, offset: [f64; 2]| {
             let inverse = 1.0 / f64::from(n);
-            [(f64::from(index % n) + offset[0]) * inverse, (f64::from(index / n) + offset[1]) * inverse]
+            [
+                (f64::from(index % n) + offset[0]) * inverse,
+                (f64::from(index / n) + offset[1]) * inverse,
+            ]
         };
         match self {
             Self::Centre => [0.5, 0.5],

@@ -29,15 +29,16 @@ pub fn balance<R: Real>(pdf: R, other: R) -> R {
     (ratio(other, pdf) + 1.0).recip()
 }
 
-/// The power heuristic with exponent 2 of [`crate::equation::MIS_POWER`], arguments as [`balance`]. The
-/// ratio is squared, not the pdfs, so that none overflows.
+/// The power heuristic with exponent 2 of [`crate::equation::MIS_POWER`], arguments as [`balance`].
+/// The ratio is squared, not the pdfs, so that none overflows.
 #[inline]
 pub fn power<R: Real>(pdf: R, other: R) -> R {
     let ratio = ratio(other, pdf);
     (ratio * ratio + 1.0).recip()
 }
 
-/// a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one there, too.
+/// a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one there,
+/// too.
 #[inline]
 fn ratio<R: Real>(a: R, b: R) -> R {
     R::choose(a.equals(b), R::splat(1.0), a / b)

@@ -1,9 +1,11 @@
-//! Numbers and vectors that equations are written over: those of one ray, or of several rays at once.
+//! Numbers and vectors that equations are written over: those of one ray, or of several rays at
+//! once.
 //!
-//! An equation is written once, as a function of any [`Real`] or [`Vector`]. Each operation of [`Lanes`] rounds as that
-//! of `f64` does, lane by lane, and no two are ever fused, so a function has the same bits for a ray alone and for the
-//! same ray in a lane; `tests/library/lanes` compares them. [`Singles`] round to single precision,
-//! [`crate::equation::SINGLE_PRECISION`]; `tests/library/singles.rs` bounds by how much.
+//! An equation is written once, as a function of any [`Real`] or [`Vector`]. Each operation of
+//! [`Lanes`] rounds as that of `f64` does, lane by lane, and no two are ever fused, so a function
+//! has the same bits for a ray alone and for the same ray in a lane; `tests/library/lanes` compares
+//! them. [`Singles`] round to single precision, [`crate::equation::SINGLE_PRECISION`];
+//! `tests/library/singles.rs` bounds by how much.
 
 mod lanes;
 
@@ -13,12 +15,14 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use glam::DVec3;
 
 pub use lanes::{
-    EightSingles, EightSinglesMask, FOUR, Four, FourMask, FourSingles, FourSinglesMask, LANES, LaneMask, Lanes, Lanes3,
-    Row, SINGLES, Scalar, Singles, SinglesMask, Wide,
+    EightSingles, EightSinglesMask, FOUR, Four, FourMask, FourSingles, FourSinglesMask, LANES,
+    LaneMask, Lanes, Lanes3, Row, SINGLES, Scalar, Singles, SinglesMask, Wide,
 };
 
 /// A yes or no for one ray or for each of several.
-pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
     /// Whether it is yes for any.
     fn any(self) -> bool;
     /// From a yes or no for each lane.
@@ -176,7 +180,11 @@ pub trait Vector:
     #[inline]
     fn choose(mask: <Self::Real as Real>::Mask, yes: Self, no: Self) -> Self {
         let [[a, b, c], [x, y, z]] = [yes.components(), no.components()];
-        Self::of([Real::choose(mask, a, x), Real::choose(mask, b, y), Real::choose(mask, c, z)])
+        Self::of([
+            Real::choose(mask, a, x),
+            Real::choose(mask, b, y),
+            Real::choose(mask, c, z),
+        ])
     }
 }
 
@@ -264,25 +272,33 @@ impl Vector for DVec3 {
     }
 }
 
-/// sin and cos of 2π times a share of a turn in [0, 1], in any lane the same; within 4·10⁻¹⁶ of the true values, in
-/// single precision within 2·10⁻⁷.
+/// sin and cos of 2π times a share of a turn in [0, 1], in any lane the same; within 4·10⁻¹⁶ of the
+/// true values, in single precision within 2·10⁻⁷.
 ///
-/// The share less the nearest quarter turn is exact and at most 1/8. Of that angle, at most π/4, the Taylor
-/// series are cut where what follows is below 5·10⁻¹⁷, in single precision 2·10⁻⁹.
+/// The share less the nearest quarter turn is exact and at most 1/8. Of that angle, at most π/4,
+/// the Taylor series are cut where what follows is below 5·10⁻¹⁷, in single precision 2·10⁻⁹.
 #[inline]
 pub fn sin_cos_of_turn<R: Real>(share: R) -> (R, R) {
     let quarter = (share * 4.0 + 0.5).floor();
     let x = (share - quarter * 0.25) * std::f64::consts::TAU;
     let x2 = x * x;
-    let series = |terms: &[f64]| terms.iter().fold(R::splat(0.0), |sum, &term| sum * x2 + term);
+    let series = |terms: &[f64]| {
+        terms
+            .iter()
+            .fold(R::splat(0.0), |sum, &term| sum * x2 + term)
+    };
     let left_out = if R::IS_SINGLE { 3 } else { 0 };
     let sin = x * (series(&SIN[left_out..]) * x2 + 1.0);
     let cos = series(&COS[left_out..]) * x2 + 1.0;
-    // After an odd number of quarter turns they change places; signs change in the second half of each.
+    // After an odd number of quarter turns they change places; signs change in the second half of
+    // each.
     let odd = (quarter - (quarter * 0.5).floor() * 2.0).above(R::splat(0.5));
     let half = |turned: R| (turned - (turned * 0.25).floor() * 4.0).above(R::splat(1.5));
     let signed = |value: R, negative: R::Mask| R::choose(negative, -value, value);
-    (signed(R::choose(odd, cos, sin), half(quarter)), signed(R::choose(odd, sin, cos), half(quarter + 1.0)))
+    (
+        signed(R::choose(odd, cos, sin), half(quarter)),
+        signed(R::choose(odd, sin, cos), half(quarter + 1.0)),
+    )
 }
 
 /// (−1)ᵏ/(2k + 1)! from k = 7 down to 1.

@@ -20,7 +20,9 @@ use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 pub use crate::sampler::Numbers;
-pub use by_lanes::{ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes};
+pub use by_lanes::{
+    ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
+};
 pub use by_passes::{ByPasses, PassEstimator, render_passes};
 
 /// What, besides scene and estimator, decides every sample.
@@ -32,28 +34,32 @@ pub struct Sampling {
     pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
-    /// Whether more points tell what emitters show directly or in mirrors where their outlines cross a pixel, as
-    /// [`outline`](crate::outline) says; for samples anywhere in a pixel.
+    /// Whether more points tell what emitters show directly or in mirrors where their outlines
+    /// cross a pixel, as [`outline`](crate::outline) says; for samples anywhere in a pixel.
     pub outlines: bool,
 }
 
-/// Called, from any thread, with a number of samples that are done; false to stop. What was stopped goes on by the same
-/// call: pixels that have more replications than others got them by it.
+/// Called, from any thread, with a number of samples that are done; false to stop. What was stopped
+/// goes on by the same call: pixels that have more replications than others got them by it.
 pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 impl Sampling {
     /// How many samples one replication has: the smallest number that is independent of the next.
     pub fn samples_per_replication(&self) -> u32 {
-        self.pixel.samples_per_replication().saturating_mul(self.numbers.samples())
+        self.pixel
+            .samples_per_replication()
+            .saturating_mul(self.numbers.samples())
     }
 
-    /// The same with another number of samples in a replication; of independent numbers it is always one.
+    /// The same with another number of samples in a replication; of independent numbers it is
+    /// always one.
     pub(crate) fn with_samples(self, samples: u32) -> Self {
         match self.numbers {
             Numbers::Independent => self,
-            Numbers::Sobol(_) => {
-                Self { numbers: Numbers::Sobol(samples / self.pixel.samples_per_replication()), ..self }
-            }
+            Numbers::Sobol(_) => Self {
+                numbers: Numbers::Sobol(samples / self.pixel.samples_per_replication()),
+                ..self
+            },
         }
     }
 
@@ -66,24 +72,41 @@ impl Sampling {
             // One sequence for all positions of the pixel.
             Numbers::Sobol(_) => Numbers::Sobol(samples),
         };
-        Pass { numbers, seed: self.seed, index: replication * samples + index }.pixel(pixel)
+        Pass {
+            numbers,
+            seed: self.seed,
+            index: replication * samples + index,
+        }
+        .pixel(pixel)
     }
 
     /// Refuses what the numbers of samples cannot name, and films of others.
     ///
     /// # Errors
-    /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol' points, or so
-    /// many up to `replications` that their samples have no 32-bit numbers, or not as many as the film says; for numbers
-    /// of each pixel's own, but by Sobol' points without sub-pixels.
+    /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol'
+    /// points, or so many up to `replications` that their samples have no 32-bit numbers, or not as
+    /// many as the film says; for numbers of each pixel's own, but by Sobol' points without
+    /// sub-pixels.
     fn check(&self, replications: u32, film: &Film) -> Result<(), Error> {
         let own = self.samples_per_replication();
-        let counts = film.sample_counts().unwrap_or(&[]).iter().copied().chain([own]);
+        let counts = film
+            .sample_counts()
+            .unwrap_or(&[])
+            .iter()
+            .copied()
+            .chain([own]);
         let (fewest, samples) = counts.fold((own, own), |(low, high), n| (low.min(n), high.max(n)));
-        let refuse = |why: String| Err(Error::Option(format!("{samples} samples in a replication: {why}")));
+        let refuse = |why: String| {
+            Err(Error::Option(format!(
+                "{samples} samples in a replication: {why}"
+            )))
+        };
         if film.sample_counts().is_some()
             && (self.numbers == Numbers::Independent || self.pixel.samples_per_replication() != 1)
         {
-            return refuse("pixels may differ in them only by Sobol' points without sub-pixels".to_owned());
+            return refuse(
+                "pixels may differ in them only by Sobol' points without sub-pixels".to_owned(),
+            );
         }
         if fewest == 0 {
             return refuse("at least 1 is needed".to_owned());
@@ -92,7 +115,10 @@ impl Sampling {
             return refuse(format!("a scramble has at most {LONGEST} points"));
         }
         if samples.checked_mul(replications).is_none() {
-            return refuse(format!("with {replications} replications they are more than {}", u32::MAX));
+            return refuse(format!(
+                "with {replications} replications they are more than {}",
+                u32::MAX
+            ));
         }
         if self.outlines && matches!(self.pixel, PixelSampling::Centre | PixelSampling::Grid(_)) {
             return Err(Error::Option(
@@ -114,8 +140,9 @@ impl Sampling {
 /// Sample k of pixel (x, y) of the full frame draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `done` is called after each part of the film, of about [`Estimator::TOGETHER`] samples or less, with their number, from
-/// any thread; when it returns false, the rest is left out and `Ok(false)` is returned: see [`Progress`].
+/// `done` is called after each part of the film, of about [`Estimator::TOGETHER`] samples or less,
+/// with their number, from any thread; when it returns false, the rest is left out and `Ok(false)`
+/// is returned: see [`Progress`].
 ///
 /// # Errors
 /// [`Error::Radiance`] with pixel and replication if the estimator returns what no film can hold;
@@ -132,8 +159,8 @@ pub fn render<E: Estimator>(
     PreparedRays::new(scene, estimator, sampling, film.frame()).add(film, range.clone(), done)
 }
 
-/// About the most samples that a thread takes in lanes between two calls of [`Progress`], but never less than a replication
-/// of a pixel.
+/// About the most samples that a thread takes in lanes between two calls of [`Progress`], but never
+/// less than a replication of a pixel.
 pub const UNINTERRUPTED: u32 = 1 << 14;
 
 /// Neighbouring pixels of a row which lack the same replications.
@@ -147,7 +174,8 @@ pub(crate) struct Piece<'a> {
     pub counts: &'a [u32],
 }
 
-/// Calls `add` with parts of the film's window: pieces of its rows, of about so many samples `together` or less.
+/// Calls `add` with parts of the film's window: pieces of its rows, of about so many samples
+/// `together` or less.
 fn each_part(
     sampling: Sampling,
     together: u32,
@@ -163,46 +191,63 @@ fn each_part(
     let per_replication = sampling.samples_per_replication();
     let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
     let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
-    // Some rows at once where more samples than theirs gain by it, but enough parts for all threads.
+    // Some rows at once where more samples than theirs gain by it, but enough parts for all
+    // threads.
     let most = height / (PARTS_PER_THREAD * rayon::current_num_threads());
-    let rows = if together > UNINTERRUPTED { (at_once / width).min(most).max(1) } else { 1 };
+    let rows = if together > UNINTERRUPTED {
+        (at_once / width).min(most).max(1)
+    } else {
+        1
+    };
     let stopped = AtomicBool::new(false);
     let (pixels, counts) = film.pixels_and_counts_mut();
     let alike = vec![per_replication; width];
-    pixels.par_chunks_mut(width * rows).enumerate().try_for_each(|(band, pixels)| {
-        let mut pieces = Vec::new();
-        for (row, at) in pixels.chunks_mut(width).zip(band * rows..) {
-            let mut counts = counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
-            let [mut x, y] = [window.corner[0], window.corner[1] + at as u32];
-            let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
-            for pixels in row.chunks_mut(at_once).flat_map(|pixels| pixels.chunk_by_mut(same)) {
-                let had = range.start.saturating_add(pixels[0].replications() - least);
-                let missing = had.min(range.end)..range.end;
-                let (own, others) = counts.split_at(pixels.len());
-                counts = others;
-                let corner = [x, y];
-                x += pixels.len() as u32;
-                if !missing.is_empty() {
-                    pieces.push(Piece { corner, missing, pixels, counts: own });
+    pixels
+        .par_chunks_mut(width * rows)
+        .enumerate()
+        .try_for_each(|(band, pixels)| {
+            let mut pieces = Vec::new();
+            for (row, at) in pixels.chunks_mut(width).zip(band * rows..) {
+                let mut counts =
+                    counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
+                let [mut x, y] = [window.corner[0], window.corner[1] + at as u32];
+                let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
+                for pixels in row
+                    .chunks_mut(at_once)
+                    .flat_map(|pixels| pixels.chunk_by_mut(same))
+                {
+                    let had = range.start.saturating_add(pixels[0].replications() - least);
+                    let missing = had.min(range.end)..range.end;
+                    let (own, others) = counts.split_at(pixels.len());
+                    counts = others;
+                    let corner = [x, y];
+                    x += pixels.len() as u32;
+                    if !missing.is_empty() {
+                        pieces.push(Piece {
+                            corner,
+                            missing,
+                            pixels,
+                            counts: own,
+                        });
+                    }
                 }
             }
-        }
-        let together = if rows > 1 { pieces.len() } else { 1 };
-        for pieces in pieces.chunks_mut(together.max(1)) {
-            if stopped.load(Ordering::Relaxed) {
-                break;
+            let together = if rows > 1 { pieces.len() } else { 1 };
+            for pieces in pieces.chunks_mut(together.max(1)) {
+                if stopped.load(Ordering::Relaxed) {
+                    break;
+                }
+                add(pieces)?;
+                let of = |piece: &Piece<'_>| {
+                    let samples: u64 = piece.counts.iter().copied().map(u64::from).sum();
+                    samples * u64::from(piece.missing.end - piece.missing.start)
+                };
+                if !done(pieces.iter().map(of).sum()) {
+                    stopped.store(true, Ordering::Relaxed);
+                }
             }
-            add(pieces)?;
-            let of = |piece: &Piece<'_>| {
-                let samples: u64 = piece.counts.iter().copied().map(u64::from).sum();
-                samples * u64::from(piece.missing.end - piece.missing.start)
-            };
-            if !done(pieces.iter().map(of).sum()) {
-                stopped.store(true, Ordering::Relaxed);
-            }
-        }
-        Ok(())
-    })?;
+            Ok(())
+        })?;
     Ok(!stopped.into_inner())
 }
 
@@ -212,8 +257,8 @@ const PARTS_PER_THREAD: usize = 8;
 /// Which sample: the place of its pixel in a list, the replication, and its number there.
 type SampleName = (usize, u32, u32);
 
-/// Adds the missing replications of some pixels: first the radiance along all camera rays, and with it the points of
-/// outlines.
+/// Adds the missing replications of some pixels: first the radiance along all camera rays, and with
+/// it the points of outlines.
 fn add_samples<E: Estimator>(
     (scene, estimator): (&Scene, &E),
     (sampling, outlines): (Sampling, &Outlines),
@@ -221,17 +266,31 @@ fn add_samples<E: Estimator>(
     pieces: &mut [Piece<'_>],
 ) -> Result<(), Error> {
     let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
-        let ray = scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v);
+        let ray = scene
+            .camera()
+            .ray(frame, f64::from(x) + u, f64::from(y) + v);
         (ray, scene.intersect(&ray))
     };
     let (mut places, mut pixels) = (Vec::new(), Vec::new());
-    for Piece { corner: [x, y], missing, pixels: own, counts } in pieces {
-        places.extend((*x..).zip(*counts).map(|(x, &samples)| ([x, *y], &*missing, sampling.with_samples(samples))));
+    for Piece {
+        corner: [x, y],
+        missing,
+        pixels: own,
+        counts,
+    } in pieces
+    {
+        places.extend(
+            (*x..)
+                .zip(*counts)
+                .map(|(x, &samples)| ([x, *y], &*missing, sampling.with_samples(samples))),
+        );
         pixels.extend(own.iter_mut());
     }
     let samples_of = |(i, &(_, missing, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
         let samples = sampling.samples_per_replication();
-        missing.clone().flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
+        missing
+            .clone()
+            .flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
     };
     let names: Vec<SampleName> = places.iter().enumerate().flat_map(samples_of).collect();
     let error_of = |(i, replication, _): SampleName, error: Error| {
@@ -258,14 +317,20 @@ fn add_samples<E: Estimator>(
         }
         let view = outlines.view(scene, ray, hit);
         views.push((view.weight, view.emitted(scene)));
-        Sample { ray: view.ray, hit: view.hit, rng }
+        Sample {
+            ray: view.ray,
+            hit: view.hit,
+            rng,
+        }
     });
     let radiances = estimator.radiances(scene, samples);
     if let Some(error) = refused {
         return Err(error);
     }
     let mut sum = DVec3::ZERO;
-    for (name, ((weight, own), radiance)) in names.iter().copied().zip(views.into_iter().zip(radiances)) {
+    for (name, ((weight, own), radiance)) in
+        names.iter().copied().zip(views.into_iter().zip(radiances))
+    {
         let mut radiance = weight * radiance;
         let (i, _, index) = name;
         let (at, _, sampling) = places[i];
@@ -281,7 +346,9 @@ fn add_samples<E: Estimator>(
         sum += radiance;
         let samples = sampling.samples_per_replication();
         if index + 1 == samples {
-            pixels[i].push(sum / f64::from(samples), samples).map_err(|error| error_of(name, error))?;
+            pixels[i]
+                .push(sum / f64::from(samples), samples)
+                .map_err(|error| error_of(name, error))?;
             sum = DVec3::ZERO;
         }
     }
@@ -290,31 +357,49 @@ fn add_samples<E: Estimator>(
 
 /// The features of what a camera ray has hit.
 fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
-    features(scene.surface(hit).bsdf.albedo(), hit.normal, hit.t, ray.direction)
+    features(
+        scene.surface(hit).bsdf.albedo(),
+        hit.normal,
+        hit.t,
+        ray.direction,
+    )
 }
 
 /// What adds replications to films, whichever kind of estimator makes them.
 pub trait Renderer: Sync {
     /// How many samples one replication has.
     fn samples_per_replication(&self) -> u32;
-    /// Makes what depends on the scene and on the size of the full frame (width, height) alone, once for all ranges.
+    /// Makes what depends on the scene and on the size of the full frame (width, height) alone,
+    /// once for all ranges.
     ///
     /// # Errors
     /// [`Error::Option`] for a scene that the renderer does not take.
-    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error>;
+    fn prepare<'a>(
+        &'a self,
+        scene: &'a Scene,
+        frame: [u32; 2],
+    ) -> Result<Box<dyn Prepared + 'a>, Error>;
 
-    /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.
+    /// Adds the replications `range` to every pixel of the film, as [`render`] and
+    /// [`render_passes`] do.
     ///
     /// # Errors
     /// Those of [`prepare`](Self::prepare) and of [`Prepared::add`].
-    fn add(&self, scene: &Scene, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+    fn add(
+        &self,
+        scene: &Scene,
+        film: &mut Film,
+        range: Range<u32>,
+        done: Progress<'_>,
+    ) -> Result<bool, Error> {
         self.prepare(scene, film.frame())?.add(film, range, done)
     }
 }
 
 /// A renderer in its scene, for films of one frame.
 pub trait Prepared: Sync {
-    /// Adds the replications `range` to every pixel of the film, as [`render`] and [`render_passes`] do.
+    /// Adds the replications `range` to every pixel of the film, as [`render`] and
+    /// [`render_passes`] do.
     ///
     /// # Errors
     /// Those of [`render`] or [`render_passes`].
@@ -334,8 +419,17 @@ impl<E: Estimator> Renderer for ByRays<E> {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedRays::new(scene, &self.estimator, self.sampling, frame)))
+    fn prepare<'a>(
+        &'a self,
+        scene: &'a Scene,
+        frame: [u32; 2],
+    ) -> Result<Box<dyn Prepared + 'a>, Error> {
+        Ok(Box::new(PreparedRays::new(
+            scene,
+            &self.estimator,
+            self.sampling,
+            frame,
+        )))
     }
 }
 
@@ -350,13 +444,23 @@ struct PreparedRays<'a, E> {
 impl<'a, E: Estimator> PreparedRays<'a, E> {
     fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, frame: [u32; 2]) -> Self {
         let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
-        Self { scene, estimator, sampling, outlines }
+        Self {
+            scene,
+            estimator,
+            sampling,
+            outlines,
+        }
     }
 }
 
 impl<E: Estimator> Prepared for PreparedRays<'_, E> {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        let Self { scene, estimator, sampling, outlines } = self;
+        let Self {
+            scene,
+            estimator,
+            sampling,
+            outlines,
+        } = self;
         let frame = film.frame();
         each_part(*sampling, E::TOGETHER, film, &range, done, |pieces| {
             add_samples((scene, *estimator), (*sampling, outlines), frame, pieces)
@@ -378,13 +482,27 @@ impl Renderer for ByPhotons {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
-    fn prepare<'a>(&'a self, scene: &'a Scene, frame: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedRays::new(scene, &self.photons, self.sampling, frame)))
+    fn prepare<'a>(
+        &'a self,
+        scene: &'a Scene,
+        frame: [u32; 2],
+    ) -> Result<Box<dyn Prepared + 'a>, Error> {
+        Ok(Box::new(PreparedRays::new(
+            scene,
+            &self.photons,
+            self.sampling,
+            frame,
+        )))
     }
 }
 
-/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of this direction.
+/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of
+/// this direction.
 #[inline]
 pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
-    Features { albedo, normal: normal * -normal.dot(direction).signum(), depth }
+    Features {
+        albedo,
+        normal: normal * -normal.dot(direction).signum(),
+        depth,
+    }
 }

@@ -34,7 +34,8 @@ pub(crate) fn scramble_for(seed: u64, high: u32, low: u32) -> u64 {
     number_for(seed.wrapping_add(GOLDEN.wrapping_mul(4)), high, low)
 }
 
-/// A number for a counter: for a fixed seed a bijection, so that different counters have different numbers.
+/// A number for a counter: for a fixed seed a bijection, so that different counters have different
+/// numbers.
 #[inline]
 pub(crate) fn number_for(seed: u64, high: u32, low: u32) -> u64 {
     CounterHash::new(seed).number(high, low)
@@ -60,7 +61,9 @@ impl CounterHash {
 /// The seed of a named part of the program (a trial, an experiment): adding or reordering names
 /// changes no other name's numbers.
 pub fn seed_for(master: u64, name: &str) -> u64 {
-    name.bytes().fold(mix(master), |hash, byte| mix((hash ^ u64::from(byte)).wrapping_add(GOLDEN)))
+    name.bytes().fold(mix(master), |hash, byte| {
+        mix((hash ^ u64::from(byte)).wrapping_add(GOLDEN))
+    })
 }
 
 /// One uniform number in [0, 1) with 53 random bits.

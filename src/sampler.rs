@@ -1,4 +1,5 @@
-//! Where an estimator's random numbers come from: independent streams, or Owen-scrambled Sobol' points.
+//! Where an estimator's random numbers come from: independent streams, or Owen-scrambled Sobol'
+//! points.
 
 use std::array::from_fn;
 use std::convert::Infallible;
@@ -12,10 +13,11 @@ use crate::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
 
 /// A source of uniform numbers that knows which part of a path asks.
 ///
-/// The dimensions of one sample are divided into blocks of [`BLOCK`]: block 0 is the camera's, block
-/// k ≥ 1 that of the eye path's k-th vertex, block [`LIGHT`] + k that of the light path's k-th vertex
-/// (k = 0 is the emitter). Within a block the order of use is the order of dimensions: which emitter,
-/// point on it, direction, roulette. So a dimension means the same in every estimator that walks.
+/// The dimensions of one sample are divided into blocks of [`BLOCK`]: block 0 is the camera's,
+/// block k ≥ 1 that of the eye path's k-th vertex, block [`LIGHT`] + k that of the light path's
+/// k-th vertex (k = 0 is the emitter). Within a block the order of use is the order of dimensions:
+/// which emitter, point on it, direction, roulette. So a dimension means the same in every
+/// estimator that walks.
 pub trait Sampler: Rng {
     /// Says that the next numbers belong to this block. Independent streams need not know.
     #[inline]
@@ -35,7 +37,8 @@ pub enum Numbers {
     /// A stream of its own for each sample.
     #[default]
     Independent,
-    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's positions.
+    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's
+    /// positions.
     Sobol(u32),
 }
 
@@ -49,11 +52,12 @@ impl Numbers {
     }
 }
 
-/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is one by independent
-/// numbers.
+/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is
+/// one by independent numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pass {
-    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a replication.
+    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a
+    /// replication.
     pub numbers: Numbers,
     /// The master seed.
     pub seed: u64,
@@ -63,25 +67,34 @@ pub struct Pass {
 
 impl From<(u64, u32)> for Pass {
     fn from((seed, index): (u64, u32)) -> Self {
-        Self { numbers: Numbers::Independent, seed, index }
+        Self {
+            numbers: Numbers::Independent,
+            seed,
+            index,
+        }
     }
 }
 
 impl Pass {
-    /// What the paths of a pixel draw from. The passes of a replication take the points of one scramble.
+    /// What the paths of a pixel draw from. The passes of a replication take the points of one
+    /// scramble.
     pub fn pixel(self, pixel: u32) -> Source {
         let fill = stream(self.seed, pixel, self.index);
         match self.numbers {
             Numbers::Independent => Source::Independent(fill),
             Numbers::Sobol(points) => {
                 let [replication, point] = [self.index / points, self.index % points];
-                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, pixel, replication), fill))
+                Source::Sobol(Sobol::new(
+                    point as u16,
+                    scramble(self.seed, pixel, replication),
+                    fill,
+                ))
             }
         }
     }
 
-    /// What particle `number` of `count` draws from. All particles of a replication, pass after pass, take the points
-    /// of one sequence, which goes on in another scramble where it ends.
+    /// What particle `number` of `count` draws from. All particles of a replication, pass after
+    /// pass, take the points of one sequence, which goes on in another scramble where it ends.
     pub fn particle(self, number: u32, count: u32) -> Source {
         let fill = stream(self.seed, number, self.index);
         match self.numbers {
@@ -90,14 +103,21 @@ impl Pass {
                 let [replication, pass] = [self.index / points, self.index % points];
                 let point = u64::from(pass) * u64::from(count) + u64::from(number);
                 let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
-                Source::Sobol(Sobol::new(point as u16, scramble(self.seed, part as u32, replication), fill))
+                Source::Sobol(Sobol::new(
+                    point as u16,
+                    scramble(self.seed, part as u32, replication),
+                    fill,
+                ))
             }
         }
     }
 
     /// The pass of the same index under the seed of a named part.
     pub fn of(self, part: &str) -> Self {
-        Self { seed: seed_for(self.seed, part), ..self }
+        Self {
+            seed: seed_for(self.seed, part),
+            ..self
+        }
     }
 }
 
@@ -154,14 +174,14 @@ const OVERFLOW: u32 = 1 << 20;
 
 impl Sampler for Stream {}
 
-/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Laine and Karras 2011, Burley
-/// 2020), [`crate::equation::SOBOL`].
+/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Laine and Karras
+/// 2011, Burley 2020), [`crate::equation::SOBOL`].
 ///
-/// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its own,
-/// so that there are as many as a path needs. The hash that scrambles and shuffles has 32 bits, too few for
-/// all pixels of a large image: each dimension is shifted (exclusive or) by bits of its own as well, which
-/// leaves every elementary interval its points. The 23 leading bits of a number are the sequence's, the
-/// others those of an independent stream.
+/// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its
+/// own, so that there are as many as a path needs. The hash that scrambles and shuffles has 32
+/// bits, too few for all pixels of a large image: each dimension is shifted (exclusive or) by bits
+/// of its own as well, which leaves every elementary interval its points. The 23 leading bits of a
+/// number are the sequence's, the others those of an independent stream.
 #[derive(Clone, Debug)]
 pub struct Sobol {
     point: Point,
@@ -190,8 +210,13 @@ const LEADING: u32 = 23;
 impl Point {
     #[inline]
     fn new(index: u16, scramble: u64) -> Self {
-        let mut point =
-            Self { index, hash: CounterHash::new(scramble), block: 0, key: 0, numbers: [0; BLOCK as usize] };
+        let mut point = Self {
+            index,
+            hash: CounterHash::new(scramble),
+            block: 0,
+            key: 0,
+            numbers: [0; BLOCK as usize],
+        };
         point.start(0);
         point
     }
@@ -200,7 +225,12 @@ impl Point {
     #[inline]
     fn start(&mut self, block: u32) {
         let key = block_key(self.hash, block);
-        *self = Self { block, key, numbers: unscrambled(&SEQUENCE, place(self.index, key)).to_array(), ..*self };
+        *self = Self {
+            block,
+            key,
+            numbers: unscrambled(&SEQUENCE, place(self.index, key)).to_array(),
+            ..*self
+        };
     }
 }
 
@@ -240,24 +270,33 @@ pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
 /// Points of the sequence.
 pub(crate) type Sequence = [[u32x8; 16]; 4];
 
-/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only, by group and bits: the
-/// others are sums (exclusive or) of these.
+/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only,
+/// by group and bits: the others are sums (exclusive or) of these.
 pub(crate) static SEQUENCE: LazyLock<Sequence> = LazyLock::new(|| {
     from_fn(|i| {
         let index = |bits: usize| (bits as u32) << (16 + 4 * i);
-        from_fn(|bits| u32x8::new(from_fn(|dimension| sobol_rev(index(bits), dimension as u32))))
+        from_fn(|bits| {
+            u32x8::new(from_fn(|dimension| {
+                sobol_rev(index(bits), dimension as u32)
+            }))
+        })
     })
 });
 
 impl Sobol {
-    /// Point `index` of the sequence with this scramble. Points of different scrambles are independent,
-    /// those of one are not: error bars come from several scrambles.
+    /// Point `index` of the sequence with this scramble. Points of different scrambles are
+    /// independent, those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
-        Self { point: Point::new(index, scramble), dimension: 0, fill }
+        Self {
+            point: Point::new(index, scramble),
+            dimension: 0,
+            fill,
+        }
     }
 }
 
-/// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the same.
+/// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the
+/// same.
 #[inline]
 pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u64 {
     scramble_for(seed, pixel, replication)
@@ -279,9 +318,17 @@ impl TryRng for Sobol {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let Point { numbers, key, block, .. } = self.point;
+        let Point {
+            numbers,
+            key,
+            block,
+            ..
+        } = self.point;
         let number = numbers[(self.dimension % BLOCK) as usize];
-        let number = scrambled((number, key ^ u64::from(self.dimension)), self.fill.next_u64());
+        let number = scrambled(
+            (number, key ^ u64::from(self.dimension)),
+            self.fill.next_u64(),
+        );
         self.dimension += 1;
         if self.dimension == BLOCK {
             self.point.start(next_block(block));

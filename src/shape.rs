@@ -86,9 +86,14 @@ pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2
     meets.then_some(roots)
 }
 
-/// The same for one ray or several, and whether the line meets the sphere: if not, the roots are NaN.
+/// The same for one ray or several, and whether the line meets the sphere: if not, the roots are
+/// NaN.
 #[inline]
-pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V::Real; 2], <V::Real as Real>::Mask) {
+pub fn sphere_roots<V: Vector>(
+    ray: &Ray<V>,
+    centre: DVec3,
+    radius: f64,
+) -> ([V::Real; 2], <V::Real as Real>::Mask) {
     let zero = V::Real::splat(0.0);
     let o_c = ray.origin - V::splat_vector(centre);
     let a = ray.direction.length_squared();
@@ -107,7 +112,13 @@ pub fn sphere_roots<V: Vector>(ray: &Ray<V>, centre: DVec3, radius: f64) -> ([V:
     let at_origin = far.equals(zero);
     let [p, q] = [product / far, far * inverse].map(|root| V::Real::choose(at_origin, zero, root));
     let in_order = !q.below(p);
-    ([V::Real::choose(in_order, p, q), V::Real::choose(in_order, q, p)], meets)
+    (
+        [
+            V::Real::choose(in_order, p, q),
+            V::Real::choose(in_order, q, p),
+        ],
+        meets,
+    )
 }
 
 /// The unit normal of a sphere at one of its points, away from the centre.
@@ -135,7 +146,12 @@ pub struct Sphere {
 impl Sphere {
     /// The whole sphere with its normal outward.
     pub fn new(centre: DVec3, radius: f64) -> Self {
-        Self { centre, radius, zone: WHOLE, inward: false }
+        Self {
+            centre,
+            radius,
+            zone: WHOLE,
+            inward: false,
+        }
     }
 
     /// Whether the zone is the whole sphere.
@@ -158,7 +174,8 @@ impl Sphere {
                 return V::Real::choose(ahead, t, none);
             }
             let z = o + t * d - self.centre.z;
-            let in_zone = !z.below(V::Real::splat(self.zone[0])) & z.below(V::Real::splat(self.zone[1]));
+            let in_zone =
+                !z.below(V::Real::splat(self.zone[0])) & z.below(V::Real::splat(self.zone[1]));
             V::Real::choose(ahead & in_zone, t, none)
         });
         near.at_most(far)

@@ -1,8 +1,9 @@
-//! Shapes as they are seen from a point: their solid angle in closed form, and points whose directions
-//! are uniform in it. The pdf of such a direction is 1/solid angle.
+//! Shapes as they are seen from a point: their solid angle in closed form, and points whose
+//! directions are uniform in it. The pdf of such a direction is 1/solid angle.
 //!
-//! Lengths are in scene units, solid angles in steradians. Every constructor returns `None` where the
-//! shape cannot be sampled this way: seen from behind, from within, or smaller than [`SMALLEST`].
+//! Lengths are in scene units, solid angles in steradians. Every constructor returns `None` where
+//! the shape cannot be sampled this way: seen from behind, from within, or smaller than
+//! [`SMALLEST`].
 
 use std::f64::consts::TAU;
 
@@ -12,8 +13,9 @@ use crate::frame::Frame;
 use crate::real::{Real, Vector, sin_cos_of_turn};
 use crate::shape::Sphere;
 
-/// Steradians below which a shape is not sampled by solid angle: sums of angles lose digits there (at
-/// most 1e-9 of the solid angle above it), and the density of points uniform in area hardly varies.
+/// Steradians below which a shape is not sampled by solid angle: sums of angles lose digits there
+/// (at most 1e-9 of the solid angle above it), and the density of points uniform in area hardly
+/// varies.
 pub const SMALLEST: f64 = 1e-6;
 
 /// Cosine between the edges of a parallelogram up to which it is a rectangle.
@@ -41,8 +43,8 @@ pub struct SphericalRectangle {
 }
 
 impl SphericalRectangle {
-    /// The rectangle from `corner` along perpendicular `edges`, seen from a point on the side to which
-    /// `edges[0] × edges[1]` points. `None` for other parallelograms, too.
+    /// The rectangle from `corner` along perpendicular `edges`, seen from a point on the side to
+    /// which `edges[0] × edges[1]` points. `None` for other parallelograms, too.
     #[inline]
     pub fn new(from: DVec3, corner: DVec3, edges: [DVec3; 2]) -> Option<Self> {
         let lengths = edges.map(DVec3::length);
@@ -60,7 +62,8 @@ impl SphericalRectangle {
         // z components of the inward unit normals of the planes through the point and each edge.
         let z = |at: f64| at / (at * at + height * height).sqrt();
         let [left, right, below, above] = [-z(x[0]), z(x[1]), -z(y[0]), z(y[1])];
-        // A corner's angle is π/2 more than the arc sine of the product of its two planes' components.
+        // A corner's angle is π/2 more than the arc sine of the product of its two planes'
+        // components.
         let corners_left = (above * left).asin() + (left * below).asin();
         let corners_right = (below * right).asin() + (right * above).asin();
         Some(Self {
@@ -97,10 +100,13 @@ impl SphericalRectangle {
 }
 
 /// The solid angle of a triangle with unit vectors a, b, c to its vertices, negative if they run
-/// clockwise seen from the origin (van Oosterom and Strackee 1983): [`crate::equation::SOLID_ANGLE`].
+/// clockwise seen from the origin (van Oosterom and Strackee 1983):
+/// [`crate::equation::SOLID_ANGLE`].
 #[inline]
 pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
-    2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    2.0 * a
+        .dot(b.cross(c))
+        .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
 /// A triangle seen from a point, [`crate::equation::LIGHT_TRIANGLE`].
@@ -135,14 +141,16 @@ impl SphericalTriangle {
     #[inline]
     pub fn sample(&self, [r1, r2]: [f64; 2]) -> DVec3 {
         let [a, c, b] = self.directions;
-        // The vertex C' on the arc AC for which the triangle A, B, C' has the share r₁: its half-angle
-        // along the arc from the formula of the solid angle, which is linear in its tangent.
+        // The vertex C' on the arc AC for which the triangle A, B, C' has the share r₁: its
+        // half-angle along the arc from the formula of the solid angle, which is linear in its
+        // tangent.
         let tangent = perpendicular(a, c);
         let (sin, cos) = (0.5 * r1 * self.solid_angle).sin_cos();
         let over = sin * (1.0 + a.dot(b));
         let under = cos * a.dot(b.cross(tangent)) - sin * b.dot(tangent);
         let scale = 1.0 / (over * over + under * under);
-        let vertex = (under * under - over * over) * scale * a + 2.0 * over * under * scale * tangent;
+        let vertex =
+            (under * under - over * over) * scale * a + 2.0 * over * under * scale * tangent;
         // On the arc from B to it the measure is that of one minus the cosine.
         let lost = 0.5 * r2 * (vertex - b).length_squared();
         let along = (lost * (2.0 - lost)).max(0.0).sqrt();
@@ -186,7 +194,8 @@ impl VisibleCap {
 }
 
 impl<V: Vector> VisibleCap<V> {
-    /// The caps from several points, and which of these see one; `None` for zones and inward normals.
+    /// The caps from several points, and which of these see one; `None` for zones and inward
+    /// normals.
     #[inline]
     pub fn of(from: V, sphere: &Sphere) -> Option<(Self, <V::Real as Real>::Mask)> {
         let Sphere { centre, radius, .. } = *sphere;
@@ -202,7 +211,17 @@ impl<V: Vector> VisibleCap<V> {
         let solid_angle = sine * TAU * sine / (cosine + 1.0);
         let exists = distance.above(all(radius)) & solid_angle.above(all(SMALLEST));
         let frame = Frame::new(to_point * distance.recip());
-        Some((Self { centre, radius, frame, sine, cosine, solid_angle }, exists))
+        Some((
+            Self {
+                centre,
+                radius,
+                frame,
+                sine,
+                cosine,
+                solid_angle,
+            },
+            exists,
+        ))
     }
 
     /// The point of the cap in whose direction two uniform numbers map.
@@ -212,7 +231,10 @@ impl<V: Vector> VisibleCap<V> {
         // 1 − cos θ of the direction, then sin θ over the sine of the cone.
         let lost = r1 * sine * sine / (cosine + 1.0);
         let square = r1 * (V::Real::splat(2.0) - lost) / (cosine + 1.0);
-        let (ratio, rest) = (square.sqrt(), (one - square).at_least(V::Real::splat(0.0)).sqrt());
+        let (ratio, rest) = (
+            square.sqrt(),
+            (one - square).at_least(V::Real::splat(0.0)).sqrt(),
+        );
         // The angle at the centre is the arc sine of that ratio less θ.
         let (sin_theta, cos_theta) = (ratio * sine, one - lost);
         let sin = (ratio * cos_theta - rest * sin_theta).at_least(V::Real::splat(0.0));

@@ -39,19 +39,35 @@ impl Splats {
     /// A dark image of `frame` (width, height) pixels.
     pub fn new([width, height]: [u32; 2]) -> Self {
         let rows = height.div_ceil(BANDS).max(1);
-        let band = |first: u32| Mutex::new(vec![[0; 3]; width as usize * (height - first).min(rows) as usize]);
-        Self { width, rows, bands: (0..height).step_by(rows as usize).map(band).collect() }
+        let band = |first: u32| {
+            Mutex::new(vec![
+                [0; 3];
+                width as usize * (height - first).min(rows) as usize
+            ])
+        };
+        Self {
+            width,
+            rows,
+            bands: (0..height).step_by(rows as usize).map(band).collect(),
+        }
     }
 
     /// An empty buffer for it.
     pub fn buffer(&self) -> SplatBuffer<'_> {
-        SplatBuffer { image: self, waiting: vec![Vec::new(); self.bands.len()] }
+        SplatBuffer {
+            image: self,
+            waiting: vec![Vec::new(); self.bands.len()],
+        }
     }
 
     /// The sums, row by row from the top.
     pub fn into_values(self) -> Vec<DVec3> {
-        let sums = self.bands.into_iter().flat_map(|band| band.into_inner().unwrap_or_else(PoisonError::into_inner));
-        sums.map(|sum| DVec3::from_array(sum.map(|units| units as f64 * UNIT))).collect()
+        let sums = self
+            .bands
+            .into_iter()
+            .flat_map(|band| band.into_inner().unwrap_or_else(PoisonError::into_inner));
+        sums.map(|sum| DVec3::from_array(sum.map(|units| units as f64 * UNIT)))
+            .collect()
     }
 }
 
@@ -64,17 +80,24 @@ impl SplatBuffer<'_> {
     pub fn add(&mut self, [x, y]: [u32; 2], value: DVec3) -> Result<(), Error> {
         check_radiance(value).map_err(|error| error.at(|| at_pixel([x, y])))?;
         let Splats { width, rows, .. } = self.image;
-        self.waiting[(y / rows) as usize].push((y % rows * width + x, value.to_array().map(in_units)));
+        self.waiting[(y / rows) as usize]
+            .push((y % rows * width + x, value.to_array().map(in_units)));
         Ok(())
     }
 
     /// Adds all that it has to the image.
     ///
     /// # Errors
-    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST`]. The image is then useless.
+    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST`]. The image is
+    /// then useless.
     pub fn flush(&mut self) -> Result<(), Error> {
         let Splats { width, rows, bands } = self.image;
-        for ((waiting, band), first) in self.waiting.iter_mut().zip(bands).zip((0..).step_by(*rows as usize)) {
+        for ((waiting, band), first) in self
+            .waiting
+            .iter_mut()
+            .zip(bands)
+            .zip((0..).step_by(*rows as usize))
+        {
             let mut sums = band.lock().unwrap_or_else(PoisonError::into_inner);
             for (pixel, value) in waiting.drain(..) {
                 for (sum, added) in sums[pixel as usize].iter_mut().zip(value) {
@@ -83,7 +106,10 @@ impl SplatBuffer<'_> {
                     if *sum > MOST {
                         let value = *sum as f64 * UNIT;
                         *sum -= added;
-                        return Err(Error::Radiance { value, place: at_pixel([pixel % width, first + pixel / width]) });
+                        return Err(Error::Radiance {
+                            value,
+                            place: at_pixel([pixel % width, first + pixel / width]),
+                        });
                     }
                 }
             }

@@ -1,8 +1,8 @@
-//! Every trial and every fault of the registry as a test with its own name: `furnace/sky/path` is a trial
-//! on its right subject, `furnace/sky/path!no-cosine` one of its faults.
+//! Every trial and every fault of the registry as a test with its own name: `furnace/sky/path` is a
+//! trial on its right subject, `furnace/sky/path!no-cosine` one of its faults.
 //!
-//! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial. `WHITEFURNACE_SHARD=1/4` runs the
-//! first of four parts.
+//! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial.
+//! `WHITEFURNACE_SHARD=1/4` runs the first of four parts.
 
 use std::collections::HashSet;
 use std::process::{Command, ExitCode};
@@ -14,7 +14,8 @@ use registry::equivalents;
 use registry::faults::Pair;
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{
-    Context, Row, Trial, check_control, check_subject, full_name, meant, refused, shard_from_environment,
+    Context, Row, Trial, check_control, check_subject, full_name, meant, refused,
+    shard_from_environment,
 };
 
 /// The message, for a test that is red.
@@ -25,8 +26,8 @@ fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
     }
 }
 
-/// The outcomes of a trial on its right subject that no fault must be rejected by, a line each. Where chance
-/// has a part, exact outcomes beside it have tests of their own.
+/// The outcomes of a trial on its right subject that no fault must be rejected by, a line each.
+/// Where chance has a part, exact outcomes beside it have tests of their own.
 fn without_fault(trial: &Trial, found: &[Row]) -> String {
     let outcomes = || found.iter().map(|row| &row.outcome);
     let names: HashSet<&str> = trial
@@ -39,7 +40,12 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
     outcomes()
         .filter(|outcome| outcome.is_random() || exact)
         .filter(|outcome| !names.contains(outcome.name.as_str()))
-        .map(|outcome| format!("{}: no fault is to be rejected by its outcome {}\n", trial.name, outcome.name))
+        .map(|outcome| {
+            format!(
+                "{}: no fault is to be rejected by its outcome {}\n",
+                trial.name, outcome.name
+            )
+        })
         .collect()
 }
 
@@ -65,7 +71,10 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
             Verdict::Undecided { .. } => context.scale < 1.0,
         };
         if !green {
-            message += &format!("{name}, which is right ({}): {outcome:?}\n", pair.fault.wrong);
+            message += &format!(
+                "{name}, which is right ({}): {outcome:?}\n",
+                pair.fault.wrong
+            );
         }
     }
     if message.is_empty() {
@@ -78,16 +87,29 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
 fn parts() -> Result<(), Failed> {
     let list = |shard: &str| -> Result<(Option<i32>, Vec<String>, String), Failed> {
         let mut again = Command::new(std::env::current_exe()?);
-        let made = again.args(["--list", "--format", "terse"]).env("WHITEFURNACE_SHARD", shard).output()?;
-        let [names, said] = [made.stdout, made.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        Ok((made.status.code(), names.lines().map(str::to_owned).collect(), said))
+        let made = again
+            .args(["--list", "--format", "terse"])
+            .env("WHITEFURNACE_SHARD", shard)
+            .output()?;
+        let [names, said] =
+            [made.stdout, made.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        Ok((
+            made.status.code(),
+            names.lines().map(str::to_owned).collect(),
+            said,
+        ))
     };
     let (_, mut all, _) = list("1/1")?;
     let mut parts = Vec::new();
     for shard in ["1/3", "2/3", "3/3"] {
         let (code, part, _) = list(shard)?;
         if code != Some(0) || part.len().abs_diff(all.len() / 3) > 1 {
-            return Err(format!("{} of {} tests in part {shard}, exit code {code:?}", part.len(), all.len()).into());
+            return Err(format!(
+                "{} of {} tests in part {shard}, exit code {code:?}",
+                part.len(),
+                all.len()
+            )
+            .into());
         }
         parts.extend(part);
     }
@@ -98,7 +120,10 @@ fn parts() -> Result<(), Failed> {
     }
     for wrong in ["", "0/3", "4/3", "3", "1/0", "a/b"] {
         let (code, names, said) = list(wrong)?;
-        if code != Some(2) || !names.is_empty() || said.lines().count() != 1 || !said.contains("WHITEFURNACE_SHARD is")
+        if code != Some(2)
+            || !names.is_empty()
+            || said.lines().count() != 1
+            || !said.contains("WHITEFURNACE_SHARD is")
         {
             return Err(format!("part '{wrong}': exit code {code:?}, {said}").into());
         }
@@ -108,7 +133,8 @@ fn parts() -> Result<(), Failed> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let found = Context::from_environment().and_then(|context| Ok((context, shard_from_environment()?)));
+    let found =
+        Context::from_environment().and_then(|context| Ok((context, shard_from_environment()?)));
     let (context, shard) = match found {
         Ok(found) => found,
         Err(error) => {
@@ -122,10 +148,14 @@ fn main() -> ExitCode {
         for i in 0..trial.controls.len() {
             let (trial, context) = (Arc::clone(&trial), context.clone());
             let name = full_name(&trial.name, trial.controls[i].name);
-            tests.push(Test::test(name, move || report(check_control(&trial, &trial.controls[i], &context))));
+            tests.push(Test::test(name, move || {
+                report(check_control(&trial, &trial.controls[i], &context))
+            }));
         }
         let context = context.clone();
-        tests.push(Test::test(trial.name.clone(), move || on_its_subject(&trial, &context)));
+        tests.push(Test::test(trial.name.clone(), move || {
+            on_its_subject(&trial, &context)
+        }));
     }
     for pair in equivalents() {
         let context = context.clone();

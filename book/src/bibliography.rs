@@ -45,22 +45,27 @@ impl Bibliography {
     }
 
     pub fn work(&self, key: &str) -> Result<&Work, String> {
-        self.works
-            .get(key)
-            .ok_or_else(|| format!("no work \"{key}\" in the bibliography{}", hint(key, self.works.keys())))
+        self.works.get(key).ok_or_else(|| {
+            format!(
+                "no work \"{key}\" in the bibliography{}",
+                hint(key, self.works.keys())
+            )
+        })
     }
 
     /// The list of all works as HTML, by key, which begins with the first author's name.
     pub fn list(&self) -> String {
         let mut html = String::from("<ul class=\"bibliography\">");
         for (key, work) in &self.works {
-            let doi = work
-                .doi
-                .as_ref()
-                .map_or_else(String::new, |doi| format!(" <span class=\"doi\">doi:{}</span>", escape(doi)));
-            let [authors, title, venue] = [&work.authors, &work.title, &work.venue].map(|text| escape(text));
+            let doi = work.doi.as_ref().map_or_else(String::new, |doi| {
+                format!(" <span class=\"doi\">doi:{}</span>", escape(doi))
+            });
+            let [authors, title, venue] =
+                [&work.authors, &work.title, &work.venue].map(|text| escape(text));
             let year = work.year;
-            html += &format!("<li id=\"cite-{key}\">{authors} ({year}). <em>{title}</em>. {venue}.{doi}</li>");
+            html += &format!(
+                "<li id=\"cite-{key}\">{authors} ({year}). <em>{title}</em>. {venue}.{doi}</li>"
+            );
         }
         html.push_str("</ul>");
         html

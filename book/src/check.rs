@@ -18,7 +18,11 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
             && !dest_url.is_empty()
             && !pages.join(dest_url.as_ref()).is_file()
         {
-            problems.push(Problem::new(&file, line(&text, span.start), format!("there is no page {dest_url}")));
+            problems.push(Problem::new(
+                &file,
+                line(&text, span.start),
+                format!("there is no page {dest_url}"),
+            ));
         }
     }
     fail_if(problems)
@@ -29,7 +33,10 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for target in targets {
         let page = out.join(target.page.with_extension("html"));
-        if !has_id(&std::fs::read_to_string(&page).map_err(Error::io(&page))?, &target.id) {
+        if !has_id(
+            &std::fs::read_to_string(&page).map_err(Error::io(&page))?,
+            &target.id,
+        ) {
             let message = format!("no heading #{} on {}", target.id, target.page.display());
             problems.push(Problem::new(&target.file, target.line, message));
         }
@@ -41,13 +48,21 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
-        let extension = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let extension = file
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
         if !matches!(extension, "html" | "css") {
             continue;
         }
         let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
         let marks: &[(&str, char)] = match extension {
-            "html" => &[(" src=\"", '"'), (" href=\"", '"'), (" srcset=\"", '"'), (" action=\"", '"')],
+            "html" => &[
+                (" src=\"", '"'),
+                (" href=\"", '"'),
+                (" srcset=\"", '"'),
+                (" action=\"", '"'),
+            ],
             _ => &[("url(", ')'), ("@import ", ';')],
         };
         for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
@@ -60,8 +75,8 @@ pub fn output(out: &Path) -> Result<(), Error> {
     fail_if(problems)
 }
 
-/// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed, and one
-/// without a size at a size of their own.
+/// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed,
+/// and one without a size at a size of their own.
 pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files {
@@ -88,12 +103,22 @@ fn svg(bytes: &[u8]) -> Option<(usize, String)> {
     if !root.has_tag_name(("http://www.w3.org/2000/svg", "svg")) {
         return Some((line, "the root is no svg element of SVG".to_owned()));
     }
-    let positive = |text: &str| text.parse().is_ok_and(|length: f64| length > 0.0 && length.is_finite());
+    let positive = |text: &str| {
+        text.parse()
+            .is_ok_and(|length: f64| length > 0.0 && length.is_finite())
+    };
     let view = root.attribute("viewBox").unwrap_or_default();
     let view: Vec<&str> = view.split_whitespace().collect();
-    let has_size = ["width", "height"].iter().all(|side| root.attribute(*side).is_some_and(positive));
+    let has_size = ["width", "height"]
+        .iter()
+        .all(|side| root.attribute(*side).is_some_and(positive));
     let has_view = matches!(view[..], [_, _, width, height] if positive(width) && positive(height));
-    (!has_size || !has_view).then(|| (line, "needs width, height and viewBox in positive numbers".to_owned()))
+    (!has_size || !has_view).then(|| {
+        (
+            line,
+            "needs width, height and viewBox in positive numbers".to_owned(),
+        )
+    })
 }
 
 /// Whether this begins and ends as a PNG does.
@@ -117,7 +142,10 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 }
 
 /// The text between every `mark.0` and the next `mark.1`, with its place.
-fn addresses<'a>(text: &'a str, mark: (&'static str, char)) -> impl Iterator<Item = (usize, &'a str)> {
+fn addresses<'a>(
+    text: &'a str,
+    mark: (&'static str, char),
+) -> impl Iterator<Item = (usize, &'a str)> {
     text.match_indices(mark.0).map(move |(at, found)| {
         let rest = &text[at + found.len()..];
         let end = rest.find(mark.1).unwrap_or(rest.len());
@@ -148,7 +176,10 @@ fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error
     let found = if target == file {
         has_id(text, id)
     } else {
-        has_id(&std::fs::read_to_string(&target).map_err(Error::io(&target))?, id)
+        has_id(
+            &std::fs::read_to_string(&target).map_err(Error::io(&target))?,
+            id,
+        )
     };
     Ok((!found).then(|| format!("nothing with the id of address {address}")))
 }
@@ -159,5 +190,9 @@ fn has_id(html: &str, id: &str) -> bool {
 
 /// Tells all problems, if there are any.
 pub(crate) fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
-    if problems.is_empty() { Ok(()) } else { Err(Error::Problems(problems)) }
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Problems(problems))
+    }
 }

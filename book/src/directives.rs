@@ -19,7 +19,11 @@ pub const ALL: [Kind; 17] = [
     kind("tally", "", false),
     kind("result", "EXPERIMENT.KEY [FORMAT]", true),
     kind("figure", "EXPERIMENT/NAME.svg \"caption\"", false),
-    kind("compare", "EXPERIMENT/LEFT.png EXPERIMENT/RIGHT.png \"caption\"", false),
+    kind(
+        "compare",
+        "EXPERIMENT/LEFT.png EXPERIMENT/RIGHT.png \"caption\"",
+        false,
+    ),
     kind("code", "PATH ITEM...", false),
     kind("cite", "KEY", true),
     kind("bibliography", "", false),
@@ -33,7 +37,11 @@ pub const ALL: [Kind; 17] = [
 ];
 
 const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {
-    Kind { name, arguments, inline }
+    Kind {
+        name,
+        arguments,
+        inline,
+    }
 }
 
 impl Kind {
@@ -46,5 +54,10 @@ impl Kind {
 
 pub fn find(name: &str) -> Result<&'static Kind, String> {
     let found = ALL.iter().find(|kind| kind.name == name);
-    found.ok_or_else(|| format!("unknown directive \"{name}\"{}", hint(name, ALL.iter().map(|kind| kind.name))))
+    found.ok_or_else(|| {
+        format!(
+            "unknown directive \"{name}\"{}",
+            hint(name, ALL.iter().map(|kind| kind.name))
+        )
+    })
 }

@@ -6,7 +6,12 @@ use crate::mathml::{Math, typeset};
 use whitefurnace::nearest::hint;
 
 pub fn find(id: &str) -> Result<&'static Equation, String> {
-    by_id(id).ok_or_else(|| format!("no equation \"{id}\" in the registry{}", hint(id, ALL.iter().map(|e| e.id))))
+    by_id(id).ok_or_else(|| {
+        format!(
+            "no equation \"{id}\" in the registry{}",
+            hint(id, ALL.iter().map(|e| e.id))
+        )
+    })
 }
 
 /// How the text calls an equation: its number, its section, or its title if the report lacks it.
@@ -25,7 +30,11 @@ pub fn fragment(id: &str) -> String {
 
 /// The box that shows an equation with our verdict; one line of HTML.
 pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
-    let (name, place, badge) = (name(equation.verdict), fragment(equation.id), badge(equation.verdict));
+    let (name, place, badge) = (
+        name(equation.verdict),
+        fragment(equation.id),
+        badge(equation.verdict),
+    );
     let [title, finding, source] = [equation.title, equation.finding, equation.source].map(typeset);
     let mut html = format!(
         "<div class=\"equation verdict-{name}\" id=\"{place}\"><div class=\"equation-head\">\
@@ -36,7 +45,9 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
         _ => format!("<span class=\"equation-number\">{}</span>", label(equation)),
     };
     let formula = math.block(equation.latex, true)?;
-    html.push_str(&format!("<div class=\"equation-line\"><div class=\"scroll\">{formula}</div>{number}</div>"));
+    html.push_str(&format!(
+        "<div class=\"equation-line\"><div class=\"scroll\">{formula}</div>{number}</div>"
+    ));
     if let Some(printed) = equation.printed {
         let printed = math.block(printed, true)?;
         html.push_str(&format!(
@@ -70,7 +81,11 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
             _ => label(equation),
         };
         let [finding, source] = [equation.finding, equation.source].map(typeset);
-        let (id, formula, badge) = (equation.id, math.block(equation.latex, true)?, badge(equation.verdict));
+        let (id, formula, badge) = (
+            equation.id,
+            math.block(equation.latex, true)?,
+            badge(equation.verdict),
+        );
         html.push_str(&format!(
             "<tr><td class=\"nowrap\">{number}</td><td>{title} <code>{id}</code><div class=\"scroll\">{formula}</div>\
              {finding}<div class=\"equation-source\">{source}</div></td><td>{badge}</td></tr>"
@@ -84,7 +99,10 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
 pub fn tally() -> String {
     let item = |(verdict, _, meaning): (Assessment, &str, &str)| {
         let count = ALL.iter().filter(|e| e.verdict == verdict).count();
-        format!("<li>{} <strong>{count}</strong> <span>{meaning}</span></li>", badge(verdict))
+        format!(
+            "<li>{} <strong>{count}</strong> <span>{meaning}</span></li>",
+            badge(verdict)
+        )
     };
     let items = VERDICTS.map(item).concat();
     format!("<ul class=\"tally\">{items}</ul>")
@@ -99,11 +117,22 @@ fn badge(verdict: Assessment) -> String {
 /// The verdicts, in one word and in one clause each.
 const VERDICTS: [(Assessment, &str, &str); 4] = [
     (Assessment::Correct, "correct", "right as printed"),
-    (Assessment::Trap, "trap", "right, but silent on a case or an assumption that breaks a literal program"),
+    (
+        Assessment::Trap,
+        "trap",
+        "right, but silent on a case or an assumption that breaks a literal program",
+    ),
     (Assessment::Error, "error", "wrong as printed"),
-    (Assessment::Added, "added", "not in the report, added because the report needs it"),
+    (
+        Assessment::Added,
+        "added",
+        "not in the report, added because the report needs it",
+    ),
 ];
 
 fn name(verdict: Assessment) -> &'static str {
-    VERDICTS.iter().find(|(of, ..)| *of == verdict).map_or("", |(_, name, _)| name)
+    VERDICTS
+        .iter()
+        .find(|(of, ..)| *of == verdict)
+        .map_or("", |(_, name, _)| name)
 }

@@ -17,13 +17,23 @@ pub struct Problem {
 impl Problem {
     /// A fault at a line of a file.
     pub fn new(file: impl Into<PathBuf>, line: usize, message: impl Into<String>) -> Self {
-        Self { file: file.into(), line, message: message.into() }
+        Self {
+            file: file.into(),
+            line,
+            message: message.into(),
+        }
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}:{}: {}", self.file.display(), self.line, self.message)
+        write!(
+            out,
+            "{}:{}: {}",
+            self.file.display(),
+            self.line,
+            self.message
+        )
     }
 }
 

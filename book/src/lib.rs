@@ -70,8 +70,8 @@ impl Default for Options {
     }
 }
 
-/// Weaves the book and returns the path of its first page. Whatever is wrong with the sources is told at once, and
-/// nothing is written then, unless only the written pages showed the fault.
+/// Weaves the book and returns the path of its first page. Whatever is wrong with the sources is
+/// told at once, and nothing is written then, unless only the written pages showed the fault.
 pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mdbook = |error: mdbook_driver::errors::Error| Error::Mdbook(format!("{error:#}"));
     let book = brief(&options.book);

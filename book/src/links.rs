@@ -20,8 +20,9 @@ pub struct Target {
 
 /// Checks the links and images of one page as far as the sources tell.
 ///
-/// `path` is the page relative to the folder `pages`, `text` its source, `known` all pages of the book.
-/// What must wait for the written pages is returned; what is wrong already goes to `problems`.
+/// `path` is the page relative to the folder `pages`, `text` its source, `known` all pages of the
+/// book. What must wait for the written pages is returned; what is wrong already goes to
+/// `problems`.
 pub fn check(
     pages: &Path,
     path: &Path,
@@ -36,7 +37,9 @@ pub fn check(
         let mut problem = |message| problems.push(Problem::new(pages.join(path), line, message));
         let (file, id) = link.split_once('#').unwrap_or((link, ""));
         if link.starts_with("//") || file.contains(':') {
-            problem(format!("link to the outside, {link}; cite the work instead"));
+            problem(format!(
+                "link to the outside, {link}; cite the work instead"
+            ));
             continue;
         }
         let resolved = match file {
@@ -48,7 +51,12 @@ pub fn check(
                 let names = known.iter().filter_map(|page| page.to_str());
                 problem(format!("no page {file} in SUMMARY.md{}", hint(file, names)));
             } else if !id.is_empty() {
-                targets.push(Target { file: pages.join(path), line, page: resolved, id: id.to_owned() });
+                targets.push(Target {
+                    file: pages.join(path),
+                    line,
+                    page: resolved,
+                    id: id.to_owned(),
+                });
             }
         } else if !pages.join(&resolved).is_file() {
             problem(format!("no file {file} beside this page"));
@@ -69,7 +77,11 @@ pub fn to_root(page: &Path) -> String {
 
 /// The relative address of an id on another page.
 pub fn address(from: &Path, page: &Path, id: &str) -> String {
-    format!("{}{}#{id}", to_root(from), page.with_extension("html").display())
+    format!(
+        "{}{}#{id}",
+        to_root(from),
+        page.with_extension("html").display()
+    )
 }
 
 /// `file` relative to `folder`, with `..` resolved.

@@ -1,8 +1,8 @@
 //! Takes items out of the project's Rust sources, so that no code is typed into the book.
 //!
-//! The sources are formatted by rustfmt (CI insists), and that is all this relies on: an item starts at
-//! the line that declares its name and ends at the first line of the same indentation that ends with
-//! `}` or `;`.
+//! The sources are formatted by rustfmt (CI insists), and that is all this relies on: an item
+//! starts at the line that declares its name and ends at the first line of the same indentation
+//! that ends with `}` or `;`.
 
 use std::path::{Component, Path};
 
@@ -18,17 +18,27 @@ pub struct Listing {
 }
 
 /// The words that declare something.
-const KEYWORDS: [&str; 8] = ["fn", "struct", "enum", "trait", "const", "static", "type", "mod"];
+const KEYWORDS: [&str; 8] = [
+    "fn", "struct", "enum", "trait", "const", "static", "type", "mod",
+];
 
 /// Reads `path`, relative to `root` and inside it.
 pub fn read(root: &Path, path: &str) -> Result<String, String> {
     let relative = Path::new(path);
-    let inside = relative.components().all(|part| matches!(part, Component::Normal(_)));
+    let inside = relative
+        .components()
+        .all(|part| matches!(part, Component::Normal(_)));
     if !inside || relative.extension().is_none_or(|e| e != "rs") {
-        return Err(format!("\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"));
+        return Err(format!(
+            "\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"
+        ));
     }
-    std::fs::read_to_string(root.join(relative))
-        .map_err(|error| format!("cannot read {path}: {error}{}", hint(path, siblings(root, relative))))
+    std::fs::read_to_string(root.join(relative)).map_err(|error| {
+        format!(
+            "cannot read {path}: {error}{}",
+            hint(path, siblings(root, relative))
+        )
+    })
 }
 
 /// The Rust files in the folder of `relative`.
@@ -46,7 +56,8 @@ fn siblings(root: &Path, relative: &Path) -> Vec<String> {
     names
 }
 
-/// The item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl` or trait.
+/// The item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl` or
+/// trait.
 pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     let lines: Vec<&str> = source.lines().collect();
     let starts: Vec<usize> = match name.split_once("::") {
@@ -72,7 +83,10 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
         }
         _ => {
             let at: Vec<_> = starts.iter().map(|at| (at + 1).to_string()).collect();
-            Err(format!("more than one item \"{name}\" in it, at lines {}; write Type::{name}", at.join(", ")))
+            Err(format!(
+                "more than one item \"{name}\" in it, at lines {}; write Type::{name}",
+                at.join(", ")
+            ))
         }
     }
 }
@@ -89,9 +103,14 @@ fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
         })
         .count();
     let indentation = indentation(lines[start]);
-    let code: Vec<&str> =
-        lines[start - above..=end].iter().map(|line| line.get(indentation..).unwrap_or_default()).collect();
-    Ok(Listing { code: code.join("\n"), line: start + 1 })
+    let code: Vec<&str> = lines[start - above..=end]
+        .iter()
+        .map(|line| line.get(indentation..).unwrap_or_default())
+        .collect();
+    Ok(Listing {
+        code: code.join("\n"),
+        line: start + 1,
+    })
 }
 
 /// The last line of the item that starts at `start`.
@@ -128,7 +147,9 @@ pub(crate) fn declared(line: &str) -> Option<&str> {
 
 /// The identifier at the start of `text`.
 fn identifier(text: &str) -> Option<&str> {
-    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    let end = text
+        .find(|c: char| !c.is_alphanumeric() && c != '_')
+        .unwrap_or(text.len());
     (end > 0).then(|| &text[..end])
 }
 
@@ -137,7 +158,9 @@ fn is_block_of(line: &str, owner: &str) -> bool {
     if line.starts_with("impl") {
         let target = line.rsplit(" for ").next().unwrap_or(line);
         let target = target.split(" where ").next().unwrap_or(target);
-        target.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == owner)
+        target
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .any(|word| word == owner)
     } else {
         line.contains("trait ") && declared(line) == Some(owner)
     }
@@ -155,10 +178,17 @@ mod tests {
 
     #[test]
     fn items_come_whole_with_their_documentation() {
-        assert_eq!(code("LIMIT"), "/// A constant.\npub const LIMIT: f64 = 1.0;");
+        assert_eq!(
+            code("LIMIT"),
+            "/// A constant.\npub const LIMIT: f64 = 1.0;"
+        );
         assert!(code("TABLE").ends_with("    2,\n];"));
         let twice = item(SOURCE, "twice").expect("twice");
-        assert!(twice.code.starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn"));
+        assert!(
+            twice
+                .code
+                .starts_with("/// Twice.\n///\n/// More.\n#[inline]\npub fn")
+        );
         assert!(twice.code.ends_with("\n    2.0 * x\n}"));
         assert_eq!(twice.line, 16);
         assert_eq!(code("A"), "pub struct A;");
@@ -166,7 +196,10 @@ mod tests {
 
     #[test]
     fn methods_are_named_by_their_type() {
-        assert_eq!(code("A::new"), "/// New A.\npub const fn new() -> Self {\n    A\n}");
+        assert_eq!(
+            code("A::new"),
+            "/// New A.\npub const fn new() -> Self {\n    A\n}"
+        );
         assert!(code("B::new").contains("x: f64"));
         assert!(code("from").contains("_: A"));
     }

@@ -29,7 +29,10 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
         *target = PathBuf::from(value.ok_or_else(|| format!("{name} needs a folder"))?);
     }
     if !options.results.is_dir() {
-        return Err(format!("--results {} is not a folder", options.results.display()));
+        return Err(format!(
+            "--results {} is not a folder",
+            options.results.display()
+        ));
     }
     Ok(Some(options))
 }
@@ -37,7 +40,9 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
 fn main() -> ExitCode {
     let options = parse(std::env::args().skip(1)).map_err(|message| format!("error: {message}"));
     let outcome = options.and_then(|options| match options {
-        Some(options) => weave(&options).map(|page| page.display().to_string()).map_err(|error| error.to_string()),
+        Some(options) => weave(&options)
+            .map(|page| page.display().to_string())
+            .map_err(|error| error.to_string()),
         None => Ok(HELP.trim_end().to_owned()),
     });
     match outcome {

@@ -9,15 +9,24 @@ pub struct Math {
 impl Math {
     /// A formula as MathML on one line, for an HTML block.
     pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
-        let mode = if display { MathDisplay::Block } else { MathDisplay::Inline };
+        let mode = if display {
+            MathDisplay::Block
+        } else {
+            MathDisplay::Inline
+        };
         // TeX's negative space before \left undoes a space that MathML does not add.
         let spaced = latex.trim().replace(r"\!\left", r"\left");
         match self.converter.convert_with_local_state(&spaced, mode) {
-            Ok(result) if result.warnings.has_undefined_references() => {
-                Err(format!("formula \"{}\" refers to a label that is not in it", one_line(latex)))
-            }
+            Ok(result) if result.warnings.has_undefined_references() => Err(format!(
+                "formula \"{}\" refers to a label that is not in it",
+                one_line(latex)
+            )),
             Ok(result) => Ok(result.mathml.replace('\n', " ")),
-            Err(error) => Err(format!("formula \"{}\": {}", one_line(latex), one_line(&error.to_string()))),
+            Err(error) => Err(format!(
+                "formula \"{}\": {}",
+                one_line(latex),
+                one_line(&error.to_string())
+            )),
         }
     }
 
@@ -33,7 +42,11 @@ impl Math {
                 _ => out.push(character),
             }
         }
-        Ok(if display { format!("<span class=\"formula\">{out}</span>") } else { out })
+        Ok(if display {
+            format!("<span class=\"formula\">{out}</span>")
+        } else {
+            out
+        })
     }
 }
 
@@ -41,19 +54,27 @@ impl Default for Math {
     /// A converter without macros.
     fn default() -> Self {
         // Only macro definitions can fail, and there are none.
-        Self { converter: LatexToMathML::new(MathCoreConfig::default()).unwrap_or_default() }
+        Self {
+            converter: LatexToMathML::new(MathCoreConfig::default()).unwrap_or_default(),
+        }
     }
 }
 
 /// Text for HTML content and quoted attributes.
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 /// The registry's plain text as HTML with the signs of print: minus signs, ranges of pages.
 pub fn typeset(text: &str) -> String {
     let characters: Vec<char> = text.replace(" - ", " − ").chars().collect();
-    let is_digit = |at: Option<usize>| at.and_then(|at| characters.get(at)).is_some_and(char::is_ascii_digit);
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| characters.get(at))
+            .is_some_and(char::is_ascii_digit)
+    };
     let ranged: String = characters
         .iter()
         .enumerate()
@@ -62,13 +83,18 @@ pub fn typeset(text: &str) -> String {
             if c == '-' && between { '–' } else { c }
         })
         .collect();
-    let named = ranged.replace("Möller-Trumbore", "Möller–Trumbore").replace("Oren-Nayar", "Oren–Nayar");
+    let named = ranged
+        .replace("Möller-Trumbore", "Möller–Trumbore")
+        .replace("Oren-Nayar", "Oren–Nayar");
     raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
 }
 
 /// `a^(b+1)` with its exponent raised.
 fn raised(text: &str) -> String {
-    match text.split_once("^(").and_then(|(base, rest)| Some((base, rest.split_once(')')?))) {
+    match text
+        .split_once("^(")
+        .and_then(|(base, rest)| Some((base, rest.split_once(')')?)))
+    {
         Some((base, (exponent, rest))) => format!("{base}<sup>{exponent}</sup>{}", raised(rest)),
         None => text.to_owned(),
     }
@@ -86,13 +112,19 @@ mod tests {
     fn inline_mathml_has_nothing_that_markdown_reads() {
         let html = Math::default().inline(r"a_1^* + [b] \| c | \backslash", false);
         let html = html.expect("valid LaTeX");
-        assert!(!html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']), "{html}");
+        assert!(
+            !html.contains(['*', '_', '[', ']', '|', '~', '\\', '`']),
+            "{html}"
+        );
     }
 
     #[test]
     fn text_is_typeset() {
         assert_eq!(typeset("23(6), 343-349"), "23(6), 343–349");
         assert_eq!(typeset("1 - R < x-ray"), "1 − R &lt; x-ray");
-        assert_eq!(typeset("f_r: −a^(b+1) of"), "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of");
+        assert_eq!(
+            typeset("f_r: −a^(b+1) of"),
+            "<i>f</i><sub>r</sub>: −a<sup>b+1</sup> of"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The record of mutation testing: what cargo-mutants found in each source file, and why survivors live.
+//! The record of mutation testing: what cargo-mutants found in each source file, and why survivors
+//! live.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,7 +34,8 @@ pub struct Counts {
     pub missed: usize,
     /// It did not compile: no mutant.
     pub unviable: usize,
-    /// How many mutants the file has, where only a sample was tried; written by hand, as reasons are.
+    /// How many mutants the file has, where only a sample was tried; written by hand, as reasons
+    /// are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_of: Option<usize>,
 }
@@ -82,47 +84,72 @@ impl Record {
     /// Reads the record in a folder of recorded results.
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
-        let text =
-            std::fs::read_to_string(&path).map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
+        let text = std::fs::read_to_string(&path)
+            .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
     }
 
     /// All files together.
     pub fn total(&self) -> Counts {
-        self.files.values().copied().fold(Counts::default(), Counts::add)
+        self.files
+            .values()
+            .copied()
+            .fold(Counts::default(), Counts::add)
     }
 
     /// Replaces what is known of a file; survivors keep the reasons of mutants that are alike.
     pub fn replace(&mut self, file: &str, counts: Counts, missed: &[String]) {
         let of_file = |survivor: &Survivor| survivor.mutant.starts_with(&format!("{file}:"));
-        let known: Vec<Survivor> = self.survivors.iter().filter(|s| of_file(s)).cloned().collect();
+        let known: Vec<Survivor> = self
+            .survivors
+            .iter()
+            .filter(|s| of_file(s))
+            .cloned()
+            .collect();
         self.survivors.retain(|survivor| !of_file(survivor));
         self.survivors.extend(missed.iter().map(|mutant| {
             let same = known.iter().find(|s| s.mutant == *mutant);
             let alike = || known.iter().find(|s| what(&s.mutant) == what(mutant));
             Survivor {
                 mutant: mutant.clone(),
-                reason: same.or_else(alike).map_or_else(String::new, |s| s.reason.clone()),
+                reason: same
+                    .or_else(alike)
+                    .map_or_else(String::new, |s| s.reason.clone()),
             }
         }));
         // By file; within one the order is the tool's, that of the lines.
-        self.survivors.sort_by_key(|s| s.mutant.split(':').next().map(str::to_owned));
+        self.survivors
+            .sort_by_key(|s| s.mutant.split(':').next().map(str::to_owned));
         self.files.insert(file.to_owned(), counts);
     }
 
     /// The table of files and, below it, that of the survivors, as HTML.
     pub fn tables(&self) -> String {
         let counted = |name: &str, counts: &Counts| {
-            let Counts { caught, timeout, missed, sample_of, .. } = counts;
-            let [viable, caught, timeout, missed] = [&counts.viable(), caught, timeout, missed].map(usize::to_string);
-            let tried = sample_of.map_or(viable.clone(), |all| format!("{viable} (a sample of {all})"));
+            let Counts {
+                caught,
+                timeout,
+                missed,
+                sample_of,
+                ..
+            } = counts;
+            let [viable, caught, timeout, missed] =
+                [&counts.viable(), caught, timeout, missed].map(usize::to_string);
+            let tried = sample_of.map_or(viable.clone(), |all| {
+                format!("{viable} (a sample of {all})")
+            });
             row([name, &tried, &caught, &timeout, &missed])
         };
-        let files = self.files.iter().map(|(file, counts)| counted(&code(file), counts));
+        let files = self
+            .files
+            .iter()
+            .map(|(file, counts)| counted(&code(file), counts));
         let files: Vec<String> = files.chain([counted("all", &self.total())]).collect();
         let survivor = |s: &Survivor| row([&code(&s.mutant), &typeset(&s.reason)]);
         let survivors: Vec<String> = self.survivors.iter().map(survivor).collect();
-        table(&["file", "mutants", "caught", "not ended in time", "survived"], &files)
-            + &table(&["survivor", "why it may live"], &survivors)
+        table(
+            &["file", "mutants", "caught", "not ended in time", "survived"],
+            &files,
+        ) + &table(&["survivor", "why it may live"], &survivors)
     }
 }

@@ -5,18 +5,27 @@ const DIGITS: usize = 4;
 /// Below this, integers are printed digit by digit.
 const LARGEST_INTEGER: f64 = 1e15;
 
-/// `value` in `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits, `%.1%` per cent,
-/// `%d` an integer in groups of three. Without one, integers as with `%d` and others with four
-/// significant digits. Powers of ten come as HTML. Refuses other formats, and `%d` for a fraction.
+/// `value` in `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits, `%.1%` per
+/// cent, `%d` an integer in groups of three. Without one, integers as with `%d` and others with
+/// four significant digits. Powers of ten come as HTML. Refuses other formats, and `%d` for a
+/// fraction.
 pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     let integer = value.fract() == 0.0 && value.abs() < LARGEST_INTEGER;
     let Some(format) = format else {
-        return Ok(if integer { grouped(value) } else { significant(value, DIGITS) });
+        return Ok(if integer {
+            grouped(value)
+        } else {
+            significant(value, DIGITS)
+        });
     };
     let wrong = || format!("\"{format}\" is not a format; there is %.3f, %.3e, %.3g, %.1%, %d");
     let body = format.strip_prefix('%').ok_or_else(wrong)?;
     if body == "d" {
-        return if integer { Ok(grouped(value)) } else { Err(format!("{value} is not an integer, which %d asks for")) };
+        return if integer {
+            Ok(grouped(value))
+        } else {
+            Err(format!("{value} is not an integer, which %d asks for"))
+        };
     }
     let (digits, kind) = body
         .strip_prefix('.')
@@ -42,7 +51,10 @@ fn significant(value: f64, digits: usize) -> String {
     }
     // The exponent after rounding to the digits shown.
     let rounded = format!("{value:.*e}", digits - 1);
-    let exponent: i32 = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
+    let exponent: i32 = rounded
+        .split_once('e')
+        .and_then(|(_, exponent)| exponent.parse().ok())
+        .unwrap_or(0);
     if !(-4..6).contains(&exponent) {
         return scientific(value, digits - 1);
     }
@@ -54,7 +66,11 @@ fn significant(value: f64, digits: usize) -> String {
 fn scientific(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    format!("{}\u{a0}×\u{a0}10<sup>{}</sup>", signed(mantissa), signed(exponent))
+    format!(
+        "{}\u{a0}×\u{a0}10<sup>{}</sup>",
+        signed(mantissa),
+        signed(exponent)
+    )
 }
 
 /// An integer with narrow spaces between groups of three, from five digits on.
@@ -67,7 +83,11 @@ fn grouped(value: f64) -> String {
         }
         text.push(digit);
     }
-    if value < 0.0 { format!("−{text}") } else { text }
+    if value < 0.0 {
+        format!("−{text}")
+    } else {
+        text
+    }
 }
 
 /// With a minus sign instead of a hyphen, and none before zero.

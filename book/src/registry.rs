@@ -9,8 +9,8 @@ use crate::results::Results;
 use crate::trace::Sources;
 use whitefurnace::nearest::hint;
 
-/// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number that the
-/// experiment `trials` found.
+/// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number
+/// that the experiment `trials` found.
 pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Option<f64>) -> String {
     let rows: Vec<String> = all()
         .iter()
@@ -41,7 +41,10 @@ pub fn trial(name: &str) -> Result<String, String> {
     if trials.iter().any(|trial| trial.name == name) {
         return Ok(code(name));
     }
-    Err(format!("no trial \"{name}\"{}", hint(name, trials.iter().map(|trial| &trial.name))))
+    Err(format!(
+        "no trial \"{name}\"{}",
+        hint(name, trials.iter().map(|trial| &trial.name))
+    ))
 }
 
 /// The place of a trial on the page that lists them.
@@ -55,9 +58,17 @@ pub fn faults() -> String {
         .iter()
         .map(|fault| {
             let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
-            let verb = if fault.equivalent { "accepted by" } else { "rejected by" };
+            let verb = if fault.equivalent {
+                "accepted by"
+            } else {
+                "rejected by"
+            };
             let name = code(&format!("{}: {}", fault.family, fault.name));
-            row([&name, &typeset(fault.wrong), &format!("{verb}<br>{}", trials.join("<br>"))])
+            row([
+                &name,
+                &typeset(fault.wrong),
+                &format!("{verb}<br>{}", trials.join("<br>")),
+            ])
         })
         .collect();
     table(&["fault", "what is wrong", "trials"], &rows)
@@ -71,8 +82,8 @@ pub fn traceability(
     equation: impl Fn(&str) -> String,
     experiment: impl Fn(&str) -> String,
 ) -> Result<String, String> {
-    let read =
-        Sources::read(sources).map_err(|error| format!("cannot read the sources in {}: {error}", sources.display()))?;
+    let read = Sources::read(sources)
+        .map_err(|error| format!("cannot read the sources in {}: {error}", sources.display()))?;
     let lines = |items: &[String]| {
         if items.is_empty() {
             return "–".to_owned();
@@ -90,7 +101,10 @@ pub fn traceability(
             row([&number, &code, &lines(&judged), &experiments.join(", ")])
         })
         .collect();
-    Ok(table(&["chapter", "code", "trials and tests", "experiments"], &rows))
+    Ok(table(
+        &["chapter", "code", "trials and tests", "experiments"],
+        &rows,
+    ))
 }
 
 /// A row of cells that are HTML already.
@@ -98,11 +112,14 @@ pub fn row<const N: usize>(cells: [&str; N]) -> String {
     format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
 }
 
-/// A table of at most five columns, with rows that are HTML already. Narrow windows show the cells of a row below each
-/// other, each with its column's name.
+/// A table of at most five columns, with rows that are HTML already. Narrow windows show the cells
+/// of a row below each other, each with its column's name.
 pub fn table(columns: &[&str], rows: &[String]) -> String {
     let head: String = columns.iter().map(|c| format!("<th>{c}</th>")).collect();
-    let names: String = (1..).zip(columns).map(|(i, c)| format!("--column-{i}:'{c}';")).collect();
+    let names: String = (1..)
+        .zip(columns)
+        .map(|(i, c)| format!("--column-{i}:'{c}';"))
+        .collect();
     format!(
         "<div class=\"table-wrapper\"><table class=\"registry\" style=\"{names}\"><thead><tr>{head}</tr></thead>\
          <tbody>{}</tbody></table></div>",
@@ -112,12 +129,16 @@ pub fn table(columns: &[&str], rows: &[String]) -> String {
 
 /// Code, whose long names may break after signs.
 pub fn code(text: &str) -> String {
-    let text = ["/", "_", "::"].iter().fold(escape(text), |text, sign| text.replace(sign, &format!("{sign}<wbr>")));
+    let text = ["/", "_", "::"].iter().fold(escape(text), |text, sign| {
+        text.replace(sign, &format!("{sign}<wbr>"))
+    });
     format!("<code>{text}</code>")
 }
 
 /// With a capital first letter.
 fn upper(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
 }

@@ -35,7 +35,8 @@ pub struct ExperimentResult {
     pub figures: Vec<String>,
     /// The table.
     pub findings: Vec<Finding>,
-    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is kept.
+    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is
+    /// kept.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub digests: BTreeMap<String, String>,
     /// Identifies program and options, so that only results of this very program are kept.
@@ -51,7 +52,8 @@ pub struct Finding {
     pub value: String,
     /// What the run says of a claim about it; `None` where nothing is claimed.
     pub verdict: Option<Judgement>,
-    /// Whether it belongs to the last line above that is no detail; tables show details on request only.
+    /// Whether it belongs to the last line above that is no detail; tables show details on request
+    /// only.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub detail: bool,
 }
@@ -105,7 +107,10 @@ pub struct Results {
 impl Results {
     /// Reads every `*/result.json` of `folder`; a missing folder holds none.
     pub fn load(folder: &Path) -> Result<Self, Error> {
-        let mut results = Self { folder: folder.to_owned(), by_id: BTreeMap::new() };
+        let mut results = Self {
+            folder: folder.to_owned(),
+            by_id: BTreeMap::new(),
+        };
         if !folder.exists() {
             return Ok(results);
         }
@@ -142,36 +147,56 @@ impl Results {
     /// The experiment with this name.
     pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
         let found = self.by_id.get(id);
-        found.ok_or_else(|| format!("no recorded result of an experiment \"{id}\"{}", hint(id, self.by_id.keys())))
+        found.ok_or_else(|| {
+            format!(
+                "no recorded result of an experiment \"{id}\"{}",
+                hint(id, self.by_id.keys())
+            )
+        })
     }
 
     /// The number `EXPERIMENT.KEY`; the key may itself have dots.
     pub fn number(&self, name: &str) -> Result<f64, String> {
-        let (id, key) = name.split_once('.').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
+        let (id, key) = name
+            .split_once('.')
+            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT.KEY"))?;
         let recorded = self.experiment(id)?;
         let numbers = &recorded.numbers;
-        let unknown = || format!("experiment \"{id}\" recorded no number \"{key}\"{}", hint(key, numbers.keys()));
+        let unknown = || {
+            format!(
+                "experiment \"{id}\" recorded no number \"{key}\"{}",
+                hint(key, numbers.keys())
+            )
+        };
         numbers.get(key).copied().ok_or_else(unknown)
     }
 
     /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
     /// picture from the top.
     pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
-        let (id, file) =
-            name.split_once('/').ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
+        let (id, file) = name
+            .split_once('/')
+            .ok_or_else(|| format!("\"{name}\" is not of the form EXPERIMENT/NAME.svg"))?;
         let recorded = self.experiment(id)?;
         if !recorded.figures.iter().any(|figure| figure == file) {
-            return Err(format!("experiment \"{id}\" recorded no figure \"{file}\"{}", hint(file, &recorded.figures)));
+            return Err(format!(
+                "experiment \"{id}\" recorded no figure \"{file}\"{}",
+                hint(file, &recorded.figures)
+            ));
         }
         let path = self.folder.join(id).join(file);
         if path.is_file() {
             return Ok((recorded, vec![path]));
         }
-        let bands: Vec<PathBuf> =
-            (1..).map(|k| path.with_extension(format!("band-{k}.png"))).take_while(|band| band.is_file()).collect();
+        let bands: Vec<PathBuf> = (1..)
+            .map(|k| path.with_extension(format!("band-{k}.png")))
+            .take_while(|band| band.is_file())
+            .collect();
         if bands.is_empty() {
             let (path, command) = (path.display(), &recorded.command);
-            return Err(format!("figure \"{name}\" is recorded, but {path} is missing; run {command}"));
+            return Err(format!(
+                "figure \"{name}\" is recorded, but {path} is missing; run {command}"
+            ));
         }
         Ok((recorded, bands))
     }
@@ -179,16 +204,24 @@ impl Results {
 
 /// One `result.json`.
 fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
-    let text =
-        std::fs::read_to_string(file).map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
-    let recorded: ExperimentResult =
-        serde_json::from_str(&text).map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;
+    let recorded: ExperimentResult = serde_json::from_str(&text)
+        .map_err(|error| Problem::new(file, error.line().max(1), error.to_string()))?;
     if recorded.id != folder {
-        return Err(Problem::new(file, 1, format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id)));
+        return Err(Problem::new(
+            file,
+            1,
+            format!("the id is \"{}\", but the folder \"{folder}\"", recorded.id),
+        ));
     }
     let plain = |name: &String| !name.contains(['/', '\\']) && !name.starts_with('.');
     if let Some(name) = recorded.figures.iter().find(|name| !plain(name)) {
-        return Err(Problem::new(file, 1, format!("\"{name}\" is not the name of a file beside this one")));
+        return Err(Problem::new(
+            file,
+            1,
+            format!("\"{name}\" is not the name of a file beside this one"),
+        ));
     }
     Ok(recorded)
 }

@@ -1,5 +1,5 @@
-//! The page that sets a reader's own run beside the record: claims, numbers that differ beyond their noise, and
-//! figures side by side.
+//! The page that sets a reader's own run beside the record: claims, numbers that differ beyond
+//! their noise, and figures side by side.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -18,11 +18,18 @@ pub const DEFAULT_RUN: &str = "default-run";
 /// What the page is called.
 pub const TITLE: &str = "Your run beside the record";
 
-/// The page as Markdown, and the figures that it shows: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`, and file.
+/// The page as Markdown, and the figures that it shows: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`,
+/// and file.
 pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBuf>) {
     let mut figures = BTreeMap::new();
-    let rows: String = run.all().map(|ours| row(record.experiment(&ours.id).ok(), ours)).collect();
-    let sections: String = run.all().map(|ours| section(record, run, ours, &mut figures)).collect();
+    let rows: String = run
+        .all()
+        .map(|ours| row(record.experiment(&ours.id).ok(), ours))
+        .collect();
+    let sections: String = run
+        .all()
+        .map(|ours| section(record, run, ours, &mut figures))
+        .collect();
     let missing: Vec<String> = record
         .all()
         .filter(|recorded| recorded.id != DEFAULT_RUN && run.experiment(&recorded.id).is_err())
@@ -62,16 +69,20 @@ impl Pair<'_> {
     fn beyond(&self) -> bool {
         // Room for rounding, where noise is nil.
         let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
-        self.halves.is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
+        self.halves
+            .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
     }
 }
 
 /// Half the width of a number's interval, if the experiment states one.
 pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
     let get = |name: String| numbers.get(&name).copied();
-    let between = |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
+    let between =
+        |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
     // An estimate's or a difference's interval may carry the name of what it belongs to.
-    let stem = [".estimate", ".difference"].iter().find_map(|end| key.strip_suffix(end));
+    let stem = [".estimate", ".difference"]
+        .iter()
+        .find_map(|end| key.strip_suffix(end));
     get(format!("{key}.half"))
         .or_else(|| between(key))
         .or_else(|| stem.and_then(|stem| get(format!("{stem}.half"))))
@@ -81,8 +92,8 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
         .filter(|half| *half > 0.0)
 }
 
-/// Whether both estimate the same: of a trial with many measures each run gives the one that comes nearest to
-/// its limit, and their references tell them apart.
+/// Whether both estimate the same: of a trial with many measures each run gives the one that comes
+/// nearest to its limit, and their references tell them apart.
 fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     let Some(stem) = key.strip_suffix(".estimate") else {
         return true;
@@ -96,7 +107,11 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
         let halves = halves.filter(|_| same_reference([recorded, ours], key));
-        Some(Pair { key, values: [value, own], halves: halves.map(|(a, b)| [a, b]) })
+        Some(Pair {
+            key,
+            values: [value, own],
+            halves: halves.map(|(a, b)| [a, b]),
+        })
     });
     both.collect()
 }
@@ -106,7 +121,10 @@ pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec
     let beyond = pairs(recorded, ours).into_iter().filter(Pair::beyond);
     let line = |pair: Pair<'_>| {
         let ([theirs, own], noise) = (pair.values, pair.halves.map_or(0.0, |[a, b]| a.hypot(b)));
-        format!("{}.{}: {own:.6e}, recorded {theirs:.6e}, apart by more than {noise:.1e}", ours.id, pair.key)
+        format!(
+            "{}.{}: {own:.6e}, recorded {theirs:.6e}, apart by more than {noise:.1e}",
+            ours.id, pair.key
+        )
     };
     beyond.map(line).collect()
 }
@@ -119,12 +137,23 @@ fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
             let pairs = pairs(recorded, ours);
             let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
             let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
-            [options(recorded), counts(recorded), format!("{beyond} of {with}")]
+            [
+                options(recorded),
+                counts(recorded),
+                format!("{beyond} of {with}"),
+            ]
         }
     };
     let id = escape(&ours.id);
     let link = format!("<a href=\"#run-{id}\">{id}</a>");
-    line([&link, &their_options, &options(ours), &their_counts, &counts(ours), &beyond])
+    line([
+        &link,
+        &their_options,
+        &options(ours),
+        &their_counts,
+        &counts(ours),
+        &beyond,
+    ])
 }
 
 /// A row of a table, on a line of its own.
@@ -134,13 +163,26 @@ fn line<const N: usize>(cells: [&str; N]) -> String {
 
 /// Tier, seed and shrink.
 fn options(recorded: &ExperimentResult) -> String {
-    format!("{}, {}, {}", escape(&recorded.tier), recorded.seed, recorded.shrink)
+    format!(
+        "{}, {}, {}",
+        escape(&recorded.tier),
+        recorded.seed,
+        recorded.shrink
+    )
 }
 
 /// How many claims hold, fail and are undecided.
 fn counts(recorded: &ExperimentResult) -> String {
-    let count = |what| recorded.findings.iter().filter_map(|f| f.verdict).filter(|&verdict| verdict == what).count();
-    let [holds, fails, undecided] = [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
+    let count = |what| {
+        recorded
+            .findings
+            .iter()
+            .filter_map(|f| f.verdict)
+            .filter(|&verdict| verdict == what)
+            .count()
+    };
+    let [holds, fails, undecided] =
+        [Judgement::Holds, Judgement::Fails, Judgement::Undecided].map(count);
     let fails = match fails {
         0 => "0".to_owned(),
         some => format!("<strong>{some}</strong>"),
@@ -160,7 +202,8 @@ fn section(
     match recorded {
         None => text += "<p>There is no record of this experiment.</p>\n\n",
         Some(recorded) => {
-            let [(version, theirs), (own_version, own)] = [recorded, ours].map(|of| (of.version, options(of)));
+            let [(version, theirs), (own_version, own)] =
+                [recorded, ours].map(|of| (of.version, options(of)));
             text += &format!(
                 "<p>Record: version {version}, tier, seed and shrink {theirs}. \
                  Your run: version {own_version}, {own}.</p>\n\n"
@@ -224,7 +267,10 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
             &beyond
         ),
         table(
-            &format!("Numbers without an interval that differ ({})", unjudged.len()),
+            &format!(
+                "Numbers without an interval that differ ({})",
+                unjudged.len()
+            ),
             false,
             &format!("{head}</tr>"),
             &unjudged
@@ -234,15 +280,23 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
 
 /// Claims in the record and in the run: those that fail or are judged differently first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
-    let both: [Vec<(&Finding, Judgement)>; 2] = [recorded, Some(ours)]
-        .map(|from| from.into_iter().flat_map(|r| &r.findings).filter_map(|f| Some((f, f.verdict?))).collect());
+    let both: [Vec<(&Finding, Judgement)>; 2] = [recorded, Some(ours)].map(|from| {
+        from.into_iter()
+            .flat_map(|r| &r.findings)
+            .filter_map(|f| Some((f, f.verdict?)))
+            .collect()
+    });
     let mut seen = BTreeSet::new();
     let names = both.iter().flatten().map(|(f, _)| &f.what);
     let (mut first, mut rest) = (Vec::new(), Vec::new());
     for what in names.filter(|name| seen.insert(*name)) {
-        let pair = both.each_ref().map(|claims| claims.iter().find(|(f, _)| f.what == *what));
+        let pair = both
+            .each_ref()
+            .map(|claims| claims.iter().find(|(f, _)| f.what == *what));
         let cells = pair.map(|found| {
-            found.map_or("–".to_owned(), |(f, v)| format!("<strong>{}</strong> {}", v.word(), escape(&f.value)))
+            found.map_or("–".to_owned(), |(f, v)| {
+                format!("<strong>{}</strong> {}", v.word(), escape(&f.value))
+            })
         });
         let row = line([&escape(what), &cells[0], &cells[1]]);
         let verdicts = pair.map(|found| found.map(|(_, verdict)| *verdict));
@@ -255,8 +309,12 @@ fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> Strin
     let head = "<tr><th>claim</th><th>record</th><th>your run</th></tr>";
     let [a, b] = [first.len(), rest.len()];
     // Where a whole tier lies between the two, hundreds may be undecided: not in the reader's way.
-    table(&format!("Claims that fail or are judged differently ({a})"), a <= 12, head, &first)
-        + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
+    table(
+        &format!("Claims that fail or are judged differently ({a})"),
+        a <= 12,
+        head,
+        &first,
+    ) + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
 }
 
 /// Figures side by side: the record's on the left.
@@ -268,7 +326,12 @@ fn pictures(
 ) -> String {
     let recorded = record.experiment(&ours.id).ok();
     let mut names: Vec<&String> = ours.figures.iter().collect();
-    names.extend(recorded.iter().flat_map(|r| &r.figures).filter(|n| !ours.figures.contains(n)));
+    names.extend(
+        recorded
+            .iter()
+            .flat_map(|r| &r.figures)
+            .filter(|n| !ours.figures.contains(n)),
+    );
     let mut side = |results: &Results, folder: &str, name: &str, whose: &str| {
         let files = results.figure(&format!("{}/{name}", ours.id));
         let Ok((_, files)) = files else {

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use mdbook_markdown::pulldown_cmark::{BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag};
+use mdbook_markdown::pulldown_cmark::{
+    BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag,
+};
 
 /// A directive `{{#name arguments}}` outside of code.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,7 +63,10 @@ pub fn page(text: &str) -> Page {
     let mut broken = Vec::new();
     let mut on_broken = |link: BrokenLink<'_>| -> Option<(CowStr<'_>, CowStr<'_>)> {
         if matches!(link.link_type, LinkType::Reference | LinkType::Collapsed) {
-            broken.push((link.span.start, format!("link to \"{}\", which is not defined", link.reference)));
+            broken.push((
+                link.span.start,
+                format!("link to \"{}\", which is not defined", link.reference),
+            ));
         }
         None
     };
@@ -79,8 +84,16 @@ pub fn page(text: &str) -> Page {
                 }
                 code.push(span);
             }
-            Event::InlineMath(latex) => formulas.push(Formula { span, latex: latex.into_string(), display: false }),
-            Event::DisplayMath(latex) => formulas.push(Formula { span, latex: latex.into_string(), display: true }),
+            Event::InlineMath(latex) => formulas.push(Formula {
+                span,
+                latex: latex.into_string(),
+                display: false,
+            }),
+            Event::DisplayMath(latex) => formulas.push(Formula {
+                span,
+                latex: latex.into_string(),
+                display: true,
+            }),
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
                 page.links.push((span, dest_url.into_string()));
             }
@@ -90,20 +103,31 @@ pub fn page(text: &str) -> Page {
     page.problems.extend(broken);
     let mut at = 0;
     for line in text.split_inclusive('\n') {
-        if ["<<<<<<< ", ">>>>>>> ", "||||||| "].iter().any(|mark| line.starts_with(mark)) {
-            page.problems.push((at, "a mark of a merge that was not resolved".to_owned()));
+        if ["<<<<<<< ", ">>>>>>> ", "||||||| "]
+            .iter()
+            .any(|mark| line.starts_with(mark))
+        {
+            page.problems
+                .push((at, "a mark of a merge that was not resolved".to_owned()));
         }
         at += line.len();
     }
     directives(text, &code, &mut page);
     for formula in formulas {
         let Range { start, end } = formula.span;
-        match page.directives.iter().find(|d| d.span.start < end && start < d.span.end) {
+        match page
+            .directives
+            .iter()
+            .find(|d| d.span.start < end && start < d.span.end)
+        {
             None => page.formulas.push(formula),
             // It is in an argument.
             Some(d) if d.span.start <= start && end <= d.span.end => {}
             Some(_) => {
-                page.problems.push((start, "a directive inside a formula; put it beside the formula".to_owned()));
+                page.problems.push((
+                    start,
+                    "a directive inside a formula; put it beside the formula".to_owned(),
+                ));
             }
         }
     }
@@ -112,7 +136,11 @@ pub fn page(text: &str) -> Page {
 
 /// Whether a fence's info string says Rust.
 fn is_rust(info: &str) -> bool {
-    let language = info.split([',', ' ', '\t', '{']).next().unwrap_or_default().to_ascii_lowercase();
+    let language = info
+        .split([',', ' ', '\t', '{'])
+        .next()
+        .unwrap_or_default()
+        .to_ascii_lowercase();
     matches!(language.as_str(), "rust" | "rs")
 }
 
@@ -127,13 +155,15 @@ fn directives(text: &str, code: &[Range<usize>], page: &mut Page) {
         }
         let inner = start + 3;
         let Some(end) = closing(&text[inner..]).map(|length| inner + length) else {
-            page.problems.push((start, "this directive is not closed by }}".to_owned()));
+            page.problems
+                .push((start, "this directive is not closed by }}".to_owned()));
             return;
         };
         from = end + 2;
         let mut words = words(&text[inner..end]);
         if words.is_empty() {
-            page.problems.push((start, "a directive without a name".to_owned()));
+            page.problems
+                .push((start, "a directive without a name".to_owned()));
             continue;
         }
         let before = text[..start].rsplit('\n').next().unwrap_or_default();
@@ -180,7 +210,11 @@ mod tests {
     #[test]
     fn directives_in_code_are_left_alone() {
         let text = "`{{#eq a}}` and {{#eq b}}\n\n```text\n{{#eq c}}\n```\n";
-        let names: Vec<_> = page(text).directives.into_iter().map(|d| d.arguments).collect();
+        let names: Vec<_> = page(text)
+            .directives
+            .into_iter()
+            .map(|d| d.arguments)
+            .collect();
         assert_eq!(names, [["b"]]);
     }
 
@@ -189,13 +223,22 @@ mod tests {
         let found = page("{{#figure a/b.svg \"one $\\frac{a}{b_{c}}$\ntwo\"}}\n");
         let directive = &found.directives[0];
         assert!(directive.alone && found.formulas.is_empty());
-        assert_eq!(directive.arguments, ["a/b.svg", "one $\\frac{a}{b_{c}}$ two"]);
+        assert_eq!(
+            directive.arguments,
+            ["a/b.svg", "one $\\frac{a}{b_{c}}$ two"]
+        );
     }
 
     #[test]
     fn rust_fences_are_problems_and_other_fences_are_not() {
         for info in ["rust", "Rust", "rs", "rust,ignore", "rust ignore"] {
-            assert_eq!(page(&format!("```{info}\nfn f() {{}}\n```\n")).problems.len(), 1, "{info}");
+            assert_eq!(
+                page(&format!("```{info}\nfn f() {{}}\n```\n"))
+                    .problems
+                    .len(),
+                1,
+                "{info}"
+            );
         }
         assert!(page("```sh\nls\n```\n").problems.is_empty());
     }
@@ -203,7 +246,11 @@ mod tests {
     #[test]
     fn formulas_are_found_outside_of_code_only() {
         let found = page("$a_1$ `$b$` and $$c$$");
-        let latex: Vec<_> = found.formulas.iter().map(|f| (f.latex.as_str(), f.display)).collect();
+        let latex: Vec<_> = found
+            .formulas
+            .iter()
+            .map(|f| (f.latex.as_str(), f.display))
+            .collect();
         assert_eq!(latex, [("a_1", false), ("c", true)]);
     }
 }

@@ -1,5 +1,6 @@
-//! From an equation to its code, trials, tests, experiments and chapter, for the matrix in the book and the
-//! holes that a test reports: code, tests and pages as their files stand, experiments as they were recorded.
+//! From an equation to its code, trials, tests, experiments and chapter, for the matrix in the book
+//! and the holes that a test reports: code, tests and pages as their files stand, experiments as
+//! they were recorded.
 //!
 //! The sources cite equations by the names of their constants, pages by id.
 
@@ -42,8 +43,16 @@ impl Sources {
     /// Reads the project in `root`.
     pub fn read(root: &Path) -> Result<Self, Error> {
         let mut code = files(root, "src", "rs")?;
-        code.retain(|(path, _)| !["src/equation.rs", "src/harness/"].iter().any(|prefix| path.starts_with(prefix)));
-        Ok(Self { code, tests: files(root, "tests/library", "rs")?, pages: files(root, "book/pages", "md")? })
+        code.retain(|(path, _)| {
+            !["src/equation.rs", "src/harness/"]
+                .iter()
+                .any(|prefix| path.starts_with(prefix))
+        });
+        Ok(Self {
+            code,
+            tests: files(root, "tests/library", "rs")?,
+            pages: files(root, "book/pages", "md")?,
+        })
     }
 
     /// A row for each equation, in the order of the report.
@@ -52,7 +61,9 @@ impl Sources {
             .map(|equation| {
                 let own = trials.iter().filter(|t| t.source == equation.id);
                 let shown = format!("{{{{#eq {}}}}}", equation.id);
-                let bears = results.all().filter(|e| e.equations.iter().any(|id| id == equation.id));
+                let bears = results
+                    .all()
+                    .filter(|e| e.equations.iter().any(|id| id == equation.id));
                 Trace {
                     equation,
                     code: self.code_of(equation),
@@ -73,7 +84,10 @@ impl Sources {
             for (there, what) in [
                 (!row.code.is_empty(), "no code cites it"),
                 (judged, "no trial, and no exact test cites it"),
-                (!row.experiments.is_empty(), "no recorded experiment bears on it"),
+                (
+                    !row.experiments.is_empty(),
+                    "no recorded experiment bears on it",
+                ),
                 (row.is_shown, "no chapter shows it"),
             ] {
                 if !there {
@@ -100,7 +114,13 @@ impl Sources {
                 let item = if line.trim_start().starts_with("//!") {
                     path.clone()
                 } else {
-                    format!("{path}: {}", lines[at..].iter().find_map(|line| declared(line)).unwrap_or("?"))
+                    format!(
+                        "{path}: {}",
+                        lines[at..]
+                            .iter()
+                            .find_map(|line| declared(line))
+                            .unwrap_or("?")
+                    )
                 };
                 if !found.contains(&item) {
                     found.push(item);
@@ -112,7 +132,11 @@ impl Sources {
 
     fn tests_of(&self, equation: &Equation) -> Vec<String> {
         let cites = |text: &str| text.contains("equation::") && has_word(text, equation.name);
-        self.tests.iter().filter(|(_, text)| cites(text)).map(|(path, _)| path.clone()).collect()
+        self.tests
+            .iter()
+            .filter(|(_, text)| cites(text))
+            .map(|(path, _)| path.clone())
+            .collect()
     }
 }
 
@@ -121,8 +145,15 @@ fn files(root: &Path, folder: &str, extension: &str) -> Result<Vec<File>, Error>
     let mut found = Vec::new();
     for path in check::files(&root.join(folder))? {
         if path.extension().is_some_and(|e| e == extension) {
-            let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
-            found.push((name, std::fs::read_to_string(&path).map_err(Error::io(path))?));
+            let name = path
+                .strip_prefix(root)
+                .unwrap_or(&path)
+                .to_string_lossy()
+                .into_owned();
+            found.push((
+                name,
+                std::fs::read_to_string(&path).map_err(Error::io(path))?,
+            ));
         }
     }
     Ok(found)
@@ -131,6 +162,7 @@ fn files(root: &Path, folder: &str, extension: &str) -> Result<Vec<File>, Error>
 /// Whether `word` stands in `text` and is not part of a longer name.
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    text.match_indices(word)
-        .any(|(at, _)| !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next()))
+    text.match_indices(word).any(|(at, _)| {
+        !part(text[..at].chars().next_back()) && !part(text[at + word.len()..].chars().next())
+    })
 }

@@ -54,7 +54,12 @@ struct CurrentPage<'a> {
 }
 
 impl<'a> Weaver<'a> {
-    pub fn new(pages: &'a Path, sources: &'a Path, results: &'a Results, bibliography: &'a Bibliography) -> Self {
+    pub fn new(
+        pages: &'a Path,
+        sources: &'a Path,
+        results: &'a Results,
+        bibliography: &'a Bibliography,
+    ) -> Self {
         Self {
             pages,
             sources,
@@ -81,7 +86,11 @@ impl<'a> Weaver<'a> {
         }
         let known: BTreeSet<PathBuf> = scanned.keys().cloned().collect();
         book.for_each_chapter_mut(|chapter| {
-            let Some((path, page)) = chapter.path.as_ref().and_then(|path| scanned.remove_entry(path)) else {
+            let Some((path, page)) = chapter
+                .path
+                .as_ref()
+                .and_then(|path| scanned.remove_entry(path))
+            else {
                 return;
             };
             let number = chapter.number.as_ref();
@@ -92,7 +101,14 @@ impl<'a> Weaver<'a> {
                 figures: 0,
                 shown: BTreeSet::new(),
             };
-            self.targets.extend(links::check(self.pages, &path, current.text, &page, &known, &mut self.problems));
+            self.targets.extend(links::check(
+                self.pages,
+                &path,
+                current.text,
+                &page,
+                &known,
+                &mut self.problems,
+            ));
             chapter.content = self.page(&mut current, page);
         });
         self.problems.sort();
@@ -123,7 +139,8 @@ impl<'a> Weaver<'a> {
     }
 
     fn problem(&mut self, path: &Path, text: &str, at: usize, message: impl Into<String>) {
-        self.problems.push(Problem::new(self.pages.join(path), line(text, at), message));
+        self.problems
+            .push(Problem::new(self.pages.join(path), line(text, at), message));
     }
 
     /// A page with everything replaced.
@@ -150,11 +167,18 @@ impl<'a> Weaver<'a> {
     }
 
     /// What stands in place of a directive.
-    fn directive(&mut self, current: &mut CurrentPage<'_>, directive: &Directive) -> Result<String, String> {
+    fn directive(
+        &mut self,
+        current: &mut CurrentPage<'_>,
+        directive: &Directive,
+    ) -> Result<String, String> {
         let words: Vec<&str> = directive.arguments.iter().map(String::as_str).collect();
         let kind = directives::find(&directive.name)?;
         if !kind.inline && !directive.alone {
-            return Err(format!("{{{{#{}}}}} must stand alone on its line", kind.name));
+            return Err(format!(
+                "{{{{#{}}}}} must stand alone on its line",
+                kind.name
+            ));
         }
         let block = |html: String| format!("\n\n{html}\n\n");
         match (kind.name, &words[..]) {
@@ -168,7 +192,9 @@ impl<'a> Weaver<'a> {
             ("result", [key]) => number::format(self.results.number(key)?, None),
             ("result", [key, format]) => number::format(self.results.number(key)?, Some(format)),
             ("figure", [name, caption]) => self.figure(current, name, caption).map(block),
-            ("compare", [left, right, caption]) => self.compare(current, [left, right], caption).map(block),
+            ("compare", [left, right, caption]) => {
+                self.compare(current, [left, right], caption).map(block)
+            }
             ("code", [path, items @ ..]) if !items.is_empty() => self.code(path, items),
             ("cite", [key]) => self.cite(current, key),
             ("bibliography", []) => Ok(block(self.bibliography.list())),
@@ -176,11 +202,20 @@ impl<'a> Weaver<'a> {
             ("trial", [name]) => self.trial(current, name),
             ("trials", []) => Ok(block(registry::trials(
                 |id| self.equation_link(current, id),
-                |key| self.results.experiment("trials").ok()?.numbers.get(key).copied(),
+                |key| {
+                    self.results
+                        .experiment("trials")
+                        .ok()?
+                        .numbers
+                        .get(key)
+                        .copied()
+                },
             ))),
             ("faults", []) => Ok(block(registry::faults())),
             ("run", []) => Ok(block(self.run(current.path))),
-            ("mutants", []) => Record::read(self.results.folder()).map(|record| block(record.tables())),
+            ("mutants", []) => {
+                Record::read(self.results.folder()).map(|record| block(record.tables()))
+            }
             ("traceability", []) => registry::traceability(
                 self.sources,
                 self.results,
@@ -194,15 +229,20 @@ impl<'a> Weaver<'a> {
 
     fn reference(&self, current: &CurrentPage<'_>, id: &str) -> Result<String, String> {
         let equation = equations::find(id)?;
-        let address = self
-            .equation_address(current.path, id)
-            .ok_or_else(|| format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one"))?;
-        Ok(format!("<a class=\"equation-ref\" href=\"{address}\">{}</a>", equations::label(equation)))
+        let address = self.equation_address(current.path, id).ok_or_else(|| {
+            format!("no page shows equation \"{id}\"; add {{{{#eq {id}}}}} to one")
+        })?;
+        Ok(format!(
+            "<a class=\"equation-ref\" href=\"{address}\">{}</a>",
+            equations::label(equation)
+        ))
     }
 
     /// The equation's number with a link to the page that shows it, if one does.
     fn equation_link(&self, current: &CurrentPage<'_>, id: &str) -> String {
-        self.reference(current, id).or_else(|_| equations::find(id).map(equations::label)).unwrap_or_default()
+        self.reference(current, id)
+            .or_else(|_| equations::find(id).map(equations::label))
+            .unwrap_or_default()
     }
 
     /// The experiment's name with a link to what it recorded, if it did.
@@ -217,7 +257,11 @@ impl<'a> Weaver<'a> {
     }
 
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
-        Some(address(from, self.places.equations.get(id)?, &equations::fragment(id)))
+        Some(address(
+            from,
+            self.places.equations.get(id)?,
+            &equations::fragment(id),
+        ))
     }
 
     /// A trial's name with a link to its row.
@@ -247,7 +291,10 @@ impl<'a> Weaver<'a> {
             .iter()
             .map(|item| listing::item(&source, item).map_err(|e| format!("{path}: {e}")))
             .collect::<Result<Vec<_>, _>>()?;
-        let (code, lines): (Vec<_>, Vec<_>) = listings.into_iter().map(|l| (l.code, l.line.to_string())).unzip();
+        let (code, lines): (Vec<_>, Vec<_>) = listings
+            .into_iter()
+            .map(|l| (l.code, l.line.to_string()))
+            .unzip();
         let plural = if lines.len() == 1 { "line" } else { "lines" };
         let (path, lines, code) = (escape(path), lines.join(", "), code.join("\n\n"));
         Ok(format!(
@@ -268,12 +315,20 @@ impl<'a> Weaver<'a> {
     /// The list of all recorded experiments.
     fn experiments(&self) -> String {
         let sections: String = self.results.all().map(experiment).collect();
-        if sections.is_empty() { "<p>No results are recorded yet.</p>".to_owned() } else { sections }
+        if sections.is_empty() {
+            "<p>No results are recorded yet.</p>".to_owned()
+        } else {
+            sections
+        }
     }
 }
 
 /// `text` with spans replaced, and what is between them passed through `rest`.
-fn replace(text: &str, mut edits: Vec<(Range<usize>, String)>, rest: impl Fn(&str) -> String) -> String {
+fn replace(
+    text: &str,
+    mut edits: Vec<(Range<usize>, String)>,
+    rest: impl Fn(&str) -> String,
+) -> String {
     edits.sort_by_key(|(span, _)| span.start);
     let mut out = String::with_capacity(2 * text.len());
     let mut from = 0;
@@ -289,11 +344,17 @@ fn replace(text: &str, mut edits: Vec<(Range<usize>, String)>, rest: impl Fn(&st
 /// A formula with the punctuation after it, so that no line begins with the punctuation.
 fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
     let after = &text[span.end..];
-    let length = after.len() - after.trim_start_matches([',', '.', ';', ':', ')', '?']).len();
+    let length = after.len()
+        - after
+            .trim_start_matches([',', '.', ';', ':', ')', '?'])
+            .len();
     if length == 0 {
         return (span, html.to_owned());
     }
-    (span.start..span.end + length, format!("<span class=\"keep\">{html}{}</span>", &after[..length]))
+    (
+        span.start..span.end + length,
+        format!("<span class=\"keep\">{html}{}</span>", &after[..length]),
+    )
 }
 
 fn experiment_fragment(id: &str) -> String {
@@ -301,13 +362,22 @@ fn experiment_fragment(id: &str) -> String {
 }
 
 fn experiment(recorded: &ExperimentResult) -> String {
-    let ExperimentResult { version, seed, numbers, .. } = recorded;
+    let ExperimentResult {
+        version,
+        seed,
+        numbers,
+        ..
+    } = recorded;
     let row = |(key, &value): (&String, &f64)| {
         let value = number::format(value, None).unwrap_or_default();
-        format!("<tr><td><code>{}</code></td><td>{value}</td></tr>", escape(key))
+        format!(
+            "<tr><td><code>{}</code></td><td>{value}</td></tr>",
+            escape(key)
+        )
     };
     let rows: String = numbers.iter().map(row).collect();
-    let [id, tier, command] = [&recorded.id, &recorded.tier, &recorded.command].map(|text| escape(text));
+    let [id, tier, command] =
+        [&recorded.id, &recorded.tier, &recorded.command].map(|text| escape(text));
     format!(
         "<h2 id=\"{}\">{id}</h2><p>Version {version}, tier {tier}, seed {seed}. Repeat with <code>{command}</code>.</p>\
          <details><summary>Numbers ({})</summary><div class=\"table-wrapper\"><table><thead><tr><th>number</th>\

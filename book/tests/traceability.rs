@@ -12,13 +12,19 @@ fn nothing_is_missing_between_equation_and_chapter() {
     let sources = Sources::read(&options.sources).expect("the sources can be read");
     let results = Results::load(&options.results).expect("the recorded results can be read");
     let holes = sources.holes(&all(), &results);
-    assert!(holes.is_empty(), "{} holes:\n{}", holes.len(), holes.join("\n"));
+    assert!(
+        holes.is_empty(),
+        "{} holes:\n{}",
+        holes.len(),
+        holes.join("\n")
+    );
 }
 
 #[test]
 fn the_readme_says_what_was_recorded() {
     let options = Options::default();
-    let text = std::fs::read_to_string(options.sources.join("README.md")).expect("the README can be read");
+    let text =
+        std::fs::read_to_string(options.sources.join("README.md")).expect("the README can be read");
     let results = Results::load(&options.results).expect("the recorded results can be read");
     assert!(text.contains("<!--errata."), "no number is left");
     let again = "`cargo run --release -- --tier full --only errata --update-book` writes it anew";

@@ -1,5 +1,5 @@
-//! Time per kernel: `cargo bench -p experiments --bench kernels`, or with `-- NAME` those of a name. The experiment
-//! `speed` times whole estimators and the rays of the room.
+//! Time per kernel: `cargo bench -p experiments --bench kernels`, or with `-- NAME` those of a
+//! name. The experiment `speed` times whole estimators and the rays of the room.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -23,7 +23,9 @@ const COUNT: u32 = 1024;
 /// Runs `kernel` over the same random inputs again and again.
 fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -> O) {
     let inputs: Vec<I> = (0..COUNT).map(input).collect();
-    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
+    bencher
+        .counter(ItemsCount::new(COUNT))
+        .bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
 }
 
 fn unit_vector(i: u32) -> DVec3 {
@@ -47,22 +49,32 @@ fn ray(i: u32) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-const TRIANGLE: [DVec3; 3] = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -0.8, -0.2), DVec3::new(0.0, 1.0, 0.3)];
+const TRIANGLE: [DVec3; 3] = [
+    DVec3::new(-1.0, -1.0, 0.1),
+    DVec3::new(1.0, -0.8, -0.2),
+    DVec3::new(0.0, 1.0, 0.3),
+];
 
 #[divan::bench]
 fn triangle_watertight(bencher: Bencher) {
-    bench(bencher, ray, |ray| Shear::new(ray).intersect(black_box(TRIANGLE), f64::INFINITY));
+    bench(bencher, ray, |ray| {
+        Shear::new(ray).intersect(black_box(TRIANGLE), f64::INFINITY)
+    });
 }
 
 #[divan::bench]
 fn triangle_moller_trumbore(bencher: Bencher) {
-    bench(bencher, ray, |ray| moller_trumbore(ray, black_box(TRIANGLE)));
+    bench(bencher, ray, |ray| {
+        moller_trumbore(ray, black_box(TRIANGLE))
+    });
 }
 
 #[divan::bench]
 fn sphere(bencher: Bencher) {
     let sphere = Sphere::new(DVec3::ZERO, 1.0);
-    bench(bencher, ray, |ray| black_box(&sphere).intersect(ray, f64::INFINITY));
+    bench(bencher, ray, |ray| {
+        black_box(&sphere).intersect(ray, f64::INFINITY)
+    });
 }
 
 /// A wavy sphere of about 100 000 triangles.
@@ -93,7 +105,9 @@ fn large_mesh_closest(bencher: Bencher) {
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn large_mesh_build(bencher: Bencher) {
     let mesh = large_mesh();
-    bencher.counter(ItemsCount::new(mesh.len())).bench_local(|| Bvh::new(black_box(&mesh)));
+    bencher
+        .counter(ItemsCount::new(mesh.len()))
+        .bench_local(|| Bvh::new(black_box(&mesh)));
 }
 
 #[divan::bench]
@@ -117,7 +131,11 @@ fn fresnel_reflectance(bencher: Bencher) {
 #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
 fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
     let constants = OrenNayar::new(0.3);
-    bench(bencher, |i| (upper(i, 0), upper(i, 1)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
+    bench(
+        bencher,
+        |i| (upper(i, 0), upper(i, 1)),
+        |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi),
+    );
 }
 
 #[divan::bench]
@@ -137,13 +155,23 @@ fn fill<I>(bencher: Bencher, input: impl Fn(u32) -> I, push: impl Fn(&mut Pixel,
 
 #[divan::bench]
 fn film_push(bencher: Bencher) {
-    fill(bencher, |i| upper(i, 0).abs(), |pixel, &value| pixel.push(value, 1).expect("finite radiance"));
+    fill(
+        bencher,
+        |i| upper(i, 0).abs(),
+        |pixel, &value| pixel.push(value, 1).expect("finite radiance"),
+    );
 }
 
 #[divan::bench]
 fn film_push_features(bencher: Bencher) {
-    let features = |i| Features { albedo: upper(i, 0).abs(), normal: unit_vector(i), depth: f64::from(i) };
-    fill(bencher, features, |pixel, f| pixel.push_features(f).expect("legal features"));
+    let features = |i| Features {
+        albedo: upper(i, 0).abs(),
+        normal: unit_vector(i),
+        depth: f64::from(i),
+    };
+    fill(bencher, features, |pixel, f| {
+        pixel.push_features(f).expect("legal features");
+    });
 }
 
 /// The same for several at once; items are single ones.
@@ -171,9 +199,12 @@ macro_rules! at_once {
                     .bench_local(|| inputs.iter().for_each(|i| drop(black_box(kernel(i)))));
             }
 
-            fn numbers<const N: usize>(of: impl Fn(u32) -> [f64; N]) -> impl Fn(u32) -> [$number; N] {
+            fn numbers<const N: usize>(
+                of: impl Fn(u32) -> [f64; N],
+            ) -> impl Fn(u32) -> [$number; N] {
                 move |i| {
-                    let all: [[f64; N]; $count] = from_fn(|lane| of(i * $count as u32 + lane as u32));
+                    let all: [[f64; N]; $count] =
+                        from_fn(|lane| of(i * $count as u32 + lane as u32));
                     from_fn(|k| <$number>::from_lanes(|lane| all[lane][k]))
                 }
             }
@@ -184,7 +215,10 @@ macro_rules! at_once {
 
             fn ray(i: u32) -> Ray<Lanes3<$number>> {
                 let [origin, direction] = [|ray: Ray| ray.origin, |ray: Ray| ray.direction];
-                Ray::new(vectors(|i| origin(super::ray(i)))(i), vectors(|i| direction(super::ray(i)))(i))
+                Ray::new(
+                    vectors(|i| origin(super::ray(i)))(i),
+                    vectors(|i| direction(super::ray(i)))(i),
+                )
             }
 
             #[divan::bench]
@@ -206,7 +240,10 @@ macro_rules! at_once {
             /// Rays with nothing in common, the worst of packets.
             #[divan::bench]
             fn large_mesh_closest(bencher: Bencher) {
-                let (bvh, stack) = (Bvh::new(&large_mesh()), RefCell::new(PacketStack::default()));
+                let (bvh, stack) = (
+                    Bvh::new(&large_mesh()),
+                    RefCell::new(PacketStack::default()),
+                );
                 let all = <$number as Real>::Mask::splat(true);
                 bench(bencher, ray, |ray| {
                     bvh.closest_of_packet::<$number, { $count }>(ray, all, &mut stack.borrow_mut())
@@ -215,12 +252,16 @@ macro_rules! at_once {
 
             #[divan::bench]
             fn uniform_hemisphere(bencher: Bencher) {
-                bench(bencher, numbers(square), |&r| sampling::uniform_hemisphere(r));
+                bench(bencher, numbers(square), |&r| {
+                    sampling::uniform_hemisphere(r)
+                });
             }
 
             #[divan::bench]
             fn cosine_hemisphere(bencher: Bencher) {
-                bench(bencher, numbers(square), |&r| sampling::cosine_hemisphere(r));
+                bench(bencher, numbers(square), |&r| {
+                    sampling::cosine_hemisphere(r)
+                });
             }
 
             #[divan::bench]
@@ -238,13 +279,24 @@ macro_rules! at_once {
             #[divan::bench(args = [OrenNayarForm::Corrected, OrenNayarForm::Printed])]
             fn oren_nayar_bracket(bencher: Bencher, form: OrenNayarForm) {
                 let constants = OrenNayar::new(0.3);
-                let constants = OrenNayar { a: <$number>::splat(constants.a), b: <$number>::splat(constants.b) };
+                let constants = OrenNayar {
+                    a: <$number>::splat(constants.a),
+                    b: <$number>::splat(constants.b),
+                };
                 let [first, second] = [0, 1].map(|high| vectors(move |i| upper(i, high)));
-                bench(bencher, |i| (first(i), second(i)), |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi));
+                bench(
+                    bencher,
+                    |i| (first(i), second(i)),
+                    |&(wo, wi)| oren_nayar(black_box(constants), form, wo, wi),
+                );
             }
         }
     };
 }
 
 at_once!(eight, whitefurnace::real::Lanes, whitefurnace::real::LANES);
-at_once!(sixteen_single, whitefurnace::real::Singles, whitefurnace::real::SINGLES);
+at_once!(
+    sixteen_single,
+    whitefurnace::real::Singles,
+    whitefurnace::real::SINGLES
+);

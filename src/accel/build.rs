@@ -6,12 +6,12 @@ use glam::DVec3;
 
 use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
 
-/// Below this depth nodes split at the median, so that depth stays within the stack: a median level divides by eight, and
-/// eleven of them tell apart more primitives than there are numbers for.
+/// Below this depth nodes split at the median, so that depth stays within the stack: a median level
+/// divides by eight, and eleven of them tell apart more primitives than there are numbers for.
 const SORTED_DEPTH: u32 = 6;
 
-/// By how much boxes are widened, relative to the largest coordinate of all, 2⁻⁴⁸: rays along an axis drift across it by much
-/// less (`super::TINY`).
+/// By how much boxes are widened, relative to the largest coordinate of all, 2⁻⁴⁸: rays along an
+/// axis drift across it by much less (`super::TINY`).
 const DRIFT: f64 = 1.0 / 281_474_976_710_656.0;
 
 #[derive(Clone, Copy, Debug)]
@@ -21,26 +21,38 @@ struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+    const EMPTY: Self = Self {
+        low: DVec3::INFINITY,
+        high: DVec3::NEG_INFINITY,
+    };
 
     fn of(primitive: &Primitive) -> Self {
         match primitive {
-            Primitive::Triangle(vertices) => {
-                vertices.iter().fold(Self::EMPTY, |bounds, &v| bounds.union(Self { low: v, high: v }))
-            }
+            Primitive::Triangle(vertices) => vertices.iter().fold(Self::EMPTY, |bounds, &v| {
+                bounds.union(Self { low: v, high: v })
+            }),
             Primitive::Sphere(sphere) => {
                 let r = DVec3::splat(sphere.radius);
-                Self { low: sphere.centre - r, high: sphere.centre + r }
+                Self {
+                    low: sphere.centre - r,
+                    high: sphere.centre + r,
+                }
             }
         }
     }
 
     fn union(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
     }
 
     fn widened(self, by: f64) -> Self {
-        Self { low: self.low - by, high: self.high + by }
+        Self {
+            low: self.low - by,
+            high: self.high + by,
+        }
     }
 
     fn half_area(&self) -> f64 {
@@ -58,20 +70,39 @@ impl Bvh {
     /// The same over those for which `takes` holds; all keep their places in the list.
     pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
-        let mut items: Vec<(Bounds, u32)> = all.map(|(primitive, id)| (Bounds::of(primitive), id)).collect();
-        let bounds = items.iter().fold(Bounds::EMPTY, |bounds, item| bounds.union(item.0));
+        let mut items: Vec<(Bounds, u32)> = all
+            .map(|(primitive, id)| (Bounds::of(primitive), id))
+            .collect();
+        let bounds = items
+            .iter()
+            .fold(Bounds::EMPTY, |bounds, item| bounds.union(item.0));
         let drift = DRIFT * bounds.low.abs().max(bounds.high.abs()).max_element();
-        items.iter_mut().for_each(|(bounds, _)| *bounds = bounds.widened(drift));
-        let mut bvh = Self { nodes: Vec::new(), leaves: Vec::new(), spheres: Vec::new() };
+        items
+            .iter_mut()
+            .for_each(|(bounds, _)| *bounds = bounds.widened(drift));
+        let mut bvh = Self {
+            nodes: Vec::new(),
+            leaves: Vec::new(),
+            spheres: Vec::new(),
+        };
         if !items.is_empty() {
             bvh.build_node(&mut items, primitives, 0);
         }
         bvh
     }
 
-    fn build_node(&mut self, items: &mut [(Bounds, u32)], primitives: &[Primitive], depth: u32) -> u32 {
+    fn build_node(
+        &mut self,
+        items: &mut [(Bounds, u32)],
+        primitives: &[Primitive],
+        depth: u32,
+    ) -> u32 {
         let index = self.nodes.len();
-        let mut node = Node { planes: [[[0.0; WIDTH]; 2]; 3], children: [0; WIDTH], child_count: 0 };
+        let mut node = Node {
+            planes: [[[0.0; WIDTH]; 2]; 3],
+            children: [0; WIDTH],
+            child_count: 0,
+        };
         self.nodes.push(node);
         for (slot, part) in split(items, depth).into_iter().enumerate() {
             let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
@@ -114,15 +145,23 @@ impl Bvh {
 /// The largest single-precision number that is not above x.
 pub(super) fn rounded_down(x: f64) -> f32 {
     let rounded = x as f32;
-    if f64::from(rounded) > x { rounded.next_down() } else { rounded }
+    if f64::from(rounded) > x {
+        rounded.next_down()
+    } else {
+        rounded
+    }
 }
 
-/// Divides items among at most [`WIDTH`] parts, each time the part with the largest area that is too large
-/// for a leaf.
+/// Divides items among at most [`WIDTH`] parts, each time the part with the largest area that is
+/// too large for a leaf.
 fn split(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
     let area = |part: &[(Bounds, u32)]| {
         let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
-        if part.len() > LEAF { bounds.half_area().max(f64::MIN_POSITIVE) } else { -1.0 }
+        if part.len() > LEAF {
+            bounds.half_area().max(f64::MIN_POSITIVE)
+        } else {
+            -1.0
+        }
     };
     let mut parts = vec![items];
     while parts.len() < WIDTH {
@@ -135,7 +174,11 @@ fn split(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
             break;
         };
         let part = parts.swap_remove(widest);
-        let middle = if depth < SORTED_DEPTH { sort_at_best_split(part) } else { sort_at_median(part) };
+        let middle = if depth < SORTED_DEPTH {
+            sort_at_best_split(part)
+        } else {
+            sort_at_median(part)
+        };
         let (left, right) = part.split_at_mut(middle);
         parts.push(left);
         parts.push(right);
@@ -162,7 +205,8 @@ fn sort_at_best_split(items: &mut [(Bounds, u32)]) -> usize {
         bounds = Bounds::EMPTY;
         for split in 1..items.len() {
             bounds = bounds.union(items[split - 1].0);
-            let cost = bounds.half_area() * split as f64 + right_areas[split] * (items.len() - split) as f64;
+            let cost = bounds.half_area() * split as f64
+                + right_areas[split] * (items.len() - split) as f64;
             if cost < best.0 {
                 best = (cost, axis, split);
             }
@@ -176,7 +220,10 @@ fn sort_at_best_split(items: &mut [(Bounds, u32)]) -> usize {
 fn sort_at_median(items: &mut [(Bounds, u32)]) -> usize {
     let centres = items.iter().fold(Bounds::EMPTY, |bounds, item| {
         let centre = 0.5 * (item.0.low + item.0.high);
-        bounds.union(Bounds { low: centre, high: centre })
+        bounds.union(Bounds {
+            low: centre,
+            high: centre,
+        })
     });
     sort_along(items, (centres.high - centres.low).max_position());
     items.len() / 2

@@ -1,7 +1,7 @@
 //! Several rays that go through the hierarchy together, each with the same answer as alone.
 //!
-//! A node is visited if any of them may meet it. Then the box of each of its children, and each primitive of a leaf,
-//! is tested against all of them at once.
+//! A node is visited if any of them may meet it. Then the box of each of its children, and each
+//! primitive of a leaf, is tested against all of them at once.
 
 use std::array::from_fn;
 
@@ -15,7 +15,8 @@ use crate::watertight::{LaneShear, Shear, TriangleHit};
 pub struct PacketHit<R: Real = Lanes, const N: usize = LANES> {
     /// The lanes whose ray has hit something.
     pub met: R::Mask,
-    /// Which primitive, by its place in the list that the hierarchy was built from; 0 in other lanes.
+    /// Which primitive, by its place in the list that the hierarchy was built from; 0 in other
+    /// lanes.
     pub primitive: [u32; N],
     /// t of (1), infinite in other lanes.
     pub t: R,
@@ -30,7 +31,8 @@ pub(crate) struct Nearest<R> {
     weights: [R; 3],
 }
 
-/// Children that wait to be visited: where the rays enter their boxes, and which they are. One buffer serves all packets.
+/// Children that wait to be visited: where the rays enter their boxes, and which they are. One
+/// buffer serves all packets.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct PacketStack<const N: usize = LANES> {
@@ -50,11 +52,15 @@ struct Slabs<S> {
 impl<R: Real> Nearest<R> {
     pub fn new() -> Self {
         let zero = R::splat(0.0);
-        Self { primitive: zero, t: R::splat(f64::INFINITY), weights: [zero; 3] }
+        Self {
+            primitive: zero,
+            t: R::splat(f64::INFINITY),
+            weights: [zero; 3],
+        }
     }
 
-    /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is the one that comes
-    /// first in the list, in whatever order they are tested.
+    /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is
+    /// the one that comes first in the list, in whatever order they are tested.
     #[inline]
     pub fn or(&mut self, primitive: R, hit: &TriangleHit<R>) {
         let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
@@ -72,13 +78,22 @@ impl<R: Real> Nearest<R> {
         let met = active & self.t.below(R::splat(f64::INFINITY));
         let primitive = R::choose(met, self.primitive, R::splat(0.0)).whole();
         let t = R::choose(met, self.t, R::splat(f64::INFINITY));
-        PacketHit { met, primitive, t, weights: self.weights }
+        PacketHit {
+            met,
+            primitive,
+            t,
+            weights: self.weights,
+        }
     }
 }
 
 impl<const N: usize> Default for PacketStack<N> {
     fn default() -> Self {
-        Self { nearest: [0.0; STACK], entered: [[0.0; N]; STACK], children: [0; STACK] }
+        Self {
+            nearest: [0.0; STACK],
+            entered: [[0.0; N]; STACK],
+            children: [0; STACK],
+        }
     }
 }
 
@@ -95,7 +110,10 @@ impl Bvh {
         let mut nearest = Nearest::new();
         self.traverse_packet::<R, N>(ray, limits(active, nearest.t), stack, |leaf| {
             for i in 0..leaf.triangle_count {
-                nearest.or(R::splat(leaf.triangles[i].into()), &leaf.hit_of_packet(i, &shear));
+                nearest.or(
+                    R::splat(leaf.triangles[i].into()),
+                    &leaf.hit_of_packet(i, &shear),
+                );
             }
             for (id, sphere) in self.spheres_of(leaf) {
                 nearest.or(R::splat((*id).into()), &on_sphere(sphere, ray));
@@ -105,7 +123,8 @@ impl Bvh {
         nearest.of(active)
     }
 
-    /// [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes; no in other lanes.
+    /// [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes; no in other
+    /// lanes.
     #[inline]
     pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -128,8 +147,8 @@ impl Bvh {
         active & !free
     }
 
-    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns the distances beyond which
-    /// nothing matters to a ray any more.
+    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns the distances
+    /// beyond which nothing matters to a ray any more.
     #[inline]
     fn traverse_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -144,7 +163,11 @@ impl Bvh {
         while waiting > 0 {
             waiting -= 1;
             let (near, child) = (stack.entered[waiting], stack.children[waiting]);
-            if R::Single::of_lanes(near.map(Scalar::of_single)).above(limits).bits() == u32::MAX >> (32 - N) {
+            if R::Single::of_lanes(near.map(Scalar::of_single))
+                .above(limits)
+                .bits()
+                == u32::MAX >> (32 - N)
+            {
                 continue;
             }
             let place = (child / 2) as usize;
@@ -180,7 +203,11 @@ impl Bvh {
 impl Leaf {
     /// Where rays meet one of its triangles.
     #[inline]
-    fn hit_of_packet<R: Wide<N>, const N: usize>(&self, triangle: usize, shear: &LaneShear<R>) -> TriangleHit<R> {
+    fn hit_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        triangle: usize,
+        shear: &LaneShear<R>,
+    ) -> TriangleHit<R> {
         let vertex = |vertex: usize| self.vertices[vertex].map(|axis| R::splat(axis[triangle]));
         let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
         shear.hit([&a, &b, &c])
@@ -202,12 +229,17 @@ impl<S: Real> Slabs<S> {
         let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
         // As in the test of one ray.
         let direction = ray.direction.components().map(R::single);
-        let tiny = (largest(direction) * f64::from(TINY)).at_least(S::splat(f32::MIN_POSITIVE.into()));
+        let tiny =
+            (largest(direction) * f64::from(TINY)).at_least(S::splat(f32::MIN_POSITIVE.into()));
         let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
-        Self { origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)], inverse }
+        Self {
+            origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)],
+            inverse,
+        }
     }
 
-    /// Where the rays enter the box of a child, and a bit for each ray that does so before its limit.
+    /// Where the rays enter the box of a child, and a bit for each ray that does so before its
+    /// limit.
     #[inline(always)]
     fn intersect<const N: usize>(&self, node: &Node, slot: usize, limits: S) -> (S, u32)
     where

@@ -1,9 +1,10 @@
-//! EON, the energy-preserving Oren-Nayar model (Portsmouth, Kutz and Hill, JCGT 14(1), 2025): Fujii's
-//! variant of the bracket (14), and a second lobe that gives back what single scattering loses.
+//! EON, the energy-preserving Oren-Nayar model (Portsmouth, Kutz and Hill, JCGT 14(1), 2025):
+//! Fujii's variant of the bracket (14), and a second lobe that gives back what single scattering
+//! loses.
 //!
-//! The directional albedo is the exact integral, not the polynomial that the paper offers beside it.
-//! What is lost, 1 − E(θ) = A r (c − G(θ)/π), is computed as this product: nothing cancels, and nothing
-//! is divided by zero where the roughness r is 0.
+//! The directional albedo is the exact integral, not the polynomial that the paper offers beside
+//! it. What is lost, 1 − E(θ) = A r (c − G(θ)/π), is computed as this product: nothing cancels, and
+//! nothing is divided by zero where the roughness r is 0.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -20,7 +21,8 @@ pub fn scale(roughness: f64) -> f64 {
     1.0 / (1.0 + LARGEST_GAIN * roughness)
 }
 
-/// π f_r/ρ of single scattering, [`crate::equation::EON_SINGLE`]: the bracket A + B s/t with B = rA.
+/// π f_r/ρ of single scattering, [`crate::equation::EON_SINGLE`]: the bracket A + B s/t with B =
+/// rA.
 #[inline]
 pub fn single_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     let s = wo.x * wi.x + wo.y * wi.y;
@@ -30,7 +32,8 @@ pub fn single_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
 
 /// G(θ)/π of [`crate::equation::EON_ALBEDO`], from cos θ in [0, 1]; in [0, [`LARGEST_GAIN`]].
 ///
-/// tan θ (1 − sin³ θ) is written as sin θ cos θ (1 + sin θ + sin² θ)/(1 + sin θ), which stays finite.
+/// tan θ (1 − sin³ θ) is written as sin θ cos θ (1 + sin θ + sin² θ)/(1 + sin θ), which stays
+/// finite.
 #[inline]
 pub fn gain(cos_theta: f64) -> f64 {
     let sin = ((1.0 - cos_theta) * (1.0 + cos_theta)).max(0.0).sqrt();

@@ -1,6 +1,6 @@
-//! GGX, a rough conductor: microfacets of Trowbridge and Reitz's distribution (Walter et al., EGSR 2007) with
-//! height-correlated masking and shadowing (Heitz, JCGT 3(2), 2014), sampled by the normals that are visible
-//! (Heitz, JCGT 7(4), 2018). Light that meets a second facet is lost.
+//! GGX, a rough conductor: microfacets of Trowbridge and Reitz's distribution (Walter et al., EGSR
+//! 2007) with height-correlated masking and shadowing (Heitz, JCGT 3(2), 2014), sampled by the
+//! normals that are visible (Heitz, JCGT 7(4), 2018). Light that meets a second facet is lost.
 //!
 //! Local unit directions, the normal is z. m is the facet's normal, the half vector of wo and wi.
 
@@ -19,39 +19,50 @@ pub struct Ggx {
     pub alpha: f64,
 }
 
-/// D(m) of [`crate::equation::GGX_NORMALS`], 1/sr: facets' area per area of the surface and solid angle.
+/// D(m) of [`crate::equation::GGX_NORMALS`], 1/sr: facets' area per area of the surface and solid
+/// angle.
 #[inline]
 pub fn normals(alpha: f64, m: DVec3) -> f64 {
     let a2 = alpha * alpha;
     let t = m.z * m.z * (a2 - 1.0) + 1.0;
-    if m.z > 0.0 { FRAC_1_PI * a2 / (t * t) } else { 0.0 }
+    if m.z > 0.0 {
+        FRAC_1_PI * a2 / (t * t)
+    } else {
+        0.0
+    }
 }
 
-/// Λ(w) of [`crate::equation::GGX_MASKING`]: how much of the facets' area other facets hide, per visible area.
+/// Λ(w) of [`crate::equation::GGX_MASKING`]: how much of the facets' area other facets hide, per
+/// visible area.
 #[inline]
 pub fn hidden(alpha: f64, w: DVec3) -> f64 {
     let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
-/// G₂(wo, wi) of [`crate::equation::GGX_MASKING`], in [0, 1]: which share of the facets is seen from both sides.
+/// G₂(wo, wi) of [`crate::equation::GGX_MASKING`], in [0, 1]: which share of the facets is seen
+/// from both sides.
 #[inline]
 pub fn seen_from_both(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
     1.0 / (1.0 + hidden(alpha, wo) + hidden(alpha, wi))
 }
 
-/// D_o(m) of [`crate::equation::GGX_VISIBLE`], 1/sr: the density of the facets' normals that are seen from `wo`.
+/// D_o(m) of [`crate::equation::GGX_VISIBLE`], 1/sr: the density of the facets' normals that are
+/// seen from `wo`.
 #[inline]
 pub fn visible_normals(alpha: f64, wo: DVec3, m: DVec3) -> f64 {
     normals(alpha, m) * wo.dot(m).max(0.0) / ((1.0 + hidden(alpha, wo)) * wo.z)
 }
 
-/// A facet's normal with the density [`visible_normals`], from two uniform numbers: the surface is stretched
-/// until its facets form a hemisphere, of which a point of the part that is seen is chosen.
+/// A facet's normal with the density [`visible_normals`], from two uniform numbers: the surface is
+/// stretched until its facets form a hemisphere, of which a point of the part that is seen is
+/// chosen.
 #[inline]
 pub fn sample_visible_normal(alpha: f64, wo: DVec3, [r1, r2]: [f64; 2]) -> DVec3 {
     let v = DVec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
-    let x = DVec3::new(-v.y, v.x, 0.0).try_normalize().unwrap_or(DVec3::X);
+    let x = DVec3::new(-v.y, v.x, 0.0)
+        .try_normalize()
+        .unwrap_or(DVec3::X);
     let y = v.cross(x);
     let (sin, cos) = (TAU * r2).sin_cos();
     let radius = r1.sqrt();
@@ -64,7 +75,8 @@ pub fn sample_visible_normal(alpha: f64, wo: DVec3, [r1, r2]: [f64; 2]) -> DVec3
 }
 
 impl Ggx {
-    /// F of a facet by Schlick's approximation (Computer Graphics Forum 13(3), 1994), from the cosine at it.
+    /// F of a facet by Schlick's approximation (Computer Graphics Forum 13(3), 1994), from the
+    /// cosine at it.
     #[inline]
     pub fn fresnel(&self, cosine: f64) -> DVec3 {
         self.reflectance + (1.0 - self.reflectance) * (1.0 - cosine).powi(5)

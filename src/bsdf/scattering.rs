@@ -1,5 +1,5 @@
-//! How light goes on at a surface: one interface for all models, and the parts of it that a trial can
-//! replace.
+//! How light goes on at a surface: one interface for all models, and the parts of it that a trial
+//! can replace.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -16,8 +16,8 @@ use crate::scene::Hit;
 use crate::shape::Ray;
 use crate::{fresnel, sampling};
 
-/// A point of a surface as light that scatters there sees it: the frame around the normal on the side from
-/// which a ray came.
+/// A point of a surface as light that scatters there sees it: the frame around the normal on the
+/// side from which a ray came.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<V: Vector = DVec3> {
     /// The point, world space.
@@ -39,8 +39,8 @@ impl Vertex {
         Self::of(hit.point, hit.normal, ray.direction)
     }
 
-    /// A vertex at the origin with normal z, whose world space is its local space: `wo` is a unit vector above
-    /// the horizon, `outside` as in [`Vertex`].
+    /// A vertex at the origin with normal z, whose world space is its local space: `wo` is a unit
+    /// vector above the horizon, `outside` as in [`Vertex`].
     pub fn local(wo: DVec3, outside: bool) -> Self {
         Self::of(DVec3::ZERO, if outside { DVec3::Z } else { -DVec3::Z }, -wo)
     }
@@ -58,14 +58,23 @@ impl<V: Vector> Vertex<V> {
         let cosine = normal.dot(direction);
         let frame = Frame::new(normal * -V::Real::splat(1.0).copysign(cosine));
         let wo = frame.local(-direction);
-        Self { point, frame, direction, wo, outside: cosine.below(V::Real::splat(0.0)) }
+        Self {
+            point,
+            frame,
+            direction,
+            wo,
+            outside: cosine.below(V::Real::splat(0.0)),
+        }
     }
 
     /// The indices of refraction on the ray's side and beyond, of a body of index `index` in air.
     #[inline]
     pub fn indices(&self, index: V::Real) -> (V::Real, V::Real) {
         let air = V::Real::splat(1.0);
-        (Real::choose(self.outside, air, index), Real::choose(self.outside, index, air))
+        (
+            Real::choose(self.outside, air, index),
+            Real::choose(self.outside, index, air),
+        )
     }
 }
 
@@ -74,22 +83,24 @@ impl<V: Vector> Vertex<V> {
 pub struct BsdfSample {
     /// Unit, away from the surface: in world space from a [`Vertex`], local from local directions.
     pub direction: DVec3,
-    /// f_r cos θ / p per colour channel; the reflectance of a mirror, 1 for the branch of glass that is
-    /// chosen with its probability. Without the radiance factor.
+    /// f_r cos θ / p per colour channel; the reflectance of a mirror, 1 for the branch of glass
+    /// that is chosen with its probability. Without the radiance factor.
     pub weight: DVec3,
-    /// p with respect to solid angle, 1/sr; `None` where the direction has no choice but a few (mirror,
-    /// glass).
+    /// p with respect to solid angle, 1/sr; `None` where the direction has no choice but a few
+    /// (mirror, glass).
     pub pdf: Option<f64>,
-    /// What refraction multiplies radiance by, which particles that carry flux do without; 1 elsewhere.
+    /// What refraction multiplies radiance by, which particles that carry flux do without; 1
+    /// elsewhere.
     pub radiance_factor: f64,
 }
 
-/// A reflection model that is not of this library: opaque, reciprocal, without Dirac distributions. Local unit
-/// directions away from the surface, the normal is z; both are above the horizon.
+/// A reflection model that is not of this library: opaque, reciprocal, without Dirac distributions.
+/// Local unit directions away from the surface, the normal is z; both are above the horizon.
 pub trait Model: Any + Debug + Send + Sync {
     /// f_r per colour channel, 1/sr.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3;
-    /// A direction from two uniform numbers in [0, 1), `None` for no way on; one below the horizon is none.
+    /// A direction from two uniform numbers in [0, 1), `None` for no way on; one below the horizon
+    /// is none.
     fn sample(&self, wo: DVec3, random: [f64; 2]) -> Option<DVec3>;
     /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
@@ -106,7 +117,8 @@ impl PartialEq for dyn Model {
 
 /// The replaceable parts of scattering, and what is made of them.
 pub trait Scattering: Sync {
-    /// Whether nothing is replaced, here and in the other traits of parts: then all lanes are computed at once.
+    /// Whether nothing is replaced, here and in the other traits of parts: then all lanes are
+    /// computed at once.
     #[inline]
     fn is_standard(&self) -> bool {
         false
@@ -162,8 +174,8 @@ pub trait Scattering: Sync {
         sampling::cosine_hemisphere_pdf(cos_theta)
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, local directions; 0 for mirror and
-    /// glass.
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle, local directions; 0 for
+    /// mirror and glass.
     #[inline]
     fn pdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> f64 {
         if bsdf.is_sampled_by_cosine() {
@@ -176,8 +188,8 @@ pub trait Scattering: Sync {
         }
     }
 
-    /// A way on from a surface that scatters in all directions, local, from uniform numbers, of which the third
-    /// counts for rough glass only; `None` where it has no density.
+    /// A way on from a surface that scatters in all directions, local, from uniform numbers, of
+    /// which the third counts for rough glass only; `None` where it has no density.
     #[inline]
     fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
         let [r1, r2, _] = random;
@@ -197,7 +209,8 @@ pub trait Scattering: Sync {
         self.weighted(bsdf, wo, wi, self.uniform_hemisphere_pdf(wi.z))
     }
 
-    /// What radiance that arrives from a direction is multiplied by: that of refraction for rough glass, from behind.
+    /// What radiance that arrives from a direction is multiplied by: that of refraction for rough
+    /// glass, from behind.
     #[inline]
     fn radiance_factor_from(&self, bsdf: &Bsdf, wi: DVec3) -> f64 {
         match bsdf {
@@ -210,12 +223,22 @@ pub trait Scattering: Sync {
     #[inline]
     fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
         let brdf = self.brdf(bsdf, wo, wi);
-        let weight = reflected(brdf, DVec3::ONE, self.cosine(DVec3::Z, wi.with_z(wi.z.abs())), pdf);
-        BsdfSample { direction: wi, weight, pdf: Some(pdf), radiance_factor: self.radiance_factor_from(bsdf, wi) }
+        let weight = reflected(
+            brdf,
+            DVec3::ONE,
+            self.cosine(DVec3::Z, wi.with_z(wi.z.abs())),
+            pdf,
+        );
+        BsdfSample {
+            direction: wi,
+            weight,
+            pdf: Some(pdf),
+            radiance_factor: self.radiance_factor_from(bsdf, wi),
+        }
     }
 
-    /// A way on from a vertex, in world space; `None` where light is absorbed. Draws two numbers for a model
-    /// with a density, three for rough glass, one for glass, none for a mirror.
+    /// A way on from a vertex, in world space; `None` where light is absorbed. Draws two numbers
+    /// for a model with a density, three for rough glass, one for glass, none for a mirror.
     #[inline]
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         match *bsdf {
@@ -234,7 +257,10 @@ pub trait Scattering: Sync {
                 } else {
                     self.sample_rough(bsdf, at.wo, [r1, r2, 0.0])?
                 };
-                Some(BsdfSample { direction: at.frame.world(local.direction), ..local })
+                Some(BsdfSample {
+                    direction: at.frame.world(local.direction),
+                    ..local
+                })
             }
         }
     }
@@ -245,11 +271,18 @@ pub trait Scattering: Sync {
         let (n1, n2) = at.indices(index);
         let normal = at.frame.z;
         let reflectance = self.fresnel(-at.direction.dot(normal), n1, n2);
-        let refracted = (random >= reflectance).then(|| self.refract(at.direction, normal, n1, n2)).flatten();
+        let refracted = (random >= reflectance)
+            .then(|| self.refract(at.direction, normal, n1, n2))
+            .flatten();
         let (direction, radiance_factor) = match refracted {
             Some(refracted) => (refracted, self.radiance_factor(n1, n2)),
             None => (self.mirror(at.direction, normal), 1.0),
         };
-        BsdfSample { direction, weight: DVec3::ONE, pdf: None, radiance_factor }
+        BsdfSample {
+            direction,
+            weight: DVec3::ONE,
+            pdf: None,
+            radiance_factor,
+        }
     }
 }

@@ -16,15 +16,19 @@ use crate::shape::Ray;
 pub(super) struct Emission {
     /// Its way.
     pub ray: Ray,
-    /// L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux of all emitters if there were no
-    /// other particle.
+    /// L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux of all emitters if there
+    /// were no other particle.
     pub flux: DVec3,
 }
 
-/// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction. `None` if
-/// there are no emitters or the particle carries nothing.
+/// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction.
+/// `None` if there are no emitters or the particle carries nothing.
 #[inline]
-pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(parts: &P, scene: &Scene, rng: &mut R) -> Option<Emission> {
+pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    rng: &mut R,
+) -> Option<Emission> {
     let (index, light) = pick_point(parts, scene, rng)?;
     emit_from(parts, scene, (index, &light), rng)
 }

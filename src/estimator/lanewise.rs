@@ -1,5 +1,5 @@
-//! The parts of estimators for all lanes at once: the library's own functions where nothing is replaced, else the
-//! replaced functions lane by lane, in the lanes of a mask alone.
+//! The parts of estimators for all lanes at once: the library's own functions where nothing is
+//! replaced, else the replaced functions lane by lane, in the lanes of a mask alone.
 
 use glam::DVec3;
 
@@ -12,7 +12,12 @@ use crate::{fresnel, radiometry, roulette};
 pub(crate) trait Lanewise: Walking {
     /// cos θ of (9).
     #[inline]
-    fn lanes_cosine<V: Vector>(&self, normal: V, direction: V, active: <V::Real as Real>::Mask) -> V::Real {
+    fn lanes_cosine<V: Vector>(
+        &self,
+        normal: V,
+        direction: V,
+        active: <V::Real as Real>::Mask,
+    ) -> V::Real {
         if self.is_standard() {
             return radiometry::cosine(normal, direction);
         }
@@ -25,7 +30,9 @@ pub(crate) trait Lanewise: Walking {
         if self.is_standard() {
             return fresnel::reflectance(cos_1, n1, n2);
         }
-        numbers(active, |i| self.fresnel(cos_1.lane(i), n1.lane(i), n2.lane(i)))
+        numbers(active, |i| {
+            self.fresnel(cos_1.lane(i), n1.lane(i), n2.lane(i))
+        })
     }
 
     /// The refracted direction, and where there is one.
@@ -42,7 +49,10 @@ pub(crate) trait Lanewise: Walking {
         }
         let refract = |i| self.refract(direction.lane(i), normal.lane(i), n1.lane(i), n2.lane(i));
         let exists = <V::Real as Real>::Mask::from_fn(|i| active.lane(i) && refract(i).is_some());
-        (vectors(exists, |i| refract(i).unwrap_or(DVec3::ZERO)), exists)
+        (
+            vectors(exists, |i| refract(i).unwrap_or(DVec3::ZERO)),
+            exists,
+        )
     }
 
     /// The factor of refracted radiance.
@@ -56,7 +66,12 @@ pub(crate) trait Lanewise: Walking {
 
     /// The mirror direction.
     #[inline]
-    fn lanes_mirror<V: Vector>(&self, direction: V, normal: V, active: <V::Real as Real>::Mask) -> V {
+    fn lanes_mirror<V: Vector>(
+        &self,
+        direction: V,
+        normal: V,
+        active: <V::Real as Real>::Mask,
+    ) -> V {
         if self.is_standard() {
             return fresnel::mirror(direction, normal);
         }
@@ -74,10 +89,17 @@ pub(crate) trait Lanewise: Walking {
     ) -> (<V::Real as Real>::Mask, V::Real) {
         if self.is_standard() {
             let survival = roulette::by_throughput(throughput, early);
-            return (active & roulette::survives(random, survival), roulette::weight(survival));
+            return (
+                active & roulette::survives(random, survival),
+                roulette::weight(survival),
+            );
         }
         let mut weights = [None; MOST];
-        for (i, weight) in weights.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
+        for (i, weight) in weights
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
             *weight = self.survive(throughput.lane(i), early.lane(i), random.lane(i));
         }
         let survives = <V::Real as Real>::Mask::from_fn(|i| weights[i].is_some());
@@ -86,14 +108,26 @@ pub(crate) trait Lanewise: Walking {
 
     /// Roulette by the absorption of a surface, as the report has it.
     #[inline]
-    fn lanes_survive_absorption<R: Real>(&self, absorption: R, random: R, active: R::Mask) -> (R::Mask, R) {
+    fn lanes_survive_absorption<R: Real>(
+        &self,
+        absorption: R,
+        random: R,
+        active: R::Mask,
+    ) -> (R::Mask, R) {
         if self.is_standard() {
             let survival = roulette::by_absorption(absorption);
-            return (active & roulette::survives(random, survival), roulette::weight(survival));
+            return (
+                active & roulette::survives(random, survival),
+                roulette::weight(survival),
+            );
         }
         let survival = |i: usize| self.survival_by_absorption(absorption.lane(i));
-        let survives = R::Mask::from_fn(|i| active.lane(i) && self.survives(random.lane(i), survival(i)));
-        (survives, numbers(survives, |i| self.roulette_weight(survival(i))))
+        let survives =
+            R::Mask::from_fn(|i| active.lane(i) && self.survives(random.lane(i), survival(i)));
+        (
+            survives,
+            numbers(survives, |i| self.roulette_weight(survival(i))),
+        )
     }
 
     /// A point on an emitter, uniform in its area.
@@ -107,9 +141,16 @@ pub(crate) trait Lanewise: Walking {
         if self.is_standard() {
             return emitter.sample(random);
         }
-        let none = EmitterPoint { point: DVec3::ZERO, normal: DVec3::Z };
+        let none = EmitterPoint {
+            point: DVec3::ZERO,
+            normal: DVec3::Z,
+        };
         let mut points = [none; MOST];
-        for (i, point) in points.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
+        for (i, point) in points
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
             *point = self.sample_emitter(emitter, random.map(|r| r.lane(i)));
         }
         EmitterPoint {
@@ -118,7 +159,8 @@ pub(crate) trait Lanewise: Walking {
         }
     }
 
-    /// A point on an emitter, uniform in the solid angle seen from a point: where it can be so, with its pdf.
+    /// A point on an emitter, uniform in the solid angle seen from a point: where it can be so,
+    /// with its pdf.
     #[inline]
     fn lanes_sample_solid_angle<R: Real>(
         &self,
@@ -133,7 +175,11 @@ pub(crate) trait Lanewise: Walking {
             return sampled;
         }
         let mut samples = [None; MOST];
-        for (i, sample) in samples.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
+        for (i, sample) in samples
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
             *sample = self.sample_solid_angle(emitter, from.lane(i), random.map(|r| r.lane(i)));
         }
         let point = |i: usize| samples[i].map(|(point, _)| point);
@@ -149,7 +195,12 @@ pub(crate) trait Lanewise: Walking {
 
     /// The same pdf for any point of the emitter's front, where it has one.
     #[inline]
-    fn lanes_pdf_solid_angle<R: Real>(&self, emitter: &Emitter, from: R::Vector, active: R::Mask) -> (R::Mask, R) {
+    fn lanes_pdf_solid_angle<R: Real>(
+        &self,
+        emitter: &Emitter,
+        from: R::Vector,
+        active: R::Mask,
+    ) -> (R::Mask, R) {
         if self.is_standard()
             && let Some(pdf) = emitter.pdf_cap(from)
         {
@@ -159,7 +210,10 @@ pub(crate) trait Lanewise: Walking {
         for (i, pdf) in pdfs.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
             *pdf = self.pdf_solid_angle(emitter, from.lane(i));
         }
-        (R::Mask::from_fn(|i| pdfs[i].is_some()), R::from_lanes(|i| pdfs[i].unwrap_or(0.0)))
+        (
+            R::Mask::from_fn(|i| pdfs[i].is_some()),
+            R::from_lanes(|i| pdfs[i].unwrap_or(0.0)),
+        )
     }
 
     /// The pdf of a point on an emitter that is picked with this probability.
@@ -168,26 +222,43 @@ pub(crate) trait Lanewise: Walking {
         if self.is_standard() {
             return pdf * probability;
         }
-        numbers(active, |i| self.pdf_of_pick(pdf.lane(i), probability.lane(i)))
+        numbers(active, |i| {
+            self.pdf_of_pick(pdf.lane(i), probability.lane(i))
+        })
     }
 
     /// Solid angle per area of an emitter.
     #[inline]
-    fn lanes_solid_angle_per_area<R: Real>(&self, cosine_at_emitter: R, distance_squared: R, active: R::Mask) -> R {
+    fn lanes_solid_angle_per_area<R: Real>(
+        &self,
+        cosine_at_emitter: R,
+        distance_squared: R,
+        active: R::Mask,
+    ) -> R {
         if self.is_standard() {
             return radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared);
         }
-        numbers(active, |i| self.solid_angle_per_area(cosine_at_emitter.lane(i), distance_squared.lane(i)))
+        numbers(active, |i| {
+            self.solid_angle_per_area(cosine_at_emitter.lane(i), distance_squared.lane(i))
+        })
     }
 
     /// The weight of multiple importance sampling by a heuristic.
     #[inline]
-    fn lanes_mis_weight<R: Real>(&self, heuristic: Heuristic, pdf: R, other: R, active: R::Mask) -> R {
+    fn lanes_mis_weight<R: Real>(
+        &self,
+        heuristic: Heuristic,
+        pdf: R,
+        other: R,
+        active: R::Mask,
+    ) -> R {
         match heuristic {
             Heuristic::Balance if self.is_standard() => radiometry::balance(pdf, other),
             Heuristic::Power if self.is_standard() => radiometry::power(pdf, other),
             Heuristic::Balance => numbers(active, |i| self.mis_weight(pdf.lane(i), other.lane(i))),
-            Heuristic::Power => numbers(active, |i| self.mis_power_weight(pdf.lane(i), other.lane(i))),
+            Heuristic::Power => numbers(active, |i| {
+                self.mis_power_weight(pdf.lane(i), other.lane(i))
+            }),
         }
     }
 
@@ -195,7 +266,12 @@ pub(crate) trait Lanewise: Walking {
     #[inline]
     fn lanes_hit_counts<M: Mask>(&self, strategy: Strategy, sampled: M, active: M) -> M {
         if self.is_standard() {
-            return active & if strategy == Strategy::Light { !sampled } else { M::splat(true) };
+            return active
+                & if strategy == Strategy::Light {
+                    !sampled
+                } else {
+                    M::splat(true)
+                };
         }
         M::from_fn(|i| active.lane(i) && self.hit_counts(strategy, sampled.lane(i)))
     }
@@ -214,6 +290,15 @@ pub(crate) fn numbers<R: Real>(active: R::Mask, number: impl Fn(usize) -> f64) -
 
 /// The vector of each lane of the mask; 0 in other lanes.
 #[inline]
-pub(crate) fn vectors<V: Vector>(active: <V::Real as Real>::Mask, vector: impl Fn(usize) -> DVec3) -> V {
-    V::from_fn(|i| if active.lane(i) { vector(i) } else { DVec3::ZERO })
+pub(crate) fn vectors<V: Vector>(
+    active: <V::Real as Real>::Mask,
+    vector: impl Fn(usize) -> DVec3,
+) -> V {
+    V::from_fn(|i| {
+        if active.lane(i) {
+            vector(i)
+        } else {
+            DVec3::ZERO
+        }
+    })
 }

@@ -30,18 +30,27 @@ impl<R: Real> LightNumbers<R> {
         let zero = R::splat(0.0);
         let pick = match scene.emitters().len() {
             _ if !active.any() => zero,
-            0 => return Self { pick: zero, point: [zero; 2] },
+            0 => {
+                return Self {
+                    pick: zero,
+                    point: [zero; 2],
+                };
+            }
             1 => {
                 random.skip(active);
                 zero
             }
             _ => random.uniform(active),
         };
-        Self { pick, point: [random.uniform(active), random.uniform(active)] }
+        Self {
+            pick,
+            point: [random.uniform(active), random.uniform(active)],
+        }
     }
 }
 
-/// A point on an emitter that is picked among all, and the emitter's number; `None` without emitters.
+/// A point on an emitter that is picked among all, and the emitter's number; `None` without
+/// emitters.
 #[inline]
 pub(super) fn pick_point<P: NextEvent, R: Sampler>(
     parts: &P,
@@ -52,18 +61,32 @@ pub(super) fn pick_point<P: NextEvent, R: Sampler>(
         return None;
     }
     let index = parts.pick_emitter(uniform(rng), scene.flux_picks());
-    Some((index, parts.sample_emitter(&scene.emitters()[index], uniform2(rng))))
+    Some((
+        index,
+        parts.sample_emitter(&scene.emitters()[index], uniform2(rng)),
+    ))
 }
 
-/// The pdf, with respect to area, of a point that [`pick_point`] returns on the emitter of this number.
+/// The pdf, with respect to area, of a point that [`pick_point`] returns on the emitter of this
+/// number.
 #[inline]
 pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) -> f64 {
-    parts.pdf_of_pick(parts.emitter_pdf_area(&scene.emitters()[index]), scene.flux_picks().probability(index))
+    parts.pdf_of_pick(
+        parts.emitter_pdf_area(&scene.emitters()[index]),
+        scene.flux_picks().probability(index),
+    )
 }
 
-/// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability of that.
+/// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability
+/// of that.
 #[inline]
-fn pick_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSampling, from: DVec3, r: f64) -> (usize, f64) {
+fn pick_from<P: NextEvent>(
+    parts: &P,
+    scene: &Scene,
+    lights: LightSampling,
+    from: DVec3,
+    r: f64,
+) -> (usize, f64) {
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
@@ -71,18 +94,30 @@ fn pick_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSampling, from
         return (index, scene.flux_picks().probability(index));
     }
     let contribution = |i: usize| parts.contribution(&emitters[i], from);
-    scene.light_groups().pick(r, from, contribution, |r, shares| parts.pick_by_share(r, shares))
+    scene
+        .light_groups()
+        .pick(r, from, contribution, |r, shares| {
+            parts.pick_by_share(r, shares)
+        })
 }
 
 /// The same probability, of the emitter of this number.
 #[inline]
-fn probability_from<P: NextEvent>(parts: &P, scene: &Scene, lights: LightSampling, from: DVec3, index: usize) -> f64 {
+fn probability_from<P: NextEvent>(
+    parts: &P,
+    scene: &Scene,
+    lights: LightSampling,
+    from: DVec3,
+    index: usize,
+) -> f64 {
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
         return scene.flux_picks().probability(index);
     }
-    scene.light_groups().probability(index, from, |i| parts.contribution(&emitters[i], from))
+    scene
+        .light_groups()
+        .probability(index, from, |i| parts.contribution(&emitters[i], from))
 }
 
 /// Which emitters shadow rays from the points of the active lanes pick, and with what probability.
@@ -111,7 +146,8 @@ fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     (index.whole().map(|index| index as usize), share)
 }
 
-/// The probabilities with which shadow rays from the points of the active lanes pick the emitters of these numbers.
+/// The probabilities with which shadow rays from the points of the active lanes pick the emitters
+/// of these numbers.
 #[inline]
 fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -130,7 +166,11 @@ fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
         let one = |i: usize| probability_from(parts, scene, lights, from.lane(i), emitter[i]);
         return R::from_lanes(|i| if active.lane(i) { one(i) } else { 1.0 });
     }
-    light_pick::share(|i| emitters[i].contribution(from), count, R::from_lanes(|i| emitter[i] as f64))
+    light_pick::share(
+        |i| emitters[i].contribution(from),
+        count,
+        R::from_lanes(|i| emitter[i] as f64),
+    )
 }
 
 /// Emitters and points on them, as shadow rays from some points pick them.
@@ -156,8 +196,21 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
     ) -> Self {
         let (emitter, probability) = pick_emitters(parts, scene, lights, from, random.pick, active);
         let active = active & probability.above(R::splat(0.0));
-        let on_emitter = PickedPoint::new(parts, scene.emitters(), lights, emitter, from, random.point, active);
-        Self { emitter, probability, on_emitter, active }
+        let on_emitter = PickedPoint::new(
+            parts,
+            scene.emitters(),
+            lights,
+            emitter,
+            from,
+            random.point,
+            active,
+        );
+        Self {
+            emitter,
+            probability,
+            on_emitter,
+            active,
+        }
     }
 }
 
@@ -185,7 +238,10 @@ impl<R: Real> PickedPoint<R> {
     ) -> Self {
         let (zero, none) = (R::splat(0.0), R::Vector::splat_vector(DVec3::ZERO));
         let mut picked = Self {
-            point: EmitterPoint { point: none, normal: none },
+            point: EmitterPoint {
+                point: none,
+                normal: none,
+            },
             radiance: none,
             pdf_area: zero,
             by_angle: R::Mask::splat(false),
@@ -195,7 +251,8 @@ impl<R: Real> PickedPoint<R> {
             let emitter = &emitters[number];
             let mut left = here;
             if lights.by_solid_angle(emitter) {
-                let (exists, point, pdf) = parts.lanes_sample_solid_angle(emitter, from, random, here);
+                let (exists, point, pdf) =
+                    parts.lanes_sample_solid_angle(emitter, from, random, here);
                 let exists = here & exists;
                 left = here & !exists;
                 picked.point.point = Vector::choose(exists, point.point, picked.point.point);
@@ -208,16 +265,26 @@ impl<R: Real> PickedPoint<R> {
                 picked.point.point = Vector::choose(left, point.point, picked.point.point);
                 picked.point.normal = Vector::choose(left, point.normal, picked.point.normal);
             }
-            picked.radiance = Vector::choose(here, R::Vector::splat_vector(emitter.radiance), picked.radiance);
-            picked.pdf_area = R::choose(here, R::splat(parts.emitter_pdf_area(emitter)), picked.pdf_area);
+            picked.radiance = Vector::choose(
+                here,
+                R::Vector::splat_vector(emitter.radiance),
+                picked.radiance,
+            );
+            picked.pdf_area = R::choose(
+                here,
+                R::splat(parts.emitter_pdf_area(emitter)),
+                picked.pdf_area,
+            );
         });
         picked
     }
 
-    /// The pdfs with respect to solid angle of points that are seen at these cosines and squared distances.
+    /// The pdfs with respect to solid angle of points that are seen at these cosines and squared
+    /// distances.
     #[inline]
     pub fn pdf<P: Walking>(&self, parts: &P, cosine: R, distance_squared: R, active: R::Mask) -> R {
-        let per_area = parts.lanes_solid_angle_per_area(cosine, distance_squared, active & !self.by_angle);
+        let per_area =
+            parts.lanes_solid_angle_per_area(cosine, distance_squared, active & !self.by_angle);
         R::choose(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
     }
 }
@@ -242,7 +309,11 @@ pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
     seen: SeenLight<R, N>,
     active: R::Mask,
 ) -> R {
-    let SeenLight { emitter, cosine, distance_squared } = seen;
+    let SeenLight {
+        emitter,
+        cosine,
+        distance_squared,
+    } = seen;
     let zero = R::splat(0.0);
     let probability: R = probability_of_pick(parts, scene, lights, from, emitter, active);
     let active = active & probability.above(zero);
@@ -258,7 +329,11 @@ pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
         pdf = R::choose(here, own, pdf);
     });
     // Behind an emitter the one is infinite and the other may be 0.
-    R::choose(active, parts.lanes_pdf_of_pick(pdf, probability, active), zero)
+    R::choose(
+        active,
+        parts.lanes_pdf_of_pick(pdf, probability, active),
+        zero,
+    )
 }
 
 /// Hands over each of the numbers once, with the lanes that have it.

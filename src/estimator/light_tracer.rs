@@ -1,5 +1,5 @@
-//! Light tracing: particles leave the emitters, and every diffuse surface that they meet is connected
-//! to the eye.
+//! Light tracing: particles leave the emitters, and every diffuse surface that they meet is
+//! connected to the eye.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,9 +12,9 @@ use crate::sampler::Pass;
 use crate::scene::Scene;
 use crate::splat::Splats;
 
-/// Particles to the camera, one per pixel and pass. Unbiased for light that leaves an emitter, meets
-/// any surfaces, and reaches the eye from an emitter or a diffuse one: the eye sees nothing in mirrors
-/// and through glass, nor of the background's light.
+/// Particles to the camera, one per pixel and pass. Unbiased for light that leaves an emitter,
+/// meets any surfaces, and reaches the eye from an emitter or a diffuse one: the eye sees nothing
+/// in mirrors and through glass, nor of the background's light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightTracer<P = Standard> {
     /// Its parts.
@@ -29,13 +29,16 @@ impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
             || image.buffer(),
             |splats, numbers| {
                 let items = numbers.map(|number| (number, pass.particle(number, count)));
-                let named =
-                    |error: Error, number: &u32| error.at(|| format!(" by particle {number} of pass {}", pass.index));
+                let named = |error: Error, number: &u32| {
+                    error.at(|| format!(" by particle {number} of pass {}", pass.index))
+                };
                 particles(&self.parts, scene, (items, named), |passed| match passed {
-                    Passed::Place(_, place) => match connect_to_eye(&self.parts, scene, frame, place) {
-                        Some(splat) => splats.add(splat.pixel, splat.value),
-                        None => Ok(()),
-                    },
+                    Passed::Place(_, place) => {
+                        match connect_to_eye(&self.parts, scene, frame, place) {
+                            Some(splat) => splats.add(splat.pixel, splat.value),
+                            None => Ok(()),
+                        }
+                    }
                     Passed::End(..) => Ok(()),
                 })?;
                 splats.flush()

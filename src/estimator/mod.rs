@@ -1,9 +1,10 @@
 //! Estimators of the rendering equation (8), composed from plain parts.
 //!
-//! Every random decision and every equation that an estimator uses is a method of a trait beside the code that
-//! it serves ([`Scattering`], [`Roulette`], [`NextEvent`], [`Photons`], [`Bidirectional`], [`FiniteElements`]), whose
-//! default is the library's own function. [`Standard`] overrides nothing and is what programs run; a trial puts
-//! a faulty part in by overriding one method. All of it is resolved by the compiler.
+//! Every random decision and every equation that an estimator uses is a method of a trait beside
+//! the code that it serves ([`Scattering`], [`Roulette`], [`NextEvent`], [`Photons`],
+//! [`Bidirectional`], [`FiniteElements`]), whose default is the library's own function.
+//! [`Standard`] overrides nothing and is what programs run; a trial puts a faulty part in by
+//! overriding one method. All of it is resolved by the compiler.
 
 mod bdpt;
 mod emission;
@@ -53,25 +54,38 @@ use crate::scene::{Hit, Scene};
 use crate::shape::Ray;
 
 /// The most vertices of a path without a limit of its own. Where survival is at most
-/// [`crate::roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻¹⁸⁰, so one that does will
-/// not end: it is an error, never a cut. Its radiance is NaN, which no film holds.
+/// [`crate::roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻¹⁸⁰, so one
+/// that does will not end: it is an error, never a cut. Its radiance is NaN, which no film holds.
 pub const LONGEST_PATH: u32 = 1 << 13;
 
 /// An unbiased or stated-bias estimate of the radiance that arrives along a ray.
 pub trait Estimator: Sync {
-    /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit vector),
-    /// where `hit` is what [`Scene::intersect`] returns for the ray.
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3;
+    /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit
+    /// vector), where `hit` is what [`Scene::intersect`] returns for the ray.
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3;
 
     /// About how many samples at a time are the least work.
     const TOGETHER: u32 = 256;
 
     /// The same along several rays, each as it is alone, in whatever order they are taken.
-    fn radiances<R: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<R>>) -> Vec<DVec3> {
-        samples.map(|Sample { ray, hit, mut rng }| self.radiance(scene, &ray, hit, &mut rng)).collect()
+    fn radiances<R: Sampler>(
+        &self,
+        scene: &Scene,
+        samples: impl Iterator<Item = Sample<R>>,
+    ) -> Vec<DVec3> {
+        samples
+            .map(|Sample { ray, hit, mut rng }| self.radiance(scene, &ray, hit, &mut rng))
+            .collect()
     }
 
-    /// Whether it sees in mirrors what there is, however many there are: then a ray may follow some before it begins.
+    /// Whether it sees in mirrors what there is, however many there are: then a ray may follow some
+    /// before it begins.
     fn sees_in_mirrors(&self) -> bool {
         false
     }
@@ -90,8 +104,9 @@ pub struct Sample<R> {
 
 /// An estimate of a whole image at once, for methods in which one path reaches many pixels.
 pub trait ImageEstimator: Sync {
-    /// One estimate of the mean radiance over each pixel of the `frame` (width, height), row by row from the top: a
-    /// function of its arguments alone, whatever the threads. Passes of different replications are independent.
+    /// One estimate of the mean radiance over each pixel of the `frame` (width, height), row by row
+    /// from the top: a function of its arguments alone, whatever the threads. Passes of different
+    /// replications are independent.
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
@@ -101,7 +116,13 @@ pub trait ImageEstimator: Sync {
     ///
     /// # Errors
     /// Those of [`image`](Self::image).
-    fn pass(&self, scene: &Scene, frame: [u32; 2], seed: u64, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn pass(
+        &self,
+        scene: &Scene,
+        frame: [u32; 2],
+        seed: u64,
+        index: u32,
+    ) -> Result<Vec<DVec3>, Error> {
         self.image(scene, frame, (seed, index).into())
     }
 }
@@ -134,9 +155,9 @@ pub struct LightRules {
     pub seen: Option<f64>,
     /// Whether shadow rays pass through glass, straight and unweakened.
     pub shadows_pass_glass: bool,
-    /// Whether light that reaches a diffuse surface by way of mirrors and glass, where no shadow ray
-    /// looks for it, counts when a path hits the emitter. What shadow rays pass through has been looked
-    /// behind.
+    /// Whether light that reaches a diffuse surface by way of mirrors and glass, where no shadow
+    /// ray looks for it, counts when a path hits the emitter. What shadow rays pass through has
+    /// been looked behind.
     pub caustics: bool,
     /// Whether refraction scales radiance by (n₁/n₂)².
     pub radiance_factor: bool,
@@ -144,16 +165,28 @@ pub struct LightRules {
 
 impl LightRules {
     /// Energy-consistent.
-    pub const PHYSICAL: Self = Self { seen: None, shadows_pass_glass: false, caustics: true, radiance_factor: true };
-    /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow,
-    /// T = 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse surfaces
-    /// is lost.
-    pub const REPORT: Self =
-        Self { seen: Some(1.0), shadows_pass_glass: true, caustics: false, radiance_factor: false };
+    pub const PHYSICAL: Self = Self {
+        seen: None,
+        shadows_pass_glass: false,
+        caustics: true,
+        radiance_factor: true,
+    };
+    /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow, T =
+    /// 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse
+    /// surfaces is lost.
+    pub const REPORT: Self = Self {
+        seen: Some(1.0),
+        shadows_pass_glass: true,
+        caustics: false,
+        radiance_factor: false,
+    };
 
     /// Shadow rays to points uniform in the area of emitters.
     fn shadow_rays(&self) -> ShadowRays {
-        ShadowRays { lights: LightSampling::Area, pass_glass: self.shadows_pass_glass }
+        ShadowRays {
+            lights: LightSampling::Area,
+            pass_glass: self.shadows_pass_glass,
+        }
     }
 }
 
@@ -162,7 +195,11 @@ impl<E: Integrator> Estimator for E {
         lanes::radiances::<E, &mut S, f64, 1>(scene, self, std::iter::once((*ray, rng)))[0]
     }
 
-    fn radiances<S: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<S>>) -> Vec<DVec3> {
+    fn radiances<S: Sampler>(
+        &self,
+        scene: &Scene,
+        samples: impl Iterator<Item = Sample<S>>,
+    ) -> Vec<DVec3> {
         let rays = samples.map(|Sample { ray, rng, .. }| (ray, rng));
         lanes::radiances::<E, S, Lanes, LANES>(scene, self, rays)
     }

@@ -39,8 +39,8 @@ pub trait NextEvent: Sync {
         let (index, share) = light_pick::pick(shares, r);
         (index as usize, share)
     }
-    /// The pdf of a point on an emitter that is picked with this probability, from its pdf on that emitter, with
-    /// respect to the same measure.
+    /// The pdf of a point on an emitter that is picked with this probability, from its pdf on that
+    /// emitter, with respect to the same measure.
     #[inline]
     fn pdf_of_pick(&self, pdf: f64, probability: f64) -> f64 {
         pdf * probability
@@ -60,10 +60,15 @@ pub trait NextEvent: Sync {
     fn solid_angle_per_area(&self, cosine_at_emitter: f64, distance_squared: f64) -> f64 {
         radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared)
     }
-    /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and its
-    /// pdf with respect to that; `None` for emitters that are sampled by area alone.
+    /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and
+    /// its pdf with respect to that; `None` for emitters that are sampled by area alone.
     #[inline]
-    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+    fn sample_solid_angle(
+        &self,
+        emitter: &Emitter,
+        from: DVec3,
+        random: [f64; 2],
+    ) -> Option<(EmitterPoint, f64)> {
         emitter.sample_solid_angle(from, random)
     }
     /// The same pdf for any point of the emitter's front.
@@ -71,8 +76,8 @@ pub trait NextEvent: Sync {
     fn pdf_solid_angle(&self, emitter: &Emitter, from: DVec3) -> Option<f64> {
         emitter.pdf_solid_angle(from)
     }
-    /// The probability that a shadow ray looks for the light of an environment map, not for that of one of `count`
-    /// emitters.
+    /// The probability that a shadow ray looks for the light of an environment map, not for that of
+    /// one of `count` emitters.
     #[inline]
     fn share_of_map(&self, count: usize) -> f64 {
         if count == 0 { 1.0 } else { 0.5 }
@@ -112,13 +117,14 @@ pub trait NextEvent: Sync {
     fn route(&self, _: &SceneBody, _number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
         Some(route)
     }
-    /// Throughput of a body that is met at this cosine, and the probability that a path goes on there.
+    /// Throughput of a body that is met at this cosine, and the probability that a path goes on
+    /// there.
     #[inline]
     fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
         body.body.lets_on(cosine, body.kind == Kind::Refraction)
     }
-    /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow rays
-    /// look for the same light (in [`Report`](super::Report): or if its rules leave it out).
+    /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow
+    /// rays look for the same light (in [`Report`](super::Report): or if its rules leave it out).
     #[inline]
     fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
         !(sampled && strategy == Strategy::Light)
@@ -135,7 +141,10 @@ pub(crate) struct ShadowRays {
 
 impl ShadowRays {
     /// Those of estimators that leave no choice.
-    pub const DEFAULT: Self = Self { lights: LightSampling::ByContribution, pass_glass: false };
+    pub const DEFAULT: Self = Self {
+        lights: LightSampling::ByContribution,
+        pass_glass: false,
+    };
 }
 
 /// Light that arrives along a shadow ray in each lane.
@@ -156,14 +165,23 @@ impl<R: Real> LightSample<R> {
     #[inline]
     fn none() -> Self {
         let none = R::Vector::splat_vector(DVec3::ZERO);
-        Self { arrives: R::Mask::splat(false), wi: none, reflected: none, pdf: R::splat(0.0) }
+        Self {
+            arrives: R::Mask::splat(false),
+            wi: none,
+            reflected: none,
+            pdf: R::splat(0.0),
+        }
     }
 
     /// The same as one of two kinds of light, picked with this probability.
     #[inline]
     fn picked(self, probability: f64) -> Self {
         let all = R::splat(probability);
-        Self { reflected: self.reflected * all.recip(), pdf: self.pdf * all, ..self }
+        Self {
+            reflected: self.reflected * all.recip(),
+            pdf: self.pdf * all,
+            ..self
+        }
     }
 
     /// This sample where the mask says so, else another.
@@ -180,7 +198,13 @@ impl<R: Real> LightSample<R> {
 
 /// Next-event estimation: one shadow ray from each active lane to a point picked on an emitter.
 #[inline]
-pub(super) fn sample_light<P: Walking, X: ShadingPoint<R>, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+pub(super) fn sample_light<
+    P: Walking,
+    X: ShadingPoint<R>,
+    S: LaneSampler<R>,
+    R: Wide<N>,
+    const N: usize,
+>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -207,7 +231,14 @@ pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const 
     if scene.scene.emitters().is_empty() || !active.any() {
         return LightSample::none();
     }
-    let picked = PickedLight::new(parts, scene.scene, shadow_rays.lights, at.vertex().point, random, active);
+    let picked = PickedLight::new(
+        parts,
+        scene.scene,
+        shadow_rays.lights,
+        at.vertex().point,
+        random,
+        active,
+    );
     light_from(parts, scene, at, &picked, shadow_rays.pass_glass, scratch)
 }
 
@@ -222,7 +253,12 @@ fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     scratch: &mut IntersectionScratch<R, N>,
 ) -> LightSample<R> {
     let (zero, vertex) = (R::splat(0.0), at.vertex());
-    let PickedLight { probability, on_emitter, active, .. } = picked;
+    let PickedLight {
+        probability,
+        on_emitter,
+        active,
+        ..
+    } = picked;
     let (point, active) = (on_emitter.point, *active);
     let to_light = point.point - vertex.point;
     let distance_squared = to_light.length_squared();
@@ -244,8 +280,18 @@ fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     } else {
         active
     };
-    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf), wi, arrives);
-    LightSample { arrives, wi, reflected, pdf }
+    let reflected = at.to_radiance(
+        parts,
+        radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf),
+        wi,
+        arrives,
+    );
+    LightSample {
+        arrives,
+        wi,
+        reflected,
+        pdf,
+    }
 }
 
 /// One shadow ray from each active lane towards the environment map.
@@ -260,7 +306,13 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
 ) -> LightSample<R> {
     let vertex = at.vertex();
     let sample = |i: usize| parts.sample_map(map, random.map(|r| r.lane(i)));
-    let samples: [_; N] = from_fn(|i| if active.lane(i) { sample(i) } else { (DVec3::Z, 1.0) });
+    let samples: [_; N] = from_fn(|i| {
+        if active.lane(i) {
+            sample(i)
+        } else {
+            (DVec3::Z, 1.0)
+        }
+    });
     let direction = R::Vector::from_fn(|i| samples[i].0);
     let pdf = R::from_lanes(|i| samples[i].1);
     let cosine = at.cosine(parts, direction, active);
@@ -273,17 +325,38 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
         if parts.is_standard() {
             return scene.is_open(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
         }
-        parts.sees_background(scene, (place.point.lane(i), place.normal.lane(i)), samples[i].0)
+        parts.sees_background(
+            scene,
+            (place.point.lane(i), place.normal.lane(i)),
+            samples[i].0,
+        )
     };
     let arrives = R::Mask::from_fn(|i| active.lane(i) && sees_background(i));
     let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
-    let reflected = at.to_radiance(parts, radiometry::reflected(brdf, radiance, cosine, pdf), wi, arrives);
-    LightSample { arrives, wi, reflected, pdf }
+    let reflected = at.to_radiance(
+        parts,
+        radiometry::reflected(brdf, radiance, cosine, pdf),
+        wi,
+        arrives,
+    );
+    LightSample {
+        arrives,
+        wi,
+        reflected,
+        pdf,
+    }
 }
 
-/// Next-event estimation in a scene with an environment map: a shadow ray towards the map or an emitter.
+/// Next-event estimation in a scene with an environment map: a shadow ray towards the map or an
+/// emitter.
 #[inline]
-pub(super) fn sample_light_or_map<P: Walking, X: ShadingPoint<R>, S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+pub(super) fn sample_light_or_map<
+    P: Walking,
+    X: ShadingPoint<R>,
+    S: LaneSampler<R>,
+    R: Wide<N>,
+    const N: usize,
+>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -334,26 +407,55 @@ pub(super) fn direct_light<P: Walking, R: Sampler>(
     if scene.emitters().is_empty() {
         return None;
     }
-    let at = BsdfAt { scene, bsdf, vertex };
-    let random = LightNumbers { pick: uniform(rng), point: uniform2(rng) };
-    let picked = PickedLight::new(parts, scene, shadow_rays.lights, vertex.point, &random, true);
+    let at = BsdfAt {
+        scene,
+        bsdf,
+        vertex,
+    };
+    let random = LightNumbers {
+        pick: uniform(rng),
+        point: uniform2(rng),
+    };
+    let picked = PickedLight::new(
+        parts,
+        scene,
+        shadow_rays.lights,
+        vertex.point,
+        &random,
+        true,
+    );
     let (lanes, scratch) = (LaneScene::new(scene), &mut IntersectionScratch::new());
-    let light: LightSample<f64> = light_from(parts, lanes, &at, &picked, shadow_rays.pass_glass, scratch);
+    let light: LightSample<f64> =
+        light_from(parts, lanes, &at, &picked, shadow_rays.pass_glass, scratch);
     let (PickedPoint { point, .. }, [emitter]) = (picked.on_emitter, picked.emitter);
-    light.arrives.then_some(DirectLight { reflected: light.reflected, emitter, point })
+    light.arrives.then_some(DirectLight {
+        reflected: light.reflected,
+        emitter,
+        point,
+    })
 }
 
-/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the emitter of this number; 0
-/// from behind.
+/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the
+/// emitter of this number; 0 from behind.
 #[inline]
-pub(super) fn picked_pdf<P: Walking>(parts: &P, scene: &Scene, index: usize, light: &Vertex, from: DVec3) -> f64 {
+pub(super) fn picked_pdf<P: Walking>(
+    parts: &P,
+    scene: &Scene,
+    index: usize,
+    light: &Vertex,
+    from: DVec3,
+) -> f64 {
     let offset = light.point - from;
     let distance_squared = offset.length_squared();
     let cosine = parts.cosine(light.frame.z, -offset.normalize());
     if cosine <= 0.0 {
         return 0.0;
     }
-    let seen = SeenLight { emitter: [index], cosine, distance_squared };
+    let seen = SeenLight {
+        emitter: [index],
+        cosine,
+        distance_squared,
+    };
     light_pdf(parts, scene, ShadowRays::DEFAULT.lights, from, seen, true)
         * parts.solid_angle_per_area(cosine, distance_squared)
 }

@@ -19,8 +19,8 @@ pub(super) enum Passed<'m, 'a, T, R> {
     End(T, R),
 }
 
-/// Sends particles from the emitters, one for each item, and tells of every place where they are. `named` adds to an error
-/// which item it is of.
+/// Sends particles from the emitters, one for each item, and tells of every place where they are.
+/// `named` adds to an error which item it is of.
 pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
@@ -34,9 +34,17 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
             let emission = emit_from(parts, scene, (index, &light), &mut rng);
             (PathVertex::emitting(&light, carried, index), emission)
         });
-        let (first, emission) = start.map_or((None, None), |(first, emission)| (Some(first), emission));
-        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
-        PendingWalk { item: (item, first, flux), ray, block: LIGHT, rng }
+        let (first, emission) =
+            start.map_or((None, None), |(first, emission)| (Some(first), emission));
+        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
+            (Some(ray), flux)
+        });
+        PendingWalk {
+            item: (item, first, flux),
+            ray,
+            block: LIGHT,
+            rng,
+        }
     });
     follow(parts, scene, starts, |event| match event {
         WalkEvent::Hit((item, first, flux), step, at, _) => {
@@ -46,7 +54,10 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
                     passed(Passed::Place(item, &first))?;
                 }
                 if step.endless {
-                    return Err(Error::Radiance { value: f64::NAN, place: String::new() });
+                    return Err(Error::Radiance {
+                        value: f64::NAN,
+                        place: String::new(),
+                    });
                 }
                 passed(Passed::Place(item, &step.path_vertex(*at, flux)))
             };

@@ -12,7 +12,8 @@ use super::specular::{LightHit, SpecularShadowRay, specular_light};
 use super::{LONGEST_PATH, Standard, Walking};
 use crate::emitter::LightSampling;
 use crate::lanes::{
-    Arrival, Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, ShadingPoint as _, SurfaceInteraction,
+    Arrival, Integrator, IntersectionScratch, LaneSampler, LaneScene, PathState, ShadingPoint as _,
+    SurfaceInteraction,
 };
 use crate::real::{Mask, Real, Vector, Wide};
 use crate::roulette;
@@ -23,8 +24,8 @@ use crate::scene::Scene;
 pub enum Strategy {
     /// By the directions in which paths go on, which hit emitters by chance.
     Bsdf,
-    /// By shadow rays to points on emitters. With points uniform in area its variance is infinite in
-    /// corners of emitting rooms: the geometry term has no bound.
+    /// By shadow rays to points on emitters. With points uniform in area its variance is infinite
+    /// in corners of emitting rooms: the geometry term has no bound.
     Light,
     /// By both, weighted by a [`Heuristic`].
     #[default]
@@ -41,10 +42,11 @@ pub enum Heuristic {
     Power,
 }
 
-/// A path tracer: an estimator of (8), or with a limit on bounces of the first terms of its Neumann series.
+/// A path tracer: an estimator of (8), or with a limit on bounces of the first terms of its Neumann
+/// series.
 ///
-/// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed forms and with other
-/// estimators on their scenes, to within the δ that each states.
+/// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed
+/// forms and with other estimators on their scenes, to within the δ that each states.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Path<P = Standard> {
     /// Its parts.
@@ -57,17 +59,18 @@ pub struct Path<P = Standard> {
     pub heuristic: Heuristic,
     /// How many hits are early for [roulette](crate::roulette::by_throughput).
     pub early: u32,
-    /// Whether [`Strategy::Mis`] sends shadow rays by way of [bodies](Scene::bodies) as well, where no environment map
-    /// shines.
+    /// Whether [`Strategy::Mis`] sends shadow rays by way of [bodies](Scene::bodies) as well, where
+    /// no environment map shines.
     pub by_bodies: bool,
-    /// How often light is scattered at most on its way from an emitter or the background to the camera; 0 leaves what is
-    /// seen directly. `None` is no limit.
+    /// How often light is scattered at most on its way from an emitter or the background to the
+    /// camera; 0 leaves what is seen directly. `None` is no limit.
     pub bounces: Option<u32>,
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no bodies, no limit. `render`
-    /// takes [`LightSampling::ByContribution`], [`Heuristic::Power`] and [`EARLY`](crate::roulette::EARLY).
+    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no
+    /// bodies, no limit. `render` takes [`LightSampling::ByContribution`], [`Heuristic::Power`] and
+    /// [`EARLY`](crate::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
             parts,
@@ -95,11 +98,13 @@ impl<P: Walking> Path<P> {
     /// The weight of samples of pdf `pdf` that the other strategy finds with pdf `other`.
     #[inline]
     fn weight<R: Real>(&self, pdf: R, other: R, active: R::Mask) -> R {
-        self.parts.lanes_mis_weight(self.heuristic, pdf, other, active)
+        self.parts
+            .lanes_mis_weight(self.heuristic, pdf, other, active)
     }
 
-    /// The weights of emitters that the active paths have hit. Where the ray's direction has a pdf, a shadow ray could have
-    /// found the same light; where it comes from a specular caster, one by way of that.
+    /// The weights of emitters that the active paths have hit. Where the ray's direction has a pdf,
+    /// a shadow ray could have found the same light; where it comes from a specular caster, one by
+    /// way of that.
     #[inline]
     fn hit_weight<R: Wide<N>, const N: usize>(
         &self,
@@ -112,18 +117,40 @@ impl<P: Walking> Path<P> {
         let cosine = parts.lanes_cosine(surface.normal, -paths.ray.direction, active);
         let emitter = from_fn(|i| surface.emitter(i).map_or(0, |emitter| emitter as usize));
         let none = R::Mask::splat(false);
-        let weighted = if self.strategy == Strategy::Mis { active & paths.sampled } else { none };
+        let weighted = if self.strategy == Strategy::Mis {
+            active & paths.sampled
+        } else {
+            none
+        };
         let (past, chain_pdf, chain_other) = if self.uses_casters(scene.scene) {
-            let light = LightHit { emitter, point: surface.vertex.point, cosine };
-            paths.chains.pdfs(parts, scene, &light, active & !paths.sampled)
+            let light = LightHit {
+                emitter,
+                point: surface.vertex.point,
+                cosine,
+            };
+            paths
+                .chains
+                .pdfs(parts, scene, &light, active & !paths.sampled)
         } else {
             (none, R::splat(0.0), R::splat(0.0))
         };
-        let counts = parts.lanes_hit_counts(self.strategy, paths.sampled, active & !weighted & !past);
+        let counts =
+            parts.lanes_hit_counts(self.strategy, paths.sampled, active & !weighted & !past);
         let mut weight = R::choose(counts, R::splat(1.0), R::splat(0.0));
         if weighted.any() {
-            let seen = SeenLight { emitter, cosine, distance_squared: surface.t * surface.t };
-            let mut other = light_pdf(parts, scene.scene, self.lights, paths.ray.origin, seen, weighted);
+            let seen = SeenLight {
+                emitter,
+                cosine,
+                distance_squared: surface.t * surface.t,
+            };
+            let mut other = light_pdf(
+                parts,
+                scene.scene,
+                self.lights,
+                paths.ray.origin,
+                seen,
+                weighted,
+            );
             if scene.scene.background().map().is_some() {
                 other = other * (1.0 - parts.share_of_map(scene.scene.emitters().len()));
             }
@@ -147,40 +174,84 @@ impl<P: Walking> Path<P> {
         scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Vector {
         let parts = &self.parts;
-        let shadow_rays = ShadowRays { lights: self.lights, pass_glass: false };
+        let shadow_rays = ShadowRays {
+            lights: self.lights,
+            pass_glass: false,
+        };
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let weighted = |light: LightSample<R>| {
             let weight = if self.strategy == Strategy::Mis {
-                self.weight(light.pdf, surface.pdf(parts, light.wi, light.arrives), light.arrives)
+                self.weight(
+                    light.pdf,
+                    surface.pdf(parts, light.wi, light.arrives),
+                    light.arrives,
+                )
             } else {
                 R::splat(1.0)
             };
             Vector::choose(light.arrives, light.reflected * weight, none)
         };
         if scene.scene.background().map().is_some() {
-            return weighted(sample_light_or_map(parts, scene, surface, shadow_rays, active, random, scratch));
+            return weighted(sample_light_or_map(
+                parts,
+                scene,
+                surface,
+                shadow_rays,
+                active,
+                random,
+                scratch,
+            ));
         }
         let numbers = LightNumbers::new(scene.scene, active, random);
-        let light = sample_light_by(parts, scene, surface, shadow_rays, &numbers, active, scratch);
+        let light = sample_light_by(
+            parts,
+            scene,
+            surface,
+            shadow_rays,
+            &numbers,
+            active,
+            scratch,
+        );
         let reflected = weighted(light);
         let by_casters = active & !surface.rough_glass();
         if !by_casters.any() || !self.uses_casters(scene.scene) {
             return reflected;
         }
-        let shadow_ray = SpecularShadowRay { caster: random.uniform(by_casters), light: &numbers, remaining_bounces };
+        let shadow_ray = SpecularShadowRay {
+            caster: random.uniform(by_casters),
+            light: &numbers,
+            remaining_bounces,
+        };
         let weight = |pdf, other, active| self.weight(pdf, other, active);
-        reflected + specular_light(parts, scene, surface, shadow_ray, weight, by_casters, scratch)
+        reflected
+            + specular_light(
+                parts, scene, surface, shadow_ray, weight, by_casters, scratch,
+            )
     }
 }
 
 impl<P: Walking> Integrator for Path<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask {
-        let Arrival { scene, paths, surface, active, random, scratch } = arrival;
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask {
+        let Arrival {
+            scene,
+            paths,
+            surface,
+            active,
+            random,
+            scratch,
+        } = arrival;
         let parts = &self.parts;
         random.start_blocks(active, &paths.hits);
         // A path that will not end is an error, never a cut.
         let endless = active & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
-        let throughput = Vector::choose(endless, R::Vector::splat_vector(DVec3::NAN), paths.throughput);
+        let throughput = Vector::choose(
+            endless,
+            R::Vector::splat_vector(DVec3::NAN),
+            paths.throughput,
+        );
 
         // L_e of (8): an emitter that the path has hit.
         let emits = active & surface.emits;
@@ -191,14 +262,19 @@ impl<P: Walking> Integrator for Path<P> {
         }
 
         // The limit on bounces, if there is one.
-        let remaining_bounces = self.bounces.map(|bounces| paths.hits.map(|hit| bounces.checked_sub(hit)));
-        let within = remaining_bounces.map_or(active, |left| active & R::Mask::from_fn(|i| left[i].is_some()));
+        let remaining_bounces = self
+            .bounces
+            .map(|bounces| paths.hits.map(|hit| bounces.checked_sub(hit)));
+        let within = remaining_bounces.map_or(active, |left| {
+            active & R::Mask::from_fn(|i| left[i].is_some())
+        });
         let scatters = within & (surface.non_delta | surface.delta());
 
         // f_r L_e cos θ / p of (8): light that shadow rays find.
         if self.strategy != Strategy::Bsdf {
             let asking = within & surface.non_delta;
-            let reflected = self.direct_light(scene, surface, remaining_bounces, asking, random, scratch);
+            let reflected =
+                self.direct_light(scene, surface, remaining_bounces, asking, random, scratch);
             let added = paths.radiance + throughput * paths.factor * reflected;
             paths.radiance = Vector::choose(scatters, added, paths.radiance);
         }
@@ -225,16 +301,27 @@ impl<P: Walking> Integrator for Path<P> {
 
     /// Adds the background, weighted where a shadow ray could have found its map.
     #[inline]
-    fn escape<R: Wide<N>, const N: usize>(&self, scene: &Scene, paths: &mut PathState<R, N>, leaving: R::Mask) {
+    fn escape<R: Wide<N>, const N: usize>(
+        &self,
+        scene: &Scene,
+        paths: &mut PathState<R, N>,
+        leaving: R::Mask,
+    ) {
         let (parts, one) = (&self.parts, R::splat(1.0));
         let Some(map) = scene.background().map().filter(|_| leaving.any()) else {
             return paths.add_background(scene, one, leaving);
         };
         let none = R::Mask::splat(false);
-        let weighted = if self.strategy == Strategy::Mis { leaving & paths.sampled } else { none };
+        let weighted = if self.strategy == Strategy::Mis {
+            leaving & paths.sampled
+        } else {
+            none
+        };
         let counts = parts.lanes_hit_counts(self.strategy, paths.sampled, leaving & !weighted);
         let share = parts.share_of_map(scene.emitters().len());
-        let other = numbers(weighted, |i| share * parts.map_pdf(map, paths.ray.direction.lane(i)));
+        let other = numbers(weighted, |i| {
+            share * parts.map_pdf(map, paths.ray.direction.lane(i))
+        });
         let weight = R::choose(counts, one, R::splat(0.0));
         let weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
         paths.add_background(scene, weight, leaving);

@@ -19,8 +19,8 @@ use crate::shape::Ray;
 pub enum Lookup {
     /// At the first diffuse surface that the eye sees: all of its light by photons.
     Direct,
-    /// At the second: the first gets direct light by a shadow ray, caustics by photons of their own, and all
-    /// other light by one ray in a cosine-weighted direction (final gathering).
+    /// At the second: the first gets direct light by a shadow ray, caustics by photons of their
+    /// own, and all other light by one ray in a cosine-weighted direction (final gathering).
     Gather {
         /// Particles emitted for the caustic map.
         caustic_particles: u32,
@@ -29,11 +29,11 @@ pub enum Lookup {
     },
 }
 
-/// An estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that leaves an emitter: none
-/// starts from the background.
+/// An estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that leaves an
+/// emitter: none starts from the background.
 ///
-/// Its estimates share the photons: their mean tends to what this map says, and their standard error
-/// knows nothing of the map's own. Maps of different seeds are independent replications.
+/// Its estimates share the photons: their mean tends to what this map says, and their standard
+/// error knows nothing of the map's own. Maps of different seeds are independent replications.
 #[derive(Clone, Debug)]
 pub struct PhotonMapping<P> {
     parts: P,
@@ -66,16 +66,37 @@ struct Query {
 
 impl Query {
     /// A lookup for an arrival whose radiance is multiplied by this weight before.
-    fn new(sample: usize, &Arrival { hit, at, throughput, .. }: &Arrival, weight: DVec3) -> Self {
-        let Hit { point, normal, surface, .. } = hit;
+    fn new(
+        sample: usize,
+        &Arrival {
+            hit,
+            at,
+            throughput,
+            ..
+        }: &Arrival,
+        weight: DVec3,
+    ) -> Self {
+        let Hit {
+            point,
+            normal,
+            surface,
+            ..
+        } = hit;
         let throughput = weight * throughput;
-        Self { sample: sample as u32, surface, point, normal, direction: at.direction, throughput }
+        Self {
+            sample: sample as u32,
+            surface,
+            point,
+            normal,
+            direction: at.direction,
+            throughput,
+        }
     }
 }
 
 impl<P: Photons + Walking> PhotonMapping<P> {
-    /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within `radius` > 0,
-    /// in the scene's units. The photons are functions of the pass.
+    /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within
+    /// `radius` > 0, in the scene's units. The photons are functions of the pass.
     ///
     /// # Errors
     /// Those of [`PhotonMap::new`].
@@ -91,20 +112,29 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         if let Lookup::Gather { caustic_radius, .. } = lookup {
             check_radius(caustic_radius)?;
         }
-        let map = |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
+        let map =
+            |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
         let all = map(Kept::All, particles, "photons")?;
         let caustics = match lookup {
             Lookup::Direct => None,
-            Lookup::Gather { caustic_particles, caustic_radius } => {
+            Lookup::Gather {
+                caustic_particles,
+                caustic_radius,
+            } => {
                 let map = map(Kept::Caustic, caustic_particles, "caustics")?;
                 Some((map, caustic_radius))
             }
         };
-        Ok(Self { all, radius, caustics, parts })
+        Ok(Self {
+            all,
+            radius,
+            caustics,
+            parts,
+        })
     }
 
-    /// Follows mirrors and glass from rays to the first diffuse surfaces. `see` is called with what emitters on the way show
-    /// along a path of this number.
+    /// Follows mirrors and glass from rays to the first diffuse surfaces. `see` is called with what
+    /// emitters on the way show along a path of this number.
     fn arrive<R: Sampler>(
         &self,
         scene: &Scene,
@@ -113,8 +143,18 @@ impl<P: Photons + Walking> PhotonMapping<P> {
     ) -> Vec<(usize, Arrival, R)> {
         let mut arrivals = Vec::new();
         let walks = rays.map(|walk| {
-            let PendingWalk { item, ray, block, rng } = walk;
-            PendingWalk { item: (item, block, None), ray, block, rng }
+            let PendingWalk {
+                item,
+                ray,
+                block,
+                rng,
+            } = walk;
+            PendingWalk {
+                item: (item, block, None),
+                ray,
+                block,
+                rng,
+            }
         });
         let followed = follow(&self.parts, scene, walks, |event| {
             match event {
@@ -125,7 +165,12 @@ impl<P: Photons + Walking> PhotonMapping<P> {
                     }
                     if hit.endless || hit.bsdf.is_rough() {
                         let throughput = hit.factor * hit.throughput;
-                        *arrival = Some(Arrival { hit: hit.here, at: *at, throughput, block: *block });
+                        *arrival = Some(Arrival {
+                            hit: hit.here,
+                            at: *at,
+                            throughput,
+                            block: *block,
+                        });
                         return Ok(false);
                     }
                 }
@@ -139,8 +184,8 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         arrivals
     }
 
-    /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they share photons, which
-    /// are in the caches then.
+    /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they
+    /// share photons, which are in the caches then.
     fn look_up(
         &self,
         scene: &Scene,
@@ -149,10 +194,19 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         radiances: &mut [DVec3],
     ) {
         queries.sort_by_cached_key(|at| map.place(at.point));
-        for Query { sample, surface, point, normal, direction, throughput } in queries {
+        for Query {
+            sample,
+            surface,
+            point,
+            normal,
+            direction,
+            throughput,
+        } in queries
+        {
             let bsdf = &scene.surfaces()[surface as usize].bsdf;
             let vertex = Vertex::of(point, normal, direction);
-            radiances[sample as usize] += throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
+            radiances[sample as usize] +=
+                throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
         }
     }
 }
@@ -160,36 +214,81 @@ impl<P: Photons + Walking> PhotonMapping<P> {
 impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
     const TOGETHER: u32 = 1 << 16;
 
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
-        self.radiances(scene, std::iter::once(Sample { ray: *ray, hit, rng }))[0]
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
+        self.radiances(
+            scene,
+            std::iter::once(Sample {
+                ray: *ray,
+                hit,
+                rng,
+            }),
+        )[0]
     }
 
-    fn radiances<R: Sampler>(&self, scene: &Scene, samples: impl Iterator<Item = Sample<R>>) -> Vec<DVec3> {
+    fn radiances<R: Sampler>(
+        &self,
+        scene: &Scene,
+        samples: impl Iterator<Item = Sample<R>>,
+    ) -> Vec<DVec3> {
         let parts = &self.parts;
         let radiances = RefCell::new(Vec::new());
         let rays = samples.enumerate().map(|(item, Sample { ray, rng, .. })| {
             radiances.borrow_mut().push(DVec3::ZERO);
-            PendingWalk { item, ray: Some(ray), block: 0, rng }
+            PendingWalk {
+                item,
+                ray: Some(ray),
+                block: 0,
+                rng,
+            }
         });
-        let arrivals = self.arrive(scene, rays, |i, emission| radiances.borrow_mut()[i] += emission);
+        let arrivals = self.arrive(scene, rays, |i, emission| {
+            radiances.borrow_mut()[i] += emission;
+        });
         let mut radiances = radiances.into_inner();
-        let queries = arrivals.iter().map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE)).collect();
+        let queries = arrivals
+            .iter()
+            .map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE))
+            .collect();
         let Some((caustics, radius)) = &self.caustics else {
             self.look_up(scene, (&self.all, self.radius), queries, &mut radiances);
             return radiances;
         };
-        // The light that arrives at the first diffuse surfaces: straight from emitters, and from the second ones.
+        // The light that arrives at the first diffuse surfaces: straight from emitters, and from
+        // the second ones.
         let mut weights = vec![DVec3::ZERO; radiances.len()];
         let mut gathering = Vec::with_capacity(arrivals.len());
-        for (item, Arrival { hit, at, throughput, block }, mut rng) in arrivals {
+        for (
+            item,
+            Arrival {
+                hit,
+                at,
+                throughput,
+                block,
+            },
+            mut rng,
+        ) in arrivals
+        {
             let bsdf = &scene.surface(&hit).bsdf;
-            if let Some(light) = direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng) {
+            if let Some(light) =
+                direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng)
+            {
                 radiances[item] += throughput * light.reflected;
             }
             if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
                 weights[item] = throughput * next.weight;
                 let ray = Some(scene.leave(hit.point, hit.normal, next.direction));
-                gathering.push(PendingWalk { item, ray, block, rng });
+                gathering.push(PendingWalk {
+                    item,
+                    ray,
+                    block,
+                    rng,
+                });
             }
         }
         let second = self.arrive(scene, gathering.into_iter(), |i, emission| {
@@ -197,7 +296,10 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
                 radiances[i] += weights[i] * emission;
             }
         });
-        let of_all = second.iter().map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i])).collect();
+        let of_all = second
+            .iter()
+            .map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i]))
+            .collect();
         self.look_up(scene, (&self.all, self.radius), of_all, &mut radiances);
         self.look_up(scene, (caustics, *radius), queries, &mut radiances);
         radiances

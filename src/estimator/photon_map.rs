@@ -1,4 +1,5 @@
-//! Photons: where particles from the emitters arrive, and the radiance that follows from their density.
+//! Photons: where particles from the emitters arrive, and the radiance that follows from their
+//! density.
 
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
@@ -29,28 +30,30 @@ pub struct Photon {
 /// Which arrivals a map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
-    /// All at diffuse surfaces: light that came straight, by mirrors and glass, or by diffuse surfaces.
+    /// All at diffuse surfaces: light that came straight, by mirrors and glass, or by diffuse
+    /// surfaces.
     All,
     /// The first at a diffuse surface if only mirrors and glass were met before: caustics.
     Caustic,
 }
 
-/// ΔΦ of [`crate::equation::PHOTON_FLUX`]: the share of one particle of `emitted` ≥ 1. Particles that were
-/// lost on the way count as well.
+/// ΔΦ of [`crate::equation::PHOTON_FLUX`]: the share of one particle of `emitted` ≥ 1. Particles
+/// that were lost on the way count as well.
 #[inline]
 pub fn flux_share(flux: DVec3, emitted: u32) -> DVec3 {
     flux / f64::from(emitted)
 }
 
-/// What one photon adds to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr², with f_r in 1/sr and `r2` = r² > 0.
-/// The constant kernel on the disc of radius r.
+/// What one photon adds to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr², with f_r in 1/sr and
+/// `r2` = r² > 0. The constant kernel on the disc of radius r.
 #[inline]
 pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
     brdf * flux * (FRAC_1_PI / r2)
 }
 
-/// Photons are counted where their normal and that of the point in question have at least this cosine
-/// (26°): not from behind nor round a corner. On a sphere of radius R that allows lookups up to r = 0.45 R.
+/// Photons are counted where their normal and that of the point in question have at least this
+/// cosine (26°): not from behind nor round a corner. On a sphere of radius R that allows lookups up
+/// to r = 0.45 R.
 pub const SAME_SIDE: f64 = 0.9;
 
 /// Whether a photon lies on the same surface and side as a point, by their unit normals.
@@ -66,8 +69,8 @@ pub trait Photons: Sync {
     fn photon_flux(&self, flux: DVec3, emitted: u32, _stored: usize) -> DVec3 {
         flux_share(flux, emitted)
     }
-    /// Whether light that met so many mirrors and glass surfaces, and nothing else, before it arrives at a
-    /// diffuse surface is a caustic. Light that met none is found by shadow rays.
+    /// Whether light that met so many mirrors and glass surfaces, and nothing else, before it
+    /// arrives at a diffuse surface is a caustic. Light that met none is found by shadow rays.
     #[inline]
     fn is_caustic(&self, specular: u32) -> bool {
         specular > 0
@@ -77,14 +80,14 @@ pub trait Photons: Sync {
     fn same_side(&self, at_photon: DVec3, at_point: DVec3) -> bool {
         same_side(at_photon, at_point)
     }
-    /// What one photon adds to the reflected radiance. Its direction `_wi`, local, has no say but by the
-    /// BRDF: flux per area is irradiance, which holds the cosine.
+    /// What one photon adds to the reflected radiance. Its direction `_wi`, local, has no say but
+    /// by the BRDF: flux per area is irradiance, which holds the cosine.
     #[inline]
     fn photon_density(&self, brdf: DVec3, flux: DVec3, _wi: DVec3, radius_squared: f64) -> DVec3 {
         density(brdf, flux, radius_squared)
     }
-    /// Whether an eye path that has met a diffuse surface counts emitters that it hits: not where shadow
-    /// rays and caustic photons bring the same light.
+    /// Whether an eye path that has met a diffuse surface counts emitters that it hits: not where
+    /// shadow rays and caustic photons bring the same light.
     #[inline]
     fn gathers_emission(&self) -> bool {
         false
@@ -109,12 +112,12 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps their photons in an
-    /// order that does not depend on the threads.
+    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps
+    /// their photons in an order that does not depend on the threads.
     ///
     /// # Errors
-    /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or not finite,
-    /// and for a particle beyond [`LONGEST_PATH`](super::LONGEST_PATH).
+    /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
+    /// not finite, and for a particle beyond [`LONGEST_PATH`](super::LONGEST_PATH).
     pub fn new<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
@@ -127,26 +130,32 @@ impl PhotonMap {
         let follow = |particles| follow_particles(parts, scene, kept, particles, rng);
         let mut photons = pilot(emitted, follow)?;
         let first = emitted.min(PILOT);
-        let rest = in_portions(emitted - first).map(|part| follow(first + part.start..first + part.end));
+        let rest =
+            in_portions(emitted - first).map(|part| follow(first + part.start..first + part.end));
         let rest = rest.collect::<Result<Vec<_>, _>>()?;
         photons.extend(rest.into_iter().flatten());
         let stored = photons.len();
         for (_, photon) in &mut photons {
             photon.flux = parts.photon_flux(photon.flux, emitted, stored);
             let flux = photon.flux.to_array();
-            if let Some(&value) = flux.iter().find(|flux| !(0.0..f64::INFINITY).contains(*flux)) {
+            if let Some(&value) = flux
+                .iter()
+                .find(|flux| !(0.0..f64::INFINITY).contains(*flux))
+            {
                 let place = format!(" as the flux of a photon of pass {}", pass.index);
                 return Err(Error::Radiance { value, place });
             }
         }
-        Ok(Self { tree: KdTree::new(&photons) })
+        Ok(Self {
+            tree: KdTree::new(&photons),
+        })
     }
 
     /// Refuses a map that would not fit memory.
     ///
     /// # Errors
-    /// [`Error::Option`] for no particles, and if the first ones say that all will leave more photons than fit
-    /// [`LARGEST_MAP`].
+    /// [`Error::Option`] for no particles, and if the first ones say that all will leave more
+    /// photons than fit [`LARGEST_MAP`].
     pub fn check<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
@@ -156,7 +165,10 @@ impl PhotonMap {
     ) -> Result<(), Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
-        pilot(emitted, |particles| follow_particles(parts, scene, kept, particles, rng)).map(|_| ())
+        pilot(emitted, |particles| {
+            follow_particles(parts, scene, kept, particles, rng)
+        })
+        .map(|_| ())
     }
 
     /// The photons, in the tree's order.
@@ -169,12 +181,12 @@ impl PhotonMap {
         self.tree.place(point)
     }
 
-    /// The radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`] with the photons of a ball
-    /// of the given radius.
+    /// The radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`] with the
+    /// photons of a ball of the given radius.
     ///
-    /// On a plane the expectation is the mean over the disc, and on a sphere the mean over the cap that
-    /// the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too small by the
-    /// part of the disc that lies beyond.
+    /// On a plane the expectation is the mean over the disc, and on a sphere the mean over the cap
+    /// that the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too
+    /// small by the part of the disc that lies beyond.
     #[inline]
     pub(super) fn reflected<P: Photons + Scattering>(
         &self,
@@ -187,7 +199,8 @@ impl PhotonMap {
         let mut sum = DVec3::ZERO;
         self.tree.within(vertex.point, r2, |photon| {
             if parts.same_side(photon.normal, vertex.frame.z) {
-                // It arrived above its own surface, so it must not drown in the horizon of the vertex.
+                // It arrived above its own surface, so it must not drown in the horizon of the
+                // vertex.
                 let wi = vertex.frame.local(photon.from);
                 let wi = wi.with_z(wi.z.max(f64::MIN_POSITIVE));
                 let brdf = parts.brdf(bsdf, vertex.wo, wi);
@@ -206,7 +219,9 @@ pub(crate) fn check_radius(radius: f64) -> Result<(), Error> {
     if radius.is_finite() && radius > 0.0 {
         return Ok(());
     }
-    Err(Error::Option(format!("photons are looked up within a radius above 0, in the scene's units, not {radius}")))
+    Err(Error::Option(format!(
+        "photons are looked up within a radius above 0, in the scene's units, not {radius}"
+    )))
 }
 
 /// The photons of the first particles, unless they say that those of all would not fit.
@@ -234,7 +249,8 @@ fn pilot(
     Ok(photons)
 }
 
-/// Follows these particles to their ends; the flux of their photons is not yet shared among all particles.
+/// Follows these particles to their ends; the flux of their photons is not yet shared among all
+/// particles.
 fn follow_particles<P: Photons + Walking>(
     parts: &P,
     scene: &Scene,
@@ -248,8 +264,15 @@ fn follow_particles<P: Photons + Walking>(
         let mut rng = rng(number);
         rng.block(LIGHT);
         let emission = emit(parts, scene, &mut rng);
-        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| (Some(ray), flux));
-        PendingWalk { item: (number, flux, 0), ray, block: LIGHT, rng }
+        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
+            (Some(ray), flux)
+        });
+        PendingWalk {
+            item: (number, flux, 0),
+            ray,
+            block: LIGHT,
+            rng,
+        }
     });
     follow(parts, scene, starts, |event| {
         let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
@@ -258,7 +281,11 @@ fn follow_particles<P: Photons + Walking>(
         let rough = step.bsdf.is_rough();
         // An endless particle is not cut: the map refuses it.
         if step.endless || rough && (kept == Kept::All || parts.is_caustic(*specular)) {
-            let photon = Photon { normal: at.frame.z, from: -step.ray.direction, flux: *flux * step.throughput };
+            let photon = Photon {
+                normal: at.frame.z,
+                from: -step.ray.direction,
+                flux: *flux * step.throughput,
+            };
             photons[(*number - first) as usize].push((step.here.point, photon));
         }
         *specular += u32::from(!rough);

@@ -1,10 +1,10 @@
 //! The report's Monte Carlo estimator: at each diffuse hit a shadow ray and N sample rays over the
 //! uniform hemisphere, each ended by Russian roulette, at most seven segments from the eye.
 //!
-//! The text does not say what a ray shows that hits an emitter. By (8) all that arrives counts, once: a
-//! hit counts where no shadow ray has looked for the same light, which is before the first diffuse surface
-//! and, from a diffuse surface on, by way of mirrors and glass. The text leaves that second kind, caustics,
-//! to later work (3.3), and [`LightRules::REPORT`] leaves it out.
+//! The text does not say what a ray shows that hits an emitter. By (8) all that arrives counts,
+//! once: a hit counts where no shadow ray has looked for the same light, which is before the first
+//! diffuse surface and, from a diffuse surface on, by way of mirrors and glass. The text leaves
+//! that second kind, caustics, to later work (3.3), and [`LightRules::REPORT`] leaves it out.
 
 use super::lanewise::Lanewise;
 use super::next_event::sample_light;
@@ -27,13 +27,28 @@ pub struct Report<P = Standard> {
 
 impl Default for Report {
     fn default() -> Self {
-        Self { parts: Standard, rays: 1, segments: 7, rules: LightRules::REPORT }
+        Self {
+            parts: Standard,
+            rays: 1,
+            segments: 7,
+            rules: LightRules::REPORT,
+        }
     }
 }
 
 impl<P: Walking> Integrator for Report<P> {
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask {
-        let Arrival { scene, paths, surface, active, random, scratch } = arrival;
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask {
+        let Arrival {
+            scene,
+            paths,
+            surface,
+            active,
+            random,
+            scratch,
+        } = arrival;
         let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
         // L_e of (8), where no shadow ray has looked for it.
         let seen = surface.emits & parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
@@ -43,14 +58,31 @@ impl<P: Walking> Integrator for Report<P> {
 
         // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
         let diffuse = active & surface.non_delta;
-        let light = sample_light(parts, scene, surface, rules.shadow_rays(), diffuse, random, scratch);
+        let light = sample_light(
+            parts,
+            scene,
+            surface,
+            rules.shadow_rays(),
+            diffuse,
+            random,
+            scratch,
+        );
         paths.add(light.reflected, light.arrives);
 
-        // One way on from mirrors and glass. A shadow ray that passes through glass has looked behind it.
+        // One way on from mirrors and glass. A shadow ray that passes through glass has looked
+        // behind it.
         let next = surface.sample(parts, active & !diffuse, random);
-        let passes = next.direction.dot(surface.vertex.frame.z).below(R::splat(0.0));
-        let looked_behind = R::Mask::splat(!rules.caustics) | passes & R::Mask::splat(rules.shadows_pass_glass);
-        let factor = if rules.radiance_factor { next.radiance_factor } else { R::splat(1.0) };
+        let passes = next
+            .direction
+            .dot(surface.vertex.frame.z)
+            .below(R::splat(0.0));
+        let looked_behind =
+            R::Mask::splat(!rules.caustics) | passes & R::Mask::splat(rules.shadows_pass_glass);
+        let factor = if rules.radiance_factor {
+            next.radiance_factor
+        } else {
+            R::splat(1.0)
+        };
         let sampled = diffuse | paths.sampled & looked_behind;
         paths.sampled = sampled;
 
@@ -59,7 +91,8 @@ impl<P: Walking> Integrator for Report<P> {
         let mut goes_on = next.exists & remain;
         let (mut direction, mut weight) = (next.direction, next.weight * factor);
 
-        // N sample rays of (16) from diffuse surfaces, each ended by roulette with the surface's absorption.
+        // N sample rays of (16) from diffuse surfaces, each ended by roulette with the surface's
+        // absorption.
         let asking = diffuse & remain;
         for _ in 0..self.rays {
             let (survives, compensation) =
@@ -68,7 +101,13 @@ impl<P: Walking> Integrator for Report<P> {
             let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
             let reflected = reflected * (compensation / f64::from(self.rays));
             // The first that survives goes on at once, the others later.
-            paths.push_branch(surface, sampled_direction, throughput * reflected, sampled, survives & goes_on);
+            paths.push_branch(
+                surface,
+                sampled_direction,
+                throughput * reflected,
+                sampled,
+                survives & goes_on,
+            );
             let first = survives & !goes_on;
             direction = Vector::choose(first, sampled_direction, direction);
             weight = Vector::choose(first, reflected, weight);

@@ -1,5 +1,5 @@
-//! Specular next-event estimation: light by way of one mirror or glass caster, which shadow rays find and paths hit, both
-//! weighted.
+//! Specular next-event estimation: light by way of one mirror or glass caster, which shadow rays
+//! find and paths hit, both weighted.
 
 use std::array::from_fn;
 
@@ -9,7 +9,9 @@ use super::Walking;
 use super::lanewise::{Lanewise, numbers};
 use super::light_sampling::{LightNumbers, PickedPoint, for_each_distinct};
 use crate::emitter::LightSampling;
-use crate::lanes::{BsdfSample, IntersectionScratch, LaneScene, ShadingPoint, SurfaceInteraction, lanes_of};
+use crate::lanes::{
+    BsdfSample, IntersectionScratch, LaneScene, ShadingPoint, SurfaceInteraction, lanes_of,
+};
 use crate::real::{Mask, Real, Row, Scalar, Vector, Wide};
 use crate::specular::{Body, BySphere, Kind, NONE, Route, SceneBody, by_flat, spread_of};
 use crate::{light_pick, radiometry};
@@ -23,8 +25,18 @@ pub(crate) struct CasterData<T> {
 impl<T: Scalar> CasterData<T> {
     pub fn new(kind: Kind, body: &Body<DVec3>) -> Self {
         let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
-        let numbers = [a, b, c, [body.radius, body.area, body.strength], [body.bending, body.index, 0.0], [0.0; 3]];
-        Self { kind, numbers: Row(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))) }
+        let numbers = [
+            a,
+            b,
+            c,
+            [body.radius, body.area, body.strength],
+            [body.bending, body.index, 0.0],
+            [0.0; 3],
+        ];
+        Self {
+            kind,
+            numbers: Row(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))),
+        }
     }
 }
 
@@ -44,25 +56,64 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     #[inline]
     fn new(scene: LaneScene<'a, R, N>, number: [usize; N], active: R::Mask) -> Self {
         let data = number.map(|number| &scene.data.casters[number]);
-        let [a, b, c, d, e, f, g, h, i, radius, area, strength, bending, index, ..] =
-            R::of_rows(data.map(|caster| &caster.numbers));
+        let [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            g,
+            h,
+            i,
+            radius,
+            area,
+            strength,
+            bending,
+            index,
+            ..,
+        ] = R::of_rows(data.map(|caster| &caster.numbers));
         let [centre, normal, reflectance] = [[a, b, c], [d, e, f], [g, h, i]].map(Vector::of);
         let is = |kind| active & R::Mask::from_fn(|i| data[i].kind == kind);
-        let body = Body { centre, radius, area, normal, bending, index, reflectance, strength };
+        let body = Body {
+            centre,
+            radius,
+            area,
+            normal,
+            bending,
+            index,
+            reflectance,
+            strength,
+        };
         let (flat, refracts) = (is(Kind::Flat), is(Kind::Refraction));
-        Self { all: scene.scene.bodies().all(), number, body, flat, refracts }
+        Self {
+            all: scene.scene.bodies().all(),
+            number,
+            body,
+            flat,
+            refracts,
+        }
     }
 
-    /// Throughput of the casters where a connection meets them at this cosine, and the probability that a path samples
-    /// that branch.
+    /// Throughput of the casters where a connection meets them at this cosine, and the probability
+    /// that a path samples that branch.
     #[inline]
     fn throughput<P: Walking>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
         if parts.is_standard() {
             return self.body.lets_on(cosine, self.refracts);
         }
         let one = |i: usize| parts.lets_on(&self.all[self.number[i]], cosine.lane(i));
-        let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (DVec3::ZERO, 0.0) });
-        (R::Vector::from_fn(|i| each[i].0), R::from_lanes(|i| each[i].1))
+        let each: [_; N] = from_fn(|i| {
+            if active.lane(i) {
+                one(i)
+            } else {
+                (DVec3::ZERO, 0.0)
+            }
+        });
+        (
+            R::Vector::from_fn(|i| each[i].0),
+            R::from_lanes(|i| each[i].1),
+        )
     }
 
     /// The connections by way of flat mirrors between two points; `None` if there is none.
@@ -109,9 +160,10 @@ pub(super) struct SpecularShadowRay<'a, R, const N: usize> {
     pub remaining_bounces: Option<[Option<u32>; N]>,
 }
 
-/// Light by one shadow ray by way of a caster from each active lane, whose surfaces all scatter in all directions: over all
-/// connections the sum of f_r L cos θ / p, each weighted by `weight` of p and of the pdf with which a path goes there.
-/// Both are with respect to solid angle at the surface.
+/// Light by one shadow ray by way of a caster from each active lane, whose surfaces all scatter in
+/// all directions: over all connections the sum of f_r L cos θ / p, each weighted by `weight` of p
+/// and of the pdf with which a path goes there. Both are with respect to solid angle at the
+/// surface.
 #[inline]
 pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -124,22 +176,40 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
 ) -> R::Vector {
     let zero = R::splat(0.0);
     let mut sum = R::Vector::splat_vector(DVec3::ZERO);
-    let (emitters, bodies, flux) = (scene.scene.emitters(), scene.scene.bodies(), scene.scene.flux_picks());
+    let (emitters, bodies, flux) = (
+        scene.scene.emitters(),
+        scene.scene.bodies(),
+        scene.scene.flux_picks(),
+    );
     let vertex = &surface.vertex;
     let shares = bodies.shares(vertex.point);
     let shares = &shares[..bodies.all().len()];
     let (number, share) = pick_caster(parts, shadow_ray.caster, shares, active);
     let mut active = active & share.above(zero);
     if let Some(remaining) = shadow_ray.remaining_bounces {
-        active = active & R::Mask::from_fn(|i| remaining[i] >= Some(bodies.all()[number[i]].kind.bounces()));
+        active = active
+            & R::Mask::from_fn(|i| remaining[i] >= Some(bodies.all()[number[i]].kind.bounces()));
     }
     if !active.any() {
         return sum;
     }
     let casters = Casters::new(scene, number, active);
-    let LightNumbers { pick, point: random } = *shadow_ray.light;
-    let pick = |i: usize| if active.lane(i) { parts.pick_emitter(pick.lane(i), flux) } else { 0 };
-    let emitter: [usize; N] = if emitters.len() == 1 { [0; N] } else { from_fn(pick) };
+    let LightNumbers {
+        pick,
+        point: random,
+    } = *shadow_ray.light;
+    let pick = |i: usize| {
+        if active.lane(i) {
+            parts.pick_emitter(pick.lane(i), flux)
+        } else {
+            0
+        }
+    };
+    let emitter: [usize; N] = if emitters.len() == 1 {
+        [0; N]
+    } else {
+        from_fn(pick)
+    };
     let area = LightSampling::Area;
     let picked = PickedPoint::new(parts, emitters, area, emitter, vertex.point, random, active);
     let light = &picked.point;
@@ -149,7 +219,9 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     let ends = (vertex.point, light.point);
     let flat = casters.by_flat(ends);
     let curved = active & !casters.flat;
-    let balls = curved.any().then(|| BySphere::new(&casters.body, ends, (curved, casters.refracts)));
+    let balls = curved
+        .any()
+        .then(|| BySphere::new(&casters.body, ends, (curved, casters.refracts)));
     let none = R::Mask::splat(false);
     let roots = balls.as_ref().map(BySphere::roots);
     // Each lane takes its own next connection.
@@ -176,7 +248,13 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
             return sum;
         }
         by_flat = none;
-        let number = |i: usize| if smaller.lane(i) { 2 } else { usize::from(larger.lane(i)) };
+        let number = |i: usize| {
+            if smaller.lane(i) {
+                2
+            } else {
+                usize::from(larger.lane(i))
+            }
+        };
         let route = casters.replaced(parts, number, route, here & route.exists);
         let here = here & route.exists;
         let wi = vertex.frame.local(route.direction);
@@ -188,8 +266,11 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
         let mut free = here & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
         let [enters, leaves, lamp] = [route.first, route.last, (light.point, light.normal)]
             .map(|(point, normal)| scene.scene.place(point, normal));
-        let segments =
-            [(&surface.place(), &enters, free), (&enters, &leaves, casters.refracts), (&leaves, &lamp, free)];
+        let segments = [
+            (&surface.place(), &enters, free),
+            (&enters, &leaves, casters.refracts),
+            (&leaves, &lamp, free),
+        ];
         for (from, to, lanes) in segments {
             let asking = free & lanes;
             if asking.any() {
@@ -224,8 +305,8 @@ fn pick_caster<P: Walking, R: Wide<N>, const N: usize>(
     (each.map(|(number, _)| number), R::from_lanes(|i| each[i].1))
 }
 
-/// Where the paths have gone since they left a surface from which a shadow ray by way of a caster could have found the same
-/// light.
+/// Where the paths have gone since they left a surface from which a shadow ray by way of a caster
+/// could have found the same light.
 pub(crate) struct SpecularChains<R: Wide<N>, const N: usize> {
     from: R::Vector,
     direction: R::Vector,
@@ -259,7 +340,12 @@ pub(super) struct LightHit<R: Real, const N: usize> {
 impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
     pub fn new() -> Self {
         let zero = R::Vector::splat_vector(DVec3::ZERO);
-        Self { from: zero, direction: zero, pdf: R::splat(0.0), states: [Chain::NotConnectable; N] }
+        Self {
+            from: zero,
+            direction: zero,
+            pdf: R::splat(0.0),
+            states: [Chain::NotConnectable; N],
+        }
     }
 
     /// Begins a path from the camera in a lane.
@@ -269,7 +355,12 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
 
     /// Goes on from surfaces in the active lanes.
     #[inline]
-    pub fn advance(&mut self, surface: &SurfaceInteraction<'_, R, N>, sample: &BsdfSample<R>, active: R::Mask) {
+    pub fn advance(
+        &mut self,
+        surface: &SurfaceInteraction<'_, R, N>,
+        sample: &BsdfSample<R>,
+        active: R::Mask,
+    ) {
         let fresh = active & sample.has_pdf;
         self.from = Vector::choose(fresh, surface.vertex.point, self.from);
         self.direction = Vector::choose(fresh, sample.direction, self.direction);
@@ -277,21 +368,33 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let rough_glass = surface.rough_glass().bits();
         for lane in lanes_of(fresh.bits()) {
             let is_rough_glass = rough_glass >> lane & 1 == 1;
-            self.states[lane] = if is_rough_glass { Chain::NotConnectable } else { Chain::AfterDiffuse };
+            self.states[lane] = if is_rough_glass {
+                Chain::NotConnectable
+            } else {
+                Chain::AfterDiffuse
+            };
         }
         let specular = (active & !sample.has_pdf).bits();
         if specular != 0 {
             let outside = surface.vertex.outside.bits();
-            let passes = surface.vertex.frame.z.dot(sample.direction).below(R::splat(0.0)).bits();
+            let passes = surface
+                .vertex
+                .frame
+                .z
+                .dot(sample.direction)
+                .below(R::splat(0.0))
+                .bits();
             for lane in lanes_of(specular) {
                 let bit = |bits: u32| bits >> lane & 1 == 1;
-                self.states[lane] = self.states[lane].after(surface.casters(lane), bit(outside), bit(passes));
+                self.states[lane] =
+                    self.states[lane].after(surface.casters(lane), bit(outside), bit(passes));
             }
         }
     }
 
-    /// Where hits on lights, among the active lanes, could have been found by way of a caster, the pdf with which the path
-    /// came there and that with which a shadow ray does, both with respect to solid angle where the path left.
+    /// Where hits on lights, among the active lanes, could have been found by way of a caster, the
+    /// pdf with which the path came there and that with which a shadow ray does, both with respect
+    /// to solid angle where the path left.
     #[inline]
     pub(super) fn pdfs<P: Walking>(
         &self,
@@ -301,7 +404,13 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         active: R::Mask,
     ) -> (R::Mask, R, R) {
         let zero = R::splat(0.0);
-        let caster = |i: usize| if let Chain::PastCaster(number) = self.states[i] { Some(number) } else { None };
+        let caster = |i: usize| {
+            if let Chain::PastCaster(number) = self.states[i] {
+                Some(number)
+            } else {
+                None
+            }
+        };
         let past = active & R::Mask::from_fn(|i| caster(i).is_some());
         if !past.any() {
             return (past, zero, zero);
@@ -309,30 +418,45 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let number = from_fn(|i| caster(i).map_or(0, usize::from));
         let casters = Casters::new(scene, number, past);
         let along = (self.from, self.direction, light.point);
-        let (flat, sphere) =
-            (spread_of(&casters.body, Kind::Flat, along), spread_of(&casters.body, Kind::Reflection, along));
+        let (flat, sphere) = (
+            spread_of(&casters.body, Kind::Flat, along),
+            spread_of(&casters.body, Kind::Reflection, along),
+        );
         let spread = R::choose(casters.flat, flat.0, sphere.0);
         let cosine = R::choose(casters.flat, flat.1, sphere.1);
         let (_, chance) = casters.throughput(parts, cosine, past);
-        let share = scene.scene.bodies().share_of(R::from_lanes(|i| number[i] as f64), self.from);
+        let share = scene
+            .scene
+            .bodies()
+            .share_of(R::from_lanes(|i| number[i] as f64), self.from);
         let (emitters, flux) = (scene.scene.emitters(), scene.scene.flux_picks());
-        let pdf_area = numbers(past, |i| parts.emitter_pdf_area(&emitters[light.emitter[i]]));
+        let pdf_area = numbers(past, |i| {
+            parts.emitter_pdf_area(&emitters[light.emitter[i]])
+        });
         let probability = numbers(past, |i| flux.probability(light.emitter[i]));
         let pdf_area = parts.lanes_pdf_of_pick(pdf_area, probability, past);
         let other = parts.lanes_pdf_of_pick(pdf_area, share, past) / (spread * light.cosine);
-        (past, self.pdf * chance, R::choose(spread.above(zero), other, zero))
+        (
+            past,
+            self.pdf * chance,
+            R::choose(spread.above(zero), other, zero),
+        )
     }
 }
 
 impl Chain {
-    /// The state after a mirror or glass that was met from outside or not, and passed or not; of its casters the first is
-    /// that which reflects, the second that which refracts.
+    /// The state after a mirror or glass that was met from outside or not, and passed or not; of
+    /// its casters the first is that which reflects, the second that which refracts.
     #[inline]
     fn after(self, [reflecting, refracting]: [u8; 2], outside: bool, passes: bool) -> Self {
         match (self, outside, passes) {
             (Self::AfterDiffuse, true, false) if reflecting != NONE => Self::PastCaster(reflecting),
-            (Self::AfterDiffuse, true, true) if refracting != NONE => Self::InsideCaster(refracting),
-            (Self::InsideCaster(number), false, true) if number == refracting => Self::PastCaster(number),
+            (Self::AfterDiffuse, true, true) if refracting != NONE => {
+                Self::InsideCaster(refracting)
+            }
+            (Self::InsideCaster(number), false, true) if number == refracting => {
+                Self::PastCaster(number)
+            }
             _ => Self::NotConnectable,
         }
     }

@@ -1,4 +1,5 @@
-//! Stochastic progressive photon mapping: passes with ever smaller radii, each with photons of its own.
+//! Stochastic progressive photon mapping: passes with ever smaller radii, each with photons of its
+//! own.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,17 +16,20 @@ use crate::scene::Scene;
 /// α of [`crate::equation::PHOTON_RADIUS`].
 pub const ALPHA: f64 = 2.0 / 3.0;
 
-/// r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is that of pass 0.
+/// r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is that of
+/// pass 0.
 pub fn radius_squared(first: f64, index: u32) -> f64 {
-    (1..=index).fold(first, |r2, i| r2 * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0))
+    (1..=index).fold(first, |r2, i| {
+        r2 * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0)
+    })
 }
 
-/// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), in which a pass
-/// knows nothing of the others.
+/// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), in which a
+/// pass knows nothing of the others.
 ///
-/// All light that a diffuse surface reflects comes by photons, direct light as well; only emitters that
-/// the eye sees straight or by mirrors and glass are seen as such. Light of the background is left out.
-/// The bias of the mean of n passes falls as n^(−1/3), its variance as n^(−2/3).
+/// All light that a diffuse surface reflects comes by photons, direct light as well; only emitters
+/// that the eye sees straight or by mirrors and glass are seen as such. Light of the background is
+/// left out. The bias of the mean of n passes falls as n^(−1/3), its variance as n^(−2/3).
 #[derive(Clone, Copy, Debug)]
 pub struct Sppm<P = Standard> {
     /// Its parts.
@@ -47,8 +51,14 @@ impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
             let sample = |x: u32| {
                 let mut rng = pass.pixel(y * frame[0] + x);
                 let [u, v] = uniform2(&mut rng);
-                let ray = scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v);
-                Sample { ray, hit: None, rng }
+                let ray = scene
+                    .camera()
+                    .ray(frame, f64::from(x) + u, f64::from(y) + v);
+                Sample {
+                    ray,
+                    hit: None,
+                    rng,
+                }
             };
             let row = photons.radiances(scene, (0..frame[0]).map(sample));
             for (x, radiance) in row.iter().enumerate() {

@@ -11,7 +11,9 @@ use super::strategies::PathVertex;
 use super::{LONGEST_PATH, Walking};
 use crate::bsdf::{Bsdf, Vertex};
 use crate::error::Error;
-use crate::lanes::{IntersectionScratch, LaneSampler, LaneScene, Sources, SurfaceInteraction, lanes_of};
+use crate::lanes::{
+    IntersectionScratch, LaneSampler, LaneScene, Sources, SurfaceInteraction, lanes_of,
+};
 use crate::real::{LANES, LaneMask, Lanes, Lanes3, Mask, Real, Vector};
 use crate::sampler::Sampler;
 use crate::scene::{Hit, Scene};
@@ -23,8 +25,8 @@ pub(super) struct WalkHit<'a> {
     pub ray: Ray,
     pub here: Hit,
     pub bsdf: &'a Bsdf,
-    /// Product of the weights of all scattering on the way, without radiance factors: they cancel when the walk leaves
-    /// the glass, and roulette should not see them. NaN in an endless walk.
+    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
+    /// when the walk leaves the glass, and roulette should not see them. NaN in an endless walk.
     pub throughput: DVec3,
     /// Product of the radiance factors on the way.
     pub factor: f64,
@@ -46,18 +48,21 @@ pub(super) struct PendingWalk<T, S> {
 pub(super) enum WalkEvent<'m, 'a, T, S> {
     /// It has met a surface, whose [`WalkHit::vertex`] is there, too.
     Hit(&'m mut T, &'m WalkHit<'a>, &'m Vertex, &'m mut S),
-    /// It has ended, and this is what the background shows there, as the start sees it; zero where it has not left the
-    /// scene.
+    /// It has ended, and this is what the background shows there, as the start sees it; zero where
+    /// it has not left the scene.
     End(T, DVec3, S),
 }
 
-/// About how many walks one thread takes at a time: what bidirectional paths keep of them fits its caches.
+/// About how many walks one thread takes at a time: what bidirectional paths keep of them fits its
+/// caches.
 const PORTION: u32 = 256;
 
 /// The numbers below `count` in portions, in parallel.
 pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
     let portions = (0..count.div_ceil(PORTION)).into_par_iter();
-    portions.map(move |portion| portion * PORTION..count.min((portion * PORTION).saturating_add(PORTION)))
+    portions.map(move |portion| {
+        portion * PORTION..count.min((portion * PORTION).saturating_add(PORTION))
+    })
 }
 
 /// A walk in a lane.
@@ -67,8 +72,8 @@ struct Walk<T> {
     hits: u32,
 }
 
-/// Follows walks, several at a time and in any order. `event` is told of all hits of a walk in order and then of its end; at
-/// a hit it says whether the walk goes on.
+/// Follows walks, several at a time and in any order. `event` is told of all hits of a walk in
+/// order and then of its end; at a hit it says whether the walk goes on.
 pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
@@ -86,9 +91,19 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
         let mut started: [Option<Ray>; LANES] = [None; LANES];
         let idle = LaneMask::from_fn(|i| walks[i].is_none()).bits();
         for lane in lanes_of(idle) {
-            for PendingWalk { item, ray, block, rng } in pending.by_ref() {
+            for PendingWalk {
+                item,
+                ray,
+                block,
+                rng,
+            } in pending.by_ref()
+            {
                 if ray.is_some() {
-                    let walk = Walk { item, block, hits: 0 };
+                    let walk = Walk {
+                        item,
+                        block,
+                        hits: 0,
+                    };
                     (walks[lane], random.0[lane], started[lane]) = (Some(walk), Some(rng), ray);
                     break;
                 }
@@ -97,9 +112,13 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
         }
         let fresh = LaneMask::from_fn(|i| started[i].is_some());
         if fresh.any() {
-            let new =
-                |old: Lanes3, of: fn(&Ray) -> DVec3| Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of));
-            ray = Ray::new(new(ray.origin, |ray| ray.origin), new(ray.direction, |ray| ray.direction));
+            let new = |old: Lanes3, of: fn(&Ray) -> DVec3| {
+                Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of))
+            };
+            ray = Ray::new(
+                new(ray.origin, |ray| ray.origin),
+                new(ray.direction, |ray| ray.direction),
+            );
             throughput = Vector::choose(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
             factor = Lanes::choose(fresh, Lanes::splat(1.0), factor);
         }
@@ -114,7 +133,9 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
             let surface = SurfaceInteraction::new(lanes, &ray, &found);
             let mut endless = 0;
             for lane in lanes_of(met) {
-                let (Some(walk), Some(rng)) = (&mut walks[lane], &mut random.0[lane]) else { continue };
+                let (Some(walk), Some(rng)) = (&mut walks[lane], &mut random.0[lane]) else {
+                    continue;
+                };
                 walk.hits += 1;
                 rng.block(walk.block + walk.hits);
                 let is_endless = walk.hits > LONGEST_PATH;
@@ -123,20 +144,33 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
                     ray: Ray::new(ray.origin.lane(lane), ray.direction.lane(lane)),
                     here,
                     bsdf: &scene.surface(&here).bsdf,
-                    throughput: if is_endless { DVec3::NAN } else { throughput.lane(lane) },
+                    throughput: if is_endless {
+                        DVec3::NAN
+                    } else {
+                        throughput.lane(lane)
+                    },
                     factor: factor.lane(lane),
                     endless: is_endless,
                 };
-                going |= u32::from(event(WalkEvent::Hit(&mut walk.item, &hit, &hit.vertex(), rng))?) << lane;
+                going |= u32::from(event(WalkEvent::Hit(
+                    &mut walk.item,
+                    &hit,
+                    &hit.vertex(),
+                    rng,
+                ))?) << lane;
                 endless |= u32::from(is_endless) << lane;
             }
             let next = surface.sample(parts, LaneMask::from_bits(going & !endless), &mut random);
             let scattered = throughput * next.weight;
             let random = random.uniform(next.exists);
-            let (survives, weight) = parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
+            let (survives, weight) =
+                parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
             let onward = surface.spawn_ray(next.direction);
             let new = |value: Lanes3, old: Lanes3| Vector::choose(survives, value, old);
-            ray = Ray::new(new(onward.origin, ray.origin), new(onward.direction, ray.direction));
+            ray = Ray::new(
+                new(onward.origin, ray.origin),
+                new(onward.direction, ray.direction),
+            );
             throughput = new(scattered * weight, throughput);
             factor = Lanes::choose(survives, factor * next.radiance_factor, factor);
             going = survives.bits();
@@ -144,7 +178,11 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
         for lane in lanes_of(busy.bits() & !going) {
             let left = met >> lane & 1 == 0;
             let shown = || scene.background().radiance(ray.direction.lane(lane));
-            let background = if left { factor.lane(lane) * throughput.lane(lane) * shown() } else { DVec3::ZERO };
+            let background = if left {
+                factor.lane(lane) * throughput.lane(lane) * shown()
+            } else {
+                DVec3::ZERO
+            };
             if let (Some(walk), Some(rng)) = (walks[lane].take(), random.0[lane].take()) {
                 event(WalkEvent::End(walk.item, background, rng))?;
             }
@@ -165,9 +203,15 @@ impl<'a> WalkHit<'a> {
         scene.emitted(&self.here, self.ray.direction)
     }
 
-    /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start here.
+    /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start
+    /// here.
     #[inline]
     pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
-        PathVertex::hit(at, self.bsdf, (carried, 1.0 / self.factor), self.here.emitter)
+        PathVertex::hit(
+            at,
+            self.bsdf,
+            (carried, 1.0 / self.factor),
+            self.here.emitter,
+        )
     }
 }

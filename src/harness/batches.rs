@@ -19,7 +19,13 @@ pub struct Batches {
 
 impl Default for Batches {
     fn default() -> Self {
-        Self { size: 1, open: 0, sum: 0.0, means: [0.0; MOST], full: 0 }
+        Self {
+            size: 1,
+            open: 0,
+            sum: 0.0,
+            means: [0.0; MOST],
+            full: 0,
+        }
     }
 }
 
@@ -59,14 +65,19 @@ impl Batches {
         &self.means[..self.full]
     }
 
-    /// The batches of values with this variance against the mean `expected`; `what` begins the places.
+    /// The batches of values with this variance against the mean `expected`; `what` begins the
+    /// places.
     pub fn cells(&self, what: &str, expected: f64, variance: f64) -> Vec<Cell> {
         let standard_error = (variance / self.size as f64).sqrt();
         let cell = |(i, &observed): (usize, &f64)| Cell {
             place: format!("{what}batch {} ({} values)", i + 1, self.size),
             expected,
             observed,
-            sigmas: if observed == expected { 0.0 } else { (observed - expected) / standard_error },
+            sigmas: if observed == expected {
+                0.0
+            } else {
+                (observed - expected) / standard_error
+            },
         };
         self.means().iter().enumerate().map(cell).collect()
     }

@@ -1,10 +1,11 @@
-//! A BSDF's check-up in one call, for any BSDF with a density: closures are all it takes. For mirrors
-//! and glass, whose light goes into single directions, see [`super::lobe_checkup`].
+//! A BSDF's check-up in one call, for any BSDF with a density: closures are all it takes. For
+//! mirrors and glass, whose light goes into single directions, see [`super::lobe_checkup`].
 //!
 //! # Example: a microfacet conductor that is not ours
 //!
-//! Trowbridge-Reitz (GGX) with visible-normal sampling (Heitz, JCGT 7(4), 2018), perfectly reflecting
-//! facets. Samples that leave below the horizon are lost, so the pdf integrates to less than one.
+//! Trowbridge-Reitz (GGX) with visible-normal sampling (Heitz, JCGT 7(4), 2018), perfectly
+//! reflecting facets. Samples that leave below the horizon are lost, so the pdf integrates to less
+//! than one.
 //!
 //! ```
 //! use glam::DVec3;
@@ -60,8 +61,9 @@
 //!
 //! # Example: single precision, vectors of one's own
 //!
-//! Lambert in `f32`. That it computes in single precision is found from its values; [`CheckUp::roundoff`] states it. Bounds
-//! then follow from the conditioning of the functions, up to half a percent, so that a slip of one percent is seen.
+//! Lambert in `f32`. That it computes in single precision is found from its values;
+//! [`CheckUp::roundoff`] states it. Bounds then follow from the conditioning of the functions, up
+//! to half a percent, so that a slip of one percent is seen.
 //!
 //! ```
 //! use glam::DVec3;
@@ -154,8 +156,8 @@ impl Loss {
 type Eval = Box<dyn Fn(DVec3, DVec3) -> f64 + Send + Sync>;
 type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<SampledDirection> + Send + Sync>;
 
-/// A BSDF under trial, one colour channel. Directions are local unit vectors that point away from the
-/// surface; the normal is z.
+/// A BSDF under trial, one colour channel. Directions are local unit vectors that point away from
+/// the surface; the normal is z.
 pub struct BsdfSubject {
     /// f(wo, wi), 1/sr, without the cosine.
     pub eval: Eval,
@@ -195,13 +197,18 @@ impl BsdfSubject {
         }
     }
 
-    /// A model as it is rendered: with the sampler and pdf that every estimator calls. The first colour channel.
+    /// A model as it is rendered: with the sampler and pdf that every estimator calls. The first
+    /// colour channel.
     pub fn of(bsdf: Bsdf) -> Self {
         Self::new(
             move |wo, wi| bsdf.eval(wo, wi).x,
             move |wo, random| {
                 let sample = Standard.sample_rough(&bsdf, wo, random)?;
-                Some(SampledDirection { wi: sample.direction, weight: sample.weight.x, pdf: sample.pdf? })
+                Some(SampledDirection {
+                    wi: sample.direction,
+                    weight: sample.weight.x,
+                    pdf: sample.pdf?,
+                })
             },
             move |wo, wi| bsdf.pdf(wo, wi),
         )
@@ -224,12 +231,18 @@ impl BsdfSubject {
 
     /// Sets the bound of all directional albedos.
     pub fn energy_bound(self, energy_bound: f64) -> Self {
-        Self { energy_bound, ..self }
+        Self {
+            energy_bound,
+            ..self
+        }
     }
 
     /// Sets the closed form of the directional albedo.
     pub fn albedo(self, albedo: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
-        Self { albedo: Some(Box::new(albedo)), ..self }
+        Self {
+            albedo: Some(Box::new(albedo)),
+            ..self
+        }
     }
 
     fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
@@ -250,15 +263,19 @@ impl BsdfSubject {
     }
 
     fn domain(&self) -> Domain {
-        if self.transmits { Domain::Sphere } else { Domain::Hemisphere }
+        if self.transmits {
+            Domain::Sphere
+        } else {
+            Domain::Hemisphere
+        }
     }
 }
 
 /// The size of a check-up at scale 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckUp {
-    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace; above 90 they
-    /// are those of a BSDF that transmits, seen from the other side.
+    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace; above 90
+    /// they are those of a BSDF that transmits, seen from the other side.
     pub inclinations: Vec<f64>,
     /// Samples of each chi-square test and furnace.
     pub samples: u64,
@@ -268,15 +285,17 @@ pub struct CheckUp {
     pub pairs: u64,
     /// δ of the furnace means, relative to the albedo.
     pub delta: f64,
-    /// Unit roundoff of the arithmetic in which the subject computes: [`SINGLE`] or [`DOUBLE`]. `None`: single precision
-    /// if its values show it, else double. Bounds of single precision follow from the conditioning of the subject.
+    /// Unit roundoff of the arithmetic in which the subject computes: [`SINGLE`] or [`DOUBLE`].
+    /// `None`: single precision if its values show it, else double. Bounds of single precision
+    /// follow from the conditioning of the subject.
     pub roundoff: Option<f64>,
 }
 
 impl Default for CheckUp {
     fn default() -> Self {
         Self {
-            // Normal incidence, the middle, and as near grazing as the skewness of a furnace's values allows.
+            // Normal incidence, the middle, and as near grazing as the skewness of a furnace's
+            // values allows.
             inclinations: vec![0.0, 40.0, 75.0, 85.0],
             samples: 4_000_000,
             cells: 6,
@@ -293,18 +312,27 @@ pub fn assertions(size: &CheckUp) -> usize {
 }
 
 /// Everything that can be asked of a BSDF without a scene: no NaN, negative or infinite values on a
-/// fuzzed domain; reciprocity; the sampler's weight = f cos/pdf and reported pdf = pdf, pointwise; and
-/// for each inclination the pdf's integral, chi-square of the sampler, the directional albedo against
-/// its closed form and bound, and the furnace (mean weight) against the albedo by quadrature.
+/// fuzzed domain; reciprocity; the sampler's weight = f cos/pdf and reported pdf = pdf, pointwise;
+/// and for each inclination the pdf's integral, chi-square of the sampler, the directional albedo
+/// against its closed form and bound, and the furnace (mean weight) against the albedo by
+/// quadrature.
 pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
     let rounding = rounding(subject, size, context);
-    let size = &CheckUp { roundoff: Some(rounding.unit()), ..size.clone() };
+    let size = &CheckUp {
+        roundoff: Some(rounding.unit()),
+        ..size.clone()
+    };
     let mut outcomes = vec![
         sane(subject, size, rounding, &mut context.rng("sane")),
         weights(subject, size, rounding, &mut context.rng("weights")),
     ];
     if subject.reciprocal {
-        outcomes.push(reciprocity(subject, size, rounding, &mut context.rng("reciprocity")));
+        outcomes.push(reciprocity(
+            subject,
+            size,
+            rounding,
+            &mut context.rng("reciprocity"),
+        ));
     }
     for (i, &degrees) in size.inclinations.iter().enumerate() {
         // An azimuth that favours no axis and is not the same twice.
@@ -328,7 +356,8 @@ fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Roundin
             quantities[0].push([subject.eval(wo, wi), subject.eval(wo, nudged)]);
             quantities[1].push([subject.pdf(wo, wi), subject.pdf(wo, nudged)]);
             let random = uniform3(rng);
-            let samples = [random, random.map(|u| u + NUDGE)].map(|random| subject.sample(wo, random));
+            let samples =
+                [random, random.map(|u| u + NUDGE)].map(|random| subject.sample(wo, random));
             if let [Some(a), Some(b)] = samples {
                 let values = |s: SampledDirection| [s.wi.x, s.wi.y, s.wi.z, s.weight, s.pdf];
                 for ((quantity, a), b) in quantities[2..].iter_mut().zip(values(a)).zip(values(b)) {
@@ -336,28 +365,46 @@ fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Roundin
                 }
             }
         }
-        if quantities.iter().any(|values| looks_single(values)) { SINGLE } else { DOUBLE }
+        if quantities.iter().any(|values| looks_single(values)) {
+            SINGLE
+        } else {
+            DOUBLE
+        }
     };
     Rounding::new(size.roundoff.unwrap_or_else(found))
 }
 
-/// No value is NaN, infinite or negative, nor any sampled direction off the unit sphere; corners of the
-/// domain (normal and grazing incidence, both; retroreflection; random numbers at 0 and near 1)
+/// No value is NaN, infinite or negative, nor any sampled direction off the unit sphere; corners of
+/// the domain (normal and grazing incidence, both; retroreflection; random numbers at 0 and near 1)
 /// included.
 fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
-    let mut worst = format!("every value is finite and not negative; judged as {}", rounding.words());
+    let mut worst = format!(
+        "every value is finite and not negative; judged as {}",
+        rounding.words()
+    );
     let mut bad = 0.0;
     let last = rounding.number(LAST_NUMBER);
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
-        let [wo, wi] = [fuzzed_direction(rng, subject.transmits), fuzzed_direction(rng, subject.transmits)];
+        let [wo, wi] = [
+            fuzzed_direction(rng, subject.transmits),
+            fuzzed_direction(rng, subject.transmits),
+        ];
         let u = [(); 3].map(|()| rounding.number(fuzzed_number(rng)));
-        let (f, pdf, sample) = (subject.eval(wo, wi), subject.pdf(wo, wi), subject.sample(wo, u));
+        let (f, pdf, sample) = (
+            subject.eval(wo, wi),
+            subject.pdf(wo, wi),
+            subject.sample(wo, u),
+        );
         let sample_ok = sample.is_none_or(|s| {
             // At corners that single precision meets now and then a pdf may round to 0.
-            let corner = wo.z.abs().min(s.wi.z.abs()) <= rounding.horizon() || u.iter().any(|&u| u == 0.0 || u == last);
+            let corner = wo.z.abs().min(s.wi.z.abs()) <= rounding.horizon()
+                || u.iter().any(|&u| u == 0.0 || u == last);
             let dense = s.pdf > 0.0 || (s.pdf == 0.0 && corner && rounding.is_coarse());
-            ok(s.weight) && dense && s.pdf.is_finite() && (s.wi.length() - 1.0).abs() < rounding.tolerance()
+            ok(s.weight)
+                && dense
+                && s.pdf.is_finite()
+                && (s.wi.length() - 1.0).abs() < rounding.tolerance()
         });
         if !(ok(f) && ok(pdf) && sample_ok) {
             bad = 1.0;
@@ -382,9 +429,13 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut 
         let [pdf, f_cos] = [subject.pdf(wo, s.wi), subject.f_cos(wo, s.wi)];
         let spread_of_pdf = || rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
         let spread_of_f_cos = || rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
-        let errors = [rounding.relative(s.weight * pdf, f_cos), rounding.relative(s.pdf, pdf)];
+        let errors = [
+            rounding.relative(s.weight * pdf, f_cos),
+            rounding.relative(s.pdf, pdf),
+        ];
         let weight = rounding.excess(errors[0], || spread_of_pdf() + spread_of_f_cos());
-        let (Some(weight), Some(density)) = (weight, rounding.excess(errors[1], spread_of_pdf)) else {
+        let (Some(weight), Some(density)) = (weight, rounding.excess(errors[1], spread_of_pdf))
+        else {
             left_out += 1;
             continue;
         };
@@ -404,18 +455,31 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut 
             )
         });
     }
-    let outcome = Outcome::exact("weight = f cos/pdf", compared, largest.error, rounding.tolerance(), largest.place);
+    let outcome = Outcome::exact(
+        "weight = f cos/pdf",
+        compared,
+        largest.error,
+        rounding.tolerance(),
+        largest.place,
+    );
     rounding.outcome(outcome, left_out)
 }
 
-fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
+fn reciprocity(
+    subject: &BsdfSubject,
+    size: &CheckUp,
+    rounding: Rounding,
+    rng: &mut Stream,
+) -> Outcome {
     let mut largest = Largest::default();
     let mut left_out = 0;
     for _ in 0..size.pairs {
         let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
         let [there, back] = [subject.eval(wo, wi), subject.eval(wi, wo)];
         let error = rounding.relative(there, back);
-        let Some(excess) = rounding.excess(error, || rounding.spread(wo, wi, &|wo, wi| subject.eval(wo, wi))) else {
+        let Some(excess) = rounding.excess(error, || {
+            rounding.spread(wo, wi, &|wo, wi| subject.eval(wo, wi))
+        }) else {
             left_out += 1;
             continue;
         };
@@ -424,6 +488,12 @@ fn reciprocity(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &
         });
     }
     let compared = size.pairs - left_out;
-    let outcome = Outcome::exact("reciprocity", compared, largest.error, rounding.tolerance(), largest.place);
+    let outcome = Outcome::exact(
+        "reciprocity",
+        compared,
+        largest.error,
+        rounding.tolerance(),
+        largest.place,
+    );
     rounding.outcome(outcome, left_out)
 }

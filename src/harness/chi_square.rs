@@ -8,14 +8,14 @@ use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{
-    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper, poisson_cdf,
-    poisson_interval, poisson_sf,
+    binomial_cdf, binomial_interval, binomial_sf, binomial_two_sided, chi_square_sf, normal_upper,
+    poisson_cdf, poisson_interval, poisson_sf,
 };
 
 /// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
 pub const LEAST_EXPECTED_FEW: f64 = 1000.0;
-/// ...and this many otherwise, for the far tail to be valid. With 100, 32 cells had twice the nominal
-/// tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
+/// ...and this many otherwise, for the far tail to be valid. With 100, 32 cells had twice the
+/// nominal tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
 pub const LEAST_EXPECTED_MANY: f64 = 300.0;
 /// See [`LEAST_EXPECTED_FEW`].
 pub const FEW_CELLS: usize = 32;
@@ -38,20 +38,27 @@ pub struct Counts {
 impl Counts {
     /// The same of the cells that were gathered from those on which it was counted.
     pub(super) fn gathered(&self, partition: &Partition) -> Self {
-        let mut counts = Self { observed: vec![0; partition.masses.len()], ..self.clone() };
+        let mut counts = Self {
+            observed: vec![0; partition.masses.len()],
+            ..self.clone()
+        };
         for (cell, observed) in partition.cells_of_grid().zip(&self.observed) {
             counts.observed[cell] += observed;
         }
         counts
     }
 
-    /// As if the least probable cell that is not pooled were off by `effect`, relative, and the others made
-    /// up for it evenly: of all laws that are off by so much in some cell, the one that shows least. `None`
-    /// if there are no two cells.
+    /// As if the least probable cell that is not pooled were off by `effect`, relative, and the
+    /// others made up for it evenly: of all laws that are off by so much in some cell, the one that
+    /// shows least. `None` if there are no two cells.
     fn moved(&self, partition: &Partition, effect: f64) -> Option<Self> {
         let kept: u64 = self.observed.iter().sum();
         let mass = partition.mass();
-        let expected: Vec<f64> = partition.masses.iter().map(|m| kept as f64 * m / mass).collect();
+        let expected: Vec<f64> = partition
+            .masses
+            .iter()
+            .map(|m| kept as f64 * m / mass)
+            .collect();
         let pooled = pool(&expected, &self.observed);
         let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
         let at = (0..expected.len())
@@ -82,7 +89,11 @@ pub fn count(
     mut sample: impl FnMut() -> Option<DVec3>,
     allowed: impl Fn(DVec3) -> bool,
 ) -> Counts {
-    let mut counts = Counts { n, observed: vec![0; partition.masses.len()], ..Counts::default() };
+    let mut counts = Counts {
+        n,
+        observed: vec![0; partition.masses.len()],
+        ..Counts::default()
+    };
     for _ in 0..n {
         match sample() {
             None => counts.lost += 1,
@@ -98,35 +109,55 @@ pub fn count(
     counts
 }
 
-/// Pearson's test of counts against a partition, together with the exact test of the lost samples and
-/// the rejection of any forbidden one.
+/// Pearson's test of counts against a partition, together with the exact test of the lost samples
+/// and the rejection of any forbidden one.
 ///
-/// The estimate is the largest relative deviation of a cell's probability; the interval is the hull of
-/// the simultaneous intervals of all cells, and must lie within ±`delta`. Lost samples are part of the
-/// count: they are compared with the partition's loss, not divided away.
+/// The estimate is the largest relative deviation of a cell's probability; the interval is the hull
+/// of the simultaneous intervals of all cells, and must lie within ±`delta`. Lost samples are part
+/// of the count: they are compared with the partition's loss, not divided away.
 pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     grade(pearson(name, partition, counts, delta), |effect| {
-        Some(pearson(name, partition, &counts.moved(partition, effect)?, delta))
+        Some(pearson(
+            name,
+            partition,
+            &counts.moved(partition, effect)?,
+            delta,
+        ))
     })
 }
 
 fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
     let kept: u64 = counts.observed.iter().sum();
     let mass = partition.mass();
-    let expected: Vec<f64> =
-        partition.masses.iter().map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass }).collect();
+    let expected: Vec<f64> = partition
+        .masses
+        .iter()
+        .map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass })
+        .collect();
     let pooled = pool(&expected, &counts.observed);
-    // What rounding of the density explains is no deviation. Normalised, masses may be off by twice as much.
+    // What rounding of the density explains is no deviation. Normalised, masses may be off by twice
+    // as much.
     let deviation = |[e, o]: [f64; 2]| ((o - e).abs() - 2.0 * partition.relative * e).max(0.0);
-    let statistic: f64 = pooled.iter().map(|&cell| deviation(cell).powi(2) / cell[0]).sum();
+    let statistic: f64 = pooled
+        .iter()
+        .map(|&cell| deviation(cell).powi(2) / cell[0])
+        .sum();
     let dof = pooled.len().saturating_sub(1) as f64;
-    let p_cells = if dof > 0.0 { chi_square_sf(statistic, dof) } else { 1.0 };
+    let p_cells = if dof > 0.0 {
+        chi_square_sf(statistic, dof)
+    } else {
+        1.0
+    };
     let p_lost = lost_p(partition, counts);
     // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
-    let tests = if partition.loss == 0.0 && partition.error == 0.0 { 1 } else { 2 };
+    let tests = if partition.loss == 0.0 && partition.error == 0.0 {
+        1
+    } else {
+        2
+    };
     // Without a quadrature's error, a cell without probability is as forbidden as the outside.
-    let impossible =
-        partition.error == 0.0 && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
+    let impossible = partition.error == 0.0
+        && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
     let p = if counts.forbidden > 0 || impossible {
         0.0
     } else if p_cells.is_nan() || p_lost.is_nan() {
@@ -148,7 +179,12 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         reference: 0.0,
         interval: hull.interval,
         claim: Claim::Exact { delta },
-        sensitivity: Sensitivity::Cells { dof, n: kept as f64, least: least / kept as f64, tests },
+        sensitivity: Sensitivity::Cells {
+            dof,
+            n: kept as f64,
+            least: least / kept as f64,
+            tests,
+        },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
         graded: Vec::new(),
@@ -157,7 +193,10 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
     if blur > LARGEST_BLUR && !certain {
         // Undecided: the cells' probabilities are not known well enough for so many samples.
-        Outcome { valid_from: u64::MAX, ..outcome }
+        Outcome {
+            valid_from: u64::MAX,
+            ..outcome
+        }
     } else if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
         // Two cells take so many samples, if they are equally probable.
         let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
@@ -174,23 +213,36 @@ pub fn sampler_against_partition(
     n: u64,
     sample: impl FnMut() -> Option<DVec3>,
 ) -> Outcome {
-    chi_square(name, partition, &count(partition, n, sample, |_| true), CELL_DELTA)
+    chi_square(
+        name,
+        partition,
+        &count(partition, n, sample, |_| true),
+        CELL_DELTA,
+    )
 }
 
 /// The ceiling of δ for a single cell's probability, relative.
 pub const CELL_DELTA: f64 = 0.02;
 
-/// Errors of the cells' probabilities may add this much to the statistic's mean: at 6 standard deviations
-/// a fifth to the tail.
+/// Errors of the cells' probabilities may add this much to the statistic's mean: at 6 standard
+/// deviations a fifth to the tail.
 const LARGEST_BLUR: f64 = 1e-3;
 
 /// Cells that expect too little are joined, smallest first, until none does; pairs of expected and
 /// observed counts.
 pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     let least = |cells: usize| {
-        if cells < FEW_CELLS { LEAST_EXPECTED_FEW } else { LEAST_EXPECTED_MANY }
+        if cells < FEW_CELLS {
+            LEAST_EXPECTED_FEW
+        } else {
+            LEAST_EXPECTED_MANY
+        }
     };
-    let mut cells: Vec<[f64; 2]> = expected.iter().zip(observed).map(|(&e, &o)| [e, o as f64]).collect();
+    let mut cells: Vec<[f64; 2]> = expected
+        .iter()
+        .zip(observed)
+        .map(|(&e, &o)| [e, o as f64])
+        .collect();
     cells.sort_by(|a, b| b[0].total_cmp(&a[0]));
     while cells.len() > 1 && cells[cells.len() - 1][0] < least(cells.len()) {
         let [e, o] = cells.pop().unwrap_or_default();
@@ -205,13 +257,14 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     cells
 }
 
-/// The two-sided exact p-value of the number of lost samples, given that the loss is known to within
-/// the partition's error.
+/// The two-sided exact p-value of the number of lost samples, given that the loss is known to
+/// within the partition's error.
 fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
     let error = partition.error + partition.relative * partition.mass();
     let most = partition.loss + error;
     let least = (partition.loss - error).max(0.0);
-    let tails = binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
+    let tails =
+        binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
     (2.0 * tails).min(1.0)
 }
 
@@ -224,7 +277,10 @@ struct Hull {
 impl Hull {
     fn new(pooled: &[[f64; 2]], kept: f64) -> Self {
         let z = normal_upper(ALPHA / (2.0 * pooled.len() as f64));
-        let mut hull = Self { worst: 0.0, interval: [0.0, 0.0] };
+        let mut hull = Self {
+            worst: 0.0,
+            interval: [0.0, 0.0],
+        };
         for &[e, o] in pooled {
             let deviation = o / e - 1.0;
             let half = z * ((1.0 - e / kept).max(0.0) / e).sqrt();
@@ -248,7 +304,11 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
             expected: e,
             observed: o as f64,
             // A cell without probability and without samples is right.
-            sigmas: if o as f64 == e { 0.0 } else { (o as f64 - e) / e.sqrt() },
+            sigmas: if o as f64 == e {
+                0.0
+            } else {
+                (o as f64 - e) / e.sqrt()
+            },
         })
         .collect()
 }
@@ -258,47 +318,70 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
         let Counts { forbidden, n, .. } = counts;
         return match partition.outside(point) {
             Some(why) => {
-                format!("{forbidden} of {n} samples are outside or where the pdf is zero; the first, {point}, {why}")
+                format!(
+                    "{forbidden} of {n} samples are outside or where the pdf is zero; the first, {point}, {why}"
+                )
             }
-            None => format!("{forbidden} of {n} samples where the pdf is zero or not finite, the first at {point}"),
+            None => format!(
+                "{forbidden} of {n} samples where the pdf is zero or not finite, the first at {point}"
+            ),
         };
     }
     if p_lost < ALPHA {
-        return format!("{} samples lost, {:.1} expected", counts.lost, partition.loss * counts.n as f64);
+        return format!(
+            "{} samples lost, {:.1} expected",
+            counts.lost,
+            partition.loss * counts.n as f64
+        );
     }
-    cells(partition, counts, expected).iter().max_by(|a, b| a.sigmas.abs().total_cmp(&b.sigmas.abs())).map_or_else(
-        String::new,
-        |cell| {
+    cells(partition, counts, expected)
+        .iter()
+        .max_by(|a, b| a.sigmas.abs().total_cmp(&b.sigmas.abs()))
+        .map_or_else(String::new, |cell| {
             format!(
                 "cell at {}: {} samples, {:.1} expected, {:+.1} sigmas",
                 cell.place, cell.observed, cell.expected, cell.sigmas
             )
-        },
-    )
+        })
 }
 
-/// A discrete choice (mirror or refraction, which lobe, which light): k of n against its probability,
-/// by exact binomial tails. `delta` is absolute. Also where the probability is 0 or 1: no success in n
-/// bounds the true one.
+/// A discrete choice (mirror or refraction, which lobe, which light): k of n against its
+/// probability, by exact binomial tails. `delta` is absolute. Also where the probability is 0 or 1:
+/// no success in n bounds the true one.
 pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     grade(share(name, k, n, probability, delta), |effect| {
         // No probability is beyond 0 and 1, and no count.
         let wrong = (k as f64 + effect * n as f64).round();
         let possible = (0.0..=1.0).contains(&(probability + effect));
-        possible.then(|| share(name, wrong.clamp(0.0, n as f64) as u64, n, probability, delta))
+        possible.then(|| {
+            share(
+                name,
+                wrong.clamp(0.0, n as f64) as u64,
+                n,
+                probability,
+                delta,
+            )
+        })
     })
 }
 
 fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
-    let sigmas =
-        if k as f64 == expected { 0.0 } else { (k as f64 - expected) / (expected * (1.0 - probability)).sqrt() };
+    let sigmas = if k as f64 == expected {
+        0.0
+    } else {
+        (k as f64 - expected) / (expected * (1.0 - probability)).sqrt()
+    };
     let outcome = Outcome {
         name: name.to_owned(),
         statistic: "binomial",
         value: k as f64,
         dof: None,
-        p: if (0.0..=1.0).contains(&probability) { binomial_two_sided(k, n, probability) } else { f64::NAN },
+        p: if (0.0..=1.0).contains(&probability) {
+            binomial_two_sided(k, n, probability)
+        } else {
+            f64::NAN
+        },
         n,
         valid_from: 1,
         estimate: share,
@@ -308,7 +391,12 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
         sensitivity: Sensitivity::Binomial { n, probability },
         worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
         cells: vec![
-            Cell { place: String::from("successes"), expected, observed: k as f64, sigmas },
+            Cell {
+                place: String::from("successes"),
+                expected,
+                observed: k as f64,
+                sigmas,
+            },
             Cell {
                 place: String::from("failures"),
                 expected: n as f64 - expected,
@@ -320,7 +408,11 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     };
     if n == 0 {
         // 0 of 0 is NaN, but no wrong share.
-        Outcome { estimate: probability, ..outcome }.without_evidence("no values", 1)
+        Outcome {
+            estimate: probability,
+            ..outcome
+        }
+        .without_evidence("no values", 1)
     } else {
         outcome
     }
@@ -336,14 +428,22 @@ pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome
 }
 
 fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
-    let sigmas = if k as f64 == expected { 0.0 } else { (k as f64 - expected) / expected.sqrt() };
+    let sigmas = if k as f64 == expected {
+        0.0
+    } else {
+        (k as f64 - expected) / expected.sqrt()
+    };
     let tails = poisson_sf(k, expected).min(poisson_cdf(k, expected));
     let outcome = Outcome {
         name: name.to_owned(),
         statistic: "Poisson",
         value: k as f64,
         dof: None,
-        p: if expected >= 0.0 { (2.0 * tails).min(1.0) } else { f64::NAN },
+        p: if expected >= 0.0 {
+            (2.0 * tails).min(1.0)
+        } else {
+            f64::NAN
+        },
         n,
         valid_from: 1,
         estimate: k as f64,
@@ -352,8 +452,17 @@ fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
         claim: Claim::Exact { delta },
         sensitivity: Sensitivity::Poisson { mean: expected },
         worst: format!("{k} among {n} values, {expected:.1e} expected"),
-        cells: vec![Cell { place: String::from("events"), expected, observed: k as f64, sigmas }],
+        cells: vec![Cell {
+            place: String::from("events"),
+            expected,
+            observed: k as f64,
+            sigmas,
+        }],
         graded: Vec::new(),
     };
-    if n == 0 { outcome.without_evidence("no values", 1) } else { outcome }
+    if n == 0 {
+        outcome.without_evidence("no values", 1)
+    } else {
+        outcome
+    }
 }

@@ -12,18 +12,30 @@ pub fn log_slope(sizes: &[f64], errors: &[f64]) -> f64 {
     let x: Vec<f64> = sizes.iter().map(|s| s.ln()).collect();
     let centre = x.iter().sum::<f64>() / n;
     let spread: f64 = x.iter().map(|x| (x - centre).powi(2)).sum();
-    x.iter().zip(errors).map(|(x, e)| (x - centre) * e.ln()).sum::<f64>() / spread
+    x.iter()
+        .zip(errors)
+        .map(|(x, e)| (x - centre) * e.ln())
+        .sum::<f64>()
+        / spread
 }
 
-/// Tests the order of convergence: the mean over independent `groups` of the slope of ln error against
-/// ln N must be within ±`margin` of `reference`.
+/// Tests the order of convergence: the mean over independent `groups` of the slope of ln error
+/// against ln N must be within ±`margin` of `reference`.
 ///
-/// Each group holds one error (variance or mean squared error) per size. A logarithm of a noisy error
-/// is biased, but equally at every size if each group's errors come from the same number of
+/// Each group holds one error (variance or mean squared error) per size. A logarithm of a noisy
+/// error is biased, but equally at every size if each group's errors come from the same number of
 /// replications at all sizes: the slope is not biased.
-pub fn slope(name: &str, sizes: &[f64], groups: &[Vec<f64>], reference: f64, margin: f64) -> Outcome {
+pub fn slope(
+    name: &str,
+    sizes: &[f64],
+    groups: &[Vec<f64>],
+    reference: f64,
+    margin: f64,
+) -> Outcome {
     let mut slopes = Values::new(reference);
-    groups.iter().for_each(|errors| slopes.push(log_slope(sizes, errors)));
+    groups
+        .iter()
+        .for_each(|errors| slopes.push(log_slope(sizes, errors)));
     let mut outcome = mean(name, &slopes, reference, Claim::Approximate { margin });
     outcome.cells = mean_errors(sizes, groups, reference);
     outcome
@@ -31,10 +43,14 @@ pub fn slope(name: &str, sizes: &[f64], groups: &[Vec<f64>], reference: f64, mar
 
 /// Mean errors per size against the line of the reference slope through their centre.
 fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> {
-    let logs: Vec<f64> =
-        (0..sizes.len()).map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64).collect();
+    let logs: Vec<f64> = (0..sizes.len())
+        .map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64)
+        .collect();
     let centre = |v: &mut dyn Iterator<Item = f64>| v.sum::<f64>() / sizes.len() as f64;
-    let (x, y) = (centre(&mut sizes.iter().map(|s| s.ln())), centre(&mut logs.iter().copied()));
+    let (x, y) = (
+        centre(&mut sizes.iter().map(|s| s.ln())),
+        centre(&mut logs.iter().copied()),
+    );
     sizes
         .iter()
         .zip(&logs)
@@ -48,8 +64,8 @@ fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> 
 }
 
 /// Tests the ratio of the variances of two samplers whose means are known, against a closed form:
-/// within ±`delta`, relative. Valid for every law with a finite fourth moment: it compares the mean of
-/// (x − μ)² with `ratio` times that of (y − ν)²; the interval of the ratio is Fieller's (1954).
+/// within ±`delta`, relative. Valid for every law with a finite fourth moment: it compares the mean
+/// of (x − μ)² with `ratio` times that of (y − ν)²; the interval of the ratio is Fieller's (1954).
 ///
 /// `a` and `b` hold the squared deviations.
 pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {
@@ -82,11 +98,17 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         estimate: ma.mean() / mb.mean(),
         reference: ratio,
         interval: fieller([ma.mean(), mb.mean()], [va, vb], critical),
-        claim: Claim::Exact { delta: delta * ratio },
+        claim: Claim::Exact {
+            delta: delta * ratio,
+        },
         // An effect on the ratio moves the difference by as many times the second mean.
         sensitivity: Sensitivity::Normal {
             standard_error: standard_error / mb.mean(),
-            dof: satterthwaite([(va, a.variance_dof()), (ratio * ratio * vb, b.variance_dof())]).min(dof),
+            dof: satterthwaite([
+                (va, a.variance_dof()),
+                (ratio * ratio * vb, b.variance_dof()),
+            ])
+            .min(dof),
             tests: 1,
         },
         worst: format!("{t:+.2} standard errors"),

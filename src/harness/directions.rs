@@ -1,4 +1,5 @@
-//! Sampled directions on trial, of whatever program drew them: against a density, with their weights and reported pdfs.
+//! Sampled directions on trial, of whatever program drew them: against a density, with their
+//! weights and reported pdfs.
 //!
 //! ```
 //! use whitefurnace::harness::directions::{Density, Directions, Sample};
@@ -60,7 +61,8 @@ pub struct Directions<'a> {
 /// Reported pdfs so far.
 struct Reported {
     count: u64,
-    /// The largest error relative to the density, beyond what rounding explains, and which sample has it.
+    /// The largest error relative to the density, beyond what rounding explains, and which sample
+    /// has it.
     worst: (f64, String),
     /// The smallest relative error that a sample could have shown.
     finest: f64,
@@ -68,12 +70,14 @@ struct Reported {
 
 /// How far a pdf reported in double precision may be off, relative to the density.
 pub const PDF_TOLERANCE: f64 = 1e-3;
-/// The same for a pdf that may have been computed in single precision: half of a slip of one percent, so that this is seen. Right pdfs of
-/// GGX with α of 0.02 or more, by the usual 1 − cos² θ (1 − α²) in the denominator, were off by up to 1.5e-3.
+/// The same for a pdf that may have been computed in single precision: half of a slip of one
+/// percent, so that this is seen. Right pdfs of GGX with α of 0.02 or more, by the usual 1 − cos² θ
+/// (1 − α²) in the denominator, were off by up to 1.5e-3.
 pub const SINGLE_PDF_TOLERANCE: f64 = 5e-3;
-/// In single precision a pdf, in 1/sr, may be off by so much times itself besides, relative to it: where 1 − cos θ is of the
-/// size 1/(8π pdf), as over the half vectors of a lobe, a rounding of cos² θ, 2⁻²⁴, changes a pdf with the square of that in the
-/// denominator by 16π · 2⁻²⁴ pdf. Here are two and a half; pdfs of GGX with α of 0.01 were off by 1.2.
+/// In single precision a pdf, in 1/sr, may be off by so much times itself besides, relative to it:
+/// where 1 − cos θ is of the size 1/(8π pdf), as over the half vectors of a lobe, a rounding of
+/// cos² θ, 2⁻²⁴, changes a pdf with the square of that in the denominator by 16π · 2⁻²⁴ pdf. Here
+/// are two and a half; pdfs of GGX with α of 0.01 were off by 1.2.
 const SINGLE_PDF_CONDITION: f64 = 128.0 / 16_777_216.0;
 /// A slip of a pdf that must be seen.
 const SLIP: f64 = 1e-2;
@@ -81,7 +85,8 @@ const SLIP: f64 = 1e-2;
 const GAUGED: u64 = 1000;
 /// Weights that vary by less than this are all the same but for rounding to 32 bits.
 const CONSTANT: f64 = 1e-5;
-/// Numbers of cells: a few whose probabilities are told to a margin, and many for what is small in extent.
+/// Numbers of cells: a few whose probabilities are told to a margin, and many for what is small in
+/// extent.
 const FEW: [usize; 2] = [6, 96];
 const MANY: [usize; 2] = [128, 1024];
 /// Samples of each of the many cells.
@@ -100,23 +105,35 @@ impl<'a> Directions<'a> {
         Self {
             density,
             precision,
-            counts: Counts { observed: vec![0; density.fields.masses.len()], ..Counts::default() },
+            counts: Counts {
+                observed: vec![0; density.fields.masses.len()],
+                ..Counts::default()
+            },
             moments: density.moments.map(Values::new),
             weights: Values::new(1.0),
-            pdfs: Reported { count: 0, worst: (0.0, String::new()), finest: f64::INFINITY },
+            pdfs: Reported {
+                count: 0,
+                worst: (0.0, String::new()),
+                finest: f64::INFINITY,
+            },
             random: stream(0x6a75_6467, 0, 0),
         }
     }
 
     /// Adds a sample.
     ///
-    /// A direction that is rounded to more than 1e-8 is replaced by one that is drawn by the density among those that
-    /// are rounded to the same numbers. So rounded samples of the density follow it exactly, and what rounding
-    /// hides is not judged. A sample counts as forbidden if the density is zero wherever it may have been.
+    /// A direction that is rounded to more than 1e-8 is replaced by one that is drawn by the
+    /// density among those that are rounded to the same numbers. So rounded samples of the density
+    /// follow it exactly, and what rounding hides is not judged. A sample counts as forbidden if
+    /// the density is zero wherever it may have been.
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {
-            self.weights.push(if sample.direction.is_some() { weight } else { 0.0 });
+            self.weights.push(if sample.direction.is_some() {
+                weight
+            } else {
+                0.0
+            });
         }
         let Some(direction) = sample.direction else {
             self.counts.lost += 1;
@@ -151,21 +168,39 @@ impl<'a> Directions<'a> {
             if excess == 0.0 { 0.0 } else { excess / pdf }
         };
         let tolerance = self.pdf_tolerance();
-        let conditioned = if tolerance > PDF_TOLERANCE { SINGLE_PDF_CONDITION * pdf } else { 0.0 };
+        let conditioned = if tolerance > PDF_TOLERANCE {
+            SINGLE_PDF_CONDITION * pdf
+        } else {
+            0.0
+        };
         // In such units that the tolerance is what rounding explains.
         let scale = tolerance / tolerance.max(conditioned);
-        let error = if reported.is_nan() { f64::NAN } else { scale * beyond([pdf, pdf]) };
+        let error = if reported.is_nan() {
+            f64::NAN
+        } else {
+            scale * beyond([pdf, pdf])
+        };
         if self.pdfs.count > GAUGED && error <= self.pdfs.worst.0 {
             return;
         }
         let range = range(self.density, &self.precision, direction);
         let finest = (0.5 * (range[1] - range[0]) + rounding) / pdf;
         let tells = scale == 1.0 && !finest.is_nan();
-        self.pdfs.finest = self.pdfs.finest.min(if tells { finest } else { f64::INFINITY });
-        let error = if error.is_nan() { error } else { scale * beyond(range) };
+        self.pdfs.finest = self
+            .pdfs
+            .finest
+            .min(if tells { finest } else { f64::INFINITY });
+        let error = if error.is_nan() {
+            error
+        } else {
+            scale * beyond(range)
+        };
         // NaN is the largest error.
         if error.is_nan() || error > self.pdfs.worst.0 {
-            let worst = format!("sample {}: {reported:e} is reported, the density is {pdf:e}", self.counts.n);
+            let worst = format!(
+                "sample {}: {reported:e} is reported, the density is {pdf:e}",
+                self.counts.n
+            );
             self.pdfs.worst = (error, worst);
         }
     }
@@ -176,25 +211,41 @@ impl<'a> Directions<'a> {
         (weights.count() > 1).then(|| [weights.mean(), weights.standard_error()])
     }
 
-    /// What the samples say: chi-square over few and over many cells, means, reported pdfs, and the mean weight against
-    /// what it should be. `margin` is how far a cell's probability and the mean weight may be off, relative to them,
-    /// and means of functions of the quantiles, absolute; in (0, 1).
+    /// What the samples say: chi-square over few and over many cells, means, reported pdfs, and the
+    /// mean weight against what it should be. `margin` is how far a cell's probability and the mean
+    /// weight may be off, relative to them, and means of functions of the quantiles, absolute; in
+    /// (0, 1).
     pub fn outcomes(&self, margin: f64, mean_weight: Option<f64>) -> Vec<Outcome> {
         let n = self.counts.n;
         let fields = &self.density.fields;
-        // The interval of each cell's share, and as much again for the largest of their deviations, lies within the margin.
+        // The interval of each cell's share, and as much again for the largest of their deviations,
+        // lies within the margin.
         let wanted = (2.0 * normal_upper(ALPHA / FEW[1] as f64) / margin).powi(2);
         let most = ((n as f64 / wanted) as usize).clamp(FEW[0], FEW[1]);
-        let told = |cells: &usize| fields.gathered(*cells).masses.iter().all(|mass| n as f64 * mass >= wanted);
+        let told = |cells: &usize| {
+            fields
+                .gathered(*cells)
+                .masses
+                .iter()
+                .all(|mass| n as f64 * mass >= wanted)
+        };
         let few = (FEW[0]..=most).rev().find(told).unwrap_or(FEW[0]);
         let mut outcomes = vec![self.cells(few, margin)];
-        let many = (n / PER_CELL).min(SHARP_ENOUGH.checked_div(n).unwrap_or(0)).min(MANY[1] as u64) as usize;
+        let many = (n / PER_CELL)
+            .min(SHARP_ENOUGH.checked_div(n).unwrap_or(0))
+            .min(MANY[1] as u64) as usize;
         if many >= MANY[0] && fields.error <= SHARP {
-            outcomes.push(Outcome { claim: Claim::Test, graded: Vec::new(), ..self.cells(many, margin) });
+            outcomes.push(Outcome {
+                claim: Claim::Test,
+                graded: Vec::new(),
+                ..self.cells(many, margin)
+            });
         }
         let claim = Claim::Exact { delta: margin };
         let means = MOMENTS.iter().zip(&self.moments).zip(self.density.moments);
-        outcomes.extend(means.map(|(((name, _), values), reference)| mean(name, values, reference, claim)));
+        outcomes.extend(
+            means.map(|(((name, _), values), reference)| mean(name, values, reference, claim)),
+        );
         outcomes.extend(self.pdfs());
         if let Some(expected) = mean_weight {
             outcomes.push(self.weight(expected, margin));
@@ -204,42 +255,70 @@ impl<'a> Directions<'a> {
 
     fn cells(&self, cells: usize, margin: f64) -> Outcome {
         let partition = self.density.fields.gathered(cells);
-        chi_square(&format!("{cells} cells"), &partition, &self.counts.gathered(&partition), margin)
+        chi_square(
+            &format!("{cells} cells"),
+            &partition,
+            &self.counts.gathered(&partition),
+            margin,
+        )
     }
 
     fn pdf_tolerance(&self) -> f64 {
         let exact = [self.precision.direction, self.precision.pdf] == [Rounding::DOUBLE; 2];
-        if exact { PDF_TOLERANCE } else { SINGLE_PDF_TOLERANCE }
+        if exact {
+            PDF_TOLERANCE
+        } else {
+            SINGLE_PDF_TOLERANCE
+        }
     }
 
-    /// The outcome of reported pdfs, if there are any; undecided if they are too coarse to show a slip of one percent.
+    /// The outcome of reported pdfs, if there are any; undecided if they are too coarse to show a
+    /// slip of one percent.
     fn pdfs(&self) -> Option<Outcome> {
-        let Reported { count, worst: (error, worst), finest } = &self.pdfs;
+        let Reported {
+            count,
+            worst: (error, worst),
+            finest,
+        } = &self.pdfs;
         let tolerance = self.pdf_tolerance();
         let outcome = || Outcome::exact("reported pdf", *count, *error, tolerance, worst.clone());
         let coarse = error <= &tolerance && finest + tolerance > SLIP;
         (*count > 0).then(outcome).map(|outcome| {
             let why = "the numbers are too coarse for this density";
-            if coarse { outcome.without_evidence(why, u64::MAX) } else { outcome }
+            if coarse {
+                outcome.without_evidence(why, u64::MAX)
+            } else {
+                outcome
+            }
         })
     }
 
-    /// The outcome of the mean weight; undecided if the weights are rounded to more than the margin.
+    /// The outcome of the mean weight; undecided if the weights are rounded to more than the
+    /// margin.
     fn weight(&self, expected: f64, margin: f64) -> Outcome {
         let (name, moments) = ("mean weight", self.weights.moments);
         let rounding = self.precision.weight.half_width(expected);
-        let outcome = if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
-            let found = moments.mean();
-            let error = ((found - expected).abs() - rounding).max(0.0) / expected;
-            let worst = format!("all weights are {found:e}, which should be {expected:e}");
-            Outcome::exact(name, moments.count(), error, CONSTANT, worst)
-        } else {
-            // Rounding may have moved all weights alike.
-            let moved = (moments.mean() - expected).clamp(-rounding, rounding);
-            mean(name, &self.weights, expected + moved, Claim::Exact { delta: margin * expected })
-        };
+        let outcome =
+            if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
+                let found = moments.mean();
+                let error = ((found - expected).abs() - rounding).max(0.0) / expected;
+                let worst = format!("all weights are {found:e}, which should be {expected:e}");
+                Outcome::exact(name, moments.count(), error, CONSTANT, worst)
+            } else {
+                // Rounding may have moved all weights alike.
+                let moved = (moments.mean() - expected).clamp(-rounding, rounding);
+                mean(
+                    name,
+                    &self.weights,
+                    expected + moved,
+                    Claim::Exact {
+                        delta: margin * expected,
+                    },
+                )
+            };
         if rounding > margin * expected && outcome.verdict() == Verdict::Holds {
-            return outcome.without_evidence("the weights are too coarse for this margin", u64::MAX);
+            return outcome
+                .without_evidence("the weights are too coarse for this margin", u64::MAX);
         }
         outcome
     }

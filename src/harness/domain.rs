@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::quadrature::{Integral, Rectangle, integrate_within, work};
 use super::quantiles::Quantiles;
 
-/// A set of directions (local, unit, measured by solid angle) or of points (measured by area), with a
-/// map to the unit square in which rows and columns make cells.
+/// A set of directions (local, unit, measured by solid angle) or of points (measured by area), with
+/// a map to the unit square in which rows and columns make cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
     /// All directions; rows of equal solid angle.
@@ -42,9 +42,15 @@ impl Domain {
         };
         let inside = |yes: bool, square: [f64; 2]| yes.then_some(square);
         match self {
-            Self::Sphere => inside(self.has_direction(p, rounding), [0.5 * (1.0 - p.z), azimuth()]),
+            Self::Sphere => inside(
+                self.has_direction(p, rounding),
+                [0.5 * (1.0 - p.z), azimuth()],
+            ),
             Self::Hemisphere => inside(self.has_direction(p, rounding), [1.0 - p.z, azimuth()]),
-            Self::CosineHemisphere => inside(self.has_direction(p, rounding), [p.x * p.x + p.y * p.y, azimuth()]),
+            Self::CosineHemisphere => inside(
+                self.has_direction(p, rounding),
+                [p.x * p.x + p.y * p.y, azimuth()],
+            ),
             Self::Disk => {
                 let s = p.x * p.x + p.y * p.y;
                 inside(s <= 1.0 + rounding && p.z == 0.0, [s, azimuth()])
@@ -56,7 +62,10 @@ impl Domain {
             Self::Triangle => {
                 let rest = 1.0 - p.x;
                 let yes = p.x >= 0.0 && p.y >= 0.0 && p.y <= rest + rounding;
-                inside(yes, [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }])
+                inside(
+                    yes,
+                    [1.0 - rest * rest, if rest > 0.0 { p.y / rest } else { 0.0 }],
+                )
             }
         }
     }
@@ -70,7 +79,8 @@ impl Domain {
         }
     }
 
-    /// Whether a vector is one of the domain's directions, which may miss unit length and horizon by so much.
+    /// Whether a vector is one of the domain's directions, which may miss unit length and horizon
+    /// by so much.
     fn has_direction(self, w: DVec3, rounding: f64) -> bool {
         // Directions in double precision do not miss the horizon.
         let above = w.z >= if rounding > ROUNDING { -rounding } else { 0.0 };
@@ -89,7 +99,8 @@ impl Domain {
         }
     }
 
-    /// The point at smooth coordinate a and column coordinate b in [0, 1], and its measure per da db.
+    /// The point at smooth coordinate a and column coordinate b in [0, 1], and its measure per da
+    /// db.
     fn point(self, a: f64, b: f64) -> (DVec3, f64) {
         let (sin_phi, cos_phi) = (TAU * b).sin_cos();
         match self {
@@ -103,25 +114,41 @@ impl Domain {
         }
     }
 
-    /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's measure.
-    pub fn integrate(self, part: [[f64; 2]; 2], tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
+    /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's
+    /// measure.
+    pub fn integrate(
+        self,
+        part: [[f64; 2]; 2],
+        tolerance: f64,
+        f: &dyn Fn(DVec3) -> f64,
+    ) -> Integral {
         self.integrate_within(self.area(part), tolerance, &mut work(), f)
     }
 
     /// The smooth coordinates of rows × columns of the square.
     fn area(self, [rows, columns]: [[f64; 2]; 2]) -> Rectangle {
-        Rectangle { x: rows.map(|s| self.border(s)), y: columns }
+        Rectangle {
+            x: rows.map(|s| self.border(s)),
+            y: columns,
+        }
     }
 
     /// ∫ f over a rectangle of the smooth coordinates.
-    fn integrate_within(self, area: Rectangle, tolerance: f64, left: &mut usize, f: &dyn Fn(DVec3) -> f64) -> Integral {
+    fn integrate_within(
+        self,
+        area: Rectangle,
+        tolerance: f64,
+        left: &mut usize,
+        f: &dyn Fn(DVec3) -> f64,
+    ) -> Integral {
         integrate_within(area, tolerance, left, &mut |a, b| {
             let (point, measure) = self.point(a, b);
             f(point) * measure
         })
     }
 
-    /// ∫ f over the whole domain, cut into 2 × 4 parts to begin with, so that a lobe is not overlooked.
+    /// ∫ f over the whole domain, cut into 2 × 4 parts to begin with, so that a lobe is not
+    /// overlooked.
     pub fn integrate_all(self, tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
         let parts = (0..8).map(|k| self.integrate(field(k, [2, 4]), tolerance / 8.0, f));
         parts.fold(Integral::default(), |sum, part| Integral {
@@ -148,10 +175,11 @@ pub struct Partition {
     pub places: Vec<String>,
     /// The probability that the sampler returns nothing.
     pub loss: f64,
-    /// How exactly the probabilities are known: 0 for closed forms, else the quadrature's error, at least
-    /// its tolerance.
+    /// How exactly the probabilities are known: 0 for closed forms, else the quadrature's error, at
+    /// least its tolerance.
     pub error: f64,
-    /// How far each probability may be off besides, relative to it: by the rounding of a density in single precision.
+    /// How far each probability may be off besides, relative to it: by the rounding of a density in
+    /// single precision.
     pub(crate) relative: f64,
     /// By how much points may miss unit length and borders.
     rounding: f64,
@@ -169,15 +197,22 @@ pub(super) const FIELDS: [usize; 2] = [32, 64];
 pub const MASS_TOLERANCE: f64 = 1e-6;
 
 impl Partition {
-    /// rows × columns cells of equal probability, for the law that is uniform in the domain's square:
-    /// exact, without loss.
+    /// rows × columns cells of equal probability, for the law that is uniform in the domain's
+    /// square: exact, without loss.
     pub fn equal(domain: Domain, rows: usize, columns: usize) -> Self {
         let cells = rows * columns;
         Self {
             domain,
             masses: vec![1.0 / cells as f64; cells],
             places: (0..cells)
-                .map(|k| place([k / columns, k / columns + 1], [k % columns, k % columns + 1], rows, columns))
+                .map(|k| {
+                    place(
+                        [k / columns, k / columns + 1],
+                        [k % columns, k % columns + 1],
+                        rows,
+                        columns,
+                    )
+                })
                 .collect(),
             loss: 0.0,
             error: 0.0,
@@ -192,10 +227,14 @@ impl Partition {
 
     /// Fields of equal probability by the quantiles of a density of directions.
     pub(super) fn quantiles(domain: Domain, quantiles: Quantiles) -> Self {
-        Self { quantiles: Some(quantiles), ..Self::equal(domain, FIELDS[0], FIELDS[1]) }
+        Self {
+            quantiles: Some(quantiles),
+            ..Self::equal(domain, FIELDS[0], FIELDS[1])
+        }
     }
 
-    /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made elsewhere.
+    /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made
+    /// elsewhere.
     pub fn of_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
         Self {
             domain: Domain::Square,
@@ -212,15 +251,16 @@ impl Partition {
         }
     }
 
-    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature: fields of a fine grid, for
-    /// directions one of the density's quantiles, are integrated and gathered by halving.
+    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature:
+    /// fields of a fine grid, for directions one of the density's quantiles, are integrated and
+    /// gathered by halving.
     pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         Self::fields(domain, MASS_TOLERANCE, pdf).gathered(cells)
     }
 
-    /// Each field of a fine grid as a cell, by adaptive quadrature of a density to this tolerance in all. What is
-    /// missing to one is the loss. The work is bounded: a density that is too rough leaves an error that no test holds
-    /// with, NaN leaves NaN.
+    /// Each field of a fine grid as a cell, by adaptive quadrature of a density to this tolerance
+    /// in all. What is missing to one is the loss. The work is bounded: a density that is too rough
+    /// leaves an error that no test holds with, NaN leaves NaN.
     pub(crate) fn fields(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let [rows, columns] = FIELDS;
         let grid = match domain.largest_angle() {
@@ -242,28 +282,44 @@ impl Partition {
         // NaN stays.
         let error = if error <= tolerance { tolerance } else { error };
         let loss = (1.0 - masses.iter().sum::<f64>()).max(0.0);
-        Self { masses, loss, error, ..grid }
+        Self {
+            masses,
+            loss,
+            error,
+            ..grid
+        }
     }
 
-    /// About so many cells of nearly equal probability, gathered by halving from the cells of a grid.
+    /// About so many cells of nearly equal probability, gathered by halving from the cells of a
+    /// grid.
     pub fn gathered(&self, cells: usize) -> Self {
-        let mut partition = Self { masses: Vec::new(), places: Vec::new(), ..self.clone() };
+        let mut partition = Self {
+            masses: Vec::new(),
+            places: Vec::new(),
+            ..self.clone()
+        };
         partition.gather(&self.masses, [0, self.rows], [0, self.columns], cells);
         partition
     }
 
-    /// Sets by how much points may miss unit length and borders: 1e-9 unless set, 1e-5 will do for points in single
-    /// precision.
+    /// Sets by how much points may miss unit length and borders: 1e-9 unless set, 1e-5 will do for
+    /// points in single precision.
     pub fn rounding(self, rounding: f64) -> Self {
         Self { rounding, ..self }
     }
 
     /// Why a point is outside the domain, in words that follow the point; `None` if it is inside.
     pub(crate) fn outside(&self, point: DVec3) -> Option<String> {
-        let directions = matches!(self.domain, Domain::Sphere | Domain::Hemisphere | Domain::CosineHemisphere);
+        let directions = matches!(
+            self.domain,
+            Domain::Sphere | Domain::Hemisphere | Domain::CosineHemisphere
+        );
         let length = point.length();
         let why = || match directions && (length * length - 1.0).abs() >= self.rounding {
-            true => format!("is no unit vector to {:.0e}: its length is {length}", self.rounding),
+            true => format!(
+                "is no unit vector to {:.0e}: its length is {length}",
+                self.rounding
+            ),
             false => format!("is no point of the domain {:?}", self.domain),
         };
         self.cell(point).is_none().then(why)
@@ -272,7 +328,9 @@ impl Partition {
     /// The cell of a point; `None` outside the domain.
     pub fn cell(&self, point: DVec3) -> Option<usize> {
         let [s, b] = match &self.quantiles {
-            Some(quantiles) if self.domain.has_direction(point, self.rounding) => quantiles.to_square(point)?,
+            Some(quantiles) if self.domain.has_direction(point, self.rounding) => {
+                quantiles.to_square(point)?
+            }
             Some(_) => return None,
             None => self.domain.to_square_within(point, self.rounding)?,
         };
@@ -297,14 +355,18 @@ impl Partition {
         };
         let [from, to] = rows.map(|row| quantiles.degrees(row as f64 / self.rows as f64));
         let [least, most] = columns.map(|column| column as f64 / self.columns as f64);
-        format!("{from:.4} to {to:.4} degrees from z, quantiles {least:.3} to {most:.3} of the azimuth there")
+        format!(
+            "{from:.4} to {to:.4} degrees from z, quantiles {least:.3} to {most:.3} of the azimuth there"
+        )
     }
 
     /// Cuts a block of fields into `cells` cells of about equal probability.
     fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
         let all = self.columns;
         let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
-            (r[0]..r[1]).map(|i| fields[i * all + c[0]..i * all + c[1]].iter().sum::<f64>()).sum()
+            (r[0]..r[1])
+                .map(|i| fields[i * all + c[0]..i * all + c[1]].iter().sum::<f64>())
+                .sum()
         };
         let total = mass(rows, columns);
         let first = cells / 2;
@@ -312,8 +374,13 @@ impl Partition {
         // Every cut across rows or columns, by how far it is from the wanted share.
         let cuts = (rows[0] + 1..rows[1])
             .map(|m| ([[rows[0], m], columns], [[m, rows[1]], columns]))
-            .chain((columns[0] + 1..columns[1]).map(|m| ([rows, [columns[0], m]], [rows, [m, columns[1]]])));
-        let best = cuts.map(|(a, b)| ((mass(a[0], a[1]) - target).abs(), a, b)).min_by(|x, y| x.0.total_cmp(&y.0));
+            .chain(
+                (columns[0] + 1..columns[1])
+                    .map(|m| ([rows, [columns[0], m]], [rows, [m, columns[1]]])),
+            );
+        let best = cuts
+            .map(|(a, b)| ((mass(a[0], a[1]) - target).abs(), a, b))
+            .min_by(|x, y| x.0.total_cmp(&y.0));
         match best {
             Some((_, a, b)) if cells > 1 => {
                 self.gather(fields, a[0], a[1], first);
@@ -321,7 +388,8 @@ impl Partition {
             }
             _ => {
                 for i in rows[0]..rows[1] {
-                    self.cell_of[i * all + columns[0]..i * all + columns[1]].fill(self.masses.len());
+                    self.cell_of[i * all + columns[0]..i * all + columns[1]]
+                        .fill(self.masses.len());
                 }
                 self.masses.push(total);
                 self.places.push(self.place(rows, columns));
@@ -331,5 +399,8 @@ impl Partition {
 }
 
 fn place(r: [usize; 2], c: [usize; 2], rows: usize, columns: usize) -> String {
-    format!("row {}-{} of {rows}; column {}-{} of {columns}", r[0], r[1], c[0], c[1])
+    format!(
+        "row {}-{} of {rows}; column {}-{} of {columns}",
+        r[0], r[1], c[0], c[1]
+    )
 }

@@ -10,10 +10,15 @@ const KEPT_POINTS: usize = 64;
 
 /// Tests whether independent values follow the law with the continuous distribution function `cdf`.
 ///
-/// The estimate is D, the largest distance between the two distribution functions; the claim is that
-/// the law's own distance is at most `delta`. Massart's inequality gives the interval and the far tail
-/// (see [`kolmogorov_sf`]). Values are sorted in place.
-pub fn kolmogorov_smirnov(name: &str, values: &mut [f64], cdf: impl Fn(f64) -> f64, delta: f64) -> Outcome {
+/// The estimate is D, the largest distance between the two distribution functions; the claim is
+/// that the law's own distance is at most `delta`. Massart's inequality gives the interval and the
+/// far tail (see [`kolmogorov_sf`]). Values are sorted in place.
+pub fn kolmogorov_smirnov(
+    name: &str,
+    values: &mut [f64],
+    cdf: impl Fn(f64) -> f64,
+    delta: f64,
+) -> Outcome {
     values.sort_by(f64::total_cmp);
     grade(distance(name, values, &cdf, delta), |effect| {
         // The uniform numbers cdf(x), bent so that their law is off by the effect at one half.
@@ -22,11 +27,15 @@ pub fn kolmogorov_smirnov(name: &str, values: &mut [f64], cdf: impl Fn(f64) -> f
     })
 }
 
-/// The number whose law is uniform on either half of [0, 1] with 1/2 + effect in the lower, if that of u
-/// is uniform: the distribution functions differ most at one point, the middle.
+/// The number whose law is uniform on either half of [0, 1] with 1/2 + effect in the lower, if that
+/// of u is uniform: the distribution functions differ most at one point, the middle.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = (0.5 + effect).clamp(0.0, 1.0);
-    if u < lower { 0.5 * u / lower } else { 0.5 + 0.5 * (u - lower) / (1.0 - lower).max(f64::MIN_POSITIVE) }
+    if u < lower {
+        0.5 * u / lower
+    } else {
+        0.5 + 0.5 * (u - lower) / (1.0 - lower).max(f64::MIN_POSITIVE)
+    }
 }
 
 /// The statistic of values in order.
@@ -77,7 +86,11 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
         cells,
         graded: Vec::new(),
     };
-    if count == 0 { outcome.without_evidence("no values", 1) } else { outcome }
+    if count == 0 {
+        outcome.without_evidence("no values", 1)
+    } else {
+        outcome
+    }
 }
 
 /// The outcome of values, or of a law, that are not numbers: fails.

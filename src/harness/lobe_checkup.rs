@@ -30,7 +30,9 @@ use super::chi_square::{CELL_DELTA, binomial};
 use super::copied;
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
-use super::pointwise::{LEAST_COSINE, Largest, fuzzed_direction, fuzzed_number, inner_direction, uniform3};
+use super::pointwise::{
+    LEAST_COSINE, Largest, fuzzed_direction, fuzzed_number, inner_direction, uniform3,
+};
 use super::roundoff::{DOUBLE, LARGEST_BOUND, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
 use crate::frame::from_spherical;
@@ -60,8 +62,8 @@ pub struct LobeSample {
 type Lobes = Box<dyn Fn(DVec3) -> Vec<Lobe> + Send + Sync>;
 type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync>;
 
-/// A BSDF of lobes under trial, one colour channel. Directions are local unit vectors that point away
-/// from the surface; the normal is z.
+/// A BSDF of lobes under trial, one colour channel. Directions are local unit vectors that point
+/// away from the surface; the normal is z.
 pub struct LobeSubject {
     /// The lobes for wo, derived apart from the sampler; lobes of probability 0 may be left out.
     pub lobes: Lobes,
@@ -71,18 +73,25 @@ pub struct LobeSubject {
     pub transmits: bool,
     /// What the sampler may lose.
     pub loss: Loss,
-    /// The shares may not sum to more than this for any wo. From inside glass of index n that is n².
+    /// The shares may not sum to more than this for any wo. From inside glass of index n that is
+    /// n².
     pub energy_bound: f64,
 }
 
 impl LobeSubject {
-    /// A BSDF of the upper hemisphere whose sampler loses nothing, energy bound 1; the methods below
-    /// change that.
+    /// A BSDF of the upper hemisphere whose sampler loses nothing, energy bound 1; the methods
+    /// below change that.
     pub fn new(
         lobes: impl Fn(DVec3) -> Vec<Lobe> + Send + Sync + 'static,
         sample: impl Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync + 'static,
     ) -> Self {
-        Self { lobes: Box::new(lobes), sample: Box::new(sample), transmits: false, loss: Loss::None, energy_bound: 1.0 }
+        Self {
+            lobes: Box::new(lobes),
+            sample: Box::new(sample),
+            transmits: false,
+            loss: Loss::None,
+            energy_bound: 1.0,
+        }
     }
 
     /// Sets whether light may leave through the other side.
@@ -97,7 +106,10 @@ impl LobeSubject {
 
     /// Sets the bound of the sum of shares.
     pub fn energy_bound(self, energy_bound: f64) -> Self {
-        Self { energy_bound, ..self }
+        Self {
+            energy_bound,
+            ..self
+        }
     }
 
     fn lobes(&self, wo: DVec3) -> Vec<Lobe> {
@@ -119,15 +131,18 @@ impl Judged<'_> {
     /// The lobe that has this direction, to within so much.
     fn lobe_of(&self, lobes: &[Lobe], wi: DVec3, conditioning: f64) -> Option<usize> {
         let near = self.rounding.tolerance() + conditioning.min(LARGEST_BOUND);
-        lobes.iter().position(|lobe| (lobe.direction - wi).length() <= near)
+        lobes
+            .iter()
+            .position(|lobe| (lobe.direction - wi).length() <= near)
     }
 
     fn sample(&self, wo: DVec3, random: [f64; 3]) -> Option<LobeSample> {
-        self.subject.sample(wo, random.map(|u| self.rounding.number(u)))
+        self.subject
+            .sample(wo, random.map(|u| self.rounding.number(u)))
     }
 
-    /// How far rounding may move lobes at wo: their directions, and their probabilities and shares relative to them.
-    /// Infinite where there are more or fewer lobes beside it, as at the edge of
+    /// How far rounding may move lobes at wo: their directions, and their probabilities and shares
+    /// relative to them. Infinite where there are more or fewer lobes beside it, as at the edge of
     /// total reflection; 0 in double precision.
     fn conditioning(&self, wo: DVec3) -> f64 {
         if !self.rounding.is_coarse() {
@@ -137,13 +152,24 @@ impl Judged<'_> {
         let change = |moved: DVec3| {
             let others = self.subject.lobes(moved);
             let each = lobes.iter().zip(&others).map(|(a, b)| {
-                let [probability, share] =
-                    [(a.probability, b.probability), (a.share, b.share)].map(|(a, b)| self.rounding.relative(a, b));
-                (a.direction - b.direction).length().max(probability).max(share)
+                let [probability, share] = [(a.probability, b.probability), (a.share, b.share)]
+                    .map(|(a, b)| self.rounding.relative(a, b));
+                (a.direction - b.direction)
+                    .length()
+                    .max(probability)
+                    .max(share)
             });
-            if others.len() == lobes.len() { each.fold(0.0, f64::max) } else { f64::INFINITY }
+            if others.len() == lobes.len() {
+                each.fold(0.0, f64::max)
+            } else {
+                f64::INFINITY
+            }
         };
-        self.rounding.steps().into_iter().map(|step| change(wo + step)).fold(0.0, f64::max)
+        self.rounding
+            .steps()
+            .into_iter()
+            .map(|step| change(wo + step))
+            .fold(0.0, f64::max)
     }
 }
 
@@ -156,7 +182,15 @@ fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Roundin
             let wo = inner_direction(rng, subject.transmits);
             let nudged = wo + DVec3::splat(NUDGE);
             for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(nudged)) {
-                let values = |l: &Lobe| [l.direction.x, l.direction.y, l.direction.z, l.probability, l.share];
+                let values = |l: &Lobe| {
+                    [
+                        l.direction.x,
+                        l.direction.y,
+                        l.direction.z,
+                        l.probability,
+                        l.share,
+                    ]
+                };
                 for ((quantity, a), b) in quantities.iter_mut().zip(values(a)).zip(values(b)) {
                     quantity.push([a, b]);
                 }
@@ -166,7 +200,11 @@ fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Roundin
                 quantities[5].push([a.wi.x, b.wi.x]);
             }
         }
-        if quantities.iter().any(|values| looks_single(values)) { SINGLE } else { DOUBLE }
+        if quantities.iter().any(|values| looks_single(values)) {
+            SINGLE
+        } else {
+            DOUBLE
+        }
     };
     Rounding::new(size.roundoff.unwrap_or_else(found))
 }
@@ -174,22 +212,32 @@ fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Roundin
 /// Directions on which a subject's precision is found.
 const PRECISION_DIRECTIONS: u64 = 400;
 
-/// Everything that can be asked of a BSDF of lobes without a scene. Pointwise, on random directions: no
-/// NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to one minus the loss;
-/// samples in the direction of a lobe with weight share/probability; a lobe back to wo from every lobe's
-/// direction, as light paths are reversible; shares within the energy bound. Then for each inclination
-/// of `size` (on both sides, if it transmits) a binomial test of every lobe's probability, and the
-/// furnace: the mean weight is the sum of the shares.
+/// Everything that can be asked of a BSDF of lobes without a scene. Pointwise, on random
+/// directions: no NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to
+/// one minus the loss; samples in the direction of a lobe with weight share/probability; a lobe
+/// back to wo from every lobe's direction, as light paths are reversible; shares within the energy
+/// bound. Then for each inclination of `size` (on both sides, if it transmits) a binomial test of
+/// every lobe's probability, and the furnace: the mean weight is the sum of the shares.
 pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let judged = Judged { subject, rounding: rounding(subject, size, context) };
+    let judged = Judged {
+        subject,
+        rounding: rounding(subject, size, context),
+    };
     let mut outcomes = vec![sane(&judged, size, context)];
     outcomes.extend(pointwise(&judged, size, context));
-    let sides: &[f64] = if subject.transmits { &[1.0, -1.0] } else { &[1.0] };
+    let sides: &[f64] = if subject.transmits {
+        &[1.0, -1.0]
+    } else {
+        &[1.0]
+    };
     for &side in sides {
         for (i, &degrees) in size.inclinations.iter().enumerate() {
             let wo = from_spherical(degrees.to_radians(), 0.7 + i as f64);
             let wo = wo.with_z(side * wo.z);
-            let place = format!("{degrees} degrees{}", if side < 0.0 { " inside" } else { "" });
+            let place = format!(
+                "{degrees} degrees{}",
+                if side < 0.0 { " inside" } else { "" }
+            );
             outcomes.extend(at_direction(&judged, size, context, wo, &place));
         }
     }
@@ -199,7 +247,10 @@ pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) 
 fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
     let Judged { subject, rounding } = judged;
     let mut rng = context.rng("sane");
-    let mut worst = format!("every value is finite and not negative; judged as {}", rounding.words());
+    let mut worst = format!(
+        "every value is finite and not negative; judged as {}",
+        rounding.words()
+    );
     let mut bad = 0.0;
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     let unit = |w: DVec3| (w.length() - 1.0).abs() < rounding.tolerance();
@@ -226,17 +277,25 @@ fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outc
         let wo = inner_direction(&mut rng, subject.transmits);
         let lobes = subject.lobes(wo);
         let sum: f64 = lobes.iter().map(|lobe| lobe.probability).sum();
-        sums.see(subject.loss.error(sum, wo), || format!("probabilities sum to {sum} at wo = {wo}"));
+        sums.see(subject.loss.error(sum, wo), || {
+            format!("probabilities sum to {sum} at wo = {wo}")
+        });
         let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
-        energy.see(albedo - subject.energy_bound, || format!("shares sum to {albedo} at wo = {wo}"));
+        energy.see(albedo - subject.energy_bound, || {
+            format!("shares sum to {albedo} at wo = {wo}")
+        });
         for lobe in &lobes {
             let wi = lobe.direction;
             if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
                 returned += 1;
                 let there = subject.lobes(wi);
                 let returns = judged.lobe_of(&there, wo, 0.0).is_some()
-                    || judged.lobe_of(&there, wo, judged.conditioning(wi)).is_some();
-                back.see(if returns { 0.0 } else { 1.0 }, || format!("no lobe leads from {wi} back to wo = {wo}"));
+                    || judged
+                        .lobe_of(&there, wo, judged.conditioning(wi))
+                        .is_some();
+                back.see(if returns { 0.0 } else { 1.0 }, || {
+                    format!("no lobe leads from {wi} back to wo = {wo}")
+                });
             }
         }
         if let Some(sample) = judged.sample(wo, uniform3(&mut rng)) {
@@ -248,12 +307,16 @@ fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outc
                     let error = rounding.relative(sample.weight * lobe.probability, lobe.share);
                     match rounding.excess(error, || judged.conditioning(wo)) {
                         Some(excess) => {
-                            weights.see(excess, || format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}"));
+                            weights.see(excess, || {
+                                format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}")
+                            });
                         }
                         None => left_out += 1,
                     }
                 }
-                None => weights.see(1.0, || format!("{sample:?} has the direction of no lobe at wo = {wo}")),
+                None => weights.see(1.0, || {
+                    format!("{sample:?} has the direction of no lobe at wo = {wo}")
+                }),
             }
         }
     }
@@ -271,7 +334,13 @@ fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outc
 const LEAST_PROBABILITY: f64 = 0.1;
 
 /// The checks by sampling for one wo.
-fn at_direction(judged: &Judged<'_>, size: &CheckUp, context: &Context, wo: DVec3, place: &str) -> Vec<Outcome> {
+fn at_direction(
+    judged: &Judged<'_>,
+    size: &CheckUp,
+    context: &Context,
+    wo: DVec3,
+    place: &str,
+) -> Vec<Outcome> {
     let Judged { subject, rounding } = judged;
     let conditioning = judged.conditioning(wo);
     let lobes = subject.lobes(wo);
@@ -293,18 +362,23 @@ fn at_direction(judged: &Judged<'_>, size: &CheckUp, context: &Context, wo: DVec
     }
     let forbidden_loss = match subject.loss {
         Loss::None => lost,
-        // How many may be lost follows from the lobes' probabilities, each of which is tested below.
+        // How many may be lost follows from the lobes' probabilities, each of which is tested
+        // below.
         Loss::Declared(_) | Loss::Allowed => 0,
     };
     let at = |what: &str| format!("{what} at {place}");
     // Weights are share/probability, or 0 for what is lost: the same for all, or not.
-    let lossless = lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - rounding.tolerance();
+    let lossless =
+        lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - rounding.tolerance();
     let same = |lobe: &Lobe| (lobe.share - albedo * lobe.probability).abs() <= rounding.tolerance();
     let constant = lossless && lobes.iter().all(same);
-    let claim = Claim::Exact { delta: if constant { 0.0 } else { size.delta * albedo } };
+    let claim = Claim::Exact {
+        delta: if constant { 0.0 } else { size.delta * albedo },
+    };
     let furnace = if constant && rounding.is_coarse() {
         let [found, spread] = [values.moments.mean(), values.moments.variance().sqrt()];
-        let worst = format!("mean weight {found}, varying by {spread:.1e}; each should be {albedo}");
+        let worst =
+            format!("mean weight {found}, varying by {spread:.1e}; each should be {albedo}");
         Outcome::exact(
             at("furnace"),
             n,

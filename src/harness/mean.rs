@@ -16,8 +16,8 @@ use crate::moments::Moments;
 /// stay well within it.
 pub const ROUNDING: f64 = 1e-12;
 
-/// So many values that are all the same speak against another mean; fewer say nothing. At level [`ALPHA`]
-/// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
+/// So many values that are all the same speak against another mean; fewer say nothing. At level
+/// [`ALPHA`] no other value has a probability above ln(1/α)/n, which is 0.2 % here.
 pub const ENOUGH_EQUAL: u64 = 10_000;
 
 /// A difference that is close to normal: what z, t and Welch tests have in common.
@@ -43,7 +43,11 @@ impl Difference {
             // Infinite if nothing varies and yet the mean is wrong; NaN stays NaN and fails.
             difference / self.standard_error
         };
-        let p = if self.dof.is_finite() && self.dof > 0.0 { student_two_sided(t, self.dof) } else { f64::NAN };
+        let p = if self.dof.is_finite() && self.dof > 0.0 {
+            student_two_sided(t, self.dof)
+        } else {
+            f64::NAN
+        };
         let half = student_upper(ALPHA / 2.0, self.dof.max(1.0)) * self.standard_error + rounding;
         let outcome = Outcome {
             name: name.to_owned(),
@@ -57,7 +61,11 @@ impl Difference {
             reference: self.reference,
             interval: [self.estimate - half, self.estimate + half],
             claim,
-            sensitivity: Sensitivity::Normal { standard_error: self.standard_error, dof: self.noise_dof, tests: 1 },
+            sensitivity: Sensitivity::Normal {
+                standard_error: self.standard_error,
+                dof: self.noise_dof,
+                tests: 1,
+            },
             worst: format!("{t:+.2} standard errors"),
             cells: Vec::new(),
             graded: Vec::new(),
@@ -76,12 +84,12 @@ impl Difference {
     }
 }
 
-/// Student's t test of a mean against a closed form. The tail's validity is checked by skewness: below
-/// [`Values::valid_from`] the outcome is undecided, and so it is if nothing varies: a sampler that is
-/// stuck cannot be told from one that need not vary.
+/// Student's t test of a mean against a closed form. The tail's validity is checked by skewness:
+/// below [`Values::valid_from`] the outcome is undecided, and so it is if nothing varies: a sampler
+/// that is stuck cannot be told from one that need not vary.
 ///
-/// The latter claims more, by δ = 0: *every* value is the reference, to within [`EVERY`] (an identity,
-/// checked without chance).
+/// The latter claims more, by δ = 0: *every* value is the reference, to within [`EVERY`] (an
+/// identity, checked without chance).
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     if claim == (Claim::Exact { delta: 0.0 }) {
@@ -109,27 +117,42 @@ fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome
     outcome
 }
 
-/// How far a single value may be from a reference that all values have, relative to it (absolute below
-/// one): hundreds of roundings.
+/// How far a single value may be from a reference that all values have, relative to it (absolute
+/// below one): hundreds of roundings.
 pub const EVERY: f64 = 1e-9;
 
 /// Whether all values are the reference: none is further from their mean than √(n − 1) standard
 /// deviations (Samuelson 1968, "How deviant can you be?").
 pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
     let n = moments.count() as f64;
-    let spread = if n < 2.0 { 0.0 } else { (moments.variance() * (n - 1.0)).sqrt() };
+    let spread = if n < 2.0 {
+        0.0
+    } else {
+        (moments.variance() * (n - 1.0)).sqrt()
+    };
     let error = (moments.mean() - reference).abs() + spread;
-    let worst =
-        format!("mean {}, no value further from it than {spread:.3e}; each should be {reference}", moments.mean());
+    let worst = format!(
+        "mean {}, no value further from it than {spread:.3e}; each should be {reference}",
+        moments.mean()
+    );
     Outcome::exact(name, moments.count(), error, tolerance, worst)
 }
 
 /// The z test of a mean whose standard deviation `sigma` > 0 is known in closed form.
-pub fn mean_known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
-    grade(known_sigma(name, values, reference, sigma, claim), |effect| {
-        let wrong = values.transformed(1.0, effect);
-        Some(known_sigma(name, &wrong, reference, sigma, claim))
-    })
+pub fn mean_known_sigma(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    sigma: f64,
+    claim: Claim,
+) -> Outcome {
+    grade(
+        known_sigma(name, values, reference, sigma, claim),
+        |effect| {
+            let wrong = values.transformed(1.0, effect);
+            Some(known_sigma(name, &wrong, reference, sigma, claim))
+        },
+    )
 }
 
 fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
@@ -150,7 +173,11 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
         reference,
         interval: [moments.mean() - half, moments.mean() + half],
         claim,
-        sensitivity: Sensitivity::Normal { standard_error, dof: f64::INFINITY, tests: 1 },
+        sensitivity: Sensitivity::Normal {
+            standard_error,
+            dof: f64::INFINITY,
+            tests: 1,
+        },
         worst: format!("{z:+.2} standard errors"),
         cells: values.batches.cells("", reference, sigma * sigma),
         graded: Vec::new(),
@@ -168,14 +195,26 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
 /// empirical Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4), both sides.
 ///
 /// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
-pub fn bounded_mean(name: &str, values: &Values, reference: f64, bounds: [f64; 2], claim: Claim) -> Outcome {
+pub fn bounded_mean(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    bounds: [f64; 2],
+    claim: Claim,
+) -> Outcome {
     grade(bounded(name, values, reference, bounds, claim), |effect| {
         let wrong = values.off_by(effect, reference);
         Some(bounded(name, &wrong, reference, bounds, claim))
     })
 }
 
-fn bounded(name: &str, values: &Values, reference: f64, [low, high]: [f64; 2], claim: Claim) -> Outcome {
+fn bounded(
+    name: &str,
+    values: &Values,
+    reference: f64,
+    [low, high]: [f64; 2],
+    claim: Claim,
+) -> Outcome {
     let moments = values.moments;
     let n = moments.count() as f64;
     let root = (2.0 * moments.variance() / n).sqrt();
@@ -202,7 +241,10 @@ fn bounded(name: &str, values: &Values, reference: f64, [low, high]: [f64; 2], c
         valid_from: 2,
         estimate: moments.mean(),
         reference,
-        interval: [(moments.mean() - half).max(low), (moments.mean() + half).min(high)],
+        interval: [
+            (moments.mean() - half).max(low),
+            (moments.mean() + half).min(high),
+        ],
         claim,
         sensitivity: Sensitivity::Bernstein { root, range },
         worst: format!("{deviation:.3e} from the reference"),
@@ -251,8 +293,8 @@ fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     outcome
 }
 
-/// Degrees of freedom of a sum of independent variances of means of n values (v, n); infinite variance of
-/// few values gives NaN, and no variance at all the number of values.
+/// Degrees of freedom of a sum of independent variances of means of n values (v, n); infinite
+/// variance of few values gives NaN, and no variance at all the number of values.
 pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
     satterthwaite(parts.into_iter().map(|(v, n)| (v, n as f64 - 1.0)))
 }
@@ -265,5 +307,9 @@ pub(crate) fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 
         squares += v * v / dof;
         count += dof;
     }
-    if squares == 0.0 { count } else { sum * sum / squares }
+    if squares == 0.0 {
+        count
+    } else {
+        sum * sum / squares
+    }
 }

@@ -20,9 +20,9 @@
 //! | is it large enough for the error budget? | [`guard`] |
 //! | how is all this registered, run and reported? | [`trial`] |
 //!
-//! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate, interval,
-//! minimum detectable effect, worst cell. Its [`Verdict`](outcome::Verdict) has three values: a test
-//! that could not have seen the effect is *undecided*, never green.
+//! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate,
+//! interval, minimum detectable effect, worst cell. Its [`Verdict`](outcome::Verdict) has three
+//! values: a test that could not have seen the effect is *undecided*, never green.
 //!
 //! A sampler on trial, in full:
 //!
@@ -65,8 +65,9 @@ pub mod tails;
 pub mod trial;
 pub mod welch_map;
 
-/// An argument for a closure that is not the caller's own variable: built without `incremental`, rustc (1.95 at least)
-/// lets closures change their caller's, github.com/rust-lang/rust/issues/155241.
+/// An argument for a closure that is not the caller's own variable: built without `incremental`,
+/// rustc (1.95 at least) lets closures change their caller's,
+/// github.com/rust-lang/rust/issues/155241.
 fn copied<T>(argument: T) -> T {
     black_box(argument)
 }

@@ -13,9 +13,9 @@ pub const CAPACITY: usize = 1000;
 /// The chance that a correct build goes red anywhere, under a fresh master seed: at most this.
 pub const SUITE_BUDGET: f64 = ALPHA * CAPACITY as f64;
 
-/// A rejection at this level, by 20 standard errors, stands although the tail at [`ALPHA`] is not valid,
-/// if n is at least one part in [`FAR_SHARE`] of what that takes: with |γ| z³/(3√n) of 1.2 at z = 6.1 in
-/// place of 0.3, the cubic term of the exponent is 42 at z = 20, against z²/2 = 200.
+/// A rejection at this level, by 20 standard errors, stands although the tail at [`ALPHA`] is not
+/// valid, if n is at least one part in [`FAR_SHARE`] of what that takes: with |γ| z³/(3√n) of 1.2
+/// at z = 6.1 in place of 0.3, the cubic term of the exponent is 42 at z = 20, against z²/2 = 200.
 pub const FAR_LEVEL: f64 = 1e-90;
 /// See [`FAR_LEVEL`].
 pub const FAR_SHARE: u64 = 16;
@@ -73,8 +73,8 @@ impl Verdict {
     }
 }
 
-/// The verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval lies within
-/// ±`delta` of the reference; else undecided. `n` samples gave the interval.
+/// The verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval lies
+/// within ±`delta` of the reference; else undecided. `n` samples gave the interval.
 pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: u64) -> Verdict {
     if p < ALPHA || p.is_nan() {
         Verdict::Fails
@@ -85,8 +85,8 @@ pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: 
     }
 }
 
-/// The verdict on an approximate claim: holds if the interval lies within ±`margin` of the reference,
-/// fails if it lies wholly outside, else undecided.
+/// The verdict on an approximate claim: holds if the interval lies within ±`margin` of the
+/// reference, fails if it lies wholly outside, else undecided.
 pub fn approximate_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u64) -> Verdict {
     let [low, high] = interval;
     if low.is_nan() || high.is_nan() || low > reference + margin || high < reference - margin {
@@ -156,15 +156,21 @@ pub struct Outcome {
     /// What a data file holds and a plot shows: the cells of a histogram, tiles, pixels, means of
     /// batches, points of a distribution function. Empty for exact identities.
     pub cells: Vec<Cell>,
-    /// The same statistic on the same values made wrong by the size of the claim; empty where nothing is
-    /// random.
+    /// The same statistic on the same values made wrong by the size of the claim; empty where
+    /// nothing is random.
     pub graded: Vec<Graded>,
 }
 
 impl Outcome {
     /// An identity checked without chance: the largest error found over `n` arguments against its
     /// tolerance; `worst` names the argument. Without arguments it is undecided.
-    pub fn exact(name: impl Into<String>, n: u64, error: f64, tolerance: f64, worst: impl Into<String>) -> Self {
+    pub fn exact(
+        name: impl Into<String>,
+        n: u64,
+        error: f64,
+        tolerance: f64,
+        worst: impl Into<String>,
+    ) -> Self {
         Self {
             name: name.into(),
             statistic: "exact",
@@ -185,16 +191,20 @@ impl Outcome {
         }
     }
 
-    /// The same outcome of a sample that says nothing (no values, one value, one cell, no variance): no
-    /// verdict but *undecided*. `needed` values might decide; `u64::MAX` if more of the same will not.
-    /// NaN still fails.
+    /// The same outcome of a sample that says nothing (no values, one value, one cell, no
+    /// variance): no verdict but *undecided*. `needed` values might decide; `u64::MAX` if more of
+    /// the same will not. NaN still fails.
     pub(crate) fn without_evidence(mut self, why: &str, needed: u64) -> Self {
         let bad = self.estimate.is_nan() && self.n > 0;
         self.p = if bad { f64::NAN } else { 1.0 };
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
         self.valid_from = needed.max(self.n.saturating_add(1));
         // No effect would have been seen.
-        self.sensitivity = Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 };
+        self.sensitivity = Sensitivity::Normal {
+            standard_error: f64::INFINITY,
+            dof: f64::INFINITY,
+            tests: 1,
+        };
         self.worst = format!("says nothing: {why}");
         self
     }
@@ -205,9 +215,12 @@ impl Outcome {
         self
     }
 
-    /// The same outcome held to equality within ±δ only: for two means of which one is known to be biased.
+    /// The same outcome held to equality within ±δ only: for two means of which one is known to be
+    /// biased.
     pub fn within_delta(mut self) -> Self {
-        self.claim = Claim::Approximate { margin: self.claim.size() };
+        self.claim = Claim::Approximate {
+            margin: self.claim.size(),
+        };
         self
     }
 
@@ -227,7 +240,9 @@ impl Outcome {
             && self.value.is_finite()
             && self.n >= self.valid_from / FAR_SHARE;
         if self.n < self.valid_from && !far {
-            return Verdict::Undecided { needed: self.valid_from };
+            return Verdict::Undecided {
+                needed: self.valid_from,
+            };
         }
         verdict
     }
@@ -235,8 +250,12 @@ impl Outcome {
     /// The verdict if the tail is valid.
     fn verdict_of_claim(&self) -> Verdict {
         match self.claim {
-            Claim::Exact { delta } => exact_verdict(self.p, self.interval, self.reference, delta, self.n),
-            Claim::Approximate { margin } => approximate_verdict(self.interval, self.reference, margin, self.n),
+            Claim::Exact { delta } => {
+                exact_verdict(self.p, self.interval, self.reference, delta, self.n)
+            }
+            Claim::Approximate { margin } => {
+                approximate_verdict(self.interval, self.reference, margin, self.n)
+            }
             Claim::Test if self.p < ALPHA => Verdict::Fails,
             Claim::Test => Verdict::Holds,
         }
@@ -247,16 +266,21 @@ impl Outcome {
         0.5 * (self.interval[1] - self.interval[0])
     }
 
-    /// The smallest δ or margin for which the verdict is reached with probability at least 1 − [`ALPHA`]:
-    /// an effect of that size is rejected, and of a right subject it is concluded that there is none. The
-    /// tolerance of an exact identity.
+    /// The smallest δ or margin for which the verdict is reached with probability at least 1 −
+    /// [`ALPHA`]: an effect of that size is rejected, and of a right subject it is concluded that
+    /// there is none. The tolerance of an exact identity.
     pub fn minimum_detectable_effect(&self) -> f64 {
-        if self.is_random() { self.sensitivity.smallest_effect(ALPHA / self.sides()) } else { self.claim.size() }
+        if self.is_random() {
+            self.sensitivity.smallest_effect(ALPHA / self.sides())
+        } else {
+            self.claim.size()
+        }
     }
 
     /// 1 − power: the chance that an effect of the claim's size is not rejected, or that it is not
-    /// concluded of a right subject that there is none, on either side. Where no size is claimed, that of the
-    /// minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact identities.
+    /// concluded of a right subject that there is none, on either side. Where no size is claimed,
+    /// that of the minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact
+    /// identities.
     pub fn miss(&self) -> f64 {
         if self.claim == Claim::Test {
             ALPHA
@@ -277,9 +301,9 @@ impl Outcome {
         }
     }
 
-    /// An estimate may leave ±δ or the margin on either side. With both counted, what is not concluded
-    /// for chance has the level's own probability: of an exact claim it is the very event of a rejection
-    /// if the minimum detectable effect is δ.
+    /// An estimate may leave ±δ or the margin on either side. With both counted, what is not
+    /// concluded for chance has the level's own probability: of an exact claim it is the very event
+    /// of a rejection if the minimum detectable effect is δ.
     fn sides(&self) -> f64 {
         match self.claim {
             Claim::Exact { .. } | Claim::Approximate { .. } => 2.0,
@@ -288,7 +312,8 @@ impl Outcome {
     }
 }
 
-/// One line: "mean: fails; 0.510 in [0.503, 0.517], should be 0.5 ± 0.001 (t = 9.2, n = 1000000, p = 3.1e-20)".
+/// One line: "mean: fails; 0.510 in [0.503, 0.517], should be 0.5 ± 0.001 (t = 9.2, n = 1000000, p
+/// = 3.1e-20)".
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = self.interval;
@@ -305,6 +330,10 @@ impl fmt::Display for Outcome {
             self.n,
             self.p
         )?;
-        if self.worst.is_empty() { Ok(()) } else { write!(f, "; {}", self.worst) }
+        if self.worst.is_empty() {
+            Ok(())
+        } else {
+            write!(f, "; {}", self.worst)
+        }
     }
 }

@@ -8,7 +8,8 @@ use crate::sampling::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
 pub const POINTWISE: f64 = 1e-9;
-/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of [`POINTWISE`].
+/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of
+/// [`POINTWISE`].
 pub const LEAST_COSINE: f64 = 1e-4;
 
 /// The largest error seen and where.
@@ -31,7 +32,11 @@ impl Largest {
 
 /// The difference relative to the larger magnitude.
 pub fn relative(a: f64, b: f64) -> f64 {
-    if a == b { 0.0 } else { (a - b).abs() / a.abs().max(b.abs()) }
+    if a == b {
+        0.0
+    } else {
+        (a - b).abs() / a.abs().max(b.abs())
+    }
 }
 
 /// Three uniform numbers in [0, 1).
@@ -51,16 +56,29 @@ pub(crate) fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
 
 /// The direction, or as likely its opposite, where both sides count.
 fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
-    if both_sides && uniform(rng) < 0.5 { -w } else { w }
+    if both_sides && uniform(rng) < 0.5 {
+        -w
+    } else {
+        w
+    }
 }
 
-/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45 degrees.
+/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45
+/// degrees.
 pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
     let pick = (uniform(rng) * 8.0) as usize;
-    let theta = INCLINATIONS.get(pick).copied().unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
+    let theta = INCLINATIONS
+        .get(pick)
+        .copied()
+        .unwrap_or_else(|| uniform(rng) * std::f64::consts::FRAC_PI_2);
     let turn = uniform(rng);
-    let phi = std::f64::consts::TAU * if pick.is_multiple_of(2) { (turn * 8.0).floor() / 8.0 } else { turn };
+    let phi = std::f64::consts::TAU
+        * if pick.is_multiple_of(2) {
+            (turn * 8.0).floor() / 8.0
+        } else {
+            turn
+        };
     either_side(from_spherical(theta, phi), rng, both_sides)
 }
 

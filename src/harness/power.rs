@@ -1,12 +1,12 @@
 //! Power: how likely a statistic is to reject under an effect of a given size.
 //!
-//! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance of
-//! a miss. The experiment `power` measures these curves where they can be measured.
+//! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance
+//! of a miss. The experiment `power` measures these curves where they can be measured.
 
 use super::outcome::ALPHA;
 use super::tails::{
-    binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf, normal_sf, normal_upper,
-    poisson_cdf, poisson_sf, student_upper,
+    binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf,
+    normal_sf, normal_upper, poisson_cdf, poisson_sf, student_upper,
 };
 
 /// How a statistic answers to an effect. Effects are in the units of the estimate.
@@ -18,8 +18,8 @@ pub enum Sensitivity {
     Normal {
         /// Standard error of the estimate, ≥ 0.
         standard_error: f64,
-        /// Degrees of freedom of the standard error, fewer than its test's where values have outliers;
-        /// infinite if it is known.
+        /// Degrees of freedom of the standard error, fewer than its test's where values have
+        /// outliers; infinite if it is known.
         dof: f64,
         /// How many such statistics share the level (Bonferroni), at least 1.
         tests: usize,
@@ -32,7 +32,8 @@ pub enum Sensitivity {
         n: f64,
         /// The smallest probability of a cell, in which an effect shows least.
         least: f64,
-        /// How many tests share the level (Bonferroni), at least 1: two where losses are tested, too.
+        /// How many tests share the level (Bonferroni), at least 1: two where losses are tested,
+        /// too.
         tests: usize,
     },
     /// Kolmogorov's distance of n values; the effect is the distance of the two laws.
@@ -52,8 +53,8 @@ pub enum Sensitivity {
         /// The hypothesis.
         mean: f64,
     },
-    /// The empirical Bernstein inequality: a deviation above `root` √L + `range` L has probability at
-    /// most 2 exp(−L) on each side.
+    /// The empirical Bernstein inequality: a deviation above `root` √L + `range` L has probability
+    /// at most 2 exp(−L) on each side.
     Bernstein {
         /// √(2V/n).
         root: f64,
@@ -63,9 +64,9 @@ pub enum Sensitivity {
 }
 
 impl Sensitivity {
-    /// The probability that an effect of this size and sign is *not* rejected at level [`ALPHA`]: exact
-    /// for counts and cells, close for normal statistics, an upper bound for distances and bounded
-    /// values. Zero effect is missed with probability about 1.
+    /// The probability that an effect of this size and sign is *not* rejected at level [`ALPHA`]:
+    /// exact for counts and cells, close for normal statistics, an upper bound for distances and
+    /// bounded values. Zero effect is missed with probability about 1.
     pub fn miss(&self, effect: f64) -> f64 {
         self.miss_at(effect, ALPHA)
     }
@@ -75,8 +76,17 @@ impl Sensitivity {
         let size = effect.abs();
         match *self {
             Self::Certain => 0.0,
-            Self::Normal { standard_error, dof, tests } => normal_miss(size, standard_error, dof, alpha / tests as f64),
-            Self::Cells { dof, n, least, tests } => {
+            Self::Normal {
+                standard_error,
+                dof,
+                tests,
+            } => normal_miss(size, standard_error, dof, alpha / tests as f64),
+            Self::Cells {
+                dof,
+                n,
+                least,
+                tests,
+            } => {
                 let level = alpha / tests as f64;
                 if dof < 1.0 {
                     // One cell holds everything: nothing can show.
@@ -88,12 +98,14 @@ impl Sensitivity {
                 noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
             }
             Self::Distance { n } => {
-                // Where the laws differ most, the share of values is off by more than the excess with
-                // at most this probability (Hoeffding 1963, theorem 1).
+                // Where the laws differ most, the share of values is off by more than the excess
+                // with at most this probability (Hoeffding 1963, theorem 1).
                 let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
-            Self::Binomial { n, probability } => binomial_miss(n, probability, probability + effect, alpha),
+            Self::Binomial { n, probability } => {
+                binomial_miss(n, probability, probability + effect, alpha)
+            }
             Self::Poisson { mean } => poisson_miss(mean, mean + effect, alpha),
             Self::Bernstein { root, range } => {
                 let radius = |l: f64| root * l.sqrt() + range * l;
@@ -103,8 +115,9 @@ impl Sensitivity {
         }
     }
 
-    /// The smallest level, but none finer than [`ALPHA`], at which an effect of this size and sign is rejected
-    /// with at least this probability; 1 if that takes rejecting everything. Found by halving, to 1e-9 of it.
+    /// The smallest level, but none finer than [`ALPHA`], at which an effect of this size and sign
+    /// is rejected with at least this probability; 1 if that takes rejecting everything. Found by
+    /// halving, to 1e-9 of it.
     pub fn level_with_power(&self, effect: f64, power: f64) -> f64 {
         let seen = |level: f64| self.miss_at(effect, level) <= 1.0 - power;
         if seen(ALPHA) {
@@ -122,8 +135,8 @@ impl Sensitivity {
         high
     }
 
-    /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible on
-    /// one side (a probability above 1) is looked for on the other.
+    /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible
+    /// on one side (a probability above 1) is looked for on the other.
     pub fn worst_miss(&self, size: f64) -> f64 {
         self.worst_miss_at(size, ALPHA)
     }
@@ -132,8 +145,8 @@ impl Sensitivity {
         self.miss_at(size, alpha).max(self.miss_at(-size, alpha))
     }
 
-    /// The smallest effect that is missed with probability at most `chance`, on either side; infinite
-    /// if there is none.
+    /// The smallest effect that is missed with probability at most `chance`, on either side;
+    /// infinite if there is none.
     pub fn smallest_effect(&self, chance: f64) -> f64 {
         self.smallest_effect_at(chance, ALPHA)
     }
@@ -144,18 +157,25 @@ impl Sensitivity {
     }
 }
 
-/// The smallest effect, in *estimated* standard errors, that a t test at a two-sided `level` misses with probability at
-/// most `chance`, on average over the estimate: an effect that is stated by some values is looked for in others, whose
-/// standard error is another estimate. `dof` > 0, infinite if the standard error is known.
+/// The smallest effect, in *estimated* standard errors, that a t test at a two-sided `level` misses
+/// with probability at most `chance`, on average over the estimate: an effect that is stated by
+/// some values is looked for in others, whose standard error is another estimate. `dof` > 0,
+/// infinite if the standard error is known.
 pub fn smallest_effect_in_estimates(dof: f64, level: f64, chance: f64) -> f64 {
     // The estimate's quantiles over the true standard error, each as likely as the others.
     let quantiles: Vec<f64> = match dof < 1e6 {
-        true => (0..64).map(|i| (chi_square_upper((f64::from(i) + 0.5) / 64.0, dof) / dof).sqrt()).collect(),
+        true => (0..64)
+            .map(|i| (chi_square_upper((f64::from(i) + 0.5) / 64.0, dof) / dof).sqrt())
+            .collect(),
         false => vec![1.0],
     };
     let critical = critical(dof, level);
-    let miss =
-        |size: f64| quantiles.iter().map(|estimate| noncentral_miss(size * estimate, critical, dof)).sum::<f64>();
+    let miss = |size: f64| {
+        quantiles
+            .iter()
+            .map(|estimate| noncentral_miss(size * estimate, critical, dof))
+            .sum::<f64>()
+    };
     smallest(|size| miss(size) <= chance * quantiles.len() as f64)
 }
 
@@ -187,8 +207,8 @@ fn smallest(seen: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation in
-/// √L, solved without cancellation.
+/// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation
+/// in √L, solved without cancellation.
 pub(crate) fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
     (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
 }
@@ -202,7 +222,11 @@ fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
 
 /// The t beyond which a two-sided level rejects.
 fn critical(dof: f64, level: f64) -> f64 {
-    if dof.is_finite() { student_upper(level / 2.0, dof.max(1.0)) } else { normal_upper(level / 2.0) }
+    if dof.is_finite() {
+        student_upper(level / 2.0, dof.max(1.0))
+    } else {
+        normal_upper(level / 2.0)
+    }
 }
 
 /// The noncentral t law at the critical value c: (c (1 − 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to
@@ -223,7 +247,11 @@ fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
     // The first rejected count above, and how many below are rejected.
     let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
     let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
-    accepted((below, above), |k| binomial_cdf(k, n, q), |k| binomial_sf(k, n, q))
+    accepted(
+        (below, above),
+        |k| binomial_cdf(k, n, q),
+        |k| binomial_sf(k, n, q),
+    )
 }
 
 /// As [`binomial_miss`], for a count with the given means.
@@ -234,7 +262,11 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     let most = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
     let above = first(most, |k| 2.0 * poisson_sf(k, null) < alpha);
     let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= alpha);
-    accepted((below, above), |k| poisson_cdf(k, mean), |k| poisson_sf(k, mean))
+    accepted(
+        (below, above),
+        |k| poisson_cdf(k, mean),
+        |k| poisson_sf(k, mean),
+    )
 }
 
 /// P(below ≤ K < above), by the tails on that side on which they are small.

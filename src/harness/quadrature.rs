@@ -2,7 +2,8 @@
 
 use std::collections::BinaryHeap;
 
-/// Nodes of the 15-point Kronrod rule in [0, 1) of [−1, 1], largest first; odd ones are Gauss nodes.
+/// Nodes of the 15-point Kronrod rule in [0, 1) of [−1, 1], largest first; odd ones are Gauss
+/// nodes.
 const NODES: [f64; 8] = [
     0.991_455_371_120_812_6,
     0.949_107_912_342_758_5,
@@ -25,8 +26,12 @@ const KRONROD: [f64; 8] = [
     0.209_482_141_084_727_82,
 ];
 /// The Gauss weights of the odd ones.
-const GAUSS: [f64; 4] =
-    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
+const GAUSS: [f64; 4] = [
+    0.129_484_966_168_869_7,
+    0.279_705_391_489_276_64,
+    0.381_830_050_505_118_9,
+    0.417_959_183_673_469_4,
+];
 
 /// An axis-parallel rectangle: x in [`x[0]`, `x[1]`], y likewise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +54,18 @@ pub struct Integral {
 /// At most this many rectangles, 225 evaluations each.
 const MOST_RECTANGLES: usize = 20_000;
 
-/// Four times as many rectangles must leave at most this share of the error. Steps leave a quarter to a
-/// half; what leaves more is rounding, noise, or a pair of rules that disagree.
+/// Four times as many rectangles must leave at most this share of the error. Steps leave a quarter
+/// to a half; what leaves more is rounding, noise, or a pair of rules that disagree.
 const PROGRESS: f64 = 0.9;
 
 /// ∫∫ f over `domain`, refined where the error is largest until its sum is below `tolerance`
 /// (absolute), refinement gains nothing, or 20 000 rectangles are used; then `error` says what was
 /// reached. A value that is not finite makes the integral NaN.
-pub fn integrate(domain: Rectangle, tolerance: f64, f: &mut dyn FnMut(f64, f64) -> f64) -> Integral {
+pub fn integrate(
+    domain: Rectangle,
+    tolerance: f64,
+    f: &mut dyn FnMut(f64, f64) -> f64,
+) -> Integral {
     integrate_within(domain, tolerance, &mut work(), f)
 }
 
@@ -90,10 +99,12 @@ pub(super) fn integrate_within(
             parts.push(Part::new(half, f));
         }
         // Sums are renewed rather than updated, lest rounding piles up.
-        total = parts.iter().fold(Integral::default(), |sum, part| Integral {
-            value: sum.value + part.integral.value,
-            error: sum.error + part.integral.error,
-        });
+        total = parts
+            .iter()
+            .fold(Integral::default(), |sum, part| Integral {
+                value: sum.value + part.integral.value,
+                error: sum.error + part.integral.error,
+            });
     }
     total
 }
@@ -122,7 +133,10 @@ impl Part {
         let errors = [(both - gauss_x).abs(), (both - gauss_y).abs()];
         Self {
             domain,
-            integral: Integral { value: both, error: errors[0] + errors[1] },
+            integral: Integral {
+                value: both,
+                error: errors[0] + errors[1],
+            },
             along_x: errors[0] >= errors[1],
         }
     }
@@ -163,6 +177,10 @@ fn nodes([low, high]: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
     (0..15).map(move |i: usize| {
         let (k, sign) = if i < 8 { (i, -1.0) } else { (14 - i, 1.0) };
         let gauss = if k % 2 == 1 { GAUSS[k / 2] } else { 0.0 };
-        [centre + sign * half * NODES[k], half * KRONROD[k], half * gauss]
+        [
+            centre + sign * half * NODES[k],
+            half * KRONROD[k],
+            half * gauss,
+        ]
     })
 }

@@ -1,4 +1,5 @@
-//! Where the quantiles of a density of directions lie: a grid whose rows and columns follow lobes, however narrow.
+//! Where the quantiles of a density of directions lie: a grid whose rows and columns follow lobes,
+//! however narrow.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,10 +8,14 @@ use glam::DVec3;
 use super::quadrature::Rectangle;
 use crate::frame::{azimuth, from_spherical};
 
-/// 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector of length one, as far as rounding leaves it.
+/// 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector of length one, as far as rounding
+/// leaves it.
 pub(super) fn place(w: DVec3) -> [f64; 2] {
     let aside = (w.x * w.x + w.y * w.y) / (1.0 + w.z.abs());
-    [if w.z > 0.0 { aside } else { 2.0 - aside }, azimuth(w) / TAU]
+    [
+        if w.z > 0.0 { aside } else { 2.0 - aside },
+        azimuth(w) / TAU,
+    ]
 }
 
 /// Where the quantiles of a density lie.
@@ -23,11 +28,16 @@ pub(super) struct Quantiles {
 }
 
 impl Quantiles {
-    /// Rows of about equal probability by the polar angle from 0 to `largest`, radians, and columns in each by the
-    /// azimuth. On the sphere a border of rows is the horizon, at which densities of surfaces jump.
+    /// Rows of about equal probability by the polar angle from 0 to `largest`, radians, and columns
+    /// in each by the azimuth. On the sphere a border of rows is the horizon, at which densities of
+    /// surfaces jump.
     pub fn of_pdf([rows, columns]: [usize; 2], largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let blocks = sketch(largest, pdf);
-        let mut theta = borders(blocks.iter().map(|block| (block.theta, block.mass)), [0.0, largest], rows);
+        let mut theta = borders(
+            blocks.iter().map(|block| (block.theta, block.mass)),
+            [0.0, largest],
+            rows,
+        );
         if largest > FRAC_PI_2 {
             let aside = |i: &usize| (theta[*i] - FRAC_PI_2).abs();
             let nearest = (1..rows).min_by(|i, j| aside(i).total_cmp(&aside(j)));
@@ -36,25 +46,42 @@ impl Quantiles {
         let azimuths = theta.windows(2).map(|row| {
             let inside = |block: &Block| {
                 let common = block.theta[1].min(row[1]) - block.theta[0].max(row[0]);
-                (block.turn, block.mass * (common / (block.theta[1] - block.theta[0])).max(0.0))
+                (
+                    block.turn,
+                    block.mass * (common / (block.theta[1] - block.theta[0])).max(0.0),
+                )
             };
             Scale::even(borders(blocks.iter().map(inside), [0.0, 1.0], columns))
         });
         let azimuths = azimuths.collect();
         let height = |theta: f64| 2.0 * (0.5 * theta).sin().powi(2);
-        Self { polar: Scale::even(theta.into_iter().map(height).collect()), azimuths }
+        Self {
+            polar: Scale::even(theta.into_iter().map(height).collect()),
+            azimuths,
+        }
     }
 
-    /// Those of a density that is constant on the cells of a table of equal solid angles up to this 1 − z.
+    /// Those of a density that is constant on the cells of a table of equal solid angles up to this
+    /// 1 − z.
     pub fn of_table(height: f64, table: &[Vec<f64>]) -> Self {
-        let even = |count: usize, size: f64| (0..=count).map(|i| size * i as f64 / count as f64).collect::<Vec<_>>();
+        let even = |count: usize, size: f64| {
+            (0..=count)
+                .map(|i| size * i as f64 / count as f64)
+                .collect::<Vec<_>>()
+        };
         let sums: Vec<f64> = table.iter().map(|row| row.iter().sum()).collect();
-        let azimuths = table.iter().map(|row| Scale::new(even(row.len(), 1.0), row)).collect();
-        Self { polar: Scale::new(even(table.len(), height), &sums), azimuths }
+        let azimuths = table
+            .iter()
+            .map(|row| Scale::new(even(row.len(), 1.0), row))
+            .collect();
+        Self {
+            polar: Scale::new(even(table.len(), height), &sums),
+            azimuths,
+        }
     }
 
-    /// The shares of the probability at smaller polar angles, and at smaller azimuths within the row. A direction that
-    /// rounding moved across the last border counts as on it; `None` for NaN.
+    /// The shares of the probability at smaller polar angles, and at smaller azimuths within the
+    /// row. A direction that rounding moved across the last border counts as on it; `None` for NaN.
     pub fn to_square(&self, w: DVec3) -> Option<[f64; 2]> {
         let [height, turn] = place(w);
         let (row, u) = self.polar.share(height)?;
@@ -65,7 +92,10 @@ impl Quantiles {
     /// The ranges of the polar angle, radians, and of the azimuth, turns, of a field of the grid.
     pub fn field(&self, [row, column]: [usize; 2]) -> Rectangle {
         let turns = &self.azimuths[row].borders;
-        Rectangle { x: [row, row + 1].map(|i| angle(self.polar.borders[i])), y: [turns[column], turns[column + 1]] }
+        Rectangle {
+            x: [row, row + 1].map(|i| angle(self.polar.borders[i])),
+            y: [turns[column], turns[column + 1]],
+        }
     }
 
     /// The polar angle below which this share of the probability lies, degrees.
@@ -92,7 +122,10 @@ impl Scale {
     /// Intervals of equal probability.
     fn even(borders: Vec<f64>) -> Self {
         let last = (borders.len() - 1) as f64;
-        Self { shares: (0..borders.len()).map(|i| i as f64 / last).collect(), borders }
+        Self {
+            shares: (0..borders.len()).map(|i| i as f64 / last).collect(),
+            borders,
+        }
     }
 
     /// Intervals with probabilities in proportion to `masses`; even ones if these are all 0.
@@ -110,23 +143,38 @@ impl Scale {
         Self { borders, shares }
     }
 
-    /// The interval in which x lies, and the distribution function there, at the nearer end if it lies outside; `None` for NaN.
+    /// The interval in which x lies, and the distribution function there, at the nearer end if it
+    /// lies outside; `None` for NaN.
     fn share(&self, x: f64) -> Option<(usize, f64)> {
         let last = self.borders.len() - 2;
         if x.is_nan() {
             return None;
         }
         let x = x.clamp(self.borders[0], self.borders[last + 1]);
-        let i = self.borders.partition_point(|&border| border <= x).saturating_sub(1).min(last);
+        let i = self
+            .borders
+            .partition_point(|&border| border <= x)
+            .saturating_sub(1)
+            .min(last);
         let inside = (x - self.borders[i]) / (self.borders[i + 1] - self.borders[i]);
-        Some((i, self.shares[i] + inside * (self.shares[i + 1] - self.shares[i])))
+        Some((
+            i,
+            self.shares[i] + inside * (self.shares[i + 1] - self.shares[i]),
+        ))
     }
 
     /// Where the distribution function has a value in [0, 1].
     fn at(&self, share: f64) -> f64 {
-        let i = self.shares.partition_point(|&s| s < share).clamp(1, self.shares.len() - 1);
+        let i = self
+            .shares
+            .partition_point(|&s| s < share)
+            .clamp(1, self.shares.len() - 1);
         let size = self.shares[i] - self.shares[i - 1];
-        let inside = if size > 0.0 { ((share - self.shares[i - 1]) / size).clamp(0.0, 1.0) } else { 0.0 };
+        let inside = if size > 0.0 {
+            ((share - self.shares[i - 1]) / size).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         self.borders[i - 1] + inside * (self.borders[i] - self.borders[i - 1])
     }
 }
@@ -148,7 +196,8 @@ const POINTS: usize = 4;
 impl Block {
     fn new(theta: [f64; 2], turn: [f64; 2], pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let (mut rows, mut columns) = ([0.0; POINTS], [0.0; POINTS]);
-        let at = |[low, high]: [f64; 2], i: usize| low + (high - low) * (i as f64 + 0.5) / POINTS as f64;
+        let at =
+            |[low, high]: [f64; 2], i: usize| low + (high - low) * (i as f64 + 0.5) / POINTS as f64;
         for (i, row) in rows.iter_mut().enumerate() {
             for (j, column) in columns.iter_mut().enumerate() {
                 let theta = at(theta, i);
@@ -160,14 +209,21 @@ impl Block {
         let mean = rows.iter().sum::<f64>() / (POINTS * POINTS) as f64;
         let mass = mean * TAU * (theta[1] - theta[0]) * (turn[1] - turn[0]);
         let range = |sums: [f64; POINTS]| {
-            sums.iter().fold(f64::MIN, |a, &b| a.max(b)) - sums.iter().fold(f64::MAX, |a, &b| a.min(b))
+            sums.iter().fold(f64::MIN, |a, &b| a.max(b))
+                - sums.iter().fold(f64::MAX, |a, &b| a.min(b))
         };
         // Quadrature finds what is not finite.
-        Self { theta, turn, mass: if mass.is_finite() { mass } else { 0.0 }, across: range(rows) >= range(columns) }
+        Self {
+            theta,
+            turn,
+            mass: if mass.is_finite() { mass } else { 0.0 },
+            across: range(rows) >= range(columns),
+        }
     }
 
     fn halves(&self, pdf: &dyn Fn(DVec3) -> f64) -> [Self; 2] {
-        let halved = |[low, high]: [f64; 2]| [[low, 0.5 * (low + high)], [0.5 * (low + high), high]];
+        let halved =
+            |[low, high]: [f64; 2]| [[low, 0.5 * (low + high)], [0.5 * (low + high), high]];
         if self.across {
             halved(self.theta).map(|theta| Self::new(theta, self.turn, pdf))
         } else {
@@ -176,18 +232,29 @@ impl Block {
     }
 }
 
-/// A density in blocks of little probability each, roughly: where quantiles lie, not how much lies between them.
+/// A density in blocks of little probability each, roughly: where quantiles lie, not how much lies
+/// between them.
 fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
     const SIDES: [usize; 2] = [64, 64];
     const LARGEST_SHARE: f64 = 1.0 / 8192.0;
     const MOST_HALVINGS: usize = 60;
-    let ends = |i: usize, n: usize, size: f64| [size * i as f64 / n as f64, size * (i + 1) as f64 / n as f64];
+    let ends = |i: usize, n: usize, size: f64| {
+        [size * i as f64 / n as f64, size * (i + 1) as f64 / n as f64]
+    };
     let mut blocks: Vec<Block> = (0..SIDES[0] * SIDES[1])
-        .map(|k| Block::new(ends(k / SIDES[1], SIDES[0], largest), ends(k % SIDES[1], SIDES[1], 1.0), pdf))
+        .map(|k| {
+            Block::new(
+                ends(k / SIDES[1], SIDES[0], largest),
+                ends(k % SIDES[1], SIDES[1], 1.0),
+                pdf,
+            )
+        })
         .collect();
     for _ in 0..MOST_HALVINGS {
         let total: f64 = blocks.iter().map(|block| block.mass).sum();
-        let (large, small): (Vec<_>, Vec<_>) = blocks.into_iter().partition(|block| block.mass > LARGEST_SHARE * total);
+        let (large, small): (Vec<_>, Vec<_>) = blocks
+            .into_iter()
+            .partition(|block| block.mass > LARGEST_SHARE * total);
         blocks = small;
         if large.is_empty() {
             break;
@@ -197,8 +264,13 @@ fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
     blocks
 }
 
-/// Borders, strictly ascending, that cut `range` into `count` intervals of about equal mass, of pieces of constant density.
-fn borders(pieces: impl Iterator<Item = ([f64; 2], f64)>, range: [f64; 2], count: usize) -> Vec<f64> {
+/// Borders, strictly ascending, that cut `range` into `count` intervals of about equal mass, of
+/// pieces of constant density.
+fn borders(
+    pieces: impl Iterator<Item = ([f64; 2], f64)>,
+    range: [f64; 2],
+    count: usize,
+) -> Vec<f64> {
     let mut changes: Vec<[f64; 2]> = Vec::new();
     let mut total = 0.0;
     for ([low, high], mass) in pieces.filter(|(_, mass)| *mass > 0.0) {

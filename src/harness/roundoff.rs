@@ -1,8 +1,9 @@
 //! The precision in which a subject computes, and how far rounding may move its values.
 //!
-//! A right function in floating point returns nearly the exact value for nearly the given arguments (backward error
-//! analysis: Higham 2002, "Accuracy and Stability of Numerical Algorithms", section 1.5). So the error that its
-//! precision explains is a few roundings, and as much as its values change where its arguments move by a few roundings.
+//! A right function in floating point returns nearly the exact value for nearly the given arguments
+//! (backward error analysis: Higham 2002, "Accuracy and Stability of Numerical Algorithms", section
+//! 1.5). So the error that its precision explains is a few roundings, and as much as its values
+//! change where its arguments move by a few roundings.
 
 use std::collections::BTreeSet;
 
@@ -20,20 +21,30 @@ pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 const ROUNDINGS: f64 = 64.0;
 /// By so many roundings of 1 components of directions, and cosines, may be off.
 const MOVES: f64 = 16.0;
-/// Half of a slip of one percent. Where rounding may explain a larger relative error, nothing is judged.
+/// Half of a slip of one percent. Where rounding may explain a larger relative error, nothing is
+/// judged.
 pub(crate) const LARGEST_BOUND: f64 = 5e-3;
-/// By so much are arguments moved to see whether a function notices: less than single precision can hold.
+/// By so much are arguments moved to see whether a function notices: less than single precision can
+/// hold.
 pub(crate) const NUDGE: f64 = 1e-11;
-/// So many different values tell of a precision; fewer may be small fractions, such as probabilities.
+/// So many different values tell of a precision; fewer may be small fractions, such as
+/// probabilities.
 const ENOUGH_DIFFERENT: usize = 100;
 
-/// Whether a quantity is computed in single precision: its values at different arguments, each with the value for
-/// arguments moved by [`NUDGE`]. Either all are numbers of single precision, or most don't notice the nudge.
+/// Whether a quantity is computed in single precision: its values at different arguments, each with
+/// the value for arguments moved by [`NUDGE`]. Either all are numbers of single precision, or most
+/// don't notice the nudge.
 pub(crate) fn looks_single(values: &[[f64; 2]]) -> bool {
-    let telling = || values.iter().filter(|[value, _]| value.is_finite() && *value != 0.0);
+    let telling = || {
+        values
+            .iter()
+            .filter(|[value, _]| value.is_finite() && *value != 0.0)
+    };
     let different: BTreeSet<u64> = telling().map(|[value, _]| value.to_bits()).collect();
     let stored = || telling().all(|[value, _]| f64::from(*value as f32) == *value);
-    let unmoved = || telling().filter(|[value, nudged]| value == nudged).count() * 10 >= telling().count() * 9;
+    let unmoved = || {
+        telling().filter(|[value, nudged]| value == nudged).count() * 10 >= telling().count() * 9
+    };
     different.len() >= ENOUGH_DIFFERENT && (stored() || unmoved())
 }
 
@@ -46,7 +57,9 @@ pub(crate) struct Rounding {
 impl Rounding {
     /// Bounds for a unit roundoff; none is finer than [`DOUBLE`], and NaN counts as that.
     pub fn new(unit: f64) -> Self {
-        Self { unit: unit.max(DOUBLE) }
+        Self {
+            unit: unit.max(DOUBLE),
+        }
     }
 
     /// Whether the precision is coarser than double.
@@ -59,14 +72,14 @@ impl Rounding {
         self.unit
     }
 
-    /// Whether a direction is so near to the horizon that rounding may have put it there, where densities are zero;
-    /// never in double precision.
+    /// Whether a direction is so near to the horizon that rounding may have put it there, where
+    /// densities are zero; never in double precision.
     pub fn at_horizon(self, direction: DVec3) -> bool {
         self.is_coarse() && direction.z.abs() <= self.tolerance()
     }
 
-    /// How near to the horizon, by their z, directions are that rounding may put onto it, or whose products with others
-    /// round to 0: the root of a rounded 1 − r² is off by as much.
+    /// How near to the horizon, by their z, directions are that rounding may put onto it, or whose
+    /// products with others round to 0: the root of a rounded 1 − r² is off by as much.
     pub fn horizon(self) -> f64 {
         8.0 * self.unit.sqrt()
     }
@@ -80,12 +93,14 @@ impl Rounding {
         }
     }
 
-    /// The relative error of a value, or error of a unit vector's length, that is rounding whatever the arguments.
+    /// The relative error of a value, or error of a unit vector's length, that is rounding whatever
+    /// the arguments.
     pub fn tolerance(self) -> f64 {
         POINTWISE.max(ROUNDINGS * self.unit)
     }
 
-    /// A number of [0, 1) in this precision: rounded down, so that it stays below 1, and above 0 if it was.
+    /// A number of [0, 1) in this precision: rounded down, so that it stays below 1, and above 0 if
+    /// it was.
     pub fn number(self, uniform: f64) -> f64 {
         if !self.is_coarse() || uniform <= 0.0 {
             return uniform;
@@ -94,21 +109,32 @@ impl Rounding {
         (uniform / last_digit).floor() * last_digit
     }
 
-    /// The difference relative to the larger magnitude; 0 for numbers so small that single precision has no digits for them.
+    /// The difference relative to the larger magnitude; 0 for numbers so small that single
+    /// precision has no digits for them.
     pub fn relative(self, a: f64, b: f64) -> f64 {
-        let vanishes = self.is_coarse() && a.abs().max(b.abs()) < f64::from(f32::MIN_POSITIVE) / self.unit;
+        let vanishes =
+            self.is_coarse() && a.abs().max(b.abs()) < f64::from(f32::MIN_POSITIVE) / self.unit;
         if vanishes { 0.0 } else { relative(a, b) }
     }
 
     /// Errors of a direction by rounding: each component by 16 roundings of 1, up and down.
     pub fn steps(self) -> [DVec3; 6] {
         let step = MOVES * self.unit;
-        [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z].map(|axis| step * axis)
+        [
+            DVec3::X,
+            DVec3::Y,
+            DVec3::Z,
+            -DVec3::X,
+            -DVec3::Y,
+            -DVec3::Z,
+        ]
+        .map(|axis| step * axis)
     }
 
-    /// How far a value changes, relative to it, where its arguments move as rounding may: directions by
-    /// [`steps`](Self::steps), and the cosine to the normal, to the other direction and to its mirror image by four times as
-    /// much, for the cosine of a half vector is four times as sensitive. Infinite if that cannot be told.
+    /// How far a value changes, relative to it, where its arguments move as rounding may:
+    /// directions by [`steps`](Self::steps), and the cosine to the normal, to the other direction
+    /// and to its mirror image by four times as much, for the cosine of a half vector is four times
+    /// as sensitive. Infinite if that cannot be told.
     pub fn spread(self, wo: DVec3, wi: DVec3, value: &dyn Fn(DVec3, DVec3) -> f64) -> f64 {
         let here = value(wo, wi);
         let step = MOVES * self.unit;
@@ -122,11 +148,18 @@ impl Rounding {
             .chain(turns.map(|turned| (wo, turned)));
         moved
             .map(|(wo, wi)| ((value(wo, wi) - here) / here).abs())
-            .fold(0.0, |most, change| if change.is_nan() { f64::INFINITY } else { change.max(most) })
+            .fold(0.0, |most, change| {
+                if change.is_nan() {
+                    f64::INFINITY
+                } else {
+                    change.max(most)
+                }
+            })
     }
 
-    /// A relative error in such units that [`Rounding::tolerance`] is the most that rounding explains, given the
-    /// conditioning there. `None` where it might explain more than [`LARGEST_BOUND`], so that a slip would not be seen.
+    /// A relative error in such units that [`Rounding::tolerance`] is the most that rounding
+    /// explains, given the conditioning there. `None` where it might explain more than
+    /// [`LARGEST_BOUND`], so that a slip would not be seen.
     pub fn excess(self, error: f64, conditioning: impl FnOnce() -> f64) -> Option<f64> {
         let tolerance = self.tolerance();
         // NaN is judged.
@@ -137,20 +170,27 @@ impl Rounding {
         (bound <= LARGEST_BOUND).then(|| error * tolerance / bound)
     }
 
-    /// An exact outcome of which `left_out` arguments could not be judged: it says nothing if those are the most.
+    /// An exact outcome of which `left_out` arguments could not be judged: it says nothing if those
+    /// are the most.
     pub fn outcome(self, outcome: Outcome, left_out: u64) -> Outcome {
         if outcome.n < left_out && outcome.p > 0.0 {
-            let why = format!("in {} rounding explains more than half a percent at most places", self.words());
+            let why = format!(
+                "in {} rounding explains more than half a percent at most places",
+                self.words()
+            );
             return outcome.without_evidence(&why, u64::MAX);
         }
         outcome
     }
 }
 
-/// The direction in the plane of the axis whose cosine to it differs by `change`, as far as there is one.
+/// The direction in the plane of the axis whose cosine to it differs by `change`, as far as there
+/// is one.
 fn turned(direction: DVec3, axis: DVec3, change: f64) -> DVec3 {
     let cosine = direction.dot(axis);
-    let across = (direction - cosine * axis).try_normalize().unwrap_or_else(|| axis.any_orthonormal_vector());
+    let across = (direction - cosine * axis)
+        .try_normalize()
+        .unwrap_or_else(|| axis.any_orthonormal_vector());
     let cosine = (cosine + change).clamp(-1.0, 1.0);
     cosine * axis + (1.0 - cosine * cosine).sqrt() * across
 }

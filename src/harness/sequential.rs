@@ -13,10 +13,10 @@ pub enum Decision {
 
 /// Wald's sequential probability ratio test (Ann. Math. Stat. 16(2), 1945).
 ///
-/// Guarantee: with thresholds ln(1/α) and ln β, a true null hypothesis is rejected with probability at
-/// most α, a true alternative at most β, at whatever time the test stops: its power is at least 1 − β
-/// by construction. (The likelihood ratio is a non-negative martingale under the null hypothesis, its
-/// reciprocal under the alternative; Ville's inequality.)
+/// Guarantee: with thresholds ln(1/α) and ln β, a true null hypothesis is rejected with probability
+/// at most α, a true alternative at most β, at whatever time the test stops: its power is at least
+/// 1 − β by construction. (The likelihood ratio is a non-negative martingale under the null
+/// hypothesis, its reciprocal under the alternative; Ville's inequality.)
 #[derive(Clone, Copy, Debug)]
 pub struct Sprt {
     log_ratio: f64,
@@ -28,15 +28,25 @@ pub struct Sprt {
 impl Sprt {
     /// A test with errors at most `alpha` and `beta`, both in (0, 1).
     pub fn new(alpha: f64, beta: f64) -> Self {
-        Self { log_ratio: 0.0, upper: -alpha.ln(), lower: beta.ln(), count: 0 }
+        Self {
+            log_ratio: 0.0,
+            upper: -alpha.ln(),
+            lower: beta.ln(),
+            count: 0,
+        }
     }
 
     /// Adds one Bernoulli value; probability `null` against `alternative`, both in (0, 1).
     pub fn bernoulli(&mut self, success: bool, null: f64, alternative: f64) -> Decision {
-        self.add(if success { (alternative / null).ln() } else { ((1.0 - alternative) / (1.0 - null)).ln() })
+        self.add(if success {
+            (alternative / null).ln()
+        } else {
+            ((1.0 - alternative) / (1.0 - null)).ln()
+        })
     }
 
-    /// Adds one normal value with known standard deviation `sigma`; mean `null` against `alternative`.
+    /// Adds one normal value with known standard deviation `sigma`; mean `null` against
+    /// `alternative`.
     pub fn normal(&mut self, value: f64, null: f64, alternative: f64, sigma: f64) -> Decision {
         let middle = 0.5 * (null + alternative);
         self.add((alternative - null) * (value - middle) / (sigma * sigma))
@@ -71,8 +81,8 @@ impl Sprt {
 /// Bernstein sequence of Waudby-Smith and Ramdas ("Estimating means of bounded random variables by
 /// betting", JRSS B 86(1), 2024, theorem 2).
 ///
-/// Guarantee: the probability that the mean is *ever* outside the interval is at most α, for every law
-/// on [low, high]; looking after every value costs nothing.
+/// Guarantee: the probability that the mean is *ever* outside the interval is at most α, for every
+/// law on [low, high]; looking after every value costs nothing.
 #[derive(Clone, Debug)]
 pub struct ConfidenceSequence {
     bounds: [f64; 2],
@@ -111,7 +121,9 @@ impl ConfidenceSequence {
         // All of this is known before x is seen.
         let mean_before = (0.5 + self.sum) / t;
         let variance_before = (0.25 + self.squares) / t;
-        let bet = (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln())).sqrt().min(LARGEST_BET);
+        let bet = (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln()))
+            .sqrt()
+            .min(LARGEST_BET);
         let surprise = (x - mean_before).powi(2);
         self.weights += bet;
         self.weighted += bet * x;
@@ -133,8 +145,9 @@ impl ConfidenceSequence {
         [centre - half, centre + half].map(|x| low + (high - low) * x)
     }
 
-    /// The smallest effect that is seen with probability at least 1 − α after these values: the width of
-    /// the interval. As long as it covers the mean, it excludes every reference that is further off.
+    /// The smallest effect that is seen with probability at least 1 − α after these values: the
+    /// width of the interval. As long as it covers the mean, it excludes every reference that is
+    /// further off.
     pub fn minimum_detectable_effect(&self) -> f64 {
         let [low, high] = self.interval();
         high - low
@@ -145,8 +158,8 @@ impl ConfidenceSequence {
         self.count as u64
     }
 
-    /// Whether the mean is within ±`margin` of `reference`: [`Decision::Null`] once the interval lies
-    /// within, [`Decision::Alternative`] once it lies outside `reference` itself.
+    /// Whether the mean is within ±`margin` of `reference`: [`Decision::Null`] once the interval
+    /// lies within, [`Decision::Alternative`] once it lies outside `reference` itself.
     pub fn decide(&self, reference: f64, margin: f64) -> Decision {
         let [low, high] = self.interval();
         if low > reference || high < reference {

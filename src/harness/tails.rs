@@ -1,11 +1,11 @@
-//! Tail probabilities and quantiles that stay valid down to 1e-300: tails are computed as tails, never
-//! as 1 − cdf.
+//! Tail probabilities and quantiles that stay valid down to 1e-300: tails are computed as tails,
+//! never as 1 − cdf.
 //!
 //! Incomplete gamma and beta functions are evaluated by series and continued fractions (Lentz's
-//! method; Press et al., Numerical Recipes, 3rd ed., 6.2 and 6.4). Their prefactors use the deviance
-//! and Stirling's remainder (Loader, "Fast and Accurate Computation of Binomial Probabilities", 2000),
-//! so that they do not cancel for large arguments. `tests/library/harness/tails.rs` compares every function
-//! with values of 25 digits.
+//! method; Press et al., Numerical Recipes, 3rd ed., 6.2 and 6.4). Their prefactors use the
+//! deviance and Stirling's remainder (Loader, "Fast and Accurate Computation of Binomial
+//! Probabilities", 2000), so that they do not cancel for large arguments.
+//! `tests/library/harness/tails.rs` compares every function with values of 25 digits.
 
 use statrs::function::erf::erfc;
 use statrs::function::gamma::ln_gamma;
@@ -61,9 +61,10 @@ pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
     decreasing_root(|x| chi_square_sf(x, dof), p, 0.0, high)
 }
 
-/// P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean `noncentrality`/2 ≥ 0, of
-/// central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and Balakrishnan, Continuous
-/// Univariate Distributions 2, 1995, chapter 29). All terms are positive: the tail keeps its digits.
+/// P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean `noncentrality`/2 ≥ 0,
+/// of central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and Balakrishnan, Continuous
+/// Univariate Distributions 2, 1995, chapter 29). All terms are positive: the tail keeps its
+/// digits.
 pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
     let half = 0.5 * noncentrality;
     let (mut sum, mut j) = (0.0, 0.0);
@@ -98,7 +99,8 @@ pub fn kolmogorov_limit_sf(x: f64) -> f64 {
         return 1.0;
     }
     if x < 0.5 {
-        // The lower tail by the law's other series; its second term is less than 1e-17 of the first.
+        // The lower tail by the law's other series; its second term is less than 1e-17 of the
+        // first.
         let lower = TAU.sqrt() / x * (-(PI / x).powi(2) / 8.0).exp();
         return 1.0 - lower;
     }
@@ -120,7 +122,11 @@ pub fn kolmogorov_sf(n: u64, d: f64) -> f64 {
     let n = n as f64;
     let x = n.sqrt() * d;
     let body = kolmogorov_limit_sf(x + 1.0 / (6.0 * n.sqrt()) + (x - 1.0) / (4.0 * n));
-    if body > KOLMOGOROV_SWITCH { body } else { (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_SWITCH) }
+    if body > KOLMOGOROV_SWITCH {
+        body
+    } else {
+        (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_SWITCH)
+    }
 }
 
 /// The d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_SWITCH`]: Massart's inequality solved for d.
@@ -141,7 +147,11 @@ pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
 
 /// P(X ≤ k) of the same law.
 pub fn binomial_cdf(k: u64, n: u64, q: f64) -> f64 {
-    if k >= n { 1.0 } else { beta((n - k) as f64, (k + 1) as f64, 1.0 - q, q) }
+    if k >= n {
+        1.0
+    } else {
+        beta((n - k) as f64, (k + 1) as f64, 1.0 - q, q)
+    }
 }
 
 /// Twice the smaller binomial tail, at most 1: the two-sided p-value of k successes.
@@ -152,8 +162,16 @@ pub fn binomial_two_sided(k: u64, n: u64, q: f64) -> f64 {
 /// The interval for a success probability after k of n, each side at level `p` (Clopper and Pearson
 /// 1934: it covers at least 1 − 2p for every n).
 pub fn binomial_interval(k: u64, n: u64, p: f64) -> [f64; 2] {
-    let low = if k == 0 { 0.0 } else { decreasing_root(|q| -binomial_sf(k, n, q), -p, 0.0, 1.0) };
-    let high = if k == n { 1.0 } else { decreasing_root(|q| binomial_cdf(k, n, q), p, 0.0, 1.0) };
+    let low = if k == 0 {
+        0.0
+    } else {
+        decreasing_root(|q| -binomial_sf(k, n, q), -p, 0.0, 1.0)
+    };
+    let high = if k == n {
+        1.0
+    } else {
+        decreasing_root(|q| binomial_cdf(k, n, q), p, 0.0, 1.0)
+    };
     [low, high]
 }
 
@@ -194,7 +212,9 @@ fn log_defect(x: f64, whole: f64) -> f64 {
         return x - whole.ln();
     }
     // x²/2 − x³/3 + …: fourteen terms reach 1e-18 of the first.
-    let series = (2..16).rev().fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
+    let series = (2..16)
+        .rev()
+        .fold(0.0, |sum, k| 1.0 / f64::from(k) - x * sum);
     x * x * series
 }
 

@@ -1,12 +1,12 @@
-//! Trials as data: a property, a statistic, a size, and functions that run it on the right subject and
-//! on faulty ones.
+//! Trials as data: a property, a statistic, a size, and functions that run it on the right subject
+//! and on faulty ones.
 
 mod check;
 mod context;
 
 pub use check::{
-    assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused, trial_is_green,
-    write_cells,
+    assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused,
+    trial_is_green, write_cells,
 };
 pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
 
@@ -21,8 +21,8 @@ pub struct Control {
     pub name: &'static str,
     /// What is wrong, in one line.
     pub wrong: &'static str,
-    /// The outcomes that must all reject it, by name. May be empty where the trial leaves no choice:
-    /// see [`meant`].
+    /// The outcomes that must all reject it, by name. May be empty where the trial leaves no
+    /// choice: see [`meant`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function with the faulty subject.
     pub run: Run,
@@ -35,21 +35,29 @@ impl Control {
         wrong: &'static str,
         run: impl Fn(&Context) -> Vec<Outcome> + Send + Sync + 'static,
     ) -> Self {
-        Self { name, wrong, rejected_by: Vec::new(), run: Box::new(run) }
+        Self {
+            name,
+            wrong,
+            rejected_by: Vec::new(),
+            run: Box::new(run),
+        }
     }
 }
 
-/// A property on trial. Sizes and claims are those of its outcomes ([`Outcome::n`], [`Outcome::claim`]).
+/// A property on trial. Sizes and claims are those of its outcomes ([`Outcome::n`],
+/// [`Outcome::claim`]).
 ///
-/// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each random
-/// outcome misses an effect of its δ with probability at most [`ALPHA`](super::outcome::ALPHA).
+/// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each
+/// random outcome misses an effect of its δ with probability at most
+/// [`ALPHA`](super::outcome::ALPHA).
 pub struct Trial {
-    /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first part
-    /// is the [`group`].
+    /// Unique name, words joined by '-', parts by '/': "hemisphere/uniform/chi-square". The first
+    /// part is the [`group`].
     pub name: String,
     /// The statement that is true or false.
     pub property: String,
-    /// What the property belongs to: the id of an [`Equation`](crate::equation::Equation), or a source in words.
+    /// What the property belongs to: the id of an [`Equation`](crate::equation::Equation), or a
+    /// source in words.
     pub source: &'static str,
     /// What is examined: the path of the function.
     pub subject: &'static str,
@@ -89,7 +97,11 @@ impl Row {
     pub fn csv(&self) -> String {
         let o = &self.outcome;
         let quoted = || format!("\"{}\"", self.source.replace('"', "\"\""));
-        let source = if self.source.contains([',', '"']) { quoted() } else { self.source.to_owned() };
+        let source = if self.source.contains([',', '"']) {
+            quoted()
+        } else {
+            self.source.to_owned()
+        };
         format!(
             "{},{},{source},\"{}\",{},{},{:e},{:e},{:e},{:e},{:e},{},{:e},{:e},{},{}",
             self.trial,
@@ -138,7 +150,11 @@ fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> 
 
 /// The name of a trial, or of a fault (control) under it: "trial!fault".
 pub fn full_name(trial: &str, control: &str) -> String {
-    if control.is_empty() { trial.to_owned() } else { format!("{trial}!{control}") }
+    if control.is_empty() {
+        trial.to_owned()
+    } else {
+        format!("{trial}!{control}")
+    }
 }
 
 /// The part of a trial's name before the first '/': the name of its integration test.

@@ -1,8 +1,10 @@
-//! Two images against each other: Welch's test of the image mean, of tiles and of pixels (Jung, Hanika
-//! and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2), 2020).
+//! Two images against each other: Welch's test of the image mean, of tiles and of pixels (Jung,
+//! Hanika and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT
+//! 9(2), 2020).
 //!
-//! Images enter as plain slices, so that any renderer's will do. Only the image mean carries a claim of
-//! equivalence: per-pixel tests are far less sensitive to a bias that is the same everywhere.
+//! Images enter as plain slices, so that any renderer's will do. Only the image mean carries a
+//! claim of equivalence: per-pixel tests are far less sensitive to a bias that is the same
+//! everywhere.
 
 use super::graded::grade;
 use super::ks::kolmogorov_smirnov;
@@ -11,8 +13,8 @@ use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{student_two_sided, student_upper};
 
-/// One channel of an image with the statistics of each pixel, row by row. The count is of independent
-/// replications: whole grids where samples within a pixel are stratified.
+/// One channel of an image with the statistics of each pixel, row by row. The count is of
+/// independent replications: whole grids where samples within a pixel are stratified.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelStatistics<'a> {
     /// Mean of each pixel.
@@ -30,8 +32,9 @@ pub struct PValueMap {
     pub width: usize,
     /// Tiles down.
     pub height: usize,
-    /// p of each tile, row by row; `None` where nothing is judged: neither image has any variance and both
-    /// agree, or the tile was left out. NaN, where an image's mean or variance is none, fails.
+    /// p of each tile, row by row; `None` where nothing is judged: neither image has any variance
+    /// and both agree, or the tile was left out. NaN, where an image's mean or variance is none,
+    /// fails.
     pub p: Vec<Option<f64>>,
     /// The difference of the tile's means in standard errors; NaN where nothing is judged.
     pub sigmas: Vec<f64>,
@@ -46,7 +49,8 @@ impl PValueMap {
         tiles.filter_map(|(tile, p)| Some((tile, (*p)?)))
     }
 
-    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias. NaN counts as 0.
+    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias. NaN counts
+    /// as 0.
     pub fn histogram(&self, bins: usize) -> Vec<u64> {
         let mut counts = vec![0; bins];
         for (_, p) in self.judged() {
@@ -89,7 +93,11 @@ impl PValueMap {
             interval: [self.sigmas[worst]; 2],
             claim: Claim::Test,
             // An effect on the worst tile, in its standard errors.
-            sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: self.dof[worst], tests: tests.max(1) },
+            sensitivity: Sensitivity::Normal {
+                standard_error: 1.0,
+                dof: self.dof[worst],
+                tests: tests.max(1),
+            },
             worst: format!(
                 "({}, {}) of {} × {}: {:+.2} sigmas",
                 worst % self.width,
@@ -108,7 +116,11 @@ impl PValueMap {
         Outcome {
             statistic: "Welch map",
             claim: Claim::Test,
-            sensitivity: Sensitivity::Normal { standard_error: f64::INFINITY, dof: f64::INFINITY, tests: 1 },
+            sensitivity: Sensitivity::Normal {
+                standard_error: f64::INFINITY,
+                dof: f64::INFINITY,
+                tests: 1,
+            },
             ..Outcome::exact(name, n, 0.0, 0.0, "")
         }
         .without_evidence("no tile was judged", u64::MAX)
@@ -142,7 +154,12 @@ impl Difference {
 
 fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Difference {
     let share = 1.0 / pixels.len() as f64;
-    let part = |s: &PixelStatistics, i: usize| (s.variance[i] / s.count[i] as f64 * share * share, s.count[i]);
+    let part = |s: &PixelStatistics, i: usize| {
+        (
+            s.variance[i] / s.count[i] as f64 * share * share,
+            s.count[i],
+        )
+    };
     let parts = || pixels.iter().flat_map(|&i| [part(a, i), part(b, i)]);
     Difference {
         difference: pixels.iter().map(|&i| a.mean[i] - b.mean[i]).sum::<f64>() * share,
@@ -151,22 +168,28 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
     }
 }
 
-/// One channel of an image of independent pixels, with the skewness of one replication of every pixel.
+/// One channel of an image of independent pixels, with the skewness of one replication of every
+/// pixel.
 pub type Skewed<'a> = (&'a PixelStatistics<'a>, &'a [f64]);
 
-/// The test of the means of the two images: `delta` is relative to the mean of the second. The claim is
-/// exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
+/// The test of the means of the two images: `delta` is relative to the mean of the second. The
+/// claim is exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
 pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     grade(compare_means(name, a, b, delta), |effect| {
         let mean: Vec<f64> = a.0.mean.iter().map(|x| x + effect).collect();
-        let wrong = PixelStatistics { mean: &mean, ..*a.0 };
+        let wrong = PixelStatistics {
+            mean: &mean,
+            ..*a.0
+        };
         Some(compare_means(name, (&wrong, a.1), b, delta))
     })
 }
 
 fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     let skewness = skewness_of_sum([a, b].into_iter().flat_map(|(s, skewness)| {
-        let part = |(i, &skewness): (usize, &f64)| (skewness, s.variance[i] / s.count[i] as f64, s.count[i]);
+        let part = |(i, &skewness): (usize, &f64)| {
+            (skewness, s.variance[i] / s.count[i] as f64, s.count[i])
+        };
         skewness.iter().enumerate().map(part)
     }));
     let (a, b) = (a.0, b.0);
@@ -182,7 +205,11 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     let d = difference(a, b, &pixels);
     let scale = b.mean.iter().sum::<f64>() / b.mean.len() as f64;
     let standard_error = d.variance.sqrt();
-    let t = if d.difference == 0.0 { 0.0 } else { d.difference / standard_error };
+    let t = if d.difference == 0.0 {
+        0.0
+    } else {
+        d.difference / standard_error
+    };
     let half = student_upper(ALPHA / 2.0, d.dof.max(1.0)) * standard_error;
     let outcome = Outcome {
         name: name.to_owned(),
@@ -195,8 +222,14 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
         estimate: d.difference,
         reference: 0.0,
         interval: [d.difference - half, d.difference + half],
-        claim: Claim::Exact { delta: delta * scale.abs() },
-        sensitivity: Sensitivity::Normal { standard_error, dof: d.dof, tests: 1 },
+        claim: Claim::Exact {
+            delta: delta * scale.abs(),
+        },
+        sensitivity: Sensitivity::Normal {
+            standard_error,
+            dof: d.dof,
+            tests: 1,
+        },
         worst: format!("image means differ by {t:+.2} standard errors"),
         cells: stretches(a, b),
         graded: Vec::new(),

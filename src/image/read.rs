@@ -39,8 +39,8 @@ pub struct Picture {
     pub left_out: Vec<String>,
     /// The values of each channel, row by row from the top.
     pub values: Vec<Vec<f64>>,
-    /// Standard errors of these, where the file has them: channels `stderr.R` and so on beside `R`. None if one is
-    /// infinite, as that of a single sample.
+    /// Standard errors of these, where the file has them: channels `stderr.R` and so on beside `R`.
+    /// None if one is infinite, as that of a single sample.
     pub standard_errors: Option<Vec<Vec<f64>>>,
     /// How far values may be off by rounding, relative to them.
     pub rounding: f64,
@@ -66,7 +66,11 @@ impl Picture {
 
     /// Whether it has these primaries, as far as they are written with three digits.
     pub fn has_primaries(&self, other: [[f32; 2]; 4]) -> bool {
-        self.primaries.iter().flatten().zip(other.iter().flatten()).all(|(x, y)| (x - y).abs() <= 2e-3)
+        self.primaries
+            .iter()
+            .flatten()
+            .zip(other.iter().flatten())
+            .all(|(x, y)| (x - y).abs() <= 2e-3)
     }
 
     /// Which channels were read, how they are understood, and what else the file holds, in words.
@@ -78,8 +82,16 @@ impl Picture {
             Meaning::Grey => "one grey channel",
             Meaning::Three => "three channels",
         };
-        let others = if self.left_out.is_empty() { String::new() } else { "; not read: ".to_owned() };
-        format!("{} as {meaning}{others}{}", self.channels.join(", "), listed(&self.left_out))
+        let others = if self.left_out.is_empty() {
+            String::new()
+        } else {
+            "; not read: ".to_owned()
+        };
+        format!(
+            "{} as {meaning}{others}{}",
+            self.channels.join(", "),
+            listed(&self.left_out)
+        )
     }
 
     /// The picture whose pixel at column x and row y is that of `from(x, y)` in this one.
@@ -93,12 +105,36 @@ impl Picture {
             y * self.size[0] + x
         };
         let planes = |planes: &Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            planes.iter().map(|plane| (0..size[0] * size[1]).map(|i| plane[index(i)]).collect()).collect()
+            planes
+                .iter()
+                .map(|plane| (0..size[0] * size[1]).map(|i| plane[index(i)]).collect())
+                .collect()
         };
-        let (values, standard_errors) = (planes(&self.values), self.standard_errors.as_ref().map(planes));
+        let (values, standard_errors) = (
+            planes(&self.values),
+            self.standard_errors.as_ref().map(planes),
+        );
         let (channels, left_out) = (self.channels.clone(), self.left_out.clone());
-        let &Self { corner, meaning, rounding, primaries, is_cube, .. } = self;
-        Self { size, corner, meaning, channels, left_out, values, standard_errors, rounding, primaries, is_cube }
+        let &Self {
+            corner,
+            meaning,
+            rounding,
+            primaries,
+            is_cube,
+            ..
+        } = self;
+        Self {
+            size,
+            corner,
+            meaning,
+            channels,
+            left_out,
+            values,
+            standard_errors,
+            rounding,
+            primaries,
+            is_cube,
+        }
     }
 
     /// The part of this size whose upper left pixel is `corner` of the frame.
@@ -107,8 +143,12 @@ impl Picture {
     /// If it is not within the picture.
     #[must_use]
     pub fn cropped(&self, corner: [i32; 2], size: [usize; 2]) -> Self {
-        let [left, top] = [0, 1].map(|i| (i64::from(corner[i]) - i64::from(self.corner[i])) as usize);
-        Self { corner, ..self.remapped(size, |x, y| [x + left, y + top]) }
+        let [left, top] =
+            [0, 1].map(|i| (i64::from(corner[i]) - i64::from(self.corner[i])) as usize);
+        Self {
+            corner,
+            ..self.remapped(size, |x, y| [x + left, y + top])
+        }
     }
 }
 
@@ -116,7 +156,11 @@ impl Picture {
 fn listed(names: &[String]) -> String {
     const MOST: usize = 20;
     let more = names.len().saturating_sub(MOST);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let more = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
     names[..names.len().min(MOST)].join(", ") + &more
 }
 
@@ -125,36 +169,51 @@ const FLOAT: f64 = 1e-5;
 /// Half a unit in the last place of a 16-bit float.
 pub(crate) const HALF: f64 = 1.0 / 2048.0;
 
-/// Decodes the bytes of a file, whose `path` is for messages. `layer` is what stands before the last dot of the
-/// channels' names, or one or three full names of channels with commas; `option` is how a user gives it, for messages.
+/// Decodes the bytes of a file, whose `path` is for messages. `layer` is what stands before the
+/// last dot of the channels' names, or one or three full names of channels with commas; `option` is
+/// how a user gives it, for messages.
 ///
-/// Without `layer` the channels R, G, B that belong to none are read. If there are none, it is the one layer of R, G, B or
-/// Y that is not known to be something else, such as normals or depth, or X, Y, Z without a layer; all of these only
-/// if no other layer could be the image.
+/// Without `layer` the channels R, G, B that belong to none are read. If there are none, it is the
+/// one layer of R, G, B or Y that is not known to be something else, such as normals or depth, or
+/// X, Y, Z without a layer; all of these only if no other layer could be the image.
 ///
 /// # Errors
 /// [`Error::Image`]: no such format, truncated, too large, no such layer, not clear which is the image, or a value that is
 /// no finite number.
-pub fn decode(path: &Path, bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Picture, Error> {
+pub fn decode(
+    path: &Path,
+    bytes: &[u8],
+    layer: Option<&str>,
+    option: &str,
+) -> Result<Picture, Error> {
     let decoded = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => layers::exr(bytes, layer, option),
-        [b'P', b'F' | b'f', ..] | [b'#', b'?', ..] if layer.is_some() => {
-            Err(format!("a PFM or Radiance picture has no layers: leave out {option}"))
-        }
+        [b'P', b'F' | b'f', ..] | [b'#', b'?', ..] if layer.is_some() => Err(format!(
+            "a PFM or Radiance picture has no layers: leave out {option}"
+        )),
         [b'P', b'F' | b'f', ..] => pfm::pfm(bytes),
         [b'#', b'?', ..] => hdr::hdr(bytes),
         _ => Err("neither EXR nor PFM nor Radiance picture (.hdr)".to_owned()),
     };
-    decoded.and_then(finite).map_err(|message| Error::Image { action: "read", path: path.to_owned(), message })
+    decoded.and_then(finite).map_err(|message| Error::Image {
+        action: "read",
+        path: path.to_owned(),
+        message,
+    })
 }
 
 /// The same picture if all its values are finite, and all standard errors at least 0.
 fn finite(mut picture: Picture) -> Result<Picture, String> {
     let width = picture.size[0];
     let fault = |what: &str, planes: &[Vec<f64>], good: fn(&f64) -> bool| {
-        let (plane, at) = (0..planes.len()).find_map(|c| Some((c, planes[c].iter().position(|v| !good(v))?)))?;
+        let (plane, at) =
+            (0..planes.len()).find_map(|c| Some((c, planes[c].iter().position(|v| !good(v))?)))?;
         let (name, value) = (&picture.channels[plane], planes[plane][at]);
-        Some(format!("pixel ({}, {}), {what}{name}, is {value}", at % width, at / width))
+        Some(format!(
+            "pixel ({}, {}), {what}{name}, is {value}",
+            at % width,
+            at / width
+        ))
     };
     let errors = picture.standard_errors.as_deref().unwrap_or_default();
     let fault = fault("", &picture.values, |value| value.is_finite())
@@ -167,5 +226,11 @@ fn finite(mut picture: Picture) -> Result<Picture, String> {
 /// A header must not promise more than this: what is read is held in memory.
 fn check_size(pixels: Option<usize>) -> Result<(), String> {
     let fits = pixels.is_some_and(|pixels| (1..=LARGEST_FILM as usize).contains(&pixels));
-    if fits { Ok(()) } else { Err(format!("a size that is not from 1 to {LARGEST_FILM} pixels")) }
+    if fits {
+        Ok(())
+    } else {
+        Err(format!(
+            "a size that is not from 1 to {LARGEST_FILM} pixels"
+        ))
+    }
 }

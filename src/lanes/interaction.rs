@@ -1,5 +1,5 @@
-//! Where the rays of all lanes have met surfaces, and how light is scattered there. What few scenes have (EON, rough
-//! glass, models that are not of the library) is asked for lane by lane.
+//! Where the rays of all lanes have met surfaces, and how light is scattered there. What few scenes
+//! have (EON, rough glass, models that are not of the library) is asked for lane by lane.
 
 use glam::DVec3;
 
@@ -41,15 +41,25 @@ pub(super) const SPHERE: u16 = 128;
 const ROUGH_GLASS: u16 = 256;
 
 impl Material {
-    pub fn new(&Surface { bsdf, absorption, .. }: &Surface) -> Self {
+    pub fn new(
+        &Surface {
+            bsdf, absorption, ..
+        }: &Surface,
+    ) -> Self {
         // (14) is (13) with these.
         let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
         let kinds = match bsdf {
             Bsdf::Black => 0,
             Bsdf::Lambert { .. } => NON_DELTA,
-            Bsdf::OrenNayar { constants, form, .. } => {
+            Bsdf::OrenNayar {
+                constants, form, ..
+            } => {
                 oren_nayar = constants;
-                if form == OrenNayarForm::Printed { NON_DELTA | PRINTED } else { NON_DELTA }
+                if form == OrenNayarForm::Printed {
+                    NON_DELTA | PRINTED
+                } else {
+                    NON_DELTA
+                }
             }
             Bsdf::Mirror { .. } => MIRROR,
             Bsdf::Glass { index: of_glass } => {
@@ -61,7 +71,10 @@ impl Material {
         };
         let is_model = kinds & NON_DELTA != 0 && !bsdf.is_sampled_by_cosine();
         let kinds = if is_model { kinds | MODEL } else { kinds };
-        Self { numbers: [index, oren_nayar.a, oren_nayar.b, absorption], kinds }
+        Self {
+            numbers: [index, oren_nayar.a, oren_nayar.b, absorption],
+            kinds,
+        }
     }
 }
 
@@ -78,7 +91,8 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// The factor of radiance from the local direction `wi` behind rough glass, in a lane.
     fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
 
-    /// The cosine between the normal and a direction towards light; rough glass takes light from behind as well.
+    /// The cosine between the normal and a direction towards light; rough glass takes light from
+    /// behind as well.
     #[inline]
     fn cosine<P: Walking>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
         let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
@@ -91,7 +105,13 @@ pub(crate) trait ShadingPoint<R: Real> {
 
     /// Light from `wi` as radiance on the side of the ray: rough glass changes it.
     #[inline]
-    fn to_radiance<P: Walking>(&self, parts: &P, light: R::Vector, wi: R::Vector, active: R::Mask) -> R::Vector {
+    fn to_radiance<P: Walking>(
+        &self,
+        parts: &P,
+        light: R::Vector,
+        wi: R::Vector,
+        active: R::Mask,
+    ) -> R::Vector {
         let rough_glass = active & self.rough_glass();
         if !rough_glass.any() {
             return light;
@@ -119,7 +139,11 @@ impl ShadingPoint<f64> for BsdfAt<'_> {
     }
     #[inline]
     fn brdf<P: Walking>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
-        if active { parts.brdf(self.bsdf, self.vertex.wo, wi) } else { DVec3::ZERO }
+        if active {
+            parts.brdf(self.bsdf, self.vertex.wo, wi)
+        } else {
+            DVec3::ZERO
+        }
     }
     #[inline]
     fn rough_glass(&self) -> bool {
@@ -167,14 +191,20 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
 
     #[inline]
     fn place(&self) -> Place<R::Vector> {
-        Place { point: self.vertex.point, normal: self.vertex.frame.z, offset: self.offset }
+        Place {
+            point: self.vertex.point,
+            normal: self.vertex.frame.z,
+            offset: self.offset,
+        }
     }
 
     #[inline]
     fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
         let (zero, wo) = (R::splat(0.0), self.vertex.wo);
         if !parts.is_standard() {
-            return vectors(active, |i| parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i)));
+            return vectors(active, |i| {
+                parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i))
+            });
         }
         let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
         let is_printed = self.is(PRINTED);
@@ -190,7 +220,13 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
             return brdf;
         }
         let alone = |i: usize| self.bsdf(i).eval(wo.lane(i), wi.lane(i));
-        Vector::from_fn(|i| if one_by_one.lane(i) { alone(i) } else { brdf.lane(i) })
+        Vector::from_fn(|i| {
+            if one_by_one.lane(i) {
+                alone(i)
+            } else {
+                brdf.lane(i)
+            }
+        })
     }
 
     #[inline]
@@ -209,8 +245,20 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     #[inline]
     pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
         let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
-        let [shape @ .., red, green, blue, index, a, b, absorption, offset, _, _, _] =
-            R::of_rows(primitives.map(|primitive| &primitive.numbers));
+        let [
+            shape @ ..,
+            red,
+            green,
+            blue,
+            index,
+            a,
+            b,
+            absorption,
+            offset,
+            _,
+            _,
+            _,
+        ] = R::of_rows(primitives.map(|primitive| &primitive.numbers));
         let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.met);
         let (point, normal) = place(shape, is(SPHERE), ray, found);
         Self {
@@ -242,7 +290,11 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// The rays that leave in these directions.
     #[inline]
     pub fn spawn_ray(&self, direction: R::Vector) -> Ray<R::Vector> {
-        Place { normal: self.normal, ..self.place() }.leave(direction)
+        Place {
+            normal: self.normal,
+            ..self.place()
+        }
+        .leave(direction)
     }
 
     /// The hit of a lane's ray.
@@ -250,12 +302,20 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
         let (part, t) = (self.primitives[lane], self.t.lane(lane));
         let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
-        Hit { t, point, normal, primitive, surface: part.surface, emitter: part.emitter }
+        Hit {
+            t,
+            point,
+            normal,
+            primitive,
+            surface: part.surface,
+            emitter: part.emitter,
+        }
     }
 
     /// The model of the surface in a lane, on the side of the ray.
     pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
-        self.surface_bsdf(lane).facing(self.vertex.outside.lane(lane))
+        self.surface_bsdf(lane)
+            .facing(self.vertex.outside.lane(lane))
     }
 
     /// The model of the surface in a lane.
@@ -288,8 +348,13 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         let radiance = self.emitted();
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let zero = R::splat(0.0);
-        let dark = radiance.components().into_iter().fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
-        rules.seen.map_or(radiance, |shown| Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown))))
+        let dark = radiance
+            .components()
+            .into_iter()
+            .fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
+        rules.seen.map_or(radiance, |shown| {
+            Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
+        })
     }
 
     /// Where emitters show their fronts to the rays.
@@ -299,27 +364,36 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
 
     /// The radiance of the emitter in a lane; zero without one.
     pub fn emitter_radiance(&self, lane: usize) -> DVec3 {
-        self.emitter(lane).map_or(DVec3::ZERO, |emitter| self.scene.emitters()[emitter as usize].radiance)
+        self.emitter(lane).map_or(DVec3::ZERO, |emitter| {
+            self.scene.emitters()[emitter as usize].radiance
+        })
     }
 
     /// A bit for each lane: which do not show the surfaces' own fronts to the rays.
     pub fn backs(&self) -> u32 {
         let zero = R::splat(0.0);
-        !R::splat(1.0).copysign(self.normal.dot(self.vertex.direction)).below(zero).bits()
+        !R::splat(1.0)
+            .copysign(self.normal.dot(self.vertex.direction))
+            .below(zero)
+            .bits()
     }
 
-    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all lanes.
+    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all
+    /// lanes.
     pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
         let depth = self.t.lane(lane);
         match &self.primitives[lane].features {
-            Some(flat) if is_legal_depth(depth) => pixel.push_flat(flat, backs >> lane & 1 == 1, depth),
+            Some(flat) if is_legal_depth(depth) => {
+                pixel.push_flat(flat, backs >> lane & 1 == 1, depth)
+            }
             _ => pixel.push_features(&self.features(lane)),
         }
     }
 
     /// The features of a lane that a ray has met.
     pub fn features(&self, lane: usize) -> Features {
-        let [albedo, normal, direction] = [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
+        let [albedo, normal, direction] =
+            [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
         features(albedo, normal, self.t.lane(lane), direction)
     }
 
@@ -343,7 +417,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         self.mirror | self.glass
     }
 
-    /// The pdf of directions with respect to solid angle in the active lanes; 0 of mirrors and glass.
+    /// The pdf of directions with respect to solid angle in the active lanes; 0 of mirrors and
+    /// glass.
     #[inline]
     pub fn pdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
@@ -355,21 +430,33 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         if !models.any() {
             return by_cosine;
         }
-        R::from_lanes(|i| if models.lane(i) { pdf(i) } else { by_cosine.lane(i) })
+        R::from_lanes(|i| {
+            if models.lane(i) {
+                pdf(i)
+            } else {
+                by_cosine.lane(i)
+            }
+        })
     }
 }
 
-/// The active lanes whose primitives are of a kind, which is asked for only if any of the scene's kinds is.
+/// The active lanes whose primitives are of a kind, which is asked for only if any of the scene's
+/// kinds is.
 #[inline]
-fn of_kind<M: Mask, T, const N: usize>(primitives: &[&PrimitiveData<T>; N], all: u16, kind: u16, active: M) -> M {
+fn of_kind<M: Mask, T, const N: usize>(
+    primitives: &[&PrimitiveData<T>; N],
+    all: u16,
+    kind: u16,
+    active: M,
+) -> M {
     if all & kind == 0 {
         return M::splat(false);
     }
     active & M::from_fn(|i| primitives[i].kinds & kind != 0)
 }
 
-/// Points and normals of hits on primitives of these numbers, as [`Scene::intersect`](crate::scene::Scene::intersect)
-/// says them.
+/// Points and normals of hits on primitives of these numbers, as
+/// [`Scene::intersect`](crate::scene::Scene::intersect) says them.
 #[inline]
 fn place<R: Wide<N>, const N: usize>(
     [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],
@@ -378,7 +465,10 @@ fn place<R: Wide<N>, const N: usize>(
     found: &PacketHit<R, N>,
 ) -> (R::Vector, R::Vector) {
     let corners = [[a, b, c], [d, e, f], [g, h, i]].map(R::Vector::of);
-    let (point, normal) = (inner_point(corners, found.weights, radius), R::Vector::of([x, y, z]));
+    let (point, normal) = (
+        inner_point(corners, found.weights, radius),
+        R::Vector::of([x, y, z]),
+    );
     if !curved.any() {
         return (point, normal);
     }
@@ -386,5 +476,8 @@ fn place<R: Wide<N>, const N: usize>(
     let away = outward(ray.at(found.t), centre);
     let facing = Vector::choose(radius.below(R::splat(0.0)), -away, away);
     let on_sphere = centre + away * radius.abs();
-    (Vector::choose(curved, on_sphere, point), Vector::choose(curved, facing, normal))
+    (
+        Vector::choose(curved, on_sphere, point),
+        Vector::choose(curved, facing, normal),
+    )
 }

@@ -1,9 +1,10 @@
-//! Several paths at a time: the rays of all lanes, the surfaces that they meet, their random numbers, and the loops over
-//! samples in which estimators follow them.
+//! Several paths at a time: the rays of all lanes, the surfaces that they meet, their random
+//! numbers, and the loops over samples in which estimators follow them.
 //!
-//! All is generic over the numbers of a lane and over their count: eight in double precision, sixteen in single precision,
-//! or one. A sample draws the same random numbers in any lane, and arithmetic rounds lane by lane, so its value does not
-//! depend on the count. When a path ends, its lane takes the next sample.
+//! All is generic over the numbers of a lane and over their count: eight in double precision,
+//! sixteen in single precision, or one. A sample draws the same random numbers in any lane, and
+//! arithmetic rounds lane by lane, so its value does not depend on the count. When a path ends, its
+//! lane takes the next sample.
 
 mod interaction;
 mod rays;

@@ -18,19 +18,28 @@ pub type EightRays<'a> = LaneRays<'a, Lanes, LANES>;
 
 impl<R: Wide<N>, const N: usize> fmt::Debug for LaneRays<'_, R, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("LaneRays").field(&self.scene.scene.name()).finish()
+        f.debug_tuple("LaneRays")
+            .field(&self.scene.scene.name())
+            .finish()
     }
 }
 
 impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
-    /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and for one with spheres.
+    /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and
+    /// for one with spheres.
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let scene = LaneScene::new(scene);
-        scene.has_few_triangles().then(|| Self { scene, scratch: IntersectionScratch::new() })
+        scene.has_few_triangles().then(|| Self {
+            scene,
+            scratch: IntersectionScratch::new(),
+        })
     }
 
-    /// How far each ray's nearest hit is, in units of its direction's length; infinite where there is none.
+    /// How far each ray's nearest hit is, in units of its direction's length; infinite where there
+    /// is none.
     pub fn closest(&mut self, ray: &Ray<R::Vector>) -> R {
-        self.scene.closest(ray, R::Mask::splat(true), &mut self.scratch).t
+        self.scene
+            .closest(ray, R::Mask::splat(true), &mut self.scratch)
+            .t
     }
 }

@@ -27,8 +27,8 @@ struct Work {
     sum: DVec3,
     /// The radiance that an emitter has shown to the camera ray, directly or in mirrors.
     own: DVec3,
-    /// Product of the reflectances of the mirrors that the camera ray has followed, and how many they are, as in
-    /// [`View`](crate::outline::View).
+    /// Product of the reflectances of the mirrors that the camera ray has followed, and how many
+    /// they are, as in [`View`](crate::outline::View).
     weight: DVec3,
     mirrors: u32,
 }
@@ -37,7 +37,12 @@ impl Work {
     /// An error of this replication, with its place in a row that starts at `corner` of the frame.
     fn place(&self, corner: [u32; 2], error: Error) -> Error {
         let (x, y) = (corner[0] + self.column as u32, corner[1]);
-        error.at(|| format!(" at pixel ({x}, {y}), replication {}", self.sample.replication))
+        error.at(|| {
+            format!(
+                " at pixel ({x}, {y}), replication {}",
+                self.sample.replication
+            )
+        })
     }
 }
 
@@ -72,24 +77,48 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
 fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     renderer: &RowRenderer<'_, R, N>,
     estimator: &E,
-    Piece { corner, missing, pixels, counts }: &mut Piece<'_>,
+    Piece {
+        corner,
+        missing,
+        pixels,
+        counts,
+    }: &mut Piece<'_>,
 ) -> Result<(), Error> {
     let (corner, columns) = (*corner, pixels.len());
-    let RowRenderer { scene, sampling, frame, outlines, .. } = renderer;
+    let RowRenderer {
+        scene,
+        sampling,
+        frame,
+        outlines,
+        ..
+    } = renderer;
     let (scene, frame) = (*scene, *frame);
-    let mut next = (0..columns).flat_map(|column| missing.clone().map(move |replication| (column, replication)));
+    let mut next = (0..columns).flat_map(|column| {
+        missing
+            .clone()
+            .map(move |replication| (column, replication))
+    });
     let mut random = S::new(sampling.seed);
     let mut work = [Work::default(); N];
     let mut paths: PathState<R, N> = PathState::new();
     let mut scratch = IntersectionScratch::new();
-    // A bit for each lane: those that need a replication, that start a sample, and that are on their way.
+    // A bit for each lane: those that need a replication, that start a sample, and that are on
+    // their way.
     let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
     loop {
         for lane in lanes_of(idle) {
             if let Some((column, replication)) = next.next() {
                 let pixel = corner[1] * frame[0] + corner[0] + column as u32;
-                let sample = SampleName { pixel, replication, index: 0 };
-                work[lane] = Work { column, sample, ..Work::default() };
+                let sample = SampleName {
+                    pixel,
+                    replication,
+                    index: 0,
+                };
+                work[lane] = Work {
+                    column,
+                    sample,
+                    ..Work::default()
+                };
                 idle &= !(1 << lane);
                 fresh |= 1 << lane;
             }
@@ -98,7 +127,8 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             for lane in lanes_of(fresh) {
                 let Work { column, sample, .. } = work[lane];
                 random.start(lane, &sampling.with_samples(counts[column]), sample);
-                (work[lane].own, work[lane].weight, work[lane].mirrors) = (DVec3::ZERO, DVec3::ONE, 0);
+                (work[lane].own, work[lane].weight, work[lane].mirrors) =
+                    (DVec3::ZERO, DVec3::ONE, 0);
             }
             let starting = R::Mask::from_bits(fresh);
             LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
@@ -116,7 +146,11 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
         if met != 0 {
             let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
-            let mirrors = if outlines.in_mirrors { surface.dark_mirror().bits() } else { 0 };
+            let mirrors = if outlines.in_mirrors {
+                surface.dark_mirror().bits()
+            } else {
+                0
+            };
             let mut followed = 0;
             let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
             let first = met & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
@@ -144,7 +178,14 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             }
             let (paths, active) = (&mut paths, found.met & !follows);
             let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
-            let goes_on = estimator.interact(Arrival { scene, paths, surface, active, random, scratch });
+            let goes_on = estimator.interact(Arrival {
+                scene,
+                paths,
+                surface,
+                active,
+                random,
+                scratch,
+            });
             ended = busy & !goes_on.bits() & !followed;
         }
         ended &= !paths.pop_branches(ended);
@@ -152,8 +193,13 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         let radiances = paths.radiance.components().map(R::lanes);
         for lane in lanes_of(ended) {
             let work = &mut work[lane];
-            let mut radiance = work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
-            let SampleName { pixel, replication, index } = work.sample;
+            let mut radiance =
+                work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
+            let SampleName {
+                pixel,
+                replication,
+                index,
+            } = work.sample;
             if let Some(points) = outlines.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
                 let shown = renderer.shown(first, points, &mut scratch);
@@ -183,7 +229,8 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         scratch: &mut IntersectionScratch<R, N>,
     ) -> [DVec3; POINTS] {
         let (scene, frame) = (self.scene, self.frame);
-        let [x, y] = from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
+        let [x, y] =
+            from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
         let mut ray = scene.scene.camera().ray(frame, x, y);
         let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
         let mut looking = R::Mask::from_fn(|i| i < POINTS);
@@ -194,7 +241,11 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
             }
             let surface = SurfaceInteraction::new(scene, &ray, &found);
             let follows = self.outlines.in_mirrors && mirror < MIRRORS;
-            looking = if follows { found.met & surface.dark_mirror() } else { R::Mask::splat(false) };
+            looking = if follows {
+                found.met & surface.dark_mirror()
+            } else {
+                R::Mask::splat(false)
+            };
             let shining = surface.shows_emitter().bits();
             for lane in lanes_of(found.met.bits()) {
                 if looking.bits() >> lane & 1 == 1 {

@@ -9,7 +9,9 @@ use super::lanes_of;
 use crate::real::{Mask, Real, SINGLES, Scalar, Wide};
 use crate::render::Sampling;
 use crate::rng::{CounterHash, stream_hashes};
-use crate::sampler::{BLOCK, SEQUENCE, Sampler, block_key, next_block, place, scramble, scrambled, unscrambled};
+use crate::sampler::{
+    BLOCK, SEQUENCE, Sampler, block_key, next_block, place, scramble, scrambled, unscrambled,
+};
 
 /// One sample: its pixel in the frame, its replication, and its place among the samples of that.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,7 +75,10 @@ impl<const N: usize> Streams<N> {
 
 impl<R: Wide<N>, const N: usize> PixelSampler<R> for Streams<N> {
     fn new(seed: u64) -> Self {
-        Self { groups: [[u64x8::splat(1); 4]; SINGLES / EIGHT], hashes: stream_hashes(seed) }
+        Self {
+            groups: [[u64x8::splat(1); 4]; SINGLES / EIGHT],
+            hashes: stream_hashes(seed),
+        }
     }
 
     #[inline]
@@ -100,8 +105,8 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Streams<N> {
 
 /// The points of [`crate::sampler::Sobol`], one for each lane.
 ///
-/// In single precision a number has no more bits than those of the sequence and one that says the middle between this
-/// and the next.
+/// In single precision a number has no more bits than those of the sequence and one that says the
+/// middle between this and the next.
 pub(super) struct Points<const N: usize> {
     groups: [EightPoints; SINGLES / EIGHT],
     fill: Streams<N>,
@@ -193,14 +198,18 @@ fn eight_long_bits(bits: u32) -> u64x8 {
 impl<R: Wide<N>, const N: usize> PixelSampler<R> for Points<N> {
     fn new(seed: u64) -> Self {
         let fill = PixelSampler::<R>::new(seed);
-        Self { groups: [EightPoints::new(); SINGLES / EIGHT], fill }
+        Self {
+            groups: [EightPoints::new(); SINGLES / EIGHT],
+            fill,
+        }
     }
 
     #[inline]
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName) {
         let scramble = scramble(sampling.seed, sample.pixel, sample.replication);
         let group = &mut self.groups[lane / EIGHT];
-        (group.indices[lane % EIGHT], group.hashes[lane % EIGHT]) = (sample.index as u16, CounterHash::new(scramble));
+        (group.indices[lane % EIGHT], group.hashes[lane % EIGHT]) =
+            (sample.index as u16, CounterHash::new(scramble));
         if !R::IS_SINGLE {
             PixelSampler::<R>::start(&mut self.fill, lane, sampling, sample);
         }
@@ -211,7 +220,11 @@ impl<const N: usize> Points<N> {
     /// Random bits for each lane of the mask.
     #[inline]
     fn words(&mut self, drawing: u32, is_single: bool) -> [u64; N] {
-        let fill = if is_single { [MIDDLE; N] } else { self.fill.words(drawing) };
+        let fill = if is_single {
+            [MIDDLE; N]
+        } else {
+            self.fill.words(drawing)
+        };
         let mut words = [0; N];
         for group in 0..N / EIGHT {
             let (first, points) = (group * EIGHT, &mut self.groups[group]);
@@ -228,7 +241,10 @@ impl<const N: usize> Points<N> {
 impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
     #[inline]
     fn uniform(&mut self, drawing: R::Mask) -> R {
-        R::of_lanes(self.words(drawing.bits(), R::IS_SINGLE).map(R::Scalar::unit))
+        R::of_lanes(
+            self.words(drawing.bits(), R::IS_SINGLE)
+                .map(R::Scalar::unit),
+        )
     }
     #[inline]
     fn word(&mut self, lane: usize) -> u64 {

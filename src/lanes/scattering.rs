@@ -42,10 +42,16 @@ pub(crate) struct SpecularSplit<R: Real> {
 }
 
 impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
-    /// A way on in the active lanes, as [`Scattering::sample`](crate::bsdf::Scattering::sample). Draws two numbers for
-    /// a model with a pdf, three for rough glass, one for glass, none for a mirror.
+    /// A way on in the active lanes, as [`Scattering::sample`](crate::bsdf::Scattering::sample).
+    /// Draws two numbers for a model with a pdf, three for rough glass, one for glass, none for a
+    /// mirror.
     #[inline]
-    pub fn sample<P: Walking, S: LaneSampler<R>>(&self, parts: &P, active: R::Mask, random: &mut S) -> BsdfSample<R> {
+    pub fn sample<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
         if !parts.is_standard() {
             return self.sample_one_by_one(parts, active, random);
         }
@@ -97,20 +103,38 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// A way on from surfaces that scatter in all directions.
     #[inline]
-    fn sample_non_delta<P: Walking, S: LaneSampler<R>>(&self, parts: &P, sample: &mut BsdfSample<R>, random: &mut S) {
+    fn sample_non_delta<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        sample: &mut BsdfSample<R>,
+        random: &mut S,
+    ) {
         let active = sample.has_pdf;
         let rough_glass = active & self.rough_glass();
         let numbers = [random.uniform(active), random.uniform(active)];
-        let third = if rough_glass.any() { random.uniform(rough_glass) } else { R::splat(0.0) };
+        let third = if rough_glass.any() {
+            random.uniform(rough_glass)
+        } else {
+            R::splat(0.0)
+        };
         let mut wi: R::Vector = sampling::cosine_hemisphere(numbers);
         let models = active & self.is(MODEL);
         let mut exists = active;
         if models.any() {
             let [r1, r2] = numbers;
             let alone = |i: usize| {
-                self.bsdf(i).sample_direction(self.vertex.wo.lane(i), [r1.lane(i), r2.lane(i), third.lane(i)])
+                self.bsdf(i).sample_direction(
+                    self.vertex.wo.lane(i),
+                    [r1.lane(i), r2.lane(i), third.lane(i)],
+                )
             };
-            let own: [Option<DVec3>; N] = from_fn(|i| if models.lane(i) { alone(i) } else { Some(wi.lane(i)) });
+            let own: [Option<DVec3>; N] = from_fn(|i| {
+                if models.lane(i) {
+                    alone(i)
+                } else {
+                    Some(wi.lane(i))
+                }
+            });
             exists = active & R::Mask::from_fn(|i| own[i].is_some());
             wi = R::Vector::from_fn(|i| own[i].unwrap_or(DVec3::Z));
         }
@@ -136,27 +160,59 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     ) -> BsdfSample<R> {
         let mut samples: [Option<bsdf::BsdfSample>; N] = [None; N];
         for lane in lanes_of(active.bits()) {
-            let Vertex { point, frame, direction, wo, outside } = self.vertex;
-            let frame = Frame { x: frame.x.lane(lane), y: frame.y.lane(lane), z: frame.z.lane(lane) };
+            let Vertex {
+                point,
+                frame,
+                direction,
+                wo,
+                outside,
+            } = self.vertex;
+            let frame = Frame {
+                x: frame.x.lane(lane),
+                y: frame.y.lane(lane),
+                z: frame.z.lane(lane),
+            };
             let [point, direction, wo] = [point, direction, wo].map(|v| v.lane(lane));
-            let vertex = Vertex { point, frame, direction, wo, outside: outside.lane(lane) };
-            samples[lane] =
-                parts.sample(self.surface_bsdf(lane), &vertex, &mut LaneRng { random, lane, number: PhantomData });
+            let vertex = Vertex {
+                point,
+                frame,
+                direction,
+                wo,
+                outside: outside.lane(lane),
+            };
+            samples[lane] = parts.sample(
+                self.surface_bsdf(lane),
+                &vertex,
+                &mut LaneRng {
+                    random,
+                    lane,
+                    number: PhantomData,
+                },
+            );
         }
         let exists = R::Mask::from_fn(|i| samples[i].is_some());
         let pdf = |i: usize| samples[i].and_then(|sample| sample.pdf);
         BsdfSample {
             exists,
-            direction: R::Vector::from_fn(|i| samples[i].map_or(DVec3::Z, |sample| sample.direction)),
+            direction: R::Vector::from_fn(|i| {
+                samples[i].map_or(DVec3::Z, |sample| sample.direction)
+            }),
             weight: R::Vector::from_fn(|i| samples[i].map_or(DVec3::ZERO, |sample| sample.weight)),
             pdf: R::from_lanes(|i| pdf(i).unwrap_or(0.0)),
             has_pdf: R::Mask::from_fn(|i| pdf(i).is_some()),
-            radiance_factor: R::from_lanes(|i| samples[i].map_or(1.0, |sample| sample.radiance_factor)),
+            radiance_factor: R::from_lanes(|i| {
+                samples[i].map_or(1.0, |sample| sample.radiance_factor)
+            }),
         }
     }
 
     /// Both ways on from mirrors and glass, without choice.
-    pub fn split<P: Walking>(&self, parts: &P, radiance_factor: bool, active: R::Mask) -> SpecularSplit<R> {
+    pub fn split<P: Walking>(
+        &self,
+        parts: &P,
+        radiance_factor: bool,
+        active: R::Mask,
+    ) -> SpecularSplit<R> {
         let (d, n) = (self.vertex.direction, self.vertex.frame.z);
         let (one, glass) = (R::splat(1.0), active & self.glass);
         let mut split = SpecularSplit {
@@ -168,23 +224,49 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             let (n1, n2) = self.vertex.indices(self.index);
             let share = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
             let (direction, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
-            let factor = if radiance_factor { parts.lanes_radiance_factor([n1, n2], glass & exists) } else { one };
-            split.reflected.1 = Vector::choose(glass, R::Vector::splat_vector(DVec3::ONE) * share, self.colour);
-            (split.refracts, split.refracted) = (glass & exists, (direction, (one - share) * factor));
+            let factor = if radiance_factor {
+                parts.lanes_radiance_factor([n1, n2], glass & exists)
+            } else {
+                one
+            };
+            split.reflected.1 = Vector::choose(
+                glass,
+                R::Vector::splat_vector(DVec3::ONE) * share,
+                self.colour,
+            );
+            (split.refracts, split.refracted) =
+                (glass & exists, (direction, (one - share) * factor));
         }
         split
     }
 
     /// A direction uniform over the hemisphere, in world space, and its weight.
     #[inline]
-    pub fn sample_uniform<P: Walking>(&self, parts: &P, random: [R; 2], active: R::Mask) -> (R::Vector, R::Vector) {
+    pub fn sample_uniform<P: Walking>(
+        &self,
+        parts: &P,
+        random: [R; 2],
+        active: R::Mask,
+    ) -> (R::Vector, R::Vector) {
         if !parts.is_standard() {
-            let none = bsdf::BsdfSample { direction: DVec3::Z, weight: DVec3::ZERO, pdf: None, radiance_factor: 1.0 };
+            let none = bsdf::BsdfSample {
+                direction: DVec3::Z,
+                weight: DVec3::ZERO,
+                pdf: None,
+                radiance_factor: 1.0,
+            };
             let mut samples = [none; N];
             for i in lanes_of(active.bits()) {
-                samples[i] = parts.sample_uniform(&self.bsdf(i), self.vertex.wo.lane(i), random.map(|r| r.lane(i)));
+                samples[i] = parts.sample_uniform(
+                    &self.bsdf(i),
+                    self.vertex.wo.lane(i),
+                    random.map(|r| r.lane(i)),
+                );
             }
-            let direction = self.vertex.frame.world(R::Vector::from_fn(|i| samples[i].direction));
+            let direction = self
+                .vertex
+                .frame
+                .world(R::Vector::from_fn(|i| samples[i].direction));
             return (direction, R::Vector::from_fn(|i| samples[i].weight));
         }
         let wi: R::Vector = sampling::uniform_hemisphere(random);
@@ -197,9 +279,18 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
         let up = R::Vector::splat_vector(DVec3::Z);
         let [x, y, z] = wi.components();
-        let above = if self.rough_glass().any() { R::Vector::of([x, y, z.abs()]) } else { wi };
+        let above = if self.rough_glass().any() {
+            R::Vector::of([x, y, z.abs()])
+        } else {
+            wi
+        };
         let cosine = radiometry::cosine(up, above);
-        radiometry::reflected(self.brdf(parts, wi, active), R::Vector::splat_vector(DVec3::ONE), cosine, pdf)
+        radiometry::reflected(
+            self.brdf(parts, wi, active),
+            R::Vector::splat_vector(DVec3::ONE),
+            cosine,
+            pdf,
+        )
     }
 }
 

@@ -1,5 +1,6 @@
-//! Packet intersection: in a small scene all lanes test the list of primitives that any of them may meet, of many walls only the one
-//! by which each leaves; in a larger one they go through its hierarchy, together or one after the other.
+//! Packet intersection: in a small scene all lanes test the list of primitives that any of them may
+//! meet, of many walls only the one by which each leaves; in a larger one they go through its
+//! hierarchy, together or one after the other.
 
 use std::array::from_fn;
 use std::fmt;
@@ -19,10 +20,10 @@ use crate::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 
 /// A primitive that lanes have hit.
 pub(super) struct PrimitiveData<T> {
-    /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a triangle's front; the
-    /// margin of a triangle for [`inner_point`](crate::scene::inner_point), or the radius of a sphere, negative if its
-    /// normal points to its centre; the colour and the numbers of its [`Material`]; how far above it rays start. The others
-    /// fill the row.
+    /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a
+    /// triangle's front; the margin of a triangle for [`inner_point`](crate::scene::inner_point),
+    /// or the radius of a sphere, negative if its normal points to its centre; the colour and the
+    /// numbers of its [`Material`]; how far above it rays start. The others fill the row.
     pub numbers: Row<T, 24>,
     /// Those of its material, and more.
     pub kinds: u16,
@@ -117,10 +118,11 @@ pub(crate) struct IntersectionScratch<R, const N: usize> {
 struct ProjectedScene<R, const N: usize> {
     vertices: [Projected<R>; PLACES],
     edges: [R; PLACES],
-    /// For each vertex the lanes that have it behind them, and `N` bits further up those for which it is too far.
+    /// For each vertex the lanes that have it behind them, and `N` bits further up those for which
+    /// it is too far.
     outside: [u32; PLACES],
-    /// For each edge the lanes that pass on its negative side, and `N` bits further up those on its positive side; then the
-    /// same of the edge in the other direction.
+    /// For each edge the lanes that pass on its negative side, and `N` bits further up those on its
+    /// positive side; then the same of the edge in the other direction.
     sides: [[u32; 2]; PLACES],
     /// Triangles by their places, and the lanes that may meet them; one more than there can be.
     candidates: [(u8, u32); SMALL + 1],
@@ -141,7 +143,11 @@ impl<T: Scalar> SceneData<T> {
             let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
             let id = T::rounded(id as f64);
             match part.shape {
-                PartShape::Sphere(shape) => spheres.push(Target { id, is_glass, shape }),
+                PartShape::Sphere(shape) => spheres.push(Target {
+                    id,
+                    is_glass,
+                    shape,
+                }),
                 PartShape::Triangle { vertices, .. } => {
                     triangles.add(scene.corners(vertices), id, is_glass);
                     if !is_wall {
@@ -155,23 +161,51 @@ impl<T: Scalar> SceneData<T> {
         }
         let heights = |part: &Part| {
             if T::IS_SINGLE {
-                Heights { margin: scene.single_edge_margin(part), offset: scene.single_offset(part) }
+                Heights {
+                    margin: scene.single_edge_margin(part),
+                    offset: scene.single_offset(part),
+                }
             } else {
-                Heights { margin: EDGE_MARGIN, offset: scene.offset() }
+                Heights {
+                    margin: EDGE_MARGIN,
+                    offset: scene.offset(),
+                }
             }
         };
-        let primitives: Vec<_> =
-            (0..).zip(scene.parts()).map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part))).collect();
-        let kinds = primitives.iter().fold(0, |kinds, primitive| kinds | primitive.kinds);
-        let casters = scene.bodies().all().iter().map(|body| CasterData::new(body.kind, &body.body)).collect();
+        let primitives: Vec<_> = (0..)
+            .zip(scene.parts())
+            .map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part)))
+            .collect();
+        let kinds = primitives
+            .iter()
+            .fold(0, |kinds, primitive| kinds | primitive.kinds);
+        let casters = scene
+            .bodies()
+            .all()
+            .iter()
+            .map(|body| CasterData::new(body.kind, &body.body))
+            .collect();
         let walls = walls.map(|(walls, _)| walls);
-        Self { is_small, triangles, within, walls, others, spheres, primitives, kinds, casters }
+        Self {
+            is_small,
+            triangles,
+            within,
+            walls,
+            others,
+            spheres,
+            primitives,
+            kinds,
+            casters,
+        }
     }
 }
 
 impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     pub fn new(scene: &'a Scene) -> Self {
-        Self { scene, data: scene.lane_data() }
+        Self {
+            scene,
+            data: scene.lane_data(),
+        }
     }
 
     /// The primitive of this number.
@@ -191,7 +225,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let (scene, data) = (self.scene, self.data);
         if N == 1 || !data.is_small {
             return if N > 1 && go_together::<R, N>(ray.direction, active) {
-                scene.bvh().closest_of_packet::<R, N>(ray, active, scratch.stack())
+                scene
+                    .bvh()
+                    .closest_of_packet::<R, N>(ray, active, scratch.stack())
             } else {
                 self.closest_one_by_one(ray, active)
             };
@@ -206,11 +242,17 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             left = active & !exit.decided;
             nearest.or(exit.primitive, &exit.hit);
             data.others.project(&shear, None, projected);
-            data.others.hits((&shear, projected), (exit.decided, false), |ids, hit| nearest.or(ids, hit));
+            data.others
+                .hits((&shear, projected), (exit.decided, false), |ids, hit| {
+                    nearest.or(ids, hit);
+                });
         }
         if left.any() {
             data.triangles.project(&shear, None, projected);
-            data.triangles.hits((&shear, projected), (left, false), |ids, hit| nearest.or(ids, hit));
+            data.triangles
+                .hits((&shear, projected), (left, false), |ids, hit| {
+                    nearest.or(ids, hit);
+                });
         }
         for sphere in &data.spheres {
             nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
@@ -221,7 +263,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     fn closest_one_by_one(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
         let (bits, rays) = (active.bits(), rays::<R, N>(ray));
         let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
-        let hits: [Option<PrimitiveHit>; N] = from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
+        let hits: [Option<PrimitiveHit>; N] =
+            from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
         PacketHit {
             met: R::Mask::from_fn(|i| hits[i].is_some()),
             primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
@@ -230,7 +273,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         }
     }
 
-    /// In which of the `active` lanes two surface points with unit normals see each other, as [`Scene::visible`].
+    /// In which of the `active` lanes two surface points with unit normals see each other, as
+    /// [`Scene::visible`].
     #[inline]
     pub fn visible<P: Walking>(
         self,
@@ -242,7 +286,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         scratch: &mut IntersectionScratch<R, N>,
     ) -> R::Mask {
         if !parts.is_standard() {
-            let end = |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));
+            let end =
+                |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));
             let visible = |i: usize| parts.visible(self.scene, end(x, i), end(y, i), through_glass);
             return R::Mask::from_fn(|i| active.lane(i) && visible(i));
         }
@@ -257,14 +302,26 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let blocks = |id: u32| !(through_glass && scene.is_glass(id));
         if !data.is_small {
             return if go_together::<R, N>(segment.direction, active) {
-                active & !scene.bvh().occluded_of_packet::<R, N>(&segment, active, blocks, scratch.stack())
+                active
+                    & !scene.bvh().occluded_of_packet::<R, N>(
+                        &segment,
+                        active,
+                        blocks,
+                        scratch.stack(),
+                    )
             } else {
                 let (bits, rays) = (active.bits(), rays::<R, N>(&segment));
-                R::Mask::from_fn(|i| bits >> i & 1 == 1 && !scene.bvh().occluded(&rays[i], 1.0, blocks))
+                R::Mask::from_fn(|i| {
+                    bits >> i & 1 == 1 && !scene.bvh().occluded(&rays[i], 1.0, blocks)
+                })
             };
         }
         let one = R::splat(1.0);
-        let holds = |point| scene.hull().map_or(R::Mask::splat(false), |hull| hull.holds(point));
+        let holds = |point| {
+            scene
+                .hull()
+                .map_or(R::Mask::splat(false), |hull| hull.holds(point))
+        };
         let within = active & holds(segment.origin) & holds(segment.at(one));
         let mut free = active;
         let shear = Shear::new(&segment);
@@ -272,10 +329,16 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         for (triangles, asking) in [(&data.within, within), (&data.triangles, active & !within)] {
             if asking.any() {
                 triangles.project(&shear, Some(one), projected);
-                triangles.hits((&shear, projected), (asking, through_glass), |_, hit| free = free & !hit.t.below(one));
+                triangles.hits((&shear, projected), (asking, through_glass), |_, hit| {
+                    free = free & !hit.t.below(one);
+                });
             }
         }
-        for sphere in data.spheres.iter().filter(|sphere| !(through_glass && sphere.is_glass)) {
+        for sphere in data
+            .spheres
+            .iter()
+            .filter(|sphere| !(through_glass && sphere.is_glass))
+        {
             free = free & !sphere.shape.distance(&segment).below(one);
         }
         free
@@ -287,9 +350,9 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     }
 }
 
-/// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of three directions all head
-/// for the same side. In single precision they always do: alone they are followed in double precision, and what a ray hits
-/// must not depend on the others.
+/// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of
+/// three directions all head for the same side. In single precision they always do: alone they are
+/// followed in double precision, and what a ray hits must not depend on the others.
 #[inline]
 fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
@@ -297,14 +360,22 @@ fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask
         let back = component.below(zero).bits() & active;
         back == 0 || back == active
     };
-    R::IS_SINGLE || direction.components().iter().filter(|component| is_even(component)).count() >= 2
+    R::IS_SINGLE
+        || direction
+            .components()
+            .iter()
+            .filter(|component| is_even(component))
+            .count()
+            >= 2
 }
 
 /// The ray of each lane.
 #[inline]
 fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
     let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
-    let of = |components: [[R::Scalar; N]; 3], i: usize| DVec3::from_array(components.map(|lanes| lanes[i].into()));
+    let of = |components: [[R::Scalar; N]; 3], i: usize| {
+        DVec3::from_array(components.map(|lanes| lanes[i].into()))
+    };
     from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
 }
 
@@ -316,8 +387,17 @@ impl<T: Scalar> Triangles<T> {
         let edges = ends.map(|[from, to]| place_of(&mut self.edges, [from.min(to), from.max(to)]));
         let reversed = ends.map(|[from, to]| from > to);
         let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
-        let shape = Triangle { vertices: [a, b, c], edges, signs, turns: reversed };
-        self.targets.push(Target { id, is_glass, shape });
+        let shape = Triangle {
+            vertices: [a, b, c],
+            edges,
+            signs,
+            turns: reversed,
+        };
+        self.targets.push(Target {
+            id,
+            is_glass,
+            shape,
+        });
     }
 
     /// Projects vertices and edges for rays that end at `limit`, if they do.
@@ -332,7 +412,12 @@ impl<T: Scalar> Triangles<T> {
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a mean of those of the vertices, but for some roundings.
         let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
-        for ((vertex, projected), outside) in self.vertices.iter().zip(&mut seen.vertices).zip(&mut seen.outside) {
+        for ((vertex, projected), outside) in self
+            .vertices
+            .iter()
+            .zip(&mut seen.vertices)
+            .zip(&mut seen.outside)
+        {
             *projected = shear.project(vertex.map(R::all));
             let distance = shear.distance(projected[2]);
             *outside = distance.below(zero).bits();
@@ -340,14 +425,19 @@ impl<T: Scalar> Triangles<T> {
                 *outside |= distance.above(limit).bits() << N;
             }
         }
-        for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides) {
-            *value = edge(&seen.vertices[usize::from(a)], &seen.vertices[usize::from(b)]);
+        for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides)
+        {
+            *value = edge(
+                &seen.vertices[usize::from(a)],
+                &seen.vertices[usize::from(b)],
+            );
             let [negative, positive] = [value.below(zero), value.above(zero)];
             *sides = [pair(negative, positive), pair(positive, negative)];
         }
     }
 
-    /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one per lane.
+    /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one
+    /// per lane.
     #[inline]
     fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
@@ -370,8 +460,16 @@ impl<T: Scalar> Triangles<T> {
             let lanes = R::Mask::from_bits(lanes);
             ids = R::choose(lanes, R::all(*id), ids);
             for k in 0..3 {
-                edges[k] = R::choose(lanes, seen.edges[usize::from(shape.edges[k])] * R::all(shape.signs[k]), edges[k]);
-                depths[k] = R::choose(lanes, seen.vertices[usize::from(shape.vertices[k])][2], depths[k]);
+                edges[k] = R::choose(
+                    lanes,
+                    seen.edges[usize::from(shape.edges[k])] * R::all(shape.signs[k]),
+                    edges[k],
+                );
+                depths[k] = R::choose(
+                    lanes,
+                    seen.vertices[usize::from(shape.vertices[k])][2],
+                    depths[k],
+                );
             }
         }
         if taken != 0 {
@@ -379,8 +477,8 @@ impl<T: Scalar> Triangles<T> {
         }
     }
 
-    /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are: its line passes
-    /// through, and the vertices are neither all behind it nor all too far.
+    /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are:
+    /// its line passes through, and the vertices are neither all behind it nor all too far.
     #[inline]
     fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
@@ -390,7 +488,11 @@ impl<T: Scalar> Triangles<T> {
         let active = active.bits();
         let mut count = 0;
         for (place, triangle) in self.targets.iter().enumerate() {
-            let asking = if through_glass & triangle.is_glass { 0 } else { active };
+            let asking = if through_glass & triangle.is_glass {
+                0
+            } else {
+                active
+            };
             let lanes = asking & !seen.misses(&triangle.shape);
             seen.candidates[count] = (place as u8, lanes);
             count += usize::from(lanes != 0);
@@ -400,12 +502,29 @@ impl<T: Scalar> Triangles<T> {
 }
 
 impl<T: Scalar> PrimitiveData<T> {
-    fn new(scene: &Scene, (id, &Part { surface, emitter, shape, .. }): (u32, &Part), heights: Heights) -> Self {
+    fn new(
+        scene: &Scene,
+        (
+            id,
+            &Part {
+                surface,
+                emitter,
+                shape,
+                ..
+            },
+        ): (u32, &Part),
+        heights: Heights,
+    ) -> Self {
         let ([a, b, c], normal, radius) = match shape {
-            PartShape::Triangle { vertices, normal } => (scene.corners(vertices), normal, heights.margin),
-            PartShape::Sphere(Sphere { centre, radius, inward, .. }) => {
-                ([centre; 3], DVec3::Z, if inward { -radius } else { radius })
+            PartShape::Triangle { vertices, normal } => {
+                (scene.corners(vertices), normal, heights.margin)
             }
+            PartShape::Sphere(Sphere {
+                centre,
+                radius,
+                inward,
+                ..
+            }) => ([centre; 3], DVec3::Z, if inward { -radius } else { radius }),
         };
         let is_sphere = matches!(shape, PartShape::Sphere(_));
         let of = &scene.surfaces()[surface as usize];
@@ -413,21 +532,45 @@ impl<T: Scalar> PrimitiveData<T> {
         let kind = |kind: u16, is: bool| if is { kind } else { 0 };
         let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
         let mut numbers = [T::default(); 24];
-        let all = [a, b, c, normal].into_iter().flat_map(|vector| vector.to_array());
-        let all = all.chain([radius]).chain(colour.to_array()).chain(material.numbers).chain([heights.offset]);
-        numbers.iter_mut().zip(all).for_each(|(number, value)| *number = T::rounded(value));
-        let features = if is_sphere { None } else { FlatFeatures::new(colour, normal) };
-        Self { numbers: Row(numbers), kinds, features, surface, emitter, casters: scene.bodies().of(id) }
+        let all = [a, b, c, normal]
+            .into_iter()
+            .flat_map(|vector| vector.to_array());
+        let all = all
+            .chain([radius])
+            .chain(colour.to_array())
+            .chain(material.numbers)
+            .chain([heights.offset]);
+        numbers
+            .iter_mut()
+            .zip(all)
+            .for_each(|(number, value)| *number = T::rounded(value));
+        let features = if is_sphere {
+            None
+        } else {
+            FlatFeatures::new(colour, normal)
+        };
+        Self {
+            numbers: Row(numbers),
+            kinds,
+            features,
+            surface,
+            emitter,
+            casters: scene.bodies().of(id),
+        }
     }
 }
 
 impl<R: Real, const N: usize> IntersectionScratch<R, N> {
     pub fn new() -> Self {
-        Self { projected: None, stack: None }
+        Self {
+            projected: None,
+            stack: None,
+        }
     }
 
     fn projected(&mut self) -> &mut ProjectedScene<R, N> {
-        self.projected.get_or_insert_with(|| Box::new(ProjectedScene::new()))
+        self.projected
+            .get_or_insert_with(|| Box::new(ProjectedScene::new()))
     }
 
     fn stack(&mut self) -> &mut PacketStack<N> {
@@ -440,15 +583,24 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
         let zero = R::splat(0.0);
         let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
         let (outside, sides, candidates) = ([0; PLACES], [[0; 2]; PLACES], [(0, 0); SMALL + 1]);
-        Self { vertices, edges, outside, sides, candidates }
+        Self {
+            vertices,
+            edges,
+            outside,
+            sides,
+            candidates,
+        }
     }
 
     /// The lanes that surely miss a triangle.
     #[inline]
     fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
-        let side = |k: usize| self.sides[usize::from(triangle.edges[k])][usize::from(triangle.turns[k])];
+        let side =
+            |k: usize| self.sides[usize::from(triangle.edges[k])][usize::from(triangle.turns[k])];
         let [a, b, c] = [side(0), side(1), side(2)];
-        let [x, y, z] = triangle.vertices.map(|vertex| self.outside[usize::from(vertex)]);
+        let [x, y, z] = triangle
+            .vertices
+            .map(|vertex| self.outside[usize::from(vertex)]);
         let (sides, outside) = (a | b | c, x & y & z);
         (sides & sides >> N) | outside | outside >> N
     }
@@ -456,9 +608,12 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
 
 /// The place of a value in a list to which it is added if it is new.
 fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
-    let place = list.iter().position(|known| *known == value).unwrap_or_else(|| {
-        list.push(value);
-        list.len() - 1
-    });
+    let place = list
+        .iter()
+        .position(|known| *known == value)
+        .unwrap_or_else(|| {
+            list.push(value);
+            list.len() - 1
+        });
     place as u8
 }

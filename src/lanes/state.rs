@@ -25,8 +25,12 @@ pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
 
 /// How an estimator takes the paths of all lanes from hit to hit.
 pub(crate) trait Integrator: Sync {
-    /// Adds to the radiance of the paths that have arrived, sends those that go on, and returns their lanes.
-    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(&self, arrival: Arrival<'_, S, R, N>) -> R::Mask;
+    /// Adds to the radiance of the paths that have arrived, sends those that go on, and returns
+    /// their lanes.
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask;
 
     /// [`Estimator::sees_in_mirrors`](crate::estimator::Estimator::sees_in_mirrors).
     fn sees_in_mirrors(&self) -> bool {
@@ -35,7 +39,12 @@ pub(crate) trait Integrator: Sync {
 
     /// Adds what the background shows to the paths that leave the scene.
     #[inline]
-    fn escape<R: Wide<N>, const N: usize>(&self, scene: &Scene, paths: &mut PathState<R, N>, leaving: R::Mask) {
+    fn escape<R: Wide<N>, const N: usize>(
+        &self,
+        scene: &Scene,
+        paths: &mut PathState<R, N>,
+        leaving: R::Mask,
+    ) {
         paths.add_background(scene, R::splat(1.0), leaving);
     }
 }
@@ -44,8 +53,8 @@ pub(crate) trait Integrator: Sync {
 pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     pub ray: Ray<R::Vector>,
     pub radiance: R::Vector,
-    /// Product of the weights of all scattering on the way, without radiance factors: they cancel when the path leaves the
-    /// glass, and roulette should not see them.
+    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
+    /// when the path leaves the glass, and roulette should not see them.
     pub throughput: R::Vector,
     /// Product of the radiance factors on the way.
     pub factor: R,
@@ -93,7 +102,10 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     #[inline]
     pub fn start(&mut self, ray: &Ray<R::Vector>, starting: R::Mask) {
         let new = |value: R::Vector, old: R::Vector| Vector::choose(starting, value, old);
-        self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
+        self.ray = Ray::new(
+            new(ray.origin, self.ray.origin),
+            new(ray.direction, self.ray.direction),
+        );
         self.radiance = new(R::Vector::splat_vector(DVec3::ZERO), self.radiance);
         self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
         self.factor = R::choose(starting, R::splat(1.0), self.factor);
@@ -108,7 +120,8 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     #[inline]
     pub fn add_background(&mut self, scene: &Scene, weight: R, leaving: R::Mask) {
         if leaving.any() {
-            let background = R::Vector::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
+            let background =
+                R::Vector::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
             let shown = self.throughput * self.factor * background * weight;
             self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
         }
@@ -118,7 +131,11 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     #[inline]
     pub fn add(&mut self, light: R::Vector, active: R::Mask) {
         if active.any() {
-            self.radiance = Vector::choose(active, self.radiance + self.throughput * light, self.radiance);
+            self.radiance = Vector::choose(
+                active,
+                self.radiance + self.throughput * light,
+                self.radiance,
+            );
         }
     }
 
@@ -137,9 +154,16 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         let ray = surface.spawn_ray(direction);
         self.branched |= active.bits();
         for lane in lanes_of(active.bits()) {
-            let [origin, direction, throughput] = [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
+            let [origin, direction, throughput] =
+                [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
             let (sampled, hits) = (sampled.lane(lane), self.hits[lane]);
-            self.branches[lane].push(Branch { origin, direction, throughput, sampled, hits });
+            self.branches[lane].push(Branch {
+                origin,
+                direction,
+                throughput,
+                sampled,
+                hits,
+            });
         }
     }
 
@@ -149,17 +173,31 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         if back == 0 {
             return 0;
         }
-        let branches: [Option<Branch>; N] = from_fn(|i| if back >> i & 1 == 1 { self.branches[i].pop() } else { None });
-        self.branched =
-            lanes_of(self.branched).filter(|&i| !self.branches[i].is_empty()).fold(0, |bits, i| bits | 1 << i);
+        let branches: [Option<Branch>; N] = from_fn(|i| {
+            if back >> i & 1 == 1 {
+                self.branches[i].pop()
+            } else {
+                None
+            }
+        });
+        self.branched = lanes_of(self.branched)
+            .filter(|&i| !self.branches[i].is_empty())
+            .fold(0, |bits, i| bits | 1 << i);
         let new = |old: R::Vector, of: fn(&Branch) -> DVec3| {
             R::Vector::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of))
         };
         let Ray { origin, direction } = self.ray;
-        self.ray = Ray::new(new(origin, |branch| branch.origin), new(direction, |branch| branch.direction));
+        self.ray = Ray::new(
+            new(origin, |branch| branch.origin),
+            new(direction, |branch| branch.direction),
+        );
         self.throughput = new(self.throughput, |branch| branch.throughput);
         let sampled = self.sampled;
-        self.sampled = R::Mask::from_fn(|i| branches[i].as_ref().map_or(sampled.lane(i), |branch| branch.sampled));
+        self.sampled = R::Mask::from_fn(|i| {
+            branches[i]
+                .as_ref()
+                .map_or(sampled.lane(i), |branch| branch.sampled)
+        });
         for (hits, branch) in self.hits.iter_mut().zip(&branches) {
             *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
         }
@@ -177,7 +215,10 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     ) {
         let ray = surface.spawn_ray(direction);
         let new = |value: R::Vector, old: R::Vector| Vector::choose(active, value, old);
-        self.ray = Ray::new(new(ray.origin, self.ray.origin), new(ray.direction, self.ray.direction));
+        self.ray = Ray::new(
+            new(ray.origin, self.ray.origin),
+            new(ray.direction, self.ray.direction),
+        );
         self.throughput = new(throughput, self.throughput);
     }
 }

@@ -14,7 +14,8 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::shape::Ray;
 
-/// The radiance that arrives along rays, in their order, `N` at a time; each is what it would be alone.
+/// The radiance that arrives along rays, in their order, `N` at a time; each is what it would be
+/// alone.
 pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
     scene: &Scene,
     estimator: &E,
@@ -37,8 +38,13 @@ pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
         }
         let starting = R::Mask::from_fn(|i| started[i].is_some());
         if starting.any() {
-            let vector = |of: fn(&Ray) -> DVec3| R::Vector::from_fn(|i| started[i].as_ref().map_or(DVec3::Z, of));
-            paths.start(&Ray::new(vector(|ray| ray.origin), vector(|ray| ray.direction)), starting);
+            let vector = |of: fn(&Ray) -> DVec3| {
+                R::Vector::from_fn(|i| started[i].as_ref().map_or(DVec3::Z, of))
+            };
+            paths.start(
+                &Ray::new(vector(|ray| ray.origin), vector(|ray| ray.direction)),
+                starting,
+            );
             busy |= starting.bits();
         }
         if busy == 0 {
@@ -53,7 +59,14 @@ pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
             lanes_of(met).for_each(|lane| paths.hits[lane] += 1);
             let (paths, surface, active) = (&mut paths, &surface, found.met);
             let (random, scratch) = (&mut random, &mut scratch);
-            let goes_on = estimator.interact(Arrival { scene: lanes, paths, surface, active, random, scratch });
+            let goes_on = estimator.interact(Arrival {
+                scene: lanes,
+                paths,
+                surface,
+                active,
+                random,
+                scratch,
+            });
             ended = busy & !goes_on.bits();
         }
         ended &= !paths.pop_branches(ended);

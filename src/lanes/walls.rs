@@ -1,8 +1,9 @@
-//! Walls as half-spaces: of the triangles in the surface of a scene's convex hull a ray from within can meet one alone,
-//! which its exit from the hull tells.
+//! Walls as half-spaces: of the triangles in the surface of a scene's convex hull a ray from within
+//! can meet one alone, which its exit from the hull tells.
 //!
-//! Rays that leave near to where two walls, or two triangles of one, meet are not decided here. How near that is lies so far
-//! above all roundings that the one triangle is hit or missed as it is where all triangles are tested.
+//! Rays that leave near to where two walls, or two triangles of one, meet are not decided here. How
+//! near that is lies so far above all roundings that the one triangle is hit or missed as it is
+//! where all triangles are tested.
 
 use glam::DVec3;
 
@@ -13,8 +14,9 @@ use crate::scene::{OFFSET, PartShape, SINGLE_EDGE_MARGIN, Scene};
 use crate::shape::Ray;
 use crate::watertight::{LaneShear, TriangleHit};
 
-/// How near to an edge a ray may leave the hull and still be decided, relative to the largest coordinate of the scene;
-/// much more than rounding can move it, if it leaves at [`STEEP`] or steeper.
+/// How near to an edge a ray may leave the hull and still be decided, relative to the largest
+/// coordinate of the scene; much more than rounding can move it, if it leaves at [`STEEP`] or
+/// steeper.
 const MARGIN: f64 = OFFSET;
 /// The same in single precision, 2⁻¹⁵.
 const SINGLE_MARGIN: f64 = 2.0 * SINGLE_EDGE_MARGIN;
@@ -32,10 +34,12 @@ pub(super) struct Walls<T> {
     extent: f64,
 }
 
-/// Triangles in a plane, told apart by lines: what lies on the negative side of the first line may be in the first
-/// triangle alone, what of the rest lies on the negative side of the second line in the second, and so on.
+/// Triangles in a plane, told apart by lines: what lies on the negative side of the first line may
+/// be in the first triangle alone, what of the rest lies on the negative side of the second line in
+/// the second, and so on.
 ///
-/// Normals and heights of three lines, then four triangles by their places among the scene's primitives.
+/// Normals and heights of three lines, then four triangles by their places among the scene's
+/// primitives.
 struct Wall<T>(Row<T, 16>);
 
 /// A triangle of a wall: its place among the scene's primitives, and its corners.
@@ -55,8 +59,8 @@ pub(super) struct Exit<R: Real> {
 }
 
 impl<T: Scalar> Walls<T> {
-    /// The walls of a scene with this hull, and which of its primitives they are; `None` if these are too few. Triangles
-    /// that overlap with those of a wall, or are too many, are left out.
+    /// The walls of a scene with this hull, and which of its primitives they are; `None` if these
+    /// are too few. Triangles that overlap with those of a wall, or are too many, are left out.
     pub fn new(scene: &Scene, hull: &Hull) -> Option<(Self, Vec<bool>)> {
         let (mut walls, mut is_told) = (Vec::new(), vec![false; scene.parts().len()]);
         for slab in &hull.slabs {
@@ -65,18 +69,33 @@ impl<T: Scalar> Walls<T> {
                     PartShape::Triangle { vertices, .. } => Some(scene.corners(vertices)),
                     PartShape::Sphere(_) => None,
                 });
-                let pieces = corners.enumerate().filter_map(|(id, corners)| Some((id, corners?)));
-                let told = tell_apart(pieces.filter(|(_, corners)| slab.is_in_end(side, corners)).collect(), slab);
+                let pieces = corners
+                    .enumerate()
+                    .filter_map(|(id, corners)| Some((id, corners?)));
+                let told = tell_apart(
+                    pieces
+                        .filter(|(_, corners)| slab.is_in_end(side, corners))
+                        .collect(),
+                    slab,
+                );
                 told.iter().for_each(|&((id, _), _)| is_told[id] = true);
                 walls.push(Wall::new(&told));
             }
         }
         let count = is_told.iter().filter(|is_told| **is_told).count();
-        (count >= WORTH).then(|| (Self { walls, extent: scene.extent() }, is_told))
+        (count >= WORTH).then(|| {
+            (
+                Self {
+                    walls,
+                    extent: scene.extent(),
+                },
+                is_told,
+            )
+        })
     }
 
-    /// Where the `active` rays leave the hull, of walls whose data are among the `parts` of the scene; `None` if none of them
-    /// starts within.
+    /// Where the `active` rays leave the hull, of walls whose data are among the `parts` of the
+    /// scene; `None` if none of them starts within.
     #[inline]
     pub fn exit<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
@@ -111,25 +130,42 @@ impl<T: Scalar> Walls<T> {
             early = R::choose(nearer, begin, early);
             late = R::choose(nearer, end, late);
             let here = (2 * number) as f64;
-            wall = R::choose(nearer, R::choose(falls, R::splat(here + 1.0), R::splat(here)), wall);
+            wall = R::choose(
+                nearer,
+                R::choose(falls, R::splat(here + 1.0), R::splat(here)),
+                wall,
+            );
         }
         let point = ray.at((early + late) * 0.5);
         let width = (late - early) * scale;
         let [a, b, c, d, e, f, g, h, i, j, k, l, triangles @ ..] =
             R::of_rows(wall.whole().map(|place| &self.walls[place as usize].0));
         let (mut primitive, mut clear) = (triangles[3], zero.equals(zero));
-        for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]].into_iter().enumerate().rev() {
+        for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
+            .into_iter()
+            .enumerate()
+            .rev()
+        {
             let [x, y, z, height] = line;
             let above = R::Vector::of([x, y, z]).dot(point) - height;
             primitive = R::choose(above.below(zero), triangles[n], primitive);
             clear = clear & above.abs().above(width);
         }
-        let numbers = R::of_rows(primitive.whole().map(|place| &parts[place as usize].numbers));
-        let corner = |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
+        let numbers = R::of_rows(
+            primitive
+                .whole()
+                .map(|place| &parts[place as usize].numbers),
+        );
+        let corner =
+            |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
         let mut hit = shear.hit([&corner(0), &corner(1), &corner(2)]);
         let decided = within & other.above(late) & clear;
         hit.t = R::choose(decided, hit.t, never);
-        Some(Exit { decided, primitive, hit })
+        Some(Exit {
+            decided,
+            primitive,
+            hit,
+        })
     }
 }
 
@@ -139,7 +175,9 @@ impl<T: Scalar> Wall<T> {
         let mut numbers = [T::rounded(0.0); 16];
         for line in 0..MOST - 1 {
             // What lies on the negative side of a line at infinity is everything.
-            let (normal, height) = told.get(line).map_or((DVec3::ZERO, f64::INFINITY), |&(_, line)| line);
+            let (normal, height) = told
+                .get(line)
+                .map_or((DVec3::ZERO, f64::INFINITY), |&(_, line)| line);
             let [x, y, z] = normal.to_array();
             numbers[4 * line..][..4].copy_from_slice(&[x, y, z, height].map(T::rounded));
         }
@@ -150,13 +188,18 @@ impl<T: Scalar> Wall<T> {
     }
 }
 
-/// At most [`MOST`] of these triangles in a plane that lines tell apart, the largest first, with those lines.
+/// At most [`MOST`] of these triangles in a plane that lines tell apart, the largest first, with
+/// those lines.
 fn tell_apart(mut pieces: Vec<Piece>, slab: &Slab) -> Vec<(Piece, Line)> {
     let area = |(_, [a, b, c]): &Piece| (b - a).cross(c - a).length();
     pieces.sort_by(|a, b| area(b).total_cmp(&area(a)));
     let mut told = Vec::new();
     for piece in pieces {
-        let more: Vec<Piece> = told.iter().map(|&(piece, _)| piece).chain([piece]).collect();
+        let more: Vec<Piece> = told
+            .iter()
+            .map(|&(piece, _)| piece)
+            .chain([piece])
+            .collect();
         if more.len() <= MOST
             && let Some(apart) = in_order(more, slab)
         {
@@ -166,26 +209,41 @@ fn tell_apart(mut pieces: Vec<Piece>, slab: &Slab) -> Vec<(Piece, Line)> {
     told
 }
 
-/// The triangles in an order in which each has an edge with all that come after on its other side; the last needs none.
+/// The triangles in an order in which each has an edge with all that come after on its other side;
+/// the last needs none.
 fn in_order(mut pieces: Vec<Piece>, slab: &Slab) -> Option<Vec<(Piece, Line)>> {
     let mut order = Vec::new();
     while pieces.len() > 1 {
         let of = |i: usize| {
             let (_, corners) = pieces[i];
-            let others =
-                || pieces.iter().enumerate().filter(move |&(k, _)| k != i).flat_map(|(_, (_, corners))| corners);
+            let others = || {
+                pieces
+                    .iter()
+                    .enumerate()
+                    .filter(move |&(k, _)| k != i)
+                    .flat_map(|(_, (_, corners))| corners)
+            };
             (0..3).find_map(|k| {
                 let [from, to, opposite] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
                 let across = slab.normal.cross(to - from).normalize_or_zero();
-                let across = if across.dot(opposite - from) < 0.0 { across } else { -across };
+                let across = if across.dot(opposite - from) < 0.0 {
+                    across
+                } else {
+                    -across
+                };
                 let height = across.dot(from);
-                let separates = others().all(|corner| across.dot(*corner) >= height - slab.tolerance());
+                let separates =
+                    others().all(|corner| across.dot(*corner) >= height - slab.tolerance());
                 separates.then_some((i, (across, height)))
             })
         };
         let (first, line) = (0..pieces.len()).find_map(of)?;
         order.push((pieces.swap_remove(first), line));
     }
-    order.extend(pieces.pop().map(|last| (last, (DVec3::ZERO, f64::INFINITY))));
+    order.extend(
+        pieces
+            .pop()
+            .map(|last| (last, (DVec3::ZERO, f64::INFINITY))),
+    );
     Some(order)
 }

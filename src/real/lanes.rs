@@ -49,11 +49,15 @@ pub trait Wide<const N: usize>: Real<Vector: Turn> {
     /// Rounded to single precision.
     #[inline]
     fn single(self) -> Self::Single {
-        Self::Single::of_lanes(self.lanes().map(|number| Scalar::of_single(number.single())))
+        Self::Single::of_lanes(
+            self.lanes()
+                .map(|number| Scalar::of_single(number.single())),
+        )
     }
 }
 
-/// Numbers that one lane takes at once, so placed that this is fast: eight lie in one line of a cache.
+/// Numbers that one lane takes at once, so placed that this is fast: eight lie in one line of a
+/// cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Row<T, const K: usize>(pub [T; K]);
@@ -138,7 +142,8 @@ impl Scalar for f32 {
     }
 }
 
-/// A number as an integer, if it is one below 2³²: the last bits of this sum. A conversion would test first whether it fits.
+/// A number as an integer, if it is one below 2³²: the last bits of this sum. A conversion would
+/// test first whether it fits.
 #[inline]
 fn last_bits(number: f64) -> u32 {
     (number + (1u64 << 52) as f64).to_bits() as u32
@@ -186,7 +191,13 @@ macro_rules! lanes {
             }
             #[inline]
             fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
-                let number = |i: usize| if lane(i) { <$scalar>::from_bits(<$bits>::MAX) } else { 0.0 };
+                let number = |i: usize| {
+                    if lane(i) {
+                        <$scalar>::from_bits(<$bits>::MAX)
+                    } else {
+                        0.0
+                    }
+                };
                 Self(<$wide>::new(from_fn(number)))
             }
             #[inline]
@@ -243,7 +254,8 @@ macro_rules! lanes {
             fn above(self, other: Self) -> $mask {
                 $mask($inner(self).simd_gt($inner(other)))
             }
-            // On this architecture these are single instructions, which take the bound for NaN and of two equal numbers.
+            // On this architecture these are single instructions, which take the bound for NaN and
+            // of two equal numbers.
             #[cfg(target_arch = "x86_64")]
             #[inline]
             fn at_least(self, bound: Self) -> Self {
@@ -423,7 +435,11 @@ impl<R: Real> Add for Lanes3<R> {
 
     #[inline]
     fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+        }
     }
 }
 
@@ -432,7 +448,11 @@ impl<R: Real> Sub for Lanes3<R> {
 
     #[inline]
     fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+        Self {
+            x: self.x - other.x,
+            y: self.y - other.y,
+            z: self.z - other.z,
+        }
     }
 }
 
@@ -441,7 +461,11 @@ impl<R: Real> Mul for Lanes3<R> {
 
     #[inline]
     fn mul(self, other: Self) -> Self {
-        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
+        Self {
+            x: self.x * other.x,
+            y: self.y * other.y,
+            z: self.z * other.z,
+        }
     }
 }
 
@@ -450,7 +474,11 @@ impl<R: Real> Mul<R> for Lanes3<R> {
 
     #[inline]
     fn mul(self, factor: R) -> Self {
-        Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+        Self {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+        }
     }
 }
 
@@ -459,6 +487,10 @@ impl<R: Real> Neg for Lanes3<R> {
 
     #[inline]
     fn neg(self) -> Self {
-        Self { x: -self.x, y: -self.y, z: -self.z }
+        Self {
+            x: -self.x,
+            y: -self.y,
+            z: -self.z,
+        }
     }
 }

@@ -21,27 +21,35 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
     let lanes: LaneScene<'_, Lanes, LANES> = LaneScene::new(scene);
     let mut scratch = IntersectionScratch::new();
     let eight = points.chunks(LANES).flat_map(|points| {
-        let [x, y] = [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
+        let [x, y] =
+            [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
         let ray = scene.camera().ray(frame, x, y);
         let found = lanes.closest(&ray, Mask::from_fn(|i| i < points.len()), &mut scratch);
         let met = found.met.bits();
         let surface = (met != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
-        let of = move |i: usize| surface.as_ref().filter(|_| met >> i & 1 == 1).map(|surface| surface.features(i));
+        let of = move |i: usize| {
+            surface
+                .as_ref()
+                .filter(|_| met >> i & 1 == 1)
+                .map(|surface| surface.features(i))
+        };
         (0..points.len()).map(of).collect::<Vec<_>>()
     });
     eight.collect()
 }
 
-/// Adds the replications `range` of an image estimator to a film of the full frame. A replication is one pass, or the
-/// mean of as many as a scramble has points. Albedo, normal and depth are those of one camera ray per pixel and pass,
-/// the one that [`render`](super::render()) sends for [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator
-/// sends itself. `pass_done` is called after each pass with its number of pixels; when it returns false, the
-/// remaining passes are left out and `Ok(false)` is returned: the film keeps those of a replication that is begun, with
-/// which the next call goes on.
+/// Adds the replications `range` of an image estimator to a film of the full frame. A replication
+/// is one pass, or the mean of as many as a scramble has points. Albedo, normal and depth are those
+/// of one camera ray per pixel and pass, the one that [`render`](super::render()) sends for
+/// [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator sends
+/// itself. `pass_done` is called after each pass with its number of pixels; when it returns false,
+/// the remaining passes are left out and `Ok(false)` is returned: the film keeps those of a
+/// replication that is begun, with which the next call goes on.
 ///
 /// # Errors
-/// [`Error::Option`] for a film that is a part of its frame, and as for [`render`](super::render()); what the estimator refuses;
-/// [`Error::Radiance`] with the pixel and the pass for what no film can hold.
+/// [`Error::Option`] for a film that is a part of its frame, and as for
+/// [`render`](super::render()); what the estimator refuses; [`Error::Radiance`] with the pixel and
+/// the pass for what no film can hold.
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
@@ -56,19 +64,41 @@ pub fn render_passes<E: ImageEstimator>(
             "an estimator of whole images cannot render a window: take the full frame".to_owned(),
         ));
     }
-    let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
+    let sampling = Sampling {
+        pixel: PixelSampling::Random,
+        numbers,
+        seed,
+        outlines: false,
+    };
     sampling.check(range.end, film)?;
     let samples = sampling.samples_per_replication();
     let width = frame[0] as usize;
     for replication in range {
         let begun = film.begun.take();
-        let Begun { passes: done, mut sums } =
-            begun.unwrap_or_else(|| Begun { passes: 0, sums: vec![DVec3::ZERO; film.pixels().len()] });
+        let Begun {
+            passes: done,
+            mut sums,
+        } = begun.unwrap_or_else(|| Begun {
+            passes: 0,
+            sums: vec![DVec3::ZERO; film.pixels().len()],
+        });
         let passes = replication * samples..(replication + 1) * samples;
         for index in passes.clone().skip(done as usize) {
-            let image = estimator.image(scene, frame, Pass { numbers, seed, index })?;
+            let image = estimator.image(
+                scene,
+                frame,
+                Pass {
+                    numbers,
+                    seed,
+                    index,
+                },
+            )?;
             let sums_and_values = sums.par_chunks_mut(width).zip_eq(image.par_chunks(width));
-            let rows = film.pixels_mut().par_chunks_mut(width).zip_eq(sums_and_values).enumerate();
+            let rows = film
+                .pixels_mut()
+                .par_chunks_mut(width)
+                .zip_eq(sums_and_values)
+                .enumerate();
             rows.try_for_each(|(y, (pixels, (sums, values)))| {
                 let point = |x: u32| {
                     let random = uniform2(&mut stream(seed, y as u32 * frame[0] + x, index));
@@ -77,14 +107,20 @@ pub fn render_passes<E: ImageEstimator>(
                 };
                 let points: Vec<_> = (0..frame[0]).map(point).collect();
                 let seen = features_at(scene, frame, &points);
-                for (x, (((pixel, sum), value), seen)) in pixels.iter_mut().zip(sums).zip(values).zip(seen).enumerate()
+                for (x, (((pixel, sum), value), seen)) in pixels
+                    .iter_mut()
+                    .zip(sums)
+                    .zip(values)
+                    .zip(seen)
+                    .enumerate()
                 {
                     if let Some(features) = &seen {
                         pixel.push_features(features)?;
                     }
                     *sum += value;
-                    check_radiance(*value)
-                        .map_err(|error| error.at(|| format!(" at pixel ({x}, {y}), pass {index}")))?;
+                    check_radiance(*value).map_err(|error| {
+                        error.at(|| format!(" at pixel ({x}, {y}), pass {index}"))
+                    })?;
                     if index + 1 == passes.end {
                         pixel.push(*sum / f64::from(samples), samples)?;
                     }
@@ -93,7 +129,10 @@ pub fn render_passes<E: ImageEstimator>(
             })?;
             if !pass_done(image.len() as u64) {
                 if index + 1 < passes.end {
-                    film.begun = Some(Begun { passes: index + 1 - passes.start, sums });
+                    film.begun = Some(Begun {
+                        passes: index + 1 - passes.start,
+                        sums,
+                    });
                 }
                 return Ok(false);
             }
@@ -117,8 +156,15 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
     fn samples_per_replication(&self) -> u32 {
         self.numbers.samples()
     }
-    fn prepare<'a>(&'a self, scene: &'a Scene, _: [u32; 2]) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedPasses { scene, passes: self }))
+    fn prepare<'a>(
+        &'a self,
+        scene: &'a Scene,
+        _: [u32; 2],
+    ) -> Result<Box<dyn Prepared + 'a>, Error> {
+        Ok(Box::new(PreparedPasses {
+            scene,
+            passes: self,
+        }))
     }
 }
 
@@ -130,7 +176,11 @@ struct PreparedPasses<'a, E> {
 
 impl<E: ImageEstimator> Prepared for PreparedPasses<'_, E> {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        let ByPasses { estimator, numbers, seed } = self.passes;
+        let ByPasses {
+            estimator,
+            numbers,
+            seed,
+        } = self.passes;
         render_passes(self.scene, estimator, (*numbers, *seed), film, range, done)
     }
 }

@@ -54,10 +54,31 @@ impl SceneBuilder {
 
     /// The parts of which a scene was built.
     pub(super) fn of(scene: Scene) -> Self {
-        let Scene { name, surfaces, vertices, mut parts, covered, names, emitters, background, .. } = scene;
-        covered.into_iter().for_each(|(place, part)| parts.insert(place, part));
+        let Scene {
+            name,
+            surfaces,
+            vertices,
+            mut parts,
+            covered,
+            names,
+            emitters,
+            background,
+            ..
+        } = scene;
+        covered
+            .into_iter()
+            .for_each(|(place, part)| parts.insert(place, part));
         let objects = parts.last().map_or(0, |part| part.object + 1);
-        Self { name, surfaces, vertices, parts, emitters, background, names, objects }
+        Self {
+            name,
+            surfaces,
+            vertices,
+            parts,
+            emitters,
+            background,
+            names,
+            objects,
+        }
     }
 
     /// Sets the radiance of rays that meet nothing to the same everywhere.
@@ -87,8 +108,9 @@ impl SceneBuilder {
         self.objects += 1;
     }
 
-    /// Adds an indexed triangle mesh; each emitting triangle is an emitter of its own. Fronts are where
-    /// the vertices run counter-clockwise. Neighbours that share an edge must share its indices.
+    /// Adds an indexed triangle mesh; each emitting triangle is an emitter of its own. Fronts are
+    /// where the vertices run counter-clockwise. Neighbours that share an edge must share its
+    /// indices.
     pub fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], surface: SurfaceId) {
         self.object();
         let first = self.vertices(vertices);
@@ -120,7 +142,8 @@ impl SceneBuilder {
         self.object();
         let first = self.vertices.len() as u32;
         let [a, b] = edges;
-        self.vertices.extend([corner, corner + a, corner + a + b, corner + b]);
+        self.vertices
+            .extend([corner, corner + a, corner + a + b, corner + b]);
         let emitter = self.emitter(surface, EmitterShape::Rectangle { corner, edges });
         self.triangle([first, first + 1, first + 2], surface, emitter);
         self.triangle([first, first + 2, first + 3], surface, emitter);
@@ -134,11 +157,23 @@ impl SceneBuilder {
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
-        self.part(surface, emitter, PartShape::Triangle { vertices, normal: DVec3::ZERO });
+        self.part(
+            surface,
+            emitter,
+            PartShape::Triangle {
+                vertices,
+                normal: DVec3::ZERO,
+            },
+        );
     }
 
     fn part(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PartShape) {
-        self.parts.push(Part { surface: surface.0, emitter, object: self.objects.saturating_sub(1), shape });
+        self.parts.push(Part {
+            surface: surface.0,
+            emitter,
+            object: self.objects.saturating_sub(1),
+            shape,
+        });
     }
 
     fn emitter(&mut self, surface: SurfaceId, shape: EmitterShape) -> Option<u32> {
@@ -151,15 +186,17 @@ impl SceneBuilder {
 
     /// Validates the parts and builds the acceleration structure.
     ///
-    /// Surfaces that coincide, up to [`COINCIDENT`] of the largest coordinate, are refused if it can be seen which of them
-    /// a ray meets. It makes no difference if both have the same surface, which emits nothing and is neither mirror nor
-    /// glass; it is not seen between two closed opaque bodies. Where a closed body stands on an opaque sheet that is
-    /// neither mirror nor light and covers its face wholly, that face is left out: the sheet is seen there.
+    /// Surfaces that coincide, up to [`COINCIDENT`] of the largest coordinate, are refused if it
+    /// can be seen which of them a ray meets. It makes no difference if both have the same surface,
+    /// which emits nothing and is neither mirror nor glass; it is not seen between two closed
+    /// opaque bodies. Where a closed body stands on an opaque sheet that is neither mirror nor
+    /// light and covers its face wholly, that face is left out: the sheet is seen there.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an albedo, absorption
-    /// or roughness outside [0, 1], a negative radiance, an index that points nowhere, a triangle or a zone of a
-    /// sphere of less than [`SMALLEST_AREA`], a camera that looks nowhere, surfaces that coincide.
+    /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an
+    /// albedo, absorption or roughness outside [0, 1], a negative radiance, an index that points
+    /// nowhere, a triangle or a zone of a sphere of less than [`SMALLEST_AREA`], a camera that
+    /// looks nowhere, surfaces that coincide.
     pub fn build(self, camera: Camera) -> Result<Scene, Error> {
         self.build_from(camera, 0.0)
     }
@@ -221,19 +258,37 @@ impl SceneBuilder {
         let mut bvh = Bvh::new(&primitives);
         let (parts, surfaces, vertices) = (&self.parts[..], &self.surfaces[..], &self.vertices[..]);
         let (eye, tolerance, share) = (camera.eye, extent * COINCIDENT, CLOSE_SHARE);
-        let shapes = Shapes { parts, surfaces, vertices, bvh: &bvh, eye, tolerance, share };
+        let shapes = Shapes {
+            parts,
+            surfaces,
+            vertices,
+            bvh: &bvh,
+            eye,
+            tolerance,
+            share,
+        };
         let covered = shapes.covered().map_err(|overlap| {
             let message = shapes.told(&overlap, &self.names).to_string();
             invalid(&self.name, message)
         })?;
-        let covered: Vec<(usize, Part)> =
-            covered.into_iter().map(|(face, _)| (face as usize, self.parts[face as usize])).collect();
+        let covered: Vec<(usize, Part)> = covered
+            .into_iter()
+            .map(|(face, _)| (face as usize, self.parts[face as usize]))
+            .collect();
         if !covered.is_empty() {
             let mut stays = vec![true; self.parts.len()];
             covered.iter().for_each(|(place, _)| stays[*place] = false);
             let kept = |place: usize| stays[place];
-            self.parts = (0..).zip(self.parts).filter(|(place, _)| kept(*place)).map(|(_, part)| part).collect();
-            primitives = (0..).zip(primitives).filter(|(place, _)| kept(*place)).map(|(_, shape)| shape).collect();
+            self.parts = (0..)
+                .zip(self.parts)
+                .filter(|(place, _)| kept(*place))
+                .map(|(_, part)| part)
+                .collect();
+            primitives = (0..)
+                .zip(primitives)
+                .filter(|(place, _)| kept(*place))
+                .map(|(_, shape)| shape)
+                .collect();
             bvh = Bvh::new(&primitives);
         }
         Ok(Scene {
@@ -242,14 +297,26 @@ impl SceneBuilder {
             names: self.names,
             smallest: smallest_detail(&self.parts, &self.vertices),
             hull: Hull::new(&primitives, offset),
-            bodies: Bodies::new(&self.parts, &self.surfaces, |corners| corners.map(|v| self.vertices[v as usize])),
+            bodies: Bodies::new(&self.parts, &self.surfaces, |corners| {
+                corners.map(|v| self.vertices[v as usize])
+            }),
             name: self.name,
             surfaces: self.surfaces,
             vertices: self.vertices,
             parts: self.parts,
             light_groups: Groups::new(&self.emitters),
-            flux_picks: FluxPicks::new(&self.emitters.iter().map(Emitter::strength).collect::<Vec<_>>()),
-            emitters: self.emitters.into_iter().map(|emitter| emitter.with_offset(offset)).collect(),
+            flux_picks: FluxPicks::new(
+                &self
+                    .emitters
+                    .iter()
+                    .map(Emitter::strength)
+                    .collect::<Vec<_>>(),
+            ),
+            emitters: self
+                .emitters
+                .into_iter()
+                .map(|emitter| emitter.with_offset(offset))
+                .collect(),
             background: self.background,
             camera,
             offset,
@@ -260,16 +327,22 @@ impl SceneBuilder {
 
     fn check_surfaces(&self) -> Result<(), Error> {
         let share = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::ONE).all();
-        let radiance = |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::splat(LARGEST)).all();
+        let radiance =
+            |v: DVec3| v.cmpge(DVec3::ZERO).all() && v.cmple(DVec3::splat(LARGEST)).all();
         if let Environment::Uniform(background) = self.background
             && !radiance(background)
         {
-            let message = format!("the background radiance {:?} must be from 0 to {LARGEST:?}", background.to_array());
+            let message = format!(
+                "the background radiance {:?} must be from 0 to {LARGEST:?}",
+                background.to_array()
+            );
             return Err(invalid(&self.name, message));
         }
         for (i, surface) in self.surfaces.iter().enumerate() {
             let parameters_valid = match surface.bsdf {
-                Bsdf::OrenNayar { constants, .. } => constants.a.is_finite() && constants.b.is_finite(),
+                Bsdf::OrenNayar { constants, .. } => {
+                    constants.a.is_finite() && constants.b.is_finite()
+                }
                 Bsdf::Eon { roughness, .. } => (0.0..=1.0).contains(&roughness),
                 Bsdf::Glass { index } => index.is_finite() && index > 0.0,
                 Bsdf::RoughGlass(glass) => glass.is_valid(),
@@ -309,8 +382,17 @@ pub(super) fn is_sound(sphere: &Sphere) -> bool {
 
 /// Vertices and triangles of a closed box along the axes, its fronts inside or outside.
 pub(super) fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u32; 3]; 12]) {
-    let vertices = std::array::from_fn(|i| DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let vertices = std::array::from_fn(|i| {
+        DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low)
+    });
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
     let triangles = std::array::from_fn(|i| {
         let [a, b, c, d]: [u32; 4] = quads[i / 2];
         let [a, b, c] = if i % 2 == 0 { [a, b, c] } else { [a, c, d] };
@@ -331,5 +413,8 @@ fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
 }
 
 pub(super) fn invalid(scene: &str, message: String) -> Error {
-    Error::Scene { scene: scene.to_owned(), message }
+    Error::Scene {
+        scene: scene.to_owned(),
+        message,
+    }
 }

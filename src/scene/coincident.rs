@@ -13,15 +13,17 @@ use crate::accel::Bvh;
 use crate::bsdf::Bsdf;
 use crate::shape::Sphere;
 
-/// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray that leaves one of them
-/// from [`OFFSET`] above it, and a segment that ends as far above the other, need some room between them.
+/// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray
+/// that leaves one of them from [`OFFSET`] above it, and a segment that ends as far above the
+/// other, need some room between them.
 pub const COINCIDENT: f64 = 4.0 * OFFSET;
 /// The same where rays are followed in single precision: 2⁻¹⁶.
 pub const SINGLE_COINCIDENT: f64 = 4.0 * SINGLE_END;
-/// Two surfaces coincide if they are that near over more than this share of the way across their overlap: planes that cross
-/// at an angle are near to each other along a line only.
+/// Two surfaces coincide if they are that near over more than this share of the way across their
+/// overlap: planes that cross at an angle are near to each other along a line only.
 pub(super) const CLOSE_SHARE: f64 = 1e-3;
-/// The same in single precision, where the faces of a sharp edge are that near to each other over more of their width.
+/// The same in single precision, where the faces of a sharp edge are that near to each other over
+/// more of their width.
 const SINGLE_CLOSE_SHARE: f64 = 1.0 / 16.0;
 /// Neighbours may overlap by this share of the smaller one's height: files round coordinates.
 const SLIVER: f64 = 1e-5;
@@ -43,7 +45,12 @@ pub struct Coincidence {
 
 impl fmt::Display for Coincidence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { objects: [a, b], at, tolerance, .. } = self;
+        let Self {
+            objects: [a, b],
+            at,
+            tolerance,
+            ..
+        } = self;
         if a == b {
             write!(f, "two faces of {a}")?;
         } else {
@@ -81,31 +88,48 @@ pub(super) struct Shapes<'a> {
 }
 
 impl Scene {
-    /// The first two surfaces that are at most `tolerance` apart, a length, if it can be seen which of them a ray meets:
-    /// `None` if none are, or if it makes no difference. No scene has any at [`COINCIDENT`] times its largest coordinate;
-    /// single precision needs more.
+    /// The first two surfaces that are at most `tolerance` apart, a length, if it can be seen which
+    /// of them a ray meets: `None` if none are, or if it makes no difference. No scene has any at
+    /// [`COINCIDENT`] times its largest coordinate; single precision needs more.
     pub fn coincident(&self, tolerance: f64) -> Option<Coincidence> {
         self.coincident_over(tolerance, CLOSE_SHARE)
     }
 
-    /// The first two surfaces that coincide for whoever follows rays in single precision: those that are at most
-    /// [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth of the way across their overlap or more.
+    /// The first two surfaces that coincide for whoever follows rays in single precision: those
+    /// that are at most [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth
+    /// of the way across their overlap or more.
     pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
         let find = || self.coincident_over(SINGLE_COINCIDENT * self.extent(), SINGLE_CLOSE_SHARE);
         self.in_singles.get_or_init(find).as_ref()
     }
 
     fn coincident_over(&self, tolerance: f64, share: f64) -> Option<Coincidence> {
-        let (parts, surfaces, vertices, bvh) = (&self.parts[..], &self.surfaces[..], &self.vertices[..], &self.bvh);
-        let shapes = Shapes { parts, surfaces, vertices, bvh, eye: self.camera.eye, tolerance, share };
-        let found = shapes.covered().map_or_else(Some, |covered| covered.first().map(|(_, overlap)| *overlap));
+        let (parts, surfaces, vertices, bvh) = (
+            &self.parts[..],
+            &self.surfaces[..],
+            &self.vertices[..],
+            &self.bvh,
+        );
+        let shapes = Shapes {
+            parts,
+            surfaces,
+            vertices,
+            bvh,
+            eye: self.camera.eye,
+            tolerance,
+            share,
+        };
+        let found = shapes
+            .covered()
+            .map_or_else(Some, |covered| covered.first().map(|(_, overlap)| *overlap));
         found.map(|overlap| shapes.told(&overlap, &self.names))
     }
 }
 
 impl Shapes<'_> {
-    /// The faces of closed bodies that sheets cover wholly, as a floor does that of a box which stands on it: such a face
-    /// can be left out, and then the sheet is what is seen there from either side. Each with a sheet that covers it.
+    /// The faces of closed bodies that sheets cover wholly, as a floor does that of a box which
+    /// stands on it: such a face can be left out, and then the sheet is what is seen there from
+    /// either side. Each with a sheet that covers it.
     ///
     /// # Errors
     /// The first two that coincide otherwise, if it can be seen which of them a ray meets.
@@ -122,35 +146,56 @@ impl Shapes<'_> {
         };
         // What lies between two bodies neither shows.
         let is_seen = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
-            [Some((a, hidden_by_a)), Some((b, hidden_by_b))] => a == b || hidden_by_a.dot(hidden_by_b) > 0.0,
+            [Some((a, hidden_by_a)), Some((b, hidden_by_b))] => {
+                a == b || hidden_by_a.dot(hidden_by_b) > 0.0
+            }
             _ => true,
         };
         let mut faces: BTreeMap<u32, Overlap> = BTreeMap::new();
         for overlap in &overlaps {
             if !self.are_alike(overlap.pair) && is_seen(overlap.pair) {
-                faces.entry(covered(overlap.pair).ok_or(*overlap)?).or_insert(*overlap);
+                faces
+                    .entry(covered(overlap.pair).ok_or(*overlap)?)
+                    .or_insert(*overlap);
             }
         }
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
         for overlap in &overlaps {
-            *areas.entry(covered(overlap.pair).unwrap_or(u32::MAX)).or_default() += overlap.area;
+            *areas
+                .entry(covered(overlap.pair).unwrap_or(u32::MAX))
+                .or_default() += overlap.area;
         }
         // Neighbours overlap, or leave gaps, by up to a sliver at each edge.
-        let is_whole = |face: u32| areas[&face] >= (1.0 - 8.0 * SLIVER) * self.triangle(face).map_or(0.0, |t| t.area);
+        let is_whole = |face: u32| {
+            areas[&face] >= (1.0 - 8.0 * SLIVER) * self.triangle(face).map_or(0.0, |t| t.area)
+        };
         faces
             .into_iter()
-            .map(|(face, overlap)| if is_whole(face) { Ok((face, overlap)) } else { Err(overlap) })
+            .map(|(face, overlap)| {
+                if is_whole(face) {
+                    Ok((face, overlap))
+                } else {
+                    Err(overlap)
+                }
+            })
             .collect()
     }
 
     /// An overlap as it is told of.
     pub fn told(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
         let object = |i: u32| {
-            let Part { object, surface, .. } = self.parts[i as usize];
+            let Part {
+                object, surface, ..
+            } = self.parts[i as usize];
             format!("object {} ({})", object + 1, names[surface as usize])
         };
         let (primitives, at, tolerance) = (overlap.pair, overlap.at, self.tolerance);
-        Coincidence { primitives, objects: primitives.map(object), at, tolerance }
+        Coincidence {
+            primitives,
+            objects: primitives.map(object),
+            at,
+            tolerance,
+        }
     }
 
     fn surface(&self, part: u32) -> &Surface {
@@ -175,7 +220,10 @@ impl Shapes<'_> {
             let (low, high) = match self.parts[i as usize].shape {
                 PartShape::Triangle { vertices, .. } => {
                     let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
-                    (a.min(b).min(c) - self.tolerance, a.max(b).max(c) + self.tolerance)
+                    (
+                        a.min(b).min(c) - self.tolerance,
+                        a.max(b).max(c) + self.tolerance,
+                    )
                 }
                 PartShape::Sphere(sphere) => {
                     // Spheres that coincide have nearly the same pole.
@@ -193,7 +241,11 @@ impl Shapes<'_> {
             found.sort_unstable_by_key(|overlap: &Overlap| overlap.pair);
             found
         };
-        (0..self.parts.len() as u32).into_par_iter().with_min_len(1024).flat_map_iter(of).collect()
+        (0..self.parts.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .flat_map_iter(of)
+            .collect()
     }
 
     /// The overlap of a pair, of which the first may be this triangle.
@@ -204,16 +256,22 @@ impl Shapes<'_> {
                     return None;
                 }
                 let b = self.triangle(pair[1])?;
-                if a.area <= b.area { a.overlap(&b, self)? } else { b.overlap(a, self)? }
+                if a.area <= b.area {
+                    a.overlap(&b, self)?
+                } else {
+                    b.overlap(a, self)?
+                }
             }
-            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => (self.spheres_overlap(a, b)?, 0.0),
+            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => {
+                (self.spheres_overlap(a, b)?, 0.0)
+            }
             _ => return None,
         };
         Some(Overlap { pair, at, area })
     }
 
-    /// Whether two surfaces whose distance takes the values from `low` to `high` across their overlap are near each other in
-    /// more of it than where they cross.
+    /// Whether two surfaces whose distance takes the values from `low` to `high` across their
+    /// overlap are near each other in more of it than where they cross.
     fn are_close(&self, [low, high]: [f64; 2]) -> bool {
         let close = high.min(self.tolerance) - low.max(-self.tolerance);
         close >= 0.0 && close >= self.share * (high - low)
@@ -227,9 +285,12 @@ impl Shapes<'_> {
         }
         let [[a_low, a_high], [b_low, b_high]] = [a, b].map(Sphere::heights);
         let (low, high) = (a_low.max(b_low), a_high.min(b_high));
-        let margin = self.tolerance.max(SLIVER * (a_high - a_low).min(b_high - b_low));
+        let margin = self
+            .tolerance
+            .max(SLIVER * (a_high - a_low).min(b_high - b_low));
         let (z, radius) = (0.5 * (low + high), a.radius);
-        (high - low > margin).then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
+        (high - low > margin)
+            .then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
     }
 
     /// A triangle by its corners; `None` for a sphere.
@@ -238,17 +299,25 @@ impl Shapes<'_> {
             PartShape::Triangle { vertices, normal } => {
                 let corners = vertices.map(|v| self.vertices[v as usize]);
                 let [a, b, c] = corners;
-                Some(Triangle { corners, normal, area: 0.5 * (b - a).cross(c - a).length() })
+                Some(Triangle {
+                    corners,
+                    normal,
+                    area: 0.5 * (b - a).cross(c - a).length(),
+                })
             }
             PartShape::Sphere(_) => None,
         }
     }
 }
 
-/// Whether a surface is opaque, emits nothing and shows the same from both sides, and no shadow ray goes by way of it.
+/// Whether a surface is opaque, emits nothing and shows the same from both sides, and no shadow ray
+/// goes by way of it.
 fn is_plain(surface: &Surface) -> bool {
     surface.emission == DVec3::ZERO
-        && !matches!(surface.bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::RoughGlass(_))
+        && !matches!(
+            surface.bsdf,
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::RoughGlass(_)
+        )
 }
 
 /// The corners of a convex polygon.
@@ -268,7 +337,9 @@ impl Triangle {
         let height = |p: &DVec3| (*p - self.corners[0]).dot(self.normal);
         let range = |points: &[DVec3]| {
             let heights = points.iter().map(height);
-            heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
+            heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], h| {
+                [low.min(h), high.max(h)]
+            })
         };
         let [low, high] = range(&other.corners);
         if low > tolerance || high < -tolerance {
@@ -283,18 +354,24 @@ impl Triangle {
         if outside(a, b) || outside(b, c) || outside(c, a) {
             return None;
         }
-        let longest = [b - a, c - b, a - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+        let longest = [b - a, c - b, a - c]
+            .map(DVec3::length)
+            .into_iter()
+            .fold(0.0, f64::max);
         let inner = self.clipped(other, tolerance.max(SLIVER * 2.0 * self.area / longest))?;
         if !shapes.are_close(range(&inner)) {
             return None;
         }
         let whole = self.clipped(other, -tolerance)?;
-        let fan = whole[1..].windows(2).map(|edge| 0.5 * (edge[0] - whole[0]).cross(edge[1] - whole[0]).length());
+        let fan = whole[1..]
+            .windows(2)
+            .map(|edge| 0.5 * (edge[0] - whole[0]).cross(edge[1] - whole[0]).length());
         Some((inner.iter().sum::<DVec3>() / inner.len() as f64, fan.sum()))
     }
 
-    /// The polygon of another triangle that lies above this one or below it, at least `margin` within its edges; `None` if
-    /// there is none (Sutherland and Hodgman 1974). Rounding may double its corners at each edge.
+    /// The polygon of another triangle that lies above this one or below it, at least `margin`
+    /// within its edges; `None` if there is none (Sutherland and Hodgman 1974). Rounding may double
+    /// its corners at each edge.
     fn clipped(&self, other: &Self, margin: f64) -> Option<Polygon> {
         let mut polygon = Polygon::from_iter(other.corners);
         for i in 0..3 {

@@ -1,5 +1,6 @@
-//! Scenes as data, and the files they are read from: TOML, with meshes from OBJ files. The page "Scene files" of the
-//! book (`book/pages/scenes.md`) has every key with its unit, range and default.
+//! Scenes as data, and the files they are read from: TOML, with meshes from OBJ files. The page
+//! "Scene files" of the book (`book/pages/scenes.md`) has every key with its unit, range and
+//! default.
 //!
 //! ```
 //! use whitefurnace::scene::file::Description;
@@ -103,9 +104,11 @@ pub struct SceneFile {
     pub description: Description,
     /// The scene file.
     pub path: PathBuf,
-    /// SHA-256 of its bytes and those of the files it names, each after its length: other scenes have another.
+    /// SHA-256 of its bytes and those of the files it names, each after its length: other scenes
+    /// have another.
     pub digest: String,
-    /// Facts about the reading that a user should know, one line each, such as parts that were left out.
+    /// Facts about the reading that a user should know, one line each, such as parts that were left
+    /// out.
     pub notes: Vec<String>,
 }
 
@@ -113,19 +116,33 @@ impl SceneFile {
     /// Reads a scene file and the files that it names.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of what is wrong in it.
+    /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of what is
+    /// wrong in it.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let bytes = read(path, LARGEST_FILE).map_err(Error::file("read", path))?;
         let file = path.display().to_string();
         let text = str::from_utf8(&bytes).map_err(|error| {
-            let line = 1 + bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count();
+            let line = 1 + bytes[..error.valid_up_to()]
+                .iter()
+                .filter(|byte| **byte == b'\n')
+                .count();
             reader::fault(&file, line, "this is no text in UTF-8")
         })?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let folder = path.parent().unwrap_or(Path::new(""));
         let (description, reading) = Reading::of(&Source { file: &file, text }, &name, folder)?;
-        let digest = reading.digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { description, path: path.to_owned(), digest, notes: reading.notes })
+        let digest = reading
+            .digest
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Ok(Self {
+            description,
+            path: path.to_owned(),
+            digest,
+            notes: reading.notes,
+        })
     }
 }
 
@@ -134,18 +151,27 @@ fn read(path: &Path, largest: u64) -> std::io::Result<Vec<u8>> {
     use std::io::{Error, ErrorKind};
     // To open a pipe would wait for its writer.
     if !std::fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "this is no ordinary file"));
+        return Err(Error::new(
+            ErrorKind::InvalidInput,
+            "this is no ordinary file",
+        ));
     }
     let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(largest + 1).read_to_end(&mut bytes)?;
+    std::fs::File::open(path)?
+        .take(largest + 1)
+        .read_to_end(&mut bytes)?;
     if bytes.len() as u64 > largest {
-        return Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {largest} bytes")));
+        return Err(Error::new(
+            ErrorKind::FileTooLarge,
+            format!("it has more than {largest} bytes"),
+        ));
     }
     Ok(bytes)
 }
 
 impl Description {
-    /// The scene that a text describes, under a name if it says none. OBJ files are looked for in the current folder.
+    /// The scene that a text describes, under a name if it says none. OBJ files are looked for in
+    /// the current folder.
     ///
     /// # Errors
     /// [`Error::Scene`] with the line of what is wrong.
@@ -167,13 +193,18 @@ impl Description {
 
     fn unknown(&self, material: &str) -> String {
         let names = self.materials.iter().map(|(name, _)| name);
-        format!("there is no material {}{}", shown(material), hint(material, names))
+        format!(
+            "there is no material {}{}",
+            shown(material),
+            hint(material, names)
+        )
     }
 
     /// The scene that can be rendered.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`] and [`Scene::check_details`].
+    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`] and
+    /// [`Scene::check_details`].
     pub fn build(&self) -> Result<Scene, Error> {
         let mut scene = SceneBuilder::new(&self.name);
         scene.environment(self.background.clone());
@@ -182,13 +213,24 @@ impl Description {
             .iter()
             .map(|(name, surface)| (&**name, scene.named(format!("material {name}"), *surface)))
             .collect();
-        let surface =
-            |material: &str| surfaces.get(material).copied().ok_or_else(|| invalid(&self.name, self.unknown(material)));
+        let surface = |material: &str| {
+            surfaces
+                .get(material)
+                .copied()
+                .ok_or_else(|| invalid(&self.name, self.unknown(material)))
+        };
         for object in &self.objects {
             match object {
-                Object::Rectangle { corner, edges, material } => scene.rectangle(*corner, *edges, surface(material)?),
+                Object::Rectangle {
+                    corner,
+                    edges,
+                    material,
+                } => scene.rectangle(*corner, *edges, surface(material)?),
                 Object::Sphere { sphere, material } => scene.sphere(*sphere, surface(material)?),
-                Object::Mesh { vertices, triangles } => {
+                Object::Mesh {
+                    vertices,
+                    triangles,
+                } => {
                     scene.object();
                     let first = scene.vertices(vertices);
                     for (material, triangles) in triangles {

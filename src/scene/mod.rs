@@ -16,8 +16,8 @@ use glam::DVec3;
 pub use builder::{SceneBuilder, SurfaceId};
 pub use coincident::{COINCIDENT, Coincidence, SINGLE_COINCIDENT};
 pub use offsets::{
-    EDGE_MARGIN, OFFSET, SINGLE_EDGE_MARGIN, SINGLE_END, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET, SINGLE_OFFSET,
-    SMALLEST_DETAIL,
+    EDGE_MARGIN, OFFSET, SINGLE_EDGE_MARGIN, SINGLE_END, SINGLE_LARGEST_MARGIN,
+    SINGLE_LEAST_OFFSET, SINGLE_OFFSET, SMALLEST_DETAIL,
 };
 pub(crate) use offsets::{Place, inner_point, offset_in};
 use offsets::{longest_edge, smallest_detail};
@@ -50,7 +50,11 @@ pub struct Surface {
 impl Surface {
     /// A surface that emits nothing and, in the report's roulette, absorbs nothing.
     pub fn new(bsdf: Bsdf) -> Self {
-        Self { bsdf, emission: DVec3::ZERO, absorption: 0.0 }
+        Self {
+            bsdf,
+            emission: DVec3::ZERO,
+            absorption: 0.0,
+        }
     }
 
     /// The same surface with emission.
@@ -83,7 +87,8 @@ pub struct Hit {
 
 /// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
 pub const LARGEST: f64 = 1e30;
-/// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]: its reciprocal, too.
+/// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]:
+/// its reciprocal, too.
 pub const SMALLEST_AREA: f64 = 1e-60;
 
 /// One primitive's place in the scene.
@@ -135,7 +140,8 @@ pub struct Scene {
     smallest: f64,
     /// The pairs that coincide in single precision, once it was asked for.
     in_singles: OnceLock<Option<Coincidence>>,
-    /// The scene as rays in lanes see it, in double and in single precision, once they have asked for it.
+    /// The scene as rays in lanes see it, in double and in single precision, once they have asked
+    /// for it.
     for_lanes: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
 }
 
@@ -148,7 +154,8 @@ impl Scene {
     /// The same scene seen by another camera.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a camera that looks nowhere, or sees surfaces that [coincide](SceneBuilder::build).
+    /// [`Error::Scene`] for a camera that looks nowhere, or sees surfaces that
+    /// [coincide](SceneBuilder::build).
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         let extent = self.extent();
         SceneBuilder::of(self).build_from(camera, extent)
@@ -219,8 +226,10 @@ impl Scene {
     /// The scene as rays in lanes of a precision see it, made when it is first asked for.
     pub(crate) fn lane_data<T: Scalar>(&self) -> &SceneData<T> {
         let (double, single): (&dyn Any, &dyn Any) = (&self.for_lanes.0, &self.for_lanes.1);
-        let data: &OnceLock<SceneData<T>> =
-            double.downcast_ref().or_else(|| single.downcast_ref()).expect("one for each precision");
+        let data: &OnceLock<SceneData<T>> = double
+            .downcast_ref()
+            .or_else(|| single.downcast_ref())
+            .expect("one for each precision");
         data.get_or_init(|| SceneData::new(self))
     }
 
@@ -243,9 +252,10 @@ impl Scene {
     fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
         let (point, normal) = match &part.shape {
-            PartShape::Triangle { vertices, normal } => {
-                (inner_point(self.corners(*vertices), found.weights, EDGE_MARGIN), *normal)
-            }
+            PartShape::Triangle { vertices, normal } => (
+                inner_point(self.corners(*vertices), found.weights, EDGE_MARGIN),
+                *normal,
+            ),
             PartShape::Sphere(sphere) => {
                 let normal = sphere.normal(ray.at(found.t));
                 let outward = if sphere.inward { -normal } else { normal };
@@ -253,15 +263,24 @@ impl Scene {
             }
         };
         let (surface, emitter) = (part.surface, part.emitter);
-        Hit { t: found.t, point, normal, primitive: found.primitive, surface, emitter }
+        Hit {
+            t: found.t,
+            point,
+            normal,
+            primitive: found.primitive,
+            surface,
+            emitter,
+        }
     }
 
-    /// The radiance that an emitter shows to a ray of this direction that hit it; zero for its back and for other
-    /// surfaces.
+    /// The radiance that an emitter shows to a ray of this direction that hit it; zero for its back
+    /// and for other surfaces.
     #[inline]
     pub fn emitted(&self, hit: &Hit, direction: DVec3) -> DVec3 {
         match hit.emitter {
-            Some(emitter) if hit.normal.dot(direction) < 0.0 => self.emitters[emitter as usize].radiance,
+            Some(emitter) if hit.normal.dot(direction) < 0.0 => {
+                self.emitters[emitter as usize].radiance
+            }
             _ => DVec3::ZERO,
         }
     }
@@ -272,7 +291,8 @@ impl Scene {
         (ray, self.intersect(&ray))
     }
 
-    /// Whether nothing lies between a surface point with its unit normal and the background in a direction.
+    /// Whether nothing lies between a surface point with its unit normal and the background in a
+    /// direction.
     pub fn sees_background(&self, (point, normal): (DVec3, DVec3), direction: DVec3) -> bool {
         self.is_open(&self.leave(point, normal, direction))
     }
@@ -282,18 +302,22 @@ impl Scene {
         !self.bvh.occluded(ray, f64::INFINITY, |_| true)
     }
 
-    /// The ray that leaves a surface point with the given unit normal, from the side that `direction`
-    /// points to.
+    /// The ray that leaves a surface point with the given unit normal, from the side that
+    /// `direction` points to.
     #[inline]
     pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
         self.place(point, normal).leave(direction)
     }
 
-    /// A surface point with its unit normal, from which rays start at the height of [`OFFSET`], in single precision of
-    /// [`SINGLE_END`].
+    /// A surface point with its unit normal, from which rays start at the height of [`OFFSET`], in
+    /// single precision of [`SINGLE_END`].
     #[inline]
     pub(crate) fn place<V: Vector>(&self, point: V, normal: V) -> Place<V> {
-        Place { point, normal, offset: offset_in(self.offset) }
+        Place {
+            point,
+            normal,
+            offset: offset_in(self.offset),
+        }
     }
 
     /// How far above every surface rays start in double precision.
@@ -301,9 +325,14 @@ impl Scene {
         self.offset
     }
 
-    /// The segment from one surface point with its unit normal to another, as a ray that ends at t = 1.
+    /// The segment from one surface point with its unit normal to another, as a ray that ends at t
+    /// = 1.
     #[inline]
-    pub(crate) fn segment(&self, (x, normal_x): (DVec3, DVec3), (y, normal_y): (DVec3, DVec3)) -> Ray {
+    pub(crate) fn segment(
+        &self,
+        (x, normal_x): (DVec3, DVec3),
+        (y, normal_y): (DVec3, DVec3),
+    ) -> Ray {
         self.place(x, normal_x).segment(&self.place(y, normal_y))
     }
 
@@ -312,8 +341,9 @@ impl Scene {
         self.offset / OFFSET
     }
 
-    /// The size of the smallest thing: the radius of a sphere, or the height of a zone if that is less, or the second
-    /// largest extent along the axes of triangles that hang together by their vertices. Infinite without any.
+    /// The size of the smallest thing: the radius of a sphere, or the height of a zone if that is
+    /// less, or the second largest extent along the axes of triangles that hang together by their
+    /// vertices. Infinite without any.
     pub(crate) fn smallest_detail(&self) -> f64 {
         self.smallest
     }
@@ -322,14 +352,17 @@ impl Scene {
     fn reach(&self, part: &Part) -> f64 {
         match part.shape {
             PartShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
-            PartShape::Triangle { vertices, .. } => {
-                self.corners(vertices).map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max)
-            }
+            PartShape::Triangle { vertices, .. } => self
+                .corners(vertices)
+                .map(|corner| corner.abs().max_element())
+                .into_iter()
+                .fold(0.0, f64::max),
         }
     }
 
-    /// Refuses a scene of which something is less than [`SMALLEST_DETAIL`] times the largest coordinate: rays would leave it
-    /// from so far above it that its shadows move. Scenes from files pass it.
+    /// Refuses a scene of which something is less than [`SMALLEST_DETAIL`] times the largest
+    /// coordinate: rays would leave it from so far above it that its shadows move. Scenes from
+    /// files pass it.
     ///
     /// # Errors
     /// [`Error::Scene`] that says how to mend it.
@@ -340,10 +373,23 @@ impl Scene {
         }
         let far = 0.5 * detail / SMALLEST_DETAIL;
         // A sun: all else lies near.
-        let beyond: Vec<_> = self.parts.iter().enumerate().filter(|(_, part)| self.reach(part) > far).collect();
+        let beyond: Vec<_> = self
+            .parts
+            .iter()
+            .enumerate()
+            .filter(|(_, part)| self.reach(part) > far)
+            .collect();
         let sun = match beyond[..] {
-            [(i, Part { shape: PartShape::Sphere(sphere), .. })]
-                if self.camera.eye.abs().max_element() <= far && sphere.centre.length() > 2.0 * sphere.radius =>
+            [
+                (
+                    i,
+                    Part {
+                        shape: PartShape::Sphere(sphere),
+                        ..
+                    },
+                ),
+            ] if self.camera.eye.abs().max_element() <= far
+                && sphere.centre.length() > 2.0 * sphere.radius =>
             {
                 Some((i, *sphere))
             }
@@ -360,7 +406,9 @@ impl Scene {
                     radius * nearer
                 )
             }
-            None => format!("leave out what is so small, or let nothing, the camera too, be farther than {far:.1e}"),
+            None => format!(
+                "leave out what is so small, or let nothing, the camera too, be farther than {far:.1e}"
+            ),
         };
         let message = format!(
             "something has a size of {detail:.1e}, too small for numbers of double precision where the scene reaches \
@@ -369,7 +417,8 @@ impl Scene {
         Err(builder::invalid(&self.name, message))
     }
 
-    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle, at most [`SINGLE_LARGEST_MARGIN`].
+    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle, at most
+    /// [`SINGLE_LARGEST_MARGIN`].
     pub(crate) fn single_edge_margin(&self, part: &Part) -> f64 {
         let PartShape::Triangle { vertices, .. } = part.shape else {
             return 0.0;
@@ -379,14 +428,17 @@ impl Scene {
         (SINGLE_EDGE_MARGIN * self.extent() / height).min(SINGLE_LARGEST_MARGIN)
     }
 
-    /// How far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of its reach, and
-    /// [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's coordinates, each times the unit normal's and without
-    /// sign, as rounding errors along the normal are; 0 for a triangle in a coordinate plane.
+    /// How far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of its reach,
+    /// and [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's coordinates, each
+    /// times the unit normal's and without sign, as rounding errors along the normal are; 0 for a
+    /// triangle in a coordinate plane.
     pub(crate) fn single_offset(&self, part: &Part) -> f64 {
         let reach = match &part.shape {
-            PartShape::Triangle { vertices, normal } => {
-                self.corners(*vertices).map(|corner| normal.abs().dot(corner.abs())).into_iter().fold(0.0, f64::max)
-            }
+            PartShape::Triangle { vertices, normal } => self
+                .corners(*vertices)
+                .map(|corner| normal.abs().dot(corner.abs()))
+                .into_iter()
+                .fold(0.0, f64::max),
             PartShape::Sphere(sphere) => sphere.centre.length() + sphere.radius,
         };
         SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.extent()
@@ -398,8 +450,8 @@ impl Scene {
         self.surfaces[surface as usize].bsdf.is_glass()
     }
 
-    /// Whether the segment between two surface points with unit normals is free. Glass blocks it unless
-    /// `through_glass`.
+    /// Whether the segment between two surface points with unit normals is free. Glass blocks it
+    /// unless `through_glass`.
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
         self.is_free(&self.segment(x, y), through_glass)
     }

@@ -1,5 +1,6 @@
-//! The report's room: one geometry, three conventions, and its all-diffuse variant, from `files/report.toml` and
-//! `files/diffuse-room.toml`. The conventions differ only in light transport and display.
+//! The report's room: one geometry, three conventions, and its all-diffuse variant, from
+//! `files/report.toml` and `files/diffuse-room.toml`. The conventions differ only in light
+//! transport and display.
 
 use glam::DVec3;
 
@@ -29,8 +30,12 @@ pub const SIGMA: f64 = 0.3;
 const COEFFICIENT: f64 = 0.75;
 
 /// Where the white sphere is.
-pub const WHITE_SPHERE: Sphere =
-    Sphere { centre: DVec3::new(0.0, 1.5, 0.0), radius: 1.5, zone: [f64::NEG_INFINITY, f64::INFINITY], inward: false };
+pub const WHITE_SPHERE: Sphere = Sphere {
+    centre: DVec3::new(0.0, 1.5, 0.0),
+    radius: 1.5,
+    zone: [f64::NEG_INFINITY, f64::INFINITY],
+    inward: false,
+};
 
 /// The colours of the walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -45,7 +50,8 @@ pub enum Walls {
 /// The report's final scene under a convention.
 ///
 /// # Errors
-/// None for the numbers above; the type is that of [`SceneBuilder::build`](super::SceneBuilder::build).
+/// None for the numbers above; the type is that of
+/// [`SceneBuilder::build`](super::SceneBuilder::build).
 pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Error> {
     report_with(convention, form, Walls::default())
 }
@@ -54,16 +60,23 @@ pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Erro
 ///
 /// # Errors
 /// As [`report`].
-pub fn report_with(convention: Convention, form: OrenNayarForm, walls: Walls) -> Result<Scene, Error> {
+pub fn report_with(
+    convention: Convention,
+    form: OrenNayarForm,
+    walls: Walls,
+) -> Result<Scene, Error> {
     let white = match convention {
         // The authors' white sphere never absorbs; its extra cosine is the estimator's doing.
         Convention::Published => Bsdf::oren_nayar(DVec3::ONE, 0.0, form),
-        Convention::Physical | Convention::Report => Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form),
+        Convention::Physical | Convention::Report => {
+            Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form)
+        }
     };
     with_white_sphere(white, walls)
 }
 
-/// The report's final scene with any reflection model on the white sphere, and walls of either kind.
+/// The report's final scene with any reflection model on the white sphere, and walls of either
+/// kind.
 ///
 /// # Errors
 /// A model that [`SceneBuilder::build`](super::SceneBuilder::build) refuses.
@@ -73,8 +86,8 @@ pub fn with_white_sphere(white: Bsdf, walls: Walls) -> Result<Scene, Error> {
     painted(room, walls)
 }
 
-/// The same room with Lambert albedo 0.5 for mirror and glass objects and 0.55 for the white sphere,
-/// for methods that handle only diffuse surfaces.
+/// The same room with Lambert albedo 0.5 for mirror and glass objects and 0.55 for the white
+/// sphere, for methods that handle only diffuse surfaces.
 ///
 /// # Errors
 /// As [`report`].
@@ -87,7 +100,10 @@ pub fn diffuse() -> Result<Scene, Error> {
 /// # Errors
 /// As [`report`].
 pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
-    painted(Description::parse("diffuse-room", include_str!("files/diffuse-room.toml"))?, walls)
+    painted(
+        Description::parse("diffuse-room", include_str!("files/diffuse-room.toml"))?,
+        walls,
+    )
 }
 
 /// The room with walls of either kind.
@@ -96,7 +112,9 @@ fn painted(mut room: Description, walls: Walls) -> Result<Scene, Error> {
         for wall in ["blue", "red", "green", "magenta", "cyan", "yellow"] {
             let surface = room.surface(wall)?;
             let grey = luminance(surface.bsdf.albedo() / COEFFICIENT) * COEFFICIENT;
-            surface.bsdf = Bsdf::Lambert { albedo: DVec3::splat(grey) };
+            surface.bsdf = Bsdf::Lambert {
+                albedo: DVec3::splat(grey),
+            };
         }
     }
     room.build()

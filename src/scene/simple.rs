@@ -1,4 +1,5 @@
-//! Small scenes whose answers are known, and the Cornell box: files, and what trials change of them.
+//! Small scenes whose answers are known, and the Cornell box: files, and what trials change of
+//! them.
 
 use glam::DVec3;
 
@@ -10,8 +11,8 @@ use crate::camera::Camera;
 use crate::environment::Environment;
 use crate::error::Error;
 
-/// The white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a uniform
-/// environment of radiance 1. Every pixel's expectation is exactly 1.
+/// The white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a
+/// uniform environment of radiance 1. Every pixel's expectation is exactly 1.
 ///
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
@@ -25,11 +26,15 @@ pub fn environment() -> Result<Scene, Error> {
 /// A radiance that is negative or not finite.
 pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     let scene = Description::parse("environment", include_str!("files/environment.toml"))?;
-    Description { background: Environment::Uniform(sky), ..scene }.build()
+    Description {
+        background: Environment::Uniform(sky),
+        ..scene
+    }
+    .build()
 }
 
-/// A closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the radiance is
-/// 1/(1 − a) everywhere and in every direction.
+/// A closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the radiance
+/// is 1/(1 − a) everywhere and in every direction.
 ///
 /// # Errors
 /// An albedo outside [0, 1].
@@ -52,9 +57,9 @@ pub enum Cap {
 pub const CAP_SHARE: f64 = 0.25;
 
 /// A spherical cavity of albedo ρ with a cap of radiance 1 around its upper pole. With f =
-/// [`CAP_SHARE`] the radiance off the cap is ρf/(1 − ρ) if the cap reflects, ρf/(1 − ρ(1 − f)) if it is
-/// black, the same everywhere and in every direction, because every point of a sphere sees every area
-/// of it under the same form factor.
+/// [`CAP_SHARE`] the radiance off the cap is ρf/(1 − ρ) if the cap reflects, ρf/(1 − ρ(1 − f)) if
+/// it is black, the same everywhere and in every direction, because every point of a sphere sees
+/// every area of it under the same form factor.
 ///
 /// # Errors
 /// An albedo outside [0, 1].
@@ -74,9 +79,9 @@ pub fn cavity_cap(albedo: f64, cap: Cap) -> Result<Scene, Error> {
 /// A glass cube of index 1.5 in a uniform environment of radiance 1. Every pixel's expectation is
 /// exactly 1 from outside and 1.5² from inside, total internal reflection included.
 ///
-/// From inside that holds for directions within the critical angle, 41.8°, of some axis; in all others
-/// light is trapped and the radiance is 0. The inner camera looks along an axis, so that every pixel of
-/// a frame up to 4:3 can see out.
+/// From inside that holds for directions within the critical angle, 41.8°, of some axis; in all
+/// others light is trapped and the radiance is 0. The inner camera looks along an axis, so that
+/// every pixel of a frame up to 4:3 can see out.
 ///
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
@@ -102,7 +107,12 @@ impl Description {
     /// Makes a surface reflect by an albedo and, in the report's roulette, absorb the rest.
     fn reflects(&mut self, material: &str, albedo: f64) -> Result<(), Error> {
         let surface = self.surface(material)?;
-        (surface.bsdf, surface.absorption) = (Bsdf::Lambert { albedo: DVec3::splat(albedo) }, 1.0 - albedo);
+        (surface.bsdf, surface.absorption) = (
+            Bsdf::Lambert {
+                albedo: DVec3::splat(albedo),
+            },
+            1.0 - albedo,
+        );
         Ok(())
     }
 }

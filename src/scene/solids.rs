@@ -11,11 +11,13 @@ use crate::bsdf::Bsdf;
 
 /// Triangles whose edges close to bodies.
 pub(super) struct Solids {
-    /// Each primitive's body, and the vector, ± its normal, to the side that this hides from the camera.
+    /// Each primitive's body, and the vector, ± its normal, to the side that this hides from the
+    /// camera.
     hidden: Vec<Option<(u32, DVec3)>>,
 }
 
-/// An edge between two vertices, the lower index first, of a triangle that runs along it or, negative, against it.
+/// An edge between two vertices, the lower index first, of a triangle that runs along it or,
+/// negative, against it.
 #[derive(Clone, Copy)]
 struct Edge {
     ends: [u32; 2],
@@ -64,11 +66,23 @@ impl Solids {
         let mut vertices = welded(shapes);
         let mut edges = Vec::with_capacity(3 * shapes.parts.len());
         for (triangle, part) in (0..).zip(shapes.parts) {
-            if let PartShape::Triangle { vertices: corners, .. } = part.shape {
+            if let PartShape::Triangle {
+                vertices: corners, ..
+            } = part.shape
+            {
                 let [a, b, c] = corners.map(|v| vertices.find(v));
                 for (from, to) in [(a, b), (b, c), (c, a)] {
-                    let (ends, sign) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
-                    edges.push(Edge { ends, object: part.object, triangle, sign });
+                    let (ends, sign) = if from < to {
+                        ([from, to], 1)
+                    } else {
+                        ([to, from], -1)
+                    };
+                    edges.push(Edge {
+                        ends,
+                        object: part.object,
+                        triangle,
+                        sign,
+                    });
                 }
             }
         }
@@ -77,49 +91,63 @@ impl Solids {
         let is_closed = |edges: &[Edge]| edges.iter().map(|edge| edge.sign).sum::<i32>() == 0;
         // Edges that close within an object leave those of others that touch it there alone.
         let of_object = edges.chunk_by(|a, b| (a.ends, a.object) == (b.ends, b.object));
-        let (closed, left): (Vec<&[Edge]>, Vec<&[Edge]>) = of_object.partition(|edges| is_closed(edges));
+        let (closed, left): (Vec<&[Edge]>, Vec<&[Edge]>) =
+            of_object.partition(|edges| is_closed(edges));
         let left: Vec<Edge> = left.concat();
         let left = left.chunk_by(|a, b| a.ends == b.ends);
         for edges in closed.into_iter().chain(left.clone()) {
-            edges.iter().for_each(|edge| bodies.join(edge.triangle, edges[0].triangle));
+            edges
+                .iter()
+                .for_each(|edge| bodies.join(edge.triangle, edges[0].triangle));
         }
         let mut sums: HashMap<u32, Sums> = HashMap::new();
         for edges in left.filter(|edges| !is_closed(edges)) {
-            sums.entry(bodies.find(edges[0].triangle)).or_default().is_open = true;
+            sums.entry(bodies.find(edges[0].triangle))
+                .or_default()
+                .is_open = true;
         }
         for (i, part) in (0..).zip(shapes.parts) {
-            let Some(triangle) = shapes.triangle(i) else { continue };
+            let Some(triangle) = shapes.triangle(i) else {
+                continue;
+            };
             let [a, b, c] = triangle.corners.map(|corner| corner - shapes.eye);
             let body = sums.entry(bodies.find(i)).or_default();
-            body.is_open |=
-                matches!(shapes.surfaces[part.surface as usize].bsdf, Bsdf::Glass { .. } | Bsdf::RoughGlass(_));
+            body.is_open |= matches!(
+                shapes.surfaces[part.surface as usize].bsdf,
+                Bsdf::Glass { .. } | Bsdf::RoughGlass(_)
+            );
             body.area += triangle.area;
             let volume = a.dot(b.cross(c));
             let [x, y, z] = [a, b, c].map(DVec3::length);
             body.volume += volume;
             // van Oosterom and Strackee 1983.
-            body.angle += 2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
+            body.angle +=
+                2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
         }
         let hidden = |(i, part): (u32, &super::Part)| match part.shape {
             PartShape::Triangle { normal, .. } => {
                 let body = bodies.find(i);
-                sums.get(&body)?.hidden(shapes.tolerance).map(|side| (body, side * normal))
+                sums.get(&body)?
+                    .hidden(shapes.tolerance)
+                    .map(|side| (body, side * normal))
             }
             PartShape::Sphere(_) => None,
         };
-        Self { hidden: (0..).zip(shapes.parts).map(hidden).collect() }
+        Self {
+            hidden: (0..).zip(shapes.parts).map(hidden).collect(),
+        }
     }
 
-    /// The closed opaque body to which a triangle belongs, if any, and the vector, ± its normal, to the side that this hides
-    /// from the camera.
+    /// The closed opaque body to which a triangle belongs, if any, and the vector, ± its normal, to
+    /// the side that this hides from the camera.
     pub fn of(&self, part: u32) -> Option<(u32, DVec3)> {
         self.hidden[part as usize]
     }
 }
 
 impl Sums {
-    /// 1 if the fronts of a closed body are not seen, -1 if the backs are not; `None` for what is open, or as thin as
-    /// surfaces that coincide.
+    /// 1 if the fronts of a closed body are not seen, -1 if the backs are not; `None` for what is
+    /// open, or as thin as surfaces that coincide.
     fn hidden(&self, tolerance: f64) -> Option<f64> {
         let is_thin = self.volume.abs() <= 6.0 * tolerance * self.area;
         let turns = (self.angle / (4.0 * PI)).round();
@@ -135,7 +163,8 @@ fn welded(shapes: &Shapes) -> Sets {
     let mut sets = Sets::new(shapes.vertices.len());
     let mut first = HashMap::new();
     for (i, vertex) in (0..).zip(shapes.vertices) {
-        // The cells of a grid that a small cube around the vertex meets: one, or more where it lies at their bounds.
+        // The cells of a grid that a small cube around the vertex meets: one, or more where it lies
+        // at their bounds.
         let ends = [-0.25, 0.25].map(|aside| (*vertex / cell + aside).floor().to_array());
         for corner in 0..8 {
             let key = [0, 1, 2].map(|axis| ends[corner >> axis & 1][axis] as i64);

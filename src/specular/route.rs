@@ -20,12 +20,13 @@ pub struct Route<V: Vector> {
     pub last: (V, V),
     /// cos α ≥ 0, between the normal and the route outside.
     pub cosine: V::Real,
-    /// dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: the solid angle at x per area across the route at y.
+    /// dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: the solid angle at x per area across the
+    /// route at y.
     pub spread: V::Real,
 }
 
-/// The most steps to a root. They get nearer from one side, so that the distance of a double root falls fourfold with
-/// each, and that of others soon in its square.
+/// The most steps to a root. They get nearer from one side, so that the distance of a double root
+/// falls fourfold with each, and that of others soon in its square.
 const MOST_STEPS: u32 = 48;
 /// A step that is smaller is the last.
 const SMALL: f64 = 1e-7;
@@ -39,7 +40,8 @@ struct Pair<V: Vector> {
     /// X and Y, their distances from the centre.
     x_distance: V::Real,
     y_distance: V::Real,
-    /// The unit vector towards x, and the one across it in the plane of x, y and the centre, on the side of y.
+    /// The unit vector towards x, and the one across it in the plane of x, y and the centre, on the
+    /// side of y.
     to_x: V,
     across: V,
     /// Of Θ, the angle from x to y.
@@ -54,8 +56,8 @@ struct Angle<R> {
     cos: R,
 }
 
-/// The distances along the ray from the point nearest to the centre to x and to y, √(X² − sin² α) and √(Y² − sin² α);
-/// the cosine within the sphere.
+/// The distances along the ray from the point nearest to the centre to x and to y, √(X² − sin² α)
+/// and √(Y² − sin² α); the cosine within the sphere.
 struct Legs<R> {
     x: R,
     y: R,
@@ -68,7 +70,11 @@ impl<R: Real> Legs<R> {
         let square = sin * sin;
         let leg = |distance: R| (distance * distance - square).sqrt();
         let within = R::splat(1.0) - bending * bending * square;
-        Self { x: leg(x_distance), y: leg(y_distance), within: within.sqrt() }
+        Self {
+            x: leg(x_distance),
+            y: leg(y_distance),
+            within: within.sqrt(),
+        }
     }
 
     /// df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
@@ -76,7 +82,10 @@ impl<R: Real> Legs<R> {
     fn slope(&self, cos: R, bending: R) -> [R; 2] {
         let product = self.x * self.y;
         let divisor = product * self.within;
-        [divisor * 2.0 - cos * (bending * product * 2.0 + self.within * (self.x + self.y)), divisor]
+        [
+            divisor * 2.0 - cos * (bending * product * 2.0 + self.within * (self.x + self.y)),
+            divisor,
+        ]
     }
 
     /// cos and sin of f(α) − τ, times XY.
@@ -99,18 +108,30 @@ impl<V: Vector> Pair<V> {
         let [x_distance, y_distance] = [x, y].map(|v| v.length_squared().sqrt());
         let (to_x, to_y) = (x * x_distance.recip(), y * y_distance.recip());
         let cos = to_x.dot(to_y);
-        // Twice, as the first time leaves a rounding along x, which is much of what is left of y nearly in line with x.
+        // Twice, as the first time leaves a rounding along x, which is much of what is left of y
+        // nearly in line with x.
         let aside = to_y - to_x * cos;
         let aside = aside - to_x * to_x.dot(aside);
         let sin = aside.length_squared().sqrt();
-        Self { x, y, x_distance, y_distance, to_x, across: aside * sin.recip(), cos, sin }
+        Self {
+            x,
+            y,
+            x_distance,
+            y_distance,
+            to_x,
+            across: aside * sin.recip(),
+            cos,
+            sin,
+        }
     }
 
     /// Whether both points are outside and not in line with the centre.
     #[inline]
     fn is_outside(&self) -> <V::Real as Real>::Mask {
         let one = V::Real::splat(1.0);
-        self.x_distance.above(one) & self.y_distance.above(one) & self.sin.above(V::Real::splat(0.0))
+        self.x_distance.above(one)
+            & self.y_distance.above(one)
+            & self.sin.above(V::Real::splat(0.0))
     }
 
     #[inline]
@@ -118,13 +139,13 @@ impl<V: Vector> Pair<V> {
         [self.x_distance, self.y_distance]
     }
 
-    /// The root of f(α) = τ, of which cos and sin are given, that Newton's steps find from a right angle downwards or
-    /// from α = 0 upwards; and in which of the `active` there is one.
+    /// The root of f(α) = τ, of which cos and sin are given, that Newton's steps find from a right
+    /// angle downwards or from α = 0 upwards; and in which of the `active` there is one.
     ///
-    /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and 0 ≥ τ, no step passes
-    /// the root, as none is longer than Newton's. Where there is none, they leave the range of angles or come to where the
-    /// slope has the other sign: from a right angle f(α) − τ is at most π, and no sum of steps reaches a root of τ − 2π,
-    /// for f > −π.
+    /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and
+    /// 0 ≥ τ, no step passes the root, as none is longer than Newton's. Where there is none, they
+    /// leave the range of angles or come to where the slope has the other sign: from a right angle
+    /// f(α) − τ is at most π, and no sum of steps reaches a root of τ − 2π, for f > −π.
     #[inline]
     fn root(
         &self,
@@ -146,17 +167,27 @@ impl<V: Vector> Pair<V> {
             let [far, off] = legs.residual(angle, bending, target);
             // Of the distance δ = f(α) − τ from 0 to π a lower bound is 3 sin δ/(2 + cos δ).
             let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
-            let right_side = if upwards { slope.below(zero) } else { slope.above(zero) };
+            let right_side = if upwards {
+                slope.below(zero)
+            } else {
+                slope.above(zero)
+            };
             let (square, double) = (half * half, half * 2.0);
             let norm = (square + 1.0).recip();
             let [c, s] = [(one - square) * norm, double * norm];
-            let next = Angle { sin: angle.sin * c - angle.cos * s, cos: angle.cos * c + angle.sin * s };
+            let next = Angle {
+                sin: angle.sin * c - angle.cos * s,
+                cos: angle.cos * c + angle.sin * s,
+            };
             let within = !next.sin.below(zero) & !next.cos.below(zero);
             let lost = going & !(right_side & within);
             found = found & !lost;
             going = going & !lost;
             let take = |new, old| V::Real::choose(going, new, old);
-            angle = Angle { sin: take(next.sin, angle.sin), cos: take(next.cos, angle.cos) };
+            angle = Angle {
+                sin: take(next.sin, angle.sin),
+                cos: take(next.cos, angle.cos),
+            };
             going = going & half.abs().above(small);
             if !going.any() {
                 break;
@@ -167,12 +198,19 @@ impl<V: Vector> Pair<V> {
 
     /// dω/dA⊥ in units of the radius, and whether it is finite.
     #[inline]
-    fn spread(&self, angle: Angle<V::Real>, bending: V::Real) -> (V::Real, <V::Real as Real>::Mask) {
+    fn spread(
+        &self,
+        angle: Angle<V::Real>,
+        bending: V::Real,
+    ) -> (V::Real, <V::Real as Real>::Mask) {
         let legs = Legs::new(angle.sin, self.distances(), bending);
         let [slope, divisor] = legs.slope(angle.cos, bending);
         let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
         let spread = angle.sin * angle.cos * divisor / (across * slope.abs());
-        (spread, spread.above(V::Real::splat(0.0)) & spread.below(V::Real::splat(f64::INFINITY)))
+        (
+            spread,
+            spread.above(V::Real::splat(0.0)) & spread.below(V::Real::splat(f64::INFINITY)),
+        )
     }
 }
 
@@ -189,8 +227,14 @@ impl<V: Vector> RootAt<V> {
     pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
         let choose = |yes, no| V::Real::choose(mask, yes, no);
         let (a, b) = (self.angle, other.angle);
-        let angle = Angle { sin: choose(a.sin, b.sin), cos: choose(a.cos, b.cos) };
-        Self { exists: (mask & self.exists) | (!mask & other.exists), angle }
+        let angle = Angle {
+            sin: choose(a.sin, b.sin),
+            cos: choose(a.cos, b.cos),
+        };
+        Self {
+            exists: (mask & self.exists) | (!mask & other.exists),
+            angle,
+        }
     }
 }
 
@@ -207,7 +251,10 @@ pub struct BySphere<'a, V: Vector> {
 /// α = π/2, where light grazes the sphere.
 #[inline]
 fn grazing<R: Real>() -> Angle<R> {
-    Angle { sin: R::splat(1.0), cos: R::splat(0.0) }
+    Angle {
+        sin: R::splat(1.0),
+        cos: R::splat(0.0),
+    }
 }
 
 impl<'a, V: Vector> BySphere<'a, V> {
@@ -220,23 +267,41 @@ impl<'a, V: Vector> BySphere<'a, V> {
     ) -> Self {
         let pair = Pair::new(x, y, body.centre, body.radius);
         let possible = active & pair.is_outside();
-        Self { body, pair, refracts, possible }
+        Self {
+            body,
+            pair,
+            refracts,
+            possible,
+        }
     }
 
-    /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or π − Θ; then those of
-    /// light that is bent less, f(α) = Θ − π, of which the larger one is only where the other is.
+    /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or
+    /// π − Θ; then those of light that is bent less, f(α) = Θ − π, of which the larger one is only
+    /// where the other is.
     #[inline]
     pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
-        let Self { pair, body, refracts, possible } = self;
+        let Self {
+            pair,
+            body,
+            refracts,
+            possible,
+        } = self;
         let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
         let root = |target, upwards, among: <V::Real as Real>::Mask| {
             if !among.any() {
-                return RootAt { exists: among, angle: grazing() };
+                return RootAt {
+                    exists: among,
+                    angle: grazing(),
+                };
             }
             let (angle, exists) = pair.root(body.bending, target, upwards, among);
             RootAt { exists, angle }
         };
-        let first = root([V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin], false, *possible);
+        let first = root(
+            [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin],
+            false,
+            *possible,
+        );
         let [x, y] = pair.distances();
         let slope_at_0 = x * y * (one - body.bending) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
@@ -245,17 +310,27 @@ impl<'a, V: Vector> BySphere<'a, V> {
         [first, larger, smaller]
     }
 
-    /// The route that belongs to a root, which is the first of [`roots`](Self::roots) where `is_first` says so.
+    /// The route that belongs to a root, which is the first of [`roots`](Self::roots) where
+    /// `is_first` says so.
     #[inline]
-    pub(crate) fn route(&self, RootAt { exists, angle }: RootAt<V>, is_first: <V::Real as Real>::Mask) -> Route<V> {
+    pub(crate) fn route(
+        &self,
+        RootAt { exists, angle }: RootAt<V>,
+        is_first: <V::Real as Real>::Mask,
+    ) -> Route<V> {
         let one = V::Real::splat(1.0);
-        let Self { pair, body, refracts, .. } = self;
+        let Self {
+            pair,
+            body,
+            refracts,
+            ..
+        } = self;
         let (spread, finite) = pair.spread(angle, body.bending);
         let legs = Legs::new(angle.sin, pair.distances(), body.bending);
         // Light that is bent beyond the axis goes round the other way.
         let around = V::Real::choose(*refracts & is_first, -one, one);
-        // The unit normal where the sphere is met on the way from one of the points, from the unit vector towards it and the
-        // one across towards the other.
+        // The unit normal where the sphere is met on the way from one of the points, from the unit
+        // vector towards it and the one across towards the other.
         let met = |to: V, across: V, leg: V::Real, distance: V::Real| {
             let scale = distance.recip();
             let across = across * (around * angle.sin * (leg - angle.cos) * scale);
@@ -283,7 +358,9 @@ impl<'a> BySphere<'a, DVec3> {
     #[inline]
     pub fn routes(self) -> impl Iterator<Item = (usize, Route<DVec3>)> + use<'a> {
         let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
-        found.map(move |(number, root)| (number, self.route(root, number == 0))).filter(|(_, route)| route.exists)
+        found
+            .map(move |(number, root)| (number, self.route(root, number == 0)))
+            .filter(|(_, route)| route.exists)
     }
 }
 
@@ -304,8 +381,12 @@ impl<V: Vector> Route<V> {
 
     /// The route of each lane; `None` exists nowhere.
     pub(crate) fn from_lanes(route: impl Fn(usize) -> Option<Route<DVec3>>) -> Self {
-        let vector = |of: fn(&Route<DVec3>) -> DVec3| V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)));
-        let number = |of: fn(&Route<DVec3>) -> f64| V::Real::from_lanes(|i| route(i).map_or(1.0, |route| of(&route)));
+        let vector = |of: fn(&Route<DVec3>) -> DVec3| {
+            V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)))
+        };
+        let number = |of: fn(&Route<DVec3>) -> f64| {
+            V::Real::from_lanes(|i| route(i).map_or(1.0, |route| of(&route)))
+        };
         Self {
             exists: Mask::from_fn(|i| route(i).is_some_and(|route| route.exists)),
             direction: vector(|route| route.direction),
@@ -320,7 +401,8 @@ impl<V: Vector> Route<V> {
     /// `yes` where the mask says so, else `no`.
     #[inline]
     pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
-        let both = |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
+        let both =
+            |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
         Self {
             exists: (mask & yes.exists) | (!mask & no.exists),
             direction: V::choose(mask, yes.direction, no.direction),
@@ -335,7 +417,11 @@ impl<V: Vector> Route<V> {
 
 /// The route that a flat mirror reflects at its front, where there is one if the mirror has no end.
 #[inline]
-pub fn by_flat<V: Vector>(body: &Body<V>, (x, y): (V, V), active: <V::Real as Real>::Mask) -> Route<V> {
+pub fn by_flat<V: Vector>(
+    body: &Body<V>,
+    (x, y): (V, V),
+    active: <V::Real as Real>::Mask,
+) -> Route<V> {
     let zero = V::Real::splat(0.0);
     let normal = body.normal;
     let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
@@ -347,22 +433,47 @@ pub fn by_flat<V: Vector>(body: &Body<V>, (x, y): (V, V), active: <V::Real as Re
     let direction = (point - x).normalize();
     let exists = active & height_x.above(zero) & height_y.above(zero);
     let (first, cosine) = ((point, normal), -direction.dot(normal));
-    Route { exists, direction, arriving: (y - point).normalize(), first, last: first, cosine, spread }
+    Route {
+        exists,
+        direction,
+        arriving: (y - point).normalize(),
+        first,
+        last: first,
+        cosine,
+        spread,
+    }
 }
 
-/// dω/dA⊥ at y of the route by way of a body that leaves x in a direction, 0 where it has none, and the cosine where it
-/// meets the body.
+/// dω/dA⊥ at y of the route by way of a body that leaves x in a direction, 0 where it has none, and
+/// the cosine where it meets the body.
 #[inline]
-pub fn spread_of<V: Vector>(body: &Body<V>, kind: Kind, (x, direction, y): (V, V, V)) -> (V::Real, V::Real) {
+pub fn spread_of<V: Vector>(
+    body: &Body<V>,
+    kind: Kind,
+    (x, direction, y): (V, V, V),
+) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
     if kind == Kind::Flat {
         let image = x - body.normal * ((x - body.centre).dot(body.normal) * 2.0);
-        return ((y - image).length_squared().recip(), -direction.dot(body.normal));
+        return (
+            (y - image).length_squared().recip(),
+            -direction.dot(body.normal),
+        );
     }
     let pair = Pair::new(x, y, body.centre, body.radius);
     let aside = pair.x - direction * pair.x.dot(direction);
     let sin = aside.length_squared().sqrt();
-    let angle = Angle { sin, cos: (one - sin * sin).at_least(zero).sqrt() };
+    let angle = Angle {
+        sin,
+        cos: (one - sin * sin).at_least(zero).sqrt(),
+    };
     let (spread, finite) = pair.spread(angle, body.bending);
-    (V::Real::choose(finite & pair.is_outside(), spread / (body.radius * body.radius), zero), angle.cos)
+    (
+        V::Real::choose(
+            finite & pair.is_outside(),
+            spread / (body.radius * body.radius),
+            zero,
+        ),
+        angle.cos,
+    )
 }

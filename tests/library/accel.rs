@@ -10,16 +10,27 @@ use crate::prelude::*;
 /// The nearest hit with 0 < t < `t_max`, of several at the same distance the first.
 fn closest_of_all(primitives: &[Primitive], ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
     let shear = Shear::new(ray);
-    let hits = primitives.iter().zip(0..).filter_map(|(primitive, id)| match *primitive {
-        Primitive::Triangle(vertices) => {
-            let hit = shear.intersect(vertices, t_max)?;
-            Some(PrimitiveHit { primitive: id, t: hit.t, weights: hit.weights })
-        }
-        Primitive::Sphere(sphere) => {
-            let t = sphere.distance(ray);
-            (t < t_max).then_some(PrimitiveHit { primitive: id, t, weights: [0.0; 3] })
-        }
-    });
+    let hits = primitives
+        .iter()
+        .zip(0..)
+        .filter_map(|(primitive, id)| match *primitive {
+            Primitive::Triangle(vertices) => {
+                let hit = shear.intersect(vertices, t_max)?;
+                Some(PrimitiveHit {
+                    primitive: id,
+                    t: hit.t,
+                    weights: hit.weights,
+                })
+            }
+            Primitive::Sphere(sphere) => {
+                let t = sphere.distance(ray);
+                (t < t_max).then_some(PrimitiveHit {
+                    primitive: id,
+                    t,
+                    weights: [0.0; 3],
+                })
+            }
+        });
     hits.min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
@@ -41,12 +52,16 @@ fn check(bvh: &Bvh, primitives: &[Primitive], ray: &Ray, t_max: f64) -> bool {
     expected.is_some()
 }
 
-/// Checks that rays hit together what each hits alone, to the last bit, and that lanes left out hit nothing.
+/// Checks that rays hit together what each hits alone, to the last bit, and that lanes left out hit
+/// nothing.
 fn check_together(bvh: &Bvh, rays: &[Ray]) {
     let mut stack = PacketStack::default();
     let blocks = |primitive: u32| !primitive.is_multiple_of(3);
     for rays in rays.chunks_exact(LANES) {
-        let ray: Ray<Lanes3> = Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction));
+        let ray: Ray<Lanes3> = Ray::new(
+            Lanes3::from_fn(|i| rays[i].origin),
+            Lanes3::from_fn(|i| rays[i].direction),
+        );
         // All of them, and each for itself: then no other ray makes sure that a box is opened.
         for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
             let active = LaneMask::from_bits(active);
@@ -54,7 +69,11 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
             let occluded = bvh.occluded_of_packet::<Lanes, LANES>(&ray, active, blocks, &mut stack);
             let has = |mask: LaneMask, i: usize| mask.bits() >> i & 1 == 1;
             for (i, alone) in rays.iter().enumerate() {
-                let expected = if has(active, i) { bvh.closest(alone, f64::INFINITY) } else { None };
+                let expected = if has(active, i) {
+                    bvh.closest(alone, f64::INFINITY)
+                } else {
+                    None
+                };
                 let found = has(hits.met, i).then(|| PrimitiveHit {
                     primitive: hits.primitive[i],
                     t: hits.t.as_array()[i],
@@ -62,7 +81,11 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
                 });
                 assert_eq!(found, expected, "{alone:?}");
                 assert_eq!(hits.t.as_array()[i].is_finite(), found.is_some());
-                assert_eq!(has(occluded, i), has(active, i) && bvh.occluded(alone, 1.0, blocks), "{alone:?}");
+                assert_eq!(
+                    has(occluded, i),
+                    has(active, i) && bvh.occluded(alone, 1.0, blocks),
+                    "{alone:?}"
+                );
             }
         }
     }
@@ -118,7 +141,9 @@ fn random_soups() {
     let mut rng = rng("soups");
     for count in [1, 2, 3, 4, 5, 8, 9, 17, 60, 400] {
         for size in [1.0, 0.1, 1e-3] {
-            let soup: Vec<_> = (0..count).map(|_| Primitive::Triangle(random_triangle(&mut rng, size))).collect();
+            let soup: Vec<_> = (0..count)
+                .map(|_| Primitive::Triangle(random_triangle(&mut rng, size)))
+                .collect();
             check_all(&soup, &rays(&mut rng, 300));
         }
     }
@@ -137,7 +162,11 @@ fn spheres_among_triangles() {
                 let whole = Sphere::new(in_cube(&mut rng, 1.0), radius);
                 let height = between(&mut rng, -radius, radius);
                 let zone = [height, f64::INFINITY];
-                Primitive::Sphere(if i % 4 == 1 { whole } else { Sphere { zone, ..whole } })
+                Primitive::Sphere(if i % 4 == 1 {
+                    whole
+                } else {
+                    Sphere { zone, ..whole }
+                })
             })
             .collect();
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
@@ -174,7 +203,10 @@ fn flat_and_axis_aligned_geometry() {
                 let mut along = unit_vector(&mut rng);
                 along[axis] = 0.0;
                 let origin = in_cube(&mut rng, 2.0);
-                [Ray::new(corner - along, along), Ray::new(origin, corner - origin)]
+                [
+                    Ray::new(corner - along, along),
+                    Ray::new(origin, corner - origin),
+                ]
             })
             .collect();
         check_together(&bvh, &rays);
@@ -184,7 +216,8 @@ fn flat_and_axis_aligned_geometry() {
     }
 }
 
-/// Triangles that end in a plane through the origin, from either side, and rays within it from there and from nearby.
+/// Triangles that end in a plane through the origin, from either side, and rays within it from
+/// there and from nearby.
 #[test]
 fn rays_from_the_origin_along_sides_of_boxes() {
     let mut rng = rng("origin");
@@ -200,8 +233,12 @@ fn rays_from_the_origin_along_sides_of_boxes() {
         let mut rays = Vec::new();
         for _ in 0..2000 {
             let [a, b, _] = triangles[(60.0 * uniform(&mut rng)) as usize];
-            let origin = within(in_cube(&mut rng, 1.0)) * [0.0, 1e-30, 1e-12, 1.0][(4.0 * uniform(&mut rng)) as usize];
-            rays.push(Ray::new(origin, 0.5 * (a.lerp(b, uniform(&mut rng)) - origin)));
+            let origin = within(in_cube(&mut rng, 1.0))
+                * [0.0, 1e-30, 1e-12, 1.0][(4.0 * uniform(&mut rng)) as usize];
+            rays.push(Ray::new(
+                origin,
+                0.5 * (a.lerp(b, uniform(&mut rng)) - origin),
+            ));
         }
         let primitives: Vec<Primitive> = triangles.into_iter().map(Primitive::Triangle).collect();
         // Each meets the edge that it aims at, halfway to where two of three may end.
@@ -214,13 +251,17 @@ fn scales_and_offsets() {
     let mut rng = rng("scales");
     for scale in [1e-30, 1e-4, 1e4, 1e30] {
         for offset in [0.0, 100.0] {
-            let mesh = Mesh::globe(12, 16).map(|v| (v + offset) * scale).primitives();
+            let mesh = Mesh::globe(12, 16)
+                .map(|v| (v + offset) * scale)
+                .primitives();
             let rays: Vec<_> = rays(&mut rng, 2000)
                 .into_iter()
                 .enumerate()
                 // Every other one a segment, as shadow rays are.
                 .map(|(i, ray)| (ray, if i % 2 == 0 { 1.0 } else { scale }))
-                .map(|(ray, length)| Ray::new((ray.origin + offset) * scale, ray.direction * length))
+                .map(|(ray, length)| {
+                    Ray::new((ray.origin + offset) * scale, ray.direction * length)
+                })
                 .collect();
             enough("scales", check_all(&mesh, &rays));
         }
@@ -239,12 +280,24 @@ fn equal_primitives_are_all_there() {
     }
     check_together(&bvh, &[ray; LANES]);
     // So it is if the box of another is entered first: both are in the plane z = x.
-    let inclined = |corners: [[f64; 2]; 3]| Primitive::Triangle(corners.map(|[x, y]| DVec3::new(x, y, x)));
-    let [near, far] = [[[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]], [[-1.0, -1.0], [7.0, -1.0], [-1.0, 7.0]]].map(inclined);
-    let others = (2..20).map(|i| inclined([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]].map(|[x, y]| [x - f64::from(i), y])));
+    let inclined =
+        |corners: [[f64; 2]; 3]| Primitive::Triangle(corners.map(|[x, y]| DVec3::new(x, y, x)));
+    let [near, far] = [
+        [[-0.5, -0.5], [0.5, -0.5], [0.0, 0.5]],
+        [[-1.0, -1.0], [7.0, -1.0], [-1.0, 7.0]],
+    ]
+    .map(inclined);
+    let others = (2..20).map(|i| {
+        inclined([[0.0, 0.0], [0.5, 0.0], [0.0, 0.5]].map(|[x, y]| [x - f64::from(i), y]))
+    });
     let sorted = Bvh::new(&[near, far].into_iter().chain(others).collect::<Vec<_>>());
     let down = Ray::new(DVec3::new(0.0, 0.0, 5.0), -DVec3::Z);
-    assert_eq!(sorted.closest(&down, f64::INFINITY).map(|hit| hit.primitive), Some(0));
+    assert_eq!(
+        sorted
+            .closest(&down, f64::INFINITY)
+            .map(|hit| hit.primitive),
+        Some(0)
+    );
     check_together(&sorted, &[down; LANES]);
     for id in 0..100 {
         assert!(bvh.occluded(&ray, 2.0, |other| other == id), "lost {id}");
@@ -270,10 +323,16 @@ fn rays_of_no_numbers_hit_nothing() {
         let bvh = Bvh::new(&primitives);
         for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             for axes in 1..8 {
-                let spoilt =
-                    |v: DVec3| DVec3::from_array([0, 1, 2].map(|i| if axes >> i & 1 == 1 { number } else { v[i] }));
+                let spoilt = |v: DVec3| {
+                    DVec3::from_array(
+                        [0, 1, 2].map(|i| if axes >> i & 1 == 1 { number } else { v[i] }),
+                    )
+                };
                 let [origin, direction] = [0, 1].map(|_| unit_vector(&mut rng));
-                for ray in [Ray::new(spoilt(origin), direction), Ray::new(origin, spoilt(direction))] {
+                for ray in [
+                    Ray::new(spoilt(origin), direction),
+                    Ray::new(origin, spoilt(direction)),
+                ] {
                     assert_eq!(bvh.closest(&ray, f64::INFINITY), None, "{ray:?}");
                     assert!(!bvh.occluded(&ray, f64::INFINITY, |_| true), "{ray:?}");
                     check_together(&bvh, &[ray; LANES]);
@@ -292,7 +351,12 @@ fn hundred_thousand_triangles() {
     let bvh = Bvh::new(&primitives);
     let rays = rays(&mut rng, 400);
     check_together(&bvh, &rays);
-    enough("large mesh", rays.iter().filter(|ray| check(&bvh, &primitives, ray, f64::INFINITY)).count());
+    enough(
+        "large mesh",
+        rays.iter()
+            .filter(|ray| check(&bvh, &primitives, ray, f64::INFINITY))
+            .count(),
+    );
     // From inside, at vertices and edges: closed, so every ray meets it.
     let aimed: Vec<Ray> = (0..20_000)
         .map(|_| {
@@ -306,8 +370,8 @@ fn hundred_thousand_triangles() {
     }
 }
 
-/// Whether a triangle on which a ray starts is ahead of it may be a matter of rounding, and is the same for the hierarchy
-/// and for all at once.
+/// Whether a triangle on which a ray starts is ahead of it may be a matter of rounding, and is the
+/// same for the hierarchy and for all at once.
 #[test]
 fn rays_that_start_on_a_triangle() {
     let mut rng = rng("starts");

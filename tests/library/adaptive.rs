@@ -22,13 +22,15 @@ fn noisy(width: u32, noise: &[f64]) -> Film {
     film
 }
 
-/// What each pixel should get, by the definition: noise is averaged over a square of seven pixels, twice.
+/// What each pixel should get, by the definition: noise is averaged over a square of seven pixels,
+/// twice.
 fn expected(width: usize, noise: &[f64], mean: u32) -> Vec<f64> {
     let height = noise.len() / width;
     let averaged = |noise: &[f64]| -> Vec<f64> {
         let square = |at: usize| {
             let near = |i: usize, n: usize| (0..n).filter(move |j| i.abs_diff(*j) <= 3);
-            let of = near(at / width, height).flat_map(|y| near(at % width, width).map(move |x| noise[y * width + x]));
+            let of = near(at / width, height)
+                .flat_map(|y| near(at % width, width).map(move |x| noise[y * width + x]));
             let all: Vec<f64> = of.collect();
             all.iter().sum::<f64>() / all.len() as f64
         };
@@ -37,13 +39,25 @@ fn expected(width: usize, noise: &[f64], mean: u32) -> Vec<f64> {
     let of_all = |noise: &[f64]| noise.iter().sum::<f64>() / noise.len() as f64;
     let twice = averaged(&averaged(noise));
     let all = of_all(&twice);
-    let cut: Vec<f64> = twice.iter().map(|noise| if all == 0.0 { 1.0 } else { (noise / all).min(8.0) }).collect();
+    let cut: Vec<f64> = twice
+        .iter()
+        .map(|noise| {
+            if all == 0.0 {
+                1.0
+            } else {
+                (noise / all).min(8.0)
+            }
+        })
+        .collect();
     // What is cut off is divided evenly, as a fifth is.
     let even = 1.0 - 0.8 * of_all(&cut);
-    cut.iter().map(|noise| 1.0 + f64::from(mean - 1) * (even + 0.8 * noise)).collect()
+    cut.iter()
+        .map(|noise| 1.0 + f64::from(mean - 1) * (even + 0.8 * noise))
+        .collect()
 }
 
-/// What is rounded in one pixel is made up for in the next: no run of pixels from the first on is off by one.
+/// What is rounded in one pixel is made up for in the next: no run of pixels from the first on is
+/// off by one.
 fn assert_counts(width: usize, noise: &[f64], mean: u32) {
     let found = counts(&noisy(width as u32, noise), mean);
     assert_eq!(found.len(), noise.len());
@@ -58,21 +72,35 @@ fn assert_counts(width: usize, noise: &[f64], mean: u32) {
 #[test]
 fn counts_follow_noise() {
     let noise = prop_oneof![Just(0.0), 0.0..1.0, 0.0..1e4];
-    let strategy = (1_usize..20, prop::collection::vec(noise, 1..200), 1_u32..200);
+    let strategy = (
+        1_usize..20,
+        prop::collection::vec(noise, 1..200),
+        1_u32..200,
+    );
     property("counts", 300, &strategy, |(width, noise, mean)| {
         let whole = noise.len() / width * width;
         if whole > 0 {
             assert_counts(width, &noise[..whole], mean);
         }
     });
-    // One pixel among many does not take what all should have: no more than eight times the mean counts.
+    // One pixel among many does not take what all should have: no more than eight times the mean
+    // counts.
     let mut one = vec![0.0; 60 * 60];
     one[30 * 60 + 30] = 1e-7;
     assert_counts(60, &one, 100);
-    let most = |mean| counts(&noisy(60, &one), mean).into_iter().max().expect("pixels");
+    let most = |mean| {
+        counts(&noisy(60, &one), mean)
+            .into_iter()
+            .max()
+            .expect("pixels")
+    };
     assert!((600..800).contains(&most(100)), "{}", most(100));
     // Nor more points than a scramble has.
-    assert!((60_000..=LONGEST).contains(&most(20_000)), "{}", most(20_000));
+    assert!(
+        (60_000..=LONGEST).contains(&most(20_000)),
+        "{}",
+        most(20_000)
+    );
     assert_eq!(counts(&noisy(60, &one), LONGEST), [LONGEST; 60 * 60]);
     // Where nothing is seen, or all alike, all get the mean.
     for alike in [0.0, 0.25] {
@@ -83,41 +111,91 @@ fn counts_follow_noise() {
 
 #[test]
 fn pilots_are_small_and_have_numbers_of_their_own() {
-    let sampling = |numbers| Sampling { pixel: Random, numbers, seed: master(), outlines: true };
+    let sampling = |numbers| Sampling {
+        pixel: Random,
+        numbers,
+        seed: master(),
+        outlines: true,
+    };
     // Samples of a pixel: in one scramble or in several, the pilot has as many.
-    for (points, replications, expected) in
-        [(1, 4, 1), (16, 4, 1), (63, 4, 1), (64, 4, 2), (256, 1, 2), (1, 512, 4), (256, 4, 8), (LONGEST, u32::MAX, 8)]
-    {
+    for (points, replications, expected) in [
+        (1, 4, 1),
+        (16, 4, 1),
+        (63, 4, 1),
+        (64, 4, 2),
+        (256, 1, 2),
+        (1, 512, 4),
+        (256, 4, 8),
+        (LONGEST, u32::MAX, 8),
+    ] {
         let own = sampling(Numbers::Sobol(points));
         let found = pilot(own, replications);
-        assert_eq!(found, Sampling { numbers: Numbers::Sobol(expected), seed: found.seed, ..own });
+        assert_eq!(
+            found,
+            Sampling {
+                numbers: Numbers::Sobol(expected),
+                seed: found.seed,
+                ..own
+            }
+        );
         assert_ne!(found.seed, own.seed);
     }
-    assert_eq!(pilot(sampling(Numbers::Independent), 9).numbers, Numbers::Independent);
+    assert_eq!(
+        pilot(sampling(Numbers::Independent), 9).numbers,
+        Numbers::Independent
+    );
 }
 
-/// Each pixel is that of an image whose pixels all have as many samples, where rows are taken in pieces, too.
+/// Each pixel is that of an image whose pixels all have as many samples, where rows are taken in
+/// pieces, too.
 #[test]
 fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
     let path = Path::new(Standard, Finds::Mis);
-    let sampling = |points| Sampling { pixel: Random, numbers: Numbers::Sobol(points), seed: master(), outlines: true };
+    let sampling = |points| Sampling {
+        pixel: Random,
+        numbers: Numbers::Sobol(points),
+        seed: master(),
+        outlines: true,
+    };
     let frame = [6, 4];
     for scale in [1, UNINTERRUPTED / 8] {
         let given: Vec<u32> = (0..24).map(|i| scale * (1 + i % 5)).collect();
         let all = u64::from(given.iter().sum::<u32>());
         let mut film = Film::new(frame, None, 3 * scale).expect("a film");
         film.set_sample_counts(given.clone());
-        assert_eq!((film.sample_counts(), film.missing(2)), (Some(&*given), 2 * all));
+        assert_eq!(
+            (film.sample_counts(), film.missing(2)),
+            (Some(&*given), 2 * all)
+        );
         let done = AtomicU64::new(0);
         let count = |samples| done.fetch_add(samples, Ordering::Relaxed) < u64::MAX;
         for range in [0..1, 1..2] {
-            assert!(render(&scene, &path, sampling(3 * scale), &mut film, &range, &count).expect("rendered"));
+            assert!(
+                render(
+                    &scene,
+                    &path,
+                    sampling(3 * scale),
+                    &mut film,
+                    &range,
+                    &count
+                )
+                .expect("rendered")
+            );
         }
-        assert_eq!((film.missing(2), film.missing(3), done.into_inner()), (0, all, 2 * all));
+        assert_eq!(
+            (film.missing(2), film.missing(3), done.into_inner()),
+            (0, all, 2 * all)
+        );
         for points in (1..=5).map(|i| i * scale) {
-            let alike = rendered(&scene, &path, frame, sampling(points), &[0..2]).expect("rendered");
-            for (i, pixel) in film.pixels().iter().enumerate().filter(|(i, _)| given[*i] == points) {
+            let alike =
+                rendered(&scene, &path, frame, sampling(points), &[0..2]).expect("rendered");
+            for (i, pixel) in film
+                .pixels()
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| given[*i] == points)
+            {
                 assert_eq!(*pixel, alike.pixels()[i], "pixel {i}");
                 assert_eq!((pixel.samples(), pixel.replications()), (2 * points, 2));
             }
@@ -131,26 +209,59 @@ fn pixels_have_the_samples_that_they_are_given() {
 #[test]
 fn numbers_of_samples_that_cannot_be_are_refused() {
     let scene = simple::cornell().expect("a scene");
-    let refused = |pixel: PixelSampling, numbers, counts: [u32; 2], range: Range<u32>, hint: &str| {
-        let sampling = Sampling { pixel, numbers, seed: 1, outlines: false };
-        let mut film = Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
-        film.set_sample_counts(counts.to_vec());
-        let path = Path::new(Standard, Finds::Mis);
-        assert_option_refused(render(&scene, &path, sampling, &mut film, &range, &|_| true), hint);
-        let lanes = LaneEstimator::Path(path);
-        assert_option_refused(render_lanes(&scene, lanes, sampling, &mut film, &range, &|_| true), hint);
-    };
-    refused(Random, Numbers::Independent, [1, 1], 0..1, "only by Sobol' points");
-    refused(Jitter(2), Numbers::Sobol(2), [8, 8], 0..1, "without sub-pixels");
+    let refused =
+        |pixel: PixelSampling, numbers, counts: [u32; 2], range: Range<u32>, hint: &str| {
+            let sampling = Sampling {
+                pixel,
+                numbers,
+                seed: 1,
+                outlines: false,
+            };
+            let mut film =
+                Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
+            film.set_sample_counts(counts.to_vec());
+            let path = Path::new(Standard, Finds::Mis);
+            assert_option_refused(
+                render(&scene, &path, sampling, &mut film, &range, &|_| true),
+                hint,
+            );
+            let lanes = LaneEstimator::Path(path);
+            assert_option_refused(
+                render_lanes(&scene, lanes, sampling, &mut film, &range, &|_| true),
+                hint,
+            );
+        };
+    refused(
+        Random,
+        Numbers::Independent,
+        [1, 1],
+        0..1,
+        "only by Sobol' points",
+    );
+    refused(
+        Jitter(2),
+        Numbers::Sobol(2),
+        [8, 8],
+        0..1,
+        "without sub-pixels",
+    );
     refused(Random, Numbers::Sobol(2), [0, 4], 0..1, "at least 1");
     refused(Random, Numbers::Sobol(2), [4, LONGEST + 1], 0..1, "points");
-    refused(Random, Numbers::Sobol(2), [4, LONGEST], 0..1 << 16, "replications");
+    refused(
+        Random,
+        Numbers::Sobol(2),
+        [4, LONGEST],
+        0..1 << 16,
+        "replications",
+    );
 }
 
 #[test]
 #[should_panic(expected = "counts of samples for each pixel")]
 fn each_pixel_needs_a_number() {
-    Film::new([2, 2], None, 1).expect("a film").set_sample_counts(vec![1; 3]);
+    Film::new([2, 2], None, 1)
+        .expect("a film")
+        .set_sample_counts(vec![1; 3]);
 }
 
 /// Half of an image is smooth and half has noise: the variance falls, to what the shares say.
@@ -158,9 +269,19 @@ fn each_pixel_needs_a_number() {
 fn noise_gets_the_samples() {
     let samples = 64;
     let mut noise = vec![0.0; 40 * 40];
-    noise.iter_mut().enumerate().filter(|(at, _)| at % 40 >= 20).for_each(|(_, noise)| *noise = 1.0);
+    noise
+        .iter_mut()
+        .enumerate()
+        .filter(|(at, _)| at % 40 >= 20)
+        .for_each(|(_, noise)| *noise = 1.0);
     let given = counts(&noisy(40, &noise), samples);
-    let variance = |given: &[u32]| noise.iter().zip(given).map(|(s, n)| s * s / f64::from(*n)).sum::<f64>();
+    let variance = |given: &[u32]| {
+        noise
+            .iter()
+            .zip(given)
+            .map(|(s, n)| s * s / f64::from(*n))
+            .sum::<f64>()
+    };
     let gain = variance(&vec![samples; 1600]) / variance(&given);
     // Half the samples of one half go to the other: at most 1.8 times as many there.
     assert!((1.5..1.8).contains(&gain), "{gain}");

@@ -13,7 +13,13 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [5, 4];
 
 /// What no accumulator may take.
-const BAD: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1e-3, 2.0 * LARGEST];
+const BAD: [f64; 5] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    -1e-3,
+    2.0 * LARGEST,
+];
 
 /// Asserts that a result is the error of a radiance, in one line that names the place.
 fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
@@ -22,7 +28,10 @@ fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
     };
     let message = error.to_string();
     assert!(matches!(error, Error::Radiance { .. }), "{what}: {message}");
-    assert!(message.contains(place) && !message.contains('\n'), "{what}: {message}");
+    assert!(
+        message.contains(place) && !message.contains('\n'),
+        "{what}: {message}"
+    );
 }
 
 #[test]
@@ -34,7 +43,11 @@ fn no_accumulator_takes_what_is_no_radiance() {
             let what = format!("{radiance}");
             assert_surfaces(check_radiance(radiance), "", &what);
             assert_surfaces(Pixel::default().push(radiance, 1), "", &what);
-            assert_surfaces(Splats::new([3, 2]).buffer().add([2, 1], radiance), "at pixel (2, 1)", &what);
+            assert_surfaces(
+                Splats::new([3, 2]).buffer().add([2, 1], radiance),
+                "at pixel (2, 1)",
+                &what,
+            );
         }
     }
     assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
@@ -59,12 +72,17 @@ fn splats_that_add_up_to_too_much_are_refused() {
         assert_surfaces(add([1, 38], DVec3::Y), "at pixel (1, 38)", "a full pixel");
     }
     let refused = add([1, 38], DVec3::Y);
-    assert!(matches!(refused, Err(Error::Radiance { value, .. }) if value == LARGEST + 1.0), "{refused:?}");
+    assert!(
+        matches!(refused, Err(Error::Radiance { value, .. }) if value == LARGEST + 1.0),
+        "{refused:?}"
+    );
     assert!(add([0, 38], half).is_ok(), "the other pixel is not full");
     let image = Splats::new([1, 1]);
     let mut splats = image.buffer();
     for _ in 0..4 {
-        splats.add([0, 0], DVec3::splat(0.25 * LARGEST)).expect("legal");
+        splats
+            .add([0, 0], DVec3::splat(0.25 * LARGEST))
+            .expect("legal");
     }
     splats.flush().expect("a sum that is just legal");
     assert_eq!(image.into_values(), [DVec3::splat(LARGEST)]);
@@ -87,7 +105,13 @@ fn full_sums_are_refused_before_they_wrap() {
     // Counts double with every merge with itself: 2^30 is the last power below 2^31.
     let mut pixel = Pixel::default();
     pixel.push(DVec3::ONE, 1).expect("legal");
-    pixel.push_features(&Features { albedo: DVec3::ONE, normal: DVec3::Z, depth: 1e6 }).expect("legal");
+    pixel
+        .push_features(&Features {
+            albedo: DVec3::ONE,
+            normal: DVec3::Z,
+            depth: 1e6,
+        })
+        .expect("legal");
     for _ in 0..30 {
         let same = pixel;
         pixel.merge(&same).expect("room for more");
@@ -104,24 +128,45 @@ fn full_sums_are_refused_before_they_wrap() {
 
 #[test]
 fn features_that_are_none_are_refused() {
-    let good = Features { albedo: DVec3::new(0.0, 1.0, 0.5), normal: DVec3::new(0.6, 0.0, -0.8), depth: 0.0 };
+    let good = Features {
+        albedo: DVec3::new(0.0, 1.0, 0.5),
+        normal: DVec3::new(0.6, 0.0, -0.8),
+        depth: 0.0,
+    };
     assert!(Pixel::default().push_features(&good).is_ok());
     for bad in [f64::NAN, f64::INFINITY, -0.1, 1.5] {
         for axis in 0..3 {
             let (mut albedo, mut normal) = (good.albedo, good.normal);
             albedo[axis] = bad;
             normal[axis] = bad;
-            assert!(Pixel::default().push_features(&Features { albedo, ..good }).is_err());
-            assert!(Pixel::default().push_features(&Features { normal, ..good }).is_err());
+            assert!(
+                Pixel::default()
+                    .push_features(&Features { albedo, ..good })
+                    .is_err()
+            );
+            assert!(
+                Pixel::default()
+                    .push_features(&Features { normal, ..good })
+                    .is_err()
+            );
         }
     }
     for depth in [f64::NAN, f64::INFINITY, -1.0, 2.0 * LARGEST] {
-        assert!(Pixel::default().push_features(&Features { depth, ..good }).is_err());
+        assert!(
+            Pixel::default()
+                .push_features(&Features { depth, ..good })
+                .is_err()
+        );
     }
 }
 
 fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
-    Sampling { pixel, numbers, seed: master(), outlines: false }
+    Sampling {
+        pixel,
+        numbers,
+        seed: master(),
+        outlines: false,
+    }
 }
 
 /// Returns 1 but for one of its calls, which returns something else.
@@ -151,7 +196,11 @@ fn one_bad_sample_ends_a_render() {
             let sampling = sampling(pixel, numbers);
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
-                let once = Once { calls: AtomicU32::new(0), at, value };
+                let once = Once {
+                    calls: AtomicU32::new(0),
+                    at,
+                    value,
+                };
                 let found = rendered(&furnace(0.5), &once, FRAME, sampling, &[0..2]);
                 assert_surfaces(found, "at pixel (", &format!("{value} with {sampling:?}"));
             }
@@ -197,7 +246,11 @@ enum Bad {
 
 impl Scattering for Bad {
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
-        if let Self::Brdf(value) = self { DVec3::new(0.1, 0.1, *value) } else { Standard.brdf(bsdf, wo, wi) }
+        if let Self::Brdf(value) = self {
+            DVec3::new(0.1, 0.1, *value)
+        } else {
+            Standard.brdf(bsdf, wo, wi)
+        }
     }
 }
 
@@ -219,16 +272,28 @@ impl Photons for Bad {
 
 impl Bidirectional for Bad {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
-        if let Self::Importance(value) = self { *value } else { Standard.importance(camera, size, direction) }
+        if let Self::Importance(value) = self {
+            *value
+        } else {
+            Standard.importance(camera, size, direction)
+        }
     }
 }
 
 impl FiniteElements for Bad {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
-        if let Self::FormFactor = self { f64::NAN } else { Standard.form_factor(normal, corners) }
+        if let Self::FormFactor = self {
+            f64::NAN
+        } else {
+            Standard.form_factor(normal, corners)
+        }
     }
     fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
-        if let Self::Exchanged = self { DVec3::new(f64::NAN, 0.1, 0.1) } else { Standard.exchanged(leaving, emitted) }
+        if let Self::Exchanged = self {
+            DVec3::new(f64::NAN, 0.1, 0.1)
+        } else {
+            Standard.exchanged(leaving, emitted)
+        }
     }
     fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
         if let Self::Leaving = self {
@@ -241,12 +306,19 @@ impl FiniteElements for Bad {
 
 impl NextEvent for Bad {}
 
-/// So many that of a BRDF that is -1 in one channel some path shows it: one in 64 at least is reflected just
-/// once, so that all 2000 look right with a probability below 1e-13. A bad value ends a render at once.
+/// So many that of a BRDF that is -1 in one channel some path shows it: one in 64 at least is
+/// reflected just once, so that all 2000 look right with a probability below 1e-13. A bad value
+/// ends a render at once.
 const REPLICATIONS: u32 = 100;
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
-    rendered(scene, estimator, FRAME, sampling(Random, Numbers::Independent), &[0..REPLICATIONS])
+    rendered(
+        scene,
+        estimator,
+        FRAME,
+        sampling(Random, Numbers::Independent),
+        &[0..REPLICATIONS],
+    )
 }
 
 fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
@@ -255,17 +327,30 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 
 /// Renders with photons, if there is a map.
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
-    rays(scene, &PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?)
+    rays(
+        scene,
+        &PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?,
+    )
 }
 
 fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
-    passes(scene, &Sppm { parts, particles: 50, radius: 0.5 })
+    passes(
+        scene,
+        &Sppm {
+            parts,
+            particles: 50,
+            radius: 0.5,
+        },
+    )
 }
 
 /// What every estimator that walks makes of these parts.
 fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
     let path = |strategy| rays(scene, &Path::new(parts, strategy));
-    let gather = Lookup::Gather { caustic_particles: 200, caustic_radius: 0.5 };
+    let gather = Lookup::Gather {
+        caustic_particles: 200,
+        caustic_radius: 0.5,
+    };
     vec![
         ("path by BSDF", path(Strategy::Bsdf)),
         ("path by light", path(Strategy::Light)),
@@ -289,25 +374,45 @@ fn bad_parts_surface_through_every_estimator() {
         }
         let parts = Bad::Flux(value);
         let place = "the flux of a photon of pass 0";
-        assert_surfaces(photons(&scene, parts, Lookup::Direct), place, &format!("flux {value}"));
-        assert_surfaces(sppm(&scene, parts), place, &format!("flux {value} in passes"));
+        assert_surfaces(
+            photons(&scene, parts, Lookup::Direct),
+            place,
+            &format!("flux {value}"),
+        );
+        assert_surfaces(
+            sppm(&scene, parts),
+            place,
+            &format!("flux {value} in passes"),
+        );
         let parts = Bad::Importance(value);
-        assert_surfaces(passes(&scene, &LightTracer { parts }), "at pixel (", "importance");
-        assert_surfaces(passes(&scene, &Bdpt::new(parts)), "at pixel (", "importance");
+        assert_surfaces(
+            passes(&scene, &LightTracer { parts }),
+            "at pixel (",
+            "importance",
+        );
+        assert_surfaces(
+            passes(&scene, &Bdpt::new(parts)),
+            "at pixel (",
+            "importance",
+        );
     }
 }
 
 #[test]
 fn bad_parts_do_not_pass_for_a_solution() {
     let scene = simple::cornell().expect("a scene");
-    let fineness = Fineness { patches: 40, halvings: 0 };
+    let fineness = Fineness {
+        patches: 40,
+        halvings: 0,
+    };
     for parts in [Bad::FormFactor, Bad::Exchanged, Bad::Leaving] {
         let solved = Radiosity::new(parts, &scene, fineness, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
     }
 }
 
-/// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that walks.
+/// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that
+/// walks.
 #[test]
 fn paths_without_end_are_errors() {
     for (name, found) in walks(&furnace(0.9), Bad::Endless) {
@@ -336,7 +441,12 @@ fn the_longest_path_is_no_error() {
     let ray = scene.camera().ray(FRAME, 2.5, 2.0);
     let parts = Counting(AtomicU32::new(0));
     let path = Path::new(parts, Strategy::Bsdf);
-    let radiance = path.radiance(&scene, &ray, scene.intersect(&ray), &mut stream(master(), 0, 0));
+    let radiance = path.radiance(
+        &scene,
+        &ray,
+        scene.intersect(&ray),
+        &mut stream(master(), 0, 0),
+    );
     assert!(radiance.is_finite(), "{radiance}");
     assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
     let survival = f64::from(LONGEST_PATH - 1) * whitefurnace::roulette::HIGHEST_SURVIVAL.ln();

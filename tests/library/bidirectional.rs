@@ -1,4 +1,5 @@
-//! Light paths and the camera: densities of whole paths, weights on real paths, and importance against its definition.
+//! Light paths and the camera: densities of whole paths, weights on real paths, and importance
+//! against its definition.
 
 use std::sync::Mutex;
 
@@ -30,13 +31,15 @@ impl NextEvent for Recorder {}
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
     let bdpt = Bdpt::new(Recorder::default());
     for index in 0..8 {
-        bdpt.pass(scene, FRAME, master(), index).expect("legal values");
+        bdpt.pass(scene, FRAME, master(), index)
+            .expect("legal values");
     }
     bdpt.parts.0.into_inner().expect("no thread has panicked")
 }
 
-/// In a sphere of radius 1 that emits and reflects by Lambert's law, every vertex is uniformly distributed
-/// whatever the one before it: all densities but that of the camera's first hit are 1/4π.
+/// In a sphere of radius 1 that emits and reflects by Lambert's law, every vertex is uniformly
+/// distributed whatever the one before it: all densities but that of the camera's first hit are
+/// 1/4π.
 #[test]
 fn densities_in_a_sphere_are_uniform() {
     let scene = within_sphere(diffuse(0.6).emitting(DVec3::ONE));
@@ -82,8 +85,9 @@ impl Scattering for Straight {
 impl Roulette for Straight {}
 impl NextEvent for Straight {}
 
-/// From a lamp in glass straight up to paper in air, whichever end a path starts from: of the densities at the
-/// glass, which stand for Dirac distributions, the ratio is that of n² on its two sides.
+/// From a lamp in glass straight up to paper in air, whichever end a path starts from: of the
+/// densities at the glass, which stand for Dirac distributions, the ratio is that of n² on its two
+/// sides.
 #[test]
 fn densities_at_glass_have_the_ratio_of_squared_indices() {
     let camera = Camera::new(1.5 * DVec3::Z, 2.0 * DVec3::Z, DVec3::X, 0.5);
@@ -95,7 +99,8 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
     let bdpt = Bdpt::new(Straight::default());
     // Of a path from the lamp the eye sees where it ends about once in a hundred.
     for index in 0..200 {
-        bdpt.pass(&scene, FRAME, master(), index).expect("legal values");
+        bdpt.pass(&scene, FRAME, master(), index)
+            .expect("legal values");
     }
     let found = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
     for by in [0, 3] {
@@ -107,7 +112,10 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
             assert_relative_eq!(path[1].light, FRAC_1_PI, max_relative = 1e-9);
             assert_relative_eq!(path[1].eye, FRAC_1_PI, max_relative = 1e-9);
             assert_relative_eq!(path[0].light, 1.0 / 16.0, max_relative = 1e-9);
-            assert_eq!([path[0].joined, path[1].joined, path[2].joined], [0.0, 0.0, 1.0]);
+            assert_eq!(
+                [path[0].joined, path[1].joined, path[2].joined],
+                [0.0, 0.0, 1.0]
+            );
             count += 1;
         }
         assert!(count > 0, "none by {by}");
@@ -123,7 +131,8 @@ const WAY: [DVec3; 5] = [
     DVec3::new(2.3, 0.1, 0.4),
 ];
 
-/// Walks take the one [`WAY`] in either direction, and one strategy of it counts in full, no other path at all.
+/// Walks take the one [`WAY`] in either direction, and one strategy of it counts in full, no other
+/// path at all.
 struct OneWay(Recorder, usize);
 
 impl Bidirectional for OneWay {
@@ -142,10 +151,18 @@ impl Scattering for OneWay {
         let ways = [i - 1, i + 1].map(|j| (WAY[j] - at.point).normalize());
         let direction = ways[usize::from(ways[0].dot(at.direction) < -0.99)];
         if matches!(bsdf, Bsdf::Mirror { .. }) {
-            return Some(BsdfSample { direction, weight: DVec3::ONE, pdf: None, radiance_factor: 1.0 });
+            return Some(BsdfSample {
+                direction,
+                weight: DVec3::ONE,
+                pdf: None,
+                radiance_factor: 1.0,
+            });
         }
         let wi = at.frame.local(direction);
-        Some(BsdfSample { direction, ..self.weighted(bsdf, at.wo, wi, self.pdf(bsdf, at.wo, wi)) })
+        Some(BsdfSample {
+            direction,
+            ..self.weighted(bsdf, at.wo, wi, self.pdf(bsdf, at.wo, wi))
+        })
     }
 }
 
@@ -160,7 +177,10 @@ impl Roulette for OneWay {
 
 impl NextEvent for OneWay {
     fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
-        EmitterPoint { point: WAY[0], normal: DVec3::Z }
+        EmitterPoint {
+            point: WAY[0],
+            normal: DVec3::Z,
+        }
     }
 }
 
@@ -183,16 +203,25 @@ impl Model for Skewed {
     }
 }
 
-/// A lamp and three surfaces where the [`WAY`] turns, seen by a pixel so small that its rays are one; and maybe a
-/// screen in the middle of the way.
+/// A lamp and three surfaces where the [`WAY`] turns, seen by a pixel so small that its rays are
+/// one; and maybe a screen in the middle of the way.
 fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
     scene_from(Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4), |scene| {
         let mut level = |centre: DVec3, up: bool, surface: Surface| {
             let [x, y] = [0.2 * DVec3::X, 0.2 * DVec3::Y];
-            panel(scene, centre - 0.5 * (x + y), if up { [x, y] } else { [y, x] }, surface);
+            panel(
+                scene,
+                centre - 0.5 * (x + y),
+                if up { [x, y] } else { [y, x] },
+                surface,
+            );
         };
         for (i, bsdf) in surfaces.into_iter().enumerate() {
-            let emission = if i == 0 { DVec3::splat(2.0) } else { DVec3::ZERO };
+            let emission = if i == 0 {
+                DVec3::splat(2.0)
+            } else {
+                DVec3::ZERO
+            };
             level(WAY[i], i % 2 == 0, Surface::new(bsdf).emitting(emission));
         }
         if screen {
@@ -204,18 +233,42 @@ fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
 /// No strategy makes a path through a screen.
 #[test]
 fn nothing_is_connected_through_a_screen() {
-    let scene = along_the_way([Bsdf::Black, Bsdf::model(Skewed), Bsdf::model(Skewed), Bsdf::model(Skewed)], true);
+    let scene = along_the_way(
+        [
+            Bsdf::Black,
+            Bsdf::model(Skewed),
+            Bsdf::model(Skewed),
+            Bsdf::model(Skewed),
+        ],
+        true,
+    );
     let bdpt = Bdpt::new(OneWay(Recorder::default(), 2));
-    assert_eq!(bdpt.pass(&scene, [1, 1], master(), 0).expect("legal values"), [DVec3::ZERO]);
-    assert!(bdpt.parts.0.0.into_inner().expect("no thread has panicked").iter().all(|(path, _)| path.len() < 4));
+    assert_eq!(
+        bdpt.pass(&scene, [1, 1], master(), 0)
+            .expect("legal values"),
+        [DVec3::ZERO]
+    );
+    assert!(
+        bdpt.parts
+            .0
+            .0
+            .into_inner()
+            .expect("no thread has panicked")
+            .iter()
+            .all(|(path, _)| path.len() < 4)
+    );
 }
 
-/// Every strategy that makes one path finds the densities of its vertices, and the path's measurement over the
-/// product of those by which the strategy made it.
+/// Every strategy that makes one path finds the densities of its vertices, and the path's
+/// measurement over the product of those by which the strategy made it.
 #[test]
 fn strategies_of_one_path_agree() {
-    let lambert = || Bsdf::Lambert { albedo: DVec3::splat(0.6) };
-    let mirror = || Bsdf::Mirror { reflectance: DVec3::ONE };
+    let lambert = || Bsdf::Lambert {
+        albedo: DVec3::splat(0.6),
+    };
+    let mirror = || Bsdf::Mirror {
+        reflectance: DVec3::ONE,
+    };
     let skewed = || Bsdf::model(Skewed);
     for surfaces in [
         [Bsdf::Black, skewed(), skewed(), skewed()],
@@ -243,20 +296,40 @@ fn strategies_of_one_path_agree() {
         let importance = 1.0 / (2e-4f64).powi(2);
         let path: Vec<Density> = (0..4)
             .map(|i: usize| Density {
-                light: if i == 0 { 25.0 } else { pdf(i.checked_sub(2), i - 1, i) * per_area(i - 1, i) },
-                eye: if i == 3 { importance * per_area(4, 3) } else { pdf(Some(i + 2), i + 1, i) * per_area(i + 1, i) },
+                light: if i == 0 {
+                    25.0
+                } else {
+                    pdf(i.checked_sub(2), i - 1, i) * per_area(i - 1, i)
+                },
+                eye: if i == 3 {
+                    importance * per_area(4, 3)
+                } else {
+                    pdf(Some(i + 2), i + 1, i) * per_area(i + 1, i)
+                },
                 joined: f64::from(!specular(i) && (i == 3 || !specular(i + 1))),
             })
             .collect();
         for s in 0..=4 {
             for connections in [Connections::All, Connections::Ends] {
-                let bdpt = Bdpt { parts: OneWay(Recorder::default(), s), connections };
-                let image = bdpt.pass(&scene, [1, 1], master(), 0).expect("legal values");
+                let bdpt = Bdpt {
+                    parts: OneWay(Recorder::default(), s),
+                    connections,
+                };
+                let image = bdpt
+                    .pass(&scene, [1, 1], master(), 0)
+                    .expect("legal values");
                 let paths = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
-                let found: Vec<_> = paths.iter().filter(|(path, by)| path.len() == 4 && *by == s).collect();
+                let found: Vec<_> = paths
+                    .iter()
+                    .filter(|(path, by)| path.len() == 4 && *by == s)
+                    .collect();
                 let all = connections == Connections::All;
                 let exists = (all || s < 2 || s == 4) && (s == 0 || path[s - 1].joined > 0.0);
-                assert_eq!(found.len(), usize::from(exists), "{s} of {surfaces:?}, {connections:?}");
+                assert_eq!(
+                    found.len(),
+                    usize::from(exists),
+                    "{s} of {surfaces:?}, {connections:?}"
+                );
                 let Some((found, _)) = found.first() else {
                     assert_eq!(image[0], DVec3::ZERO);
                     continue;
@@ -265,28 +338,41 @@ fn strategies_of_one_path_agree() {
                     assert_relative_eq!(found.light, known.light, max_relative = 1e-3);
                     assert_relative_eq!(found.eye, known.eye, max_relative = 1e-3);
                     // Of one flat light, shadow rays pick points as particles do.
-                    let joined = if all || i == 0 || i == 3 { known.joined } else { 0.0 };
+                    let joined = if all || i == 0 || i == 3 {
+                        known.joined
+                    } else {
+                        0.0
+                    };
                     assert_abs_diff_eq!(found.joined, joined, epsilon = 1e-12);
                 }
                 let f = |i: usize| match surfaces[i] {
-                    Bsdf::Model(model) => model.eval(cosine(i, i - 1) * DVec3::Z, cosine(i, i + 1) * DVec3::Z).x,
+                    Bsdf::Model(model) => {
+                        model
+                            .eval(cosine(i, i - 1) * DVec3::Z, cosine(i, i + 1) * DVec3::Z)
+                            .x
+                    }
                     _ => 0.6 * FRAC_1_PI,
                 };
                 if (1..4).any(specular) {
                     continue;
                 }
-                let geometry = (0..4).map(|i| cosine(i, i + 1) * if i < 3 { per_area(i, i + 1) } else { 1.0 });
+                let geometry =
+                    (0..4).map(|i| cosine(i, i + 1) * if i < 3 { per_area(i, i + 1) } else { 1.0 });
                 let last = importance / distance(3, 4).powi(2);
                 let measured = 2.0 * f(1) * f(2) * f(3) * geometry.product::<f64>() * last;
-                let made: f64 = path.iter().enumerate().map(|(i, v)| if i < s { v.light } else { v.eye }).product();
+                let made: f64 = path
+                    .iter()
+                    .enumerate()
+                    .map(|(i, v)| if i < s { v.light } else { v.eye })
+                    .product();
                 assert_relative_eq!(image[0].x, measured / made, max_relative = 1e-3);
             }
         }
     }
 }
 
-/// On the paths of the report's room, through mirror and glass, no strategy connects at them, and the
-/// weights of all that exist sum to one.
+/// On the paths of the report's room, through mirror and glass, no strategy connects at them, and
+/// the weights of all that exist sum to one.
 #[test]
 fn weights_sum_to_one_on_real_paths() {
     let found = paths(&report_room());
@@ -296,7 +382,10 @@ fn weights_sum_to_one_on_real_paths() {
         assert!(exists(path, *s), "{s} of {path:?}");
         let all = (0..=path.len()).filter(|&s| exists(path, s));
         let weights: Vec<f64> = all.map(|s| weight(path, s)).collect();
-        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "{weights:?}");
+        assert!(
+            weights.iter().all(|w| (0.0..=1.0).contains(w)),
+            "{weights:?}"
+        );
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
         assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
@@ -310,41 +399,87 @@ fn passes_fill_whole_films_only() {
     let scene = report_room();
     let bdpt = Bdpt::new(Standard);
     let mut film = Film::new(FRAME, None, 1).expect("a film");
-    assert!(matches!(render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut film, 0..3, &|_| true), Ok(true)));
-    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
-    assert!(matches!(render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut film, 3..9, &|_| false), Ok(false)));
-    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
-    let mut part = Film::new(FRAME, Some(Window { corner: [1, 1], size: [4, 4] }), 1).expect("a film");
     assert!(matches!(
-        render_passes(&scene, &bdpt, (Numbers::Independent, 1), &mut part, 0..1, &|_| true),
+        render_passes(
+            &scene,
+            &bdpt,
+            (Numbers::Independent, 1),
+            &mut film,
+            0..3,
+            &|_| true
+        ),
+        Ok(true)
+    ));
+    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 3));
+    assert!(matches!(
+        render_passes(
+            &scene,
+            &bdpt,
+            (Numbers::Independent, 1),
+            &mut film,
+            3..9,
+            &|_| false
+        ),
+        Ok(false)
+    ));
+    assert!(film.pixels().iter().all(|pixel| pixel.replications() == 4));
+    let mut part = Film::new(
+        FRAME,
+        Some(Window {
+            corner: [1, 1],
+            size: [4, 4],
+        }),
+        1,
+    )
+    .expect("a film");
+    assert!(matches!(
+        render_passes(
+            &scene,
+            &bdpt,
+            (Numbers::Independent, 1),
+            &mut part,
+            0..1,
+            &|_| true
+        ),
         Err(Error::Option(_))
     ));
 }
 
-/// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the solid angle
-/// of a small pixel: the area that the ray's direction sweeps when its pixel is crossed.
+/// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the
+/// solid angle of a small pixel: the area that the ray's direction sweeps when its pixel is
+/// crossed.
 #[test]
 fn the_camera_sees_what_its_rays_meet() {
     let size = [700, 300];
     let eye = DVec3::new(0.3, -2.0, 1.0);
     let strategy = (0.1..2.0, 0.01..699.99, 0.01..299.99, 0.1..10.0);
-    property("camera projection", 500, &strategy, |(half, x, y, distance)| {
-        let camera = Camera::new(eye, DVec3::new(0.5, 1.0, 0.2), DVec3::Z, half);
-        let ray = camera.ray(size, x, y);
-        let seen = camera.project(size, ray.at(distance)).expect("in the image");
-        for (pixel, at) in seen.pixel.map(f64::from).into_iter().zip([x, y]) {
-            assert!((pixel..=pixel + 1.0).contains(&at) || (at - at.round()).abs() < 1e-9);
-        }
-        assert!((seen.to_eye + ray.direction).length() <= 1e-12);
-        assert!((seen.distance_squared.sqrt() / distance - 1.0).abs() <= 1e-12);
-        assert!(camera.project(size, ray.at(-distance)).is_none(), "behind the eye");
-        let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
-        let across = step(0.5, 0.0) - step(-0.5, 0.0);
-        let solid_angle = across.cross(step(0.0, 0.5) - step(0.0, -0.5)).length();
-        let share = camera.importance(size, ray.direction) * solid_angle;
-        // Central differences over a pixel of at most 2/150 err by its square.
-        assert!((share - 1.0).abs() <= 1e-3, "{share}");
-    });
+    property(
+        "camera projection",
+        500,
+        &strategy,
+        |(half, x, y, distance)| {
+            let camera = Camera::new(eye, DVec3::new(0.5, 1.0, 0.2), DVec3::Z, half);
+            let ray = camera.ray(size, x, y);
+            let seen = camera
+                .project(size, ray.at(distance))
+                .expect("in the image");
+            for (pixel, at) in seen.pixel.map(f64::from).into_iter().zip([x, y]) {
+                assert!((pixel..=pixel + 1.0).contains(&at) || (at - at.round()).abs() < 1e-9);
+            }
+            assert!((seen.to_eye + ray.direction).length() <= 1e-12);
+            assert!((seen.distance_squared.sqrt() / distance - 1.0).abs() <= 1e-12);
+            assert!(
+                camera.project(size, ray.at(-distance)).is_none(),
+                "behind the eye"
+            );
+            let step = |dx: f64, dy: f64| camera.ray(size, x + dx, y + dy).direction;
+            let across = step(0.5, 0.0) - step(-0.5, 0.0);
+            let solid_angle = across.cross(step(0.0, 0.5) - step(0.0, -0.5)).length();
+            let share = camera.importance(size, ray.direction) * solid_angle;
+            // Central differences over a pixel of at most 2/150 err by its square.
+            assert!((share - 1.0).abs() <= 1e-3, "{share}");
+        },
+    );
 }
 
 /// Panics where something is to be seen through glass.
@@ -370,21 +505,38 @@ fn nothing_is_connected_through_glass() {
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());
 }
 
-/// An edge that lies in a surface leaves a density of 0 at both its ends: weights are numbers still.
+/// An edge that lies in a surface leaves a density of 0 at both its ends: weights are numbers
+/// still.
 #[test]
 fn edges_within_surfaces_leave_weights_that_are_numbers() {
     // No shadow ray may reach the light, too.
     for joined in [1.0, 0.0] {
         let density = |light, eye| Density { light, eye, joined };
-        let path = [density(1.0, 1.0), density(3.0, 0.0), density(0.0, 4.0), density(1.0, 0.0), density(0.0, 2.0)];
+        let path = [
+            density(1.0, 1.0),
+            density(3.0, 0.0),
+            density(0.0, 4.0),
+            density(1.0, 0.0),
+            density(0.0, 2.0),
+        ];
         for s in (0..=path.len()).filter(|&s| s == 0 || joined > 0.0) {
             let weight = Standard.strategy_weight(&path, s);
             assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
         }
         // Where the eye's walk cannot go, the light's may.
         let path = [density(1.0, 1.0), density(2.0, 0.0)];
-        assert_eq!(Standard.strategy_weight(&path, 0), if joined == 0.0 { 1.0 } else { 0.0 });
-        let path = [density(1.0, 1.0), Density { light: 0.0, eye: 2.0, joined: 1.0 }];
+        assert_eq!(
+            Standard.strategy_weight(&path, 0),
+            if joined == 0.0 { 1.0 } else { 0.0 }
+        );
+        let path = [
+            density(1.0, 1.0),
+            Density {
+                light: 0.0,
+                eye: 2.0,
+                joined: 1.0,
+            },
+        ];
         assert_eq!(Standard.strategy_weight(&path, 2), 0.0);
     }
 }

@@ -1,5 +1,5 @@
-//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of reflection and
-//! refraction, and they spread as they do when their ends are moved.
+//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of
+//! reflection and refraction, and they spread as they do when their ends are moved.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -56,7 +56,12 @@ impl Case {
             reflectance: DVec3::ONE,
             strength: 1.0,
         };
-        Self { body, refracts, x, y }
+        Self {
+            body,
+            refracts,
+            x,
+            y,
+        }
     }
 
     /// The same with y so near to the line through x and the centre.
@@ -67,13 +72,20 @@ impl Case {
     }
 
     fn routes(&self) -> Vec<Route<DVec3>> {
-        BySphere::new(&self.body, (self.x, self.y), (true, self.refracts)).routes().map(|(_, route)| route).collect()
+        BySphere::new(&self.body, (self.x, self.y), (true, self.refracts))
+            .routes()
+            .map(|(_, route)| route)
+            .collect()
     }
 
     /// X, Y and Θ.
     fn seen(&self) -> [f64; 3] {
         let [x, y] = [self.x, self.y].map(|v| v - self.body.centre);
-        [x.length() / self.body.radius, y.length() / self.body.radius, x.angle_between(y)]
+        [
+            x.length() / self.body.radius,
+            y.length() / self.body.radius,
+            x.angle_between(y),
+        ]
     }
 
     /// f of the equation, by its arc sines.
@@ -86,12 +98,18 @@ impl Case {
     fn spread_by_differences(&self, route: &Route<DVec3>, step: f64) -> Option<f64> {
         let frame = Frame::new(route.arriving);
         let moved = |by: DVec3| {
-            let moved = Self { body: self.body, refracts: self.refracts, x: self.x, y: self.y + by };
+            let moved = Self {
+                body: self.body,
+                refracts: self.refracts,
+                x: self.x,
+                y: self.y + by,
+            };
             let apart = |direction: &DVec3| (*direction - route.direction).length();
             let directions = moved.routes().into_iter().map(|route| route.direction);
             directions.min_by(|a, b| apart(a).total_cmp(&apart(b)))
         };
-        let [across, along] = [frame.x, frame.y].map(|axis| Some(moved(axis * step)? - moved(axis * -step)?));
+        let [across, along] =
+            [frame.x, frame.y].map(|axis| Some(moved(axis * step)? - moved(axis * -step)?));
         Some(across?.cross(along?).length() / (4.0 * step * step))
     }
 
@@ -106,7 +124,10 @@ impl Case {
         }
         let inside = refract(direction, normal, 1.0, self.body.index)?;
         let last = first - inside * (2.0 * inside.dot(normal)) * self.body.radius;
-        Some((last, refract(inside, -sphere.normal(last), self.body.index, 1.0)?))
+        Some((
+            last,
+            refract(inside, -sphere.normal(last), self.body.index, 1.0)?,
+        ))
     }
 }
 
@@ -115,15 +136,26 @@ fn every_route_by_a_sphere_is_found() {
     let mut found = [0; 4];
     for case in (0..CASES / 10).map(Case::new) {
         let [.., angle] = case.seen();
-        let targets = if case.refracts { vec![PI - angle, angle - PI] } else { vec![angle] };
+        let targets = if case.refracts {
+            vec![PI - angle, angle - PI]
+        } else {
+            vec![angle]
+        };
         const STEPS: u32 = 4_000;
         let grid = |i: u32| FRAC_PI_2 * f64::from(i) / f64::from(STEPS);
         let values: Vec<f64> = (0..=STEPS).map(|i| case.swept(grid(i))).collect();
-        let crossings = |target: f64| values.windows(2).filter(|w| (w[0] < target) != (w[1] < target)).count();
+        let crossings = |target: f64| {
+            values
+                .windows(2)
+                .filter(|w| (w[0] < target) != (w[1] < target))
+                .count()
+        };
         // Two roots in one step of the grid are not seen there.
-        let near_fold = targets
-            .iter()
-            .any(|target| values.windows(3).any(|w| w[1] <= w[0] && w[1] <= w[2] && (w[1] - target).abs() < 1e-6));
+        let near_fold = targets.iter().any(|target| {
+            values
+                .windows(3)
+                .any(|w| w[1] <= w[0] && w[1] <= w[2] && (w[1] - target).abs() < 1e-6)
+        });
         let expected: usize = targets.into_iter().map(crossings).sum();
         let count = case.routes().len();
         if !near_fold {
@@ -131,17 +163,29 @@ fn every_route_by_a_sphere_is_found() {
         }
         found[count] += 1;
     }
-    assert!(found.iter().all(|&cases| cases > 20), "{found:?} cases with 0 to 3 routes");
+    assert!(
+        found.iter().all(|&cases| cases > 20),
+        "{found:?} cases with 0 to 3 routes"
+    );
 }
 
 #[test]
 fn no_route_ends_within_the_sphere() {
     for case in (0..CASES / 10).map(Case::new) {
-        let within =
-            |v: DVec3, share: f64| case.body.centre + (v - case.body.centre).normalize() * case.body.radius * share;
+        let within = |v: DVec3, share: f64| {
+            case.body.centre + (v - case.body.centre).normalize() * case.body.radius * share
+        };
         for share in [0.1, 0.5, 0.9, 0.999] {
-            for (x, y) in [(within(case.x, share), case.y), (case.x, within(case.y, share))] {
-                let case = Case { body: case.body, refracts: case.refracts, x, y };
+            for (x, y) in [
+                (within(case.x, share), case.y),
+                (case.x, within(case.y, share)),
+            ] {
+                let case = Case {
+                    body: case.body,
+                    refracts: case.refracts,
+                    x,
+                    y,
+                };
                 assert!(case.routes().is_empty(), "{case:?}");
             }
         }
@@ -156,7 +200,11 @@ fn routes_by_a_sphere_obey_its_laws() {
         for route in case.routes() {
             let Some((last, direction)) = case.follow(route.direction) else {
                 // Grazing.
-                assert!(route.cosine < 1e-5, "misses, cosine {} of {case:?}", route.cosine);
+                assert!(
+                    route.cosine < 1e-5,
+                    "misses, cosine {} of {case:?}",
+                    route.cosine
+                );
                 continue;
             };
             let towards = case.y - last;
@@ -170,7 +218,11 @@ fn routes_by_a_sphere_obey_its_laws() {
                 case.seen(),
                 route.cosine
             );
-            assert!(towards.dot(direction) > 0.0 && (route.arriving - direction).length() < 1e-7 * growth, "{case:?}");
+            assert!(
+                towards.dot(direction) > 0.0
+                    && (route.arriving - direction).length() < 1e-7 * growth,
+                "{case:?}"
+            );
             count += 1;
         }
     }
@@ -184,19 +236,36 @@ fn routes_spread_as_their_ends_move() {
         for route in case.routes() {
             let [x_distance, y_distance, angle] = case.seen();
             let gap = (x_distance.min(y_distance) - 1.0) * case.body.radius;
-            let step = 1e-5 * (case.y - case.x).length().min(case.body.radius * angle.sin()).min(gap);
-            let differences = [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
+            let step = 1e-5
+                * (case.y - case.x)
+                    .length()
+                    .min(case.body.radius * angle.sin())
+                    .min(gap);
+            let differences =
+                [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
             // Next to a caustic, where they depend on the step, differences say little.
             if let [Some(a), Some(b)] = differences
                 && (a / b - 1.0).abs() < 1e-3
             {
-                assert!((b / route.spread - 1.0).abs() < 0.01, "{b} and {} of {case:?}", route.spread);
+                assert!(
+                    (b / route.spread - 1.0).abs() < 0.01,
+                    "{b} and {} of {case:?}",
+                    route.spread
+                );
                 count += 1;
             }
-            let kind = if case.refracts { Kind::Refraction } else { Kind::Reflection };
+            let kind = if case.refracts {
+                Kind::Refraction
+            } else {
+                Kind::Reflection
+            };
             let (of_ray, _) = spread_of(&case.body, kind, (case.x, route.direction, case.y));
             let grazing = 1e-10 / (route.cosine * route.cosine);
-            assert!((of_ray / route.spread - 1.0).abs() < 1e-5 + grazing, "{of_ray} and {} of {case:?}", route.spread);
+            assert!(
+                (of_ray / route.spread - 1.0).abs() < 1e-5 + grazing,
+                "{of_ray} and {} of {case:?}",
+                route.spread
+            );
         }
     }
     assert!(count > CASES / 2, "{count} routes");
@@ -204,12 +273,20 @@ fn routes_spread_as_their_ends_move() {
 
 #[test]
 fn a_flat_mirror_has_a_route_by_its_front() {
-    let (corner, edges) = (DVec3::new(-0.4, 0.1, -0.3), [DVec3::new(0.9, 0.2, 0.1), DVec3::new(-0.1, 0.3, 0.8)]);
-    let scene = scene_from(Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), |s| {
-        let mirror = mirror_surface(s, 0.5);
-        s.rectangle(corner, edges, mirror);
-    });
-    let [body] = scene.bodies().all() else { panic!("one body") };
+    let (corner, edges) = (
+        DVec3::new(-0.4, 0.1, -0.3),
+        [DVec3::new(0.9, 0.2, 0.1), DVec3::new(-0.1, 0.3, 0.8)],
+    );
+    let scene = scene_from(
+        Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
+        |s| {
+            let mirror = mirror_surface(s, 0.5);
+            s.rectangle(corner, edges, mirror);
+        },
+    );
+    let [body] = scene.bodies().all() else {
+        panic!("one body")
+    };
     let normal = edges[0].cross(edges[1]).normalize();
     let mut rng = rng("points");
     let mut found = [0; 2];
@@ -233,23 +310,36 @@ fn a_flat_mirror_has_a_route_by_its_front() {
             assert!((route.first.0 - met).length() < 1e-12 && route.first == route.last);
             assert!((mirror(route.direction, normal) - route.arriving).length() < 1e-9);
             assert!((route.direction - (met - x).normalize()).length() < 1e-9);
-            assert_relative_eq!(route.spread, 1.0 / (image - x).length_squared(), max_relative = 1e-12);
-            assert_relative_eq!(route.cosine, -route.direction.dot(normal), max_relative = 1e-12);
+            assert_relative_eq!(
+                route.spread,
+                1.0 / (image - x).length_squared(),
+                max_relative = 1e-12
+            );
+            assert_relative_eq!(
+                route.cosine,
+                -route.direction.dot(normal),
+                max_relative = 1e-12
+            );
             let of_ray = spread_of(&body.body, body.kind, (x, route.direction, y));
             assert_relative_eq!(of_ray.0, route.spread, max_relative = 1e-12);
         }
     }
-    assert!(found.iter().all(|&cases| cases > 200), "{found:?} without and with a route");
+    assert!(
+        found.iter().all(|&cases| cases > 200),
+        "{found:?} without and with a route"
+    );
 }
 
-/// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken at random.
+/// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken
+/// at random.
 fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit)> {
     let (mut met, mut ray) = (Vec::new(), *ray);
     loop {
         let hit = scene.intersect(&ray)?;
         let bsdf = &scene.surface(&hit).bsdf;
         if hit.emitter.is_some() || bsdf.is_rough() {
-            return (hit.emitter.is_some() && hit.normal.dot(ray.direction) < 0.0).then_some((met, hit));
+            return (hit.emitter.is_some() && hit.normal.dot(ray.direction) < 0.0)
+                .then_some((met, hit));
         }
         let sample = bsdf.sample(&whitefurnace::bsdf::Vertex::new(&hit, &ray), rng)?;
         met.push(hit);
@@ -269,9 +359,16 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
     for _ in 0..400_000 {
         let x = in_cube(&mut rng, 0.99).with_z(-0.999);
         let w = uniform_hemisphere(uniform2(&mut rng));
-        let Some((met, light)) = follow(&scene, &Ray::new(x, w), &mut rng) else { continue };
+        let Some((met, light)) = follow(&scene, &Ray::new(x, w), &mut rng) else {
+            continue;
+        };
         let kind = match met[..] {
-            [only] if matches!(scene.primitives().nth(only.primitive as usize), Some((Geometry::Triangle(_), _))) => {
+            [only]
+                if matches!(
+                    scene.primitives().nth(only.primitive as usize),
+                    Some((Geometry::Triangle(_), _))
+                ) =>
+            {
                 Kind::Flat
             }
             [only] if only.normal.dot(w) < 0.0 => Kind::Reflection,
@@ -280,18 +377,27 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
         };
         let is_here = |body: &Body<DVec3>| {
             let distance = met[0].point.distance(body.centre);
-            if kind == Kind::Flat { distance < 1.0 } else { (distance - body.radius).abs() < 1e-9 }
+            if kind == Kind::Flat {
+                distance < 1.0
+            } else {
+                (distance - body.radius).abs() < 1e-9
+            }
         };
-        let body = all.iter().find(|body| body.kind == kind && is_here(&body.body)).expect("a body");
+        let body = all
+            .iter()
+            .find(|body| body.kind == kind && is_here(&body.body))
+            .expect("a body");
         let (spread, cosine) = spread_of(&body.body, kind, (x, w, light.point));
         // On a caustic two routes are one but for a rounding, and the path's weight is all.
         if spread > 1e4 {
             continue;
         }
         let routes = body.routes((x, light.point));
-        let near = routes
-            .map(|(_, route)| route)
-            .min_by(|a, b| (a.direction - w).length().total_cmp(&(b.direction - w).length()));
+        let near = routes.map(|(_, route)| route).min_by(|a, b| {
+            (a.direction - w)
+                .length()
+                .total_cmp(&(b.direction - w).length())
+        });
         let near = near.expect("a route");
         // Of a caustic the direction is known to the root of a rounding.
         let blur = 1e-9 + 1e-12 * spread;
@@ -301,54 +407,100 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             near.direction,
             near.spread
         );
-        assert!((near.spread / spread - 1.0).abs() < 1e-4 * (1.0 + spread) && (near.cosine - cosine).abs() < 1e-4);
+        assert!(
+            (near.spread / spread - 1.0).abs() < 1e-4 * (1.0 + spread)
+                && (near.cosine - cosine).abs() < 1e-4
+        );
         found[kind as usize] += 1;
     }
-    assert!(found.iter().all(|&paths| paths > 100), "{found:?} by flat mirrors, reflected and refracted");
+    assert!(
+        found.iter().all(|&paths| paths > 100),
+        "{found:?} by flat mirrors, reflected and refracted"
+    );
 }
 
-/// The mean in all lanes and by functions of one ray over a patch at the origin that faces up, with parts of a scene around it.
+/// The mean in all lanes and by functions of one ray over a patch at the origin that faces up, with
+/// parts of a scene around it.
 fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
     let scene = scene_from(camera, |s| {
         square(s, 0.02, 0.0, true, diffuse(0.5));
         parts.iter().for_each(|add| add(s));
     });
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
-    let path = Path { by_bodies: true, bounces, ..Path::new(Standard, Finds::Mis) };
-    let one_by_one = Path { by_bodies: true, bounces, ..Path::new(OneByOne, Finds::Mis) };
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: false,
+    };
+    let path = Path {
+        by_bodies: true,
+        bounces,
+        ..Path::new(Standard, Finds::Mis)
+    };
+    let one_by_one = Path {
+        by_bodies: true,
+        bounces,
+        ..Path::new(OneByOne, Finds::Mis)
+    };
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
     let lanes = LaneEstimator::Path(path);
-    render_lanes(&scene, lanes, sampling, &mut together, &(0..40), &|_| true).expect("legal values");
+    render_lanes(&scene, lanes, sampling, &mut together, &(0..40), &|_| true)
+        .expect("legal values");
     assert!(alone == together);
     alone.mean()
 }
 
-/// What is opaque and stands in all routes, in any part of them, leaves the patch dark, and so do fewer bounces than any has.
+/// What is opaque and stands in all routes, in any part of them, leaves the patch dark, and so do
+/// fewer bounces than any has.
 #[test]
 fn every_part_of_a_route_is_tested_for_sight_and_counted() {
     let wall = |corner, edges| move |s: &mut SceneBuilder| panel(s, corner, edges, diffuse(0.0));
     let sphere = |centre, radius, surface: fn() -> Surface| {
         move |s: &mut SceneBuilder| ball(s, Sphere::new(centre, radius), surface())
     };
-    // Through a ball to a light above it: before, within and behind. No light that enters from outside comes nearer to the
-    // centre than 1/1.5.
+    // Through a ball to a light above it: before, within and behind. No light that enters from
+    // outside comes nearer to the centre than 1/1.5.
     let centre = DVec3::new(0.0, 0.0, 1.3);
     let lens = sphere(centre, 1.0, || glass(1.5));
     let above = |s: &mut SceneBuilder| square(s, 0.7, 3.2, false, lamp(1.0));
     let level = |z| wall(DVec3::new(-2.0, -2.0, z), [4.0 * DVec3::X, 4.0 * DVec3::Y]);
     assert!(on_patch(None, &[&lens, &above]) > 0.0);
     assert_eq!(on_patch(None, &[&lens, &above, &level(0.15)]), 0.0);
-    assert_eq!(on_patch(None, &[&lens, &above, &sphere(centre, 0.9, || diffuse(0.0))]), 0.0);
+    assert_eq!(
+        on_patch(
+            None,
+            &[&lens, &above, &sphere(centre, 0.9, || diffuse(0.0))]
+        ),
+        0.0
+    );
     assert_eq!(on_patch(None, &[&lens, &above, &level(2.7)]), 0.0);
     // By a mirror at the side to a light that looks there: before and behind.
     let mirror = || reflecting(0.9);
-    let flat = |s: &mut SceneBuilder| panel(s, DVec3::new(1.0, -2.0, 0.0), [2.0 * DVec3::Z, 4.0 * DVec3::Y], mirror());
+    let flat = |s: &mut SceneBuilder| {
+        panel(
+            s,
+            DVec3::new(1.0, -2.0, 0.0),
+            [2.0 * DVec3::Z, 4.0 * DVec3::Y],
+            mirror(),
+        );
+    };
     let round = sphere(DVec3::new(1.5, 0.0, 0.55), 0.5, mirror);
-    let aside =
-        |s: &mut SceneBuilder| panel(s, DVec3::new(0.2, -0.1, 0.9), [0.2 * DVec3::Y, 0.2 * DVec3::Z], lamp(1.0));
-    let upright = |low: f64, high: f64| wall(DVec3::new(0.6, -3.0, low), [6.0 * DVec3::Y, (high - low) * DVec3::Z]);
+    let aside = |s: &mut SceneBuilder| {
+        panel(
+            s,
+            DVec3::new(0.2, -0.1, 0.9),
+            [0.2 * DVec3::Y, 0.2 * DVec3::Z],
+            lamp(1.0),
+        );
+    };
+    let upright = |low: f64, high: f64| {
+        wall(
+            DVec3::new(0.6, -3.0, low),
+            [6.0 * DVec3::Y, (high - low) * DVec3::Z],
+        )
+    };
     for mirror in [&flat as &dyn Fn(&mut SceneBuilder), &round] {
         assert!(on_patch(None, &[mirror, &aside]) > 0.0);
         assert_eq!(on_patch(None, &[mirror, &aside, &upright(0.0, 0.55)]), 0.0);
@@ -374,33 +526,62 @@ impl NextEvent for NoWeight {
 impl Roulette for NoWeight {}
 impl Scattering for NoWeight {}
 
-/// A path that enters a ball and then leaves another, which overlaps it, takes no route of shadow rays: it keeps its weight.
+/// A path that enters a ball and then leaves another, which overlaps it, takes no route of shadow
+/// rays: it keeps its weight.
 #[test]
 fn a_path_between_two_overlapping_balls_is_no_route() {
     let scene = scene(|s| {
-        panel(s, DVec3::new(-0.2, -0.1, -0.1), [0.2 * DVec3::Y, 0.2 * DVec3::Z], diffuse(0.5));
+        panel(
+            s,
+            DVec3::new(-0.2, -0.1, -0.1),
+            [0.2 * DVec3::Y, 0.2 * DVec3::Z],
+            diffuse(0.5),
+        );
         for (x, radius) in [(0.0, 1.0), (1.0, 0.6)] {
             ball(s, Sphere::new(DVec3::new(x, 0.0, 0.0), radius), glass(1.5));
         }
         // In the second, beyond the first.
-        panel(s, DVec3::new(1.3, -0.3, -0.3), [0.6 * DVec3::Z, 0.6 * DVec3::Y], lamp(1.0));
+        panel(
+            s,
+            DVec3::new(1.3, -0.3, -0.3),
+            [0.6 * DVec3::Z, 0.6 * DVec3::Y],
+            lamp(1.0),
+        );
     });
     assert_eq!(scene.bodies().all().len(), 4);
     let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
-    let path = Path { by_bodies: true, ..Path::new(NoWeight, Finds::Mis) };
+    let path = Path {
+        by_bodies: true,
+        ..Path::new(NoWeight, Finds::Mis)
+    };
     let mut rng = rng("paths");
-    let sum: f64 = (0..10_000).map(|_| path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng).x).sum();
+    let sum: f64 = (0..10_000)
+        .map(|_| {
+            path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng)
+                .x
+        })
+        .sum();
     assert!(sum > 0.0, "{sum}");
 }
 
 /// The kinds of a scene's bodies, with the radius of a sphere or the area of a flat mirror.
 fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(Kind, f64)> {
-    let scene = scene_from(Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), parts);
-    scene.bodies().all().iter().map(|body| (body.kind, body.body.radius + body.body.area)).collect()
+    let scene = scene_from(
+        Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
+        parts,
+    );
+    scene
+        .bodies()
+        .all()
+        .iter()
+        .map(|body| (body.kind, body.body.radius + body.body.area))
+        .collect()
 }
 
 fn mirror_surface(s: &mut SceneBuilder, reflectance: f64) -> SurfaceId {
-    s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }))
+    s.surface(Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::splat(reflectance),
+    }))
 }
 
 #[test]
@@ -412,12 +593,33 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
         })
     };
     let whole = Sphere::new(DVec3::ZERO, 2.0);
-    assert_eq!(ball(1.5, whole), [(Kind::Refraction, 2.0), (Kind::Reflection, 2.0)]);
+    assert_eq!(
+        ball(1.5, whole),
+        [(Kind::Refraction, 2.0), (Kind::Reflection, 2.0)]
+    );
     // A bubble, a ball of air, a shell from within, and a part of a ball.
     assert_eq!(ball(0.7, whole), []);
     assert_eq!(ball(1.0, whole), []);
-    assert_eq!(ball(1.5, Sphere { inward: true, ..whole }), []);
-    assert_eq!(ball(1.5, Sphere { zone: [0.0, f64::INFINITY], ..whole }), []);
+    assert_eq!(
+        ball(
+            1.5,
+            Sphere {
+                inward: true,
+                ..whole
+            }
+        ),
+        []
+    );
+    assert_eq!(
+        ball(
+            1.5,
+            Sphere {
+                zone: [0.0, f64::INFINITY],
+                ..whole
+            }
+        ),
+        []
+    );
     let mirrors = |reflectance: f64| {
         kinds(|s| {
             let mirror = mirror_surface(s, reflectance);
@@ -429,13 +631,18 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     sides.push((Kind::Reflection, 2.0));
     assert_eq!(mirrors(0.5), sides);
     assert_eq!(mirrors(0.0), []);
-    // Triangles of another colour or another height are other mirrors, and one of many triangles is none.
+    // Triangles of another colour or another height are other mirrors, and one of many triangles is
+    // none.
     let flat = |parts: &[(f64, f64)], count: u32| {
         kinds(|s| {
             for (row, &(reflectance, z)) in (0..).zip(parts) {
                 let mirror = mirror_surface(s, reflectance);
                 for i in 0..count {
-                    s.rectangle(DVec3::new(f64::from(i), f64::from(row), z), [DVec3::X, DVec3::Y], mirror);
+                    s.rectangle(
+                        DVec3::new(f64::from(i), f64::from(row), z),
+                        [DVec3::X, DVec3::Y],
+                        mirror,
+                    );
                 }
             }
         })
@@ -449,10 +656,16 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     let balls = kinds(|s| {
         let mirror = mirror_surface(s, 0.5);
         for i in 1..=20 {
-            s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 50.0 * f64::from(i)), f64::from(i)), mirror);
+            s.sphere(
+                Sphere::new(DVec3::new(0.0, 0.0, 50.0 * f64::from(i)), f64::from(i)),
+                mirror,
+            );
         }
     });
-    let largest: Vec<_> = (5..=20).rev().map(|i| (Kind::Reflection, f64::from(i))).collect();
+    let largest: Vec<_> = (5..=20)
+        .rev()
+        .map(|i| (Kind::Reflection, f64::from(i)))
+        .collect();
     assert_eq!((balls.len(), balls), (MOST, largest));
 }
 

@@ -3,7 +3,9 @@
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
 use crate::features;
-use crate::harness::{checkup_parts, directions, images, lobe_checkup as lobes, narrow_lobes, single_precision};
+use crate::harness::{
+    checkup_parts, directions, images, lobe_checkup as lobes, narrow_lobes, single_precision,
+};
 use crate::shares::{ENOUGH, OUTSIDE};
 
 /// Asserts that a test of [`ENOUGH`] has compared enough.

@@ -1,9 +1,10 @@
-//! Red stays red: every estimator, through the loop that renders, treats the three channels alike and keeps
-//! them apart, exactly.
+//! Red stays red: every estimator, through the loop that renders, treats the three channels alike
+//! and keeps them apart, exactly.
 //!
-//! A scene whose colours are all permuted in the same way has the image with its channels permuted, to the last
-//! bit: roulette asks for the largest channel only. Cyclic permutations and transpositions together commute with
-//! no mix-up of channels, and a light of one channel lights that channel only, so none is added to another.
+//! A scene whose colours are all permuted in the same way has the image with its channels permuted,
+//! to the last bit: roulette asks for the largest channel only. Cyclic permutations and
+//! transpositions together commute with no mix-up of channels, and a light of one channel lights
+//! that channel only, so none is added to another.
 
 use whitefurnace::estimator::{Heuristic, Path, Strategy};
 
@@ -20,51 +21,125 @@ pub fn lambertian(albedo: DVec3) -> Bsdf {
 /// What is done with every colour of the scene.
 pub type Paint = fn(DVec3) -> DVec3;
 
-/// A small room of many colours with paper, a mirror, glass, a sphere as a lamp and a light in the ceiling; only
-/// diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything; walls are of the model `lambert`.
+/// A small room of many colours with paper, a mirror, glass, a sphere as a lamp and a light in the
+/// ceiling; only diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything; walls
+/// are of the model `lambert`.
 pub fn room(paint: Paint, lamp: Paint, plain: bool, lambert: impl Fn(DVec3) -> Bsdf) -> Scene {
     let mut room = SceneBuilder::new("colours");
     let colour = |r, g, b| paint(DVec3::new(r, g, b));
     let light = |r, g, b| paint(lamp(DVec3::new(r, g, b)));
     let mut wall = |bsdf, corner: [f64; 3], edges: [[f64; 3]; 2], emission: DVec3| {
         let surface = Surface::new(bsdf).emitting(emission).absorbing(0.5);
-        panel(&mut room, DVec3::from(corner), edges.map(DVec3::from), surface);
+        panel(
+            &mut room,
+            DVec3::from(corner),
+            edges.map(DVec3::from),
+            surface,
+        );
     };
     let (paper, eon) = if plain {
-        (lambert(colour(0.2, 0.5, 0.8)), lambert(colour(0.6, 0.3, 0.4)))
+        (
+            lambert(colour(0.2, 0.5, 0.8)),
+            lambert(colour(0.6, 0.3, 0.4)),
+        )
     } else {
         let paper = Bsdf::oren_nayar(colour(0.2, 0.5, 0.8), 0.4, OrenNayarForm::Corrected);
-        (paper, Bsdf::Eon { albedo: colour(0.6, 0.3, 0.4), roughness: 0.5 })
+        (
+            paper,
+            Bsdf::Eon {
+                albedo: colour(0.6, 0.3, 0.4),
+                roughness: 0.5,
+            },
+        )
     };
     let dark = DVec3::ZERO;
-    wall(lambert(colour(0.7, 0.5, 0.3)), [-1., -1., -1.], [[2., 0., 0.], [0., 2., 0.]], dark);
-    wall(lambert(colour(0.5, 0.6, 0.7)), [-1., -1., 1.], [[0., 2., 0.], [2., 0., 0.]], dark);
+    wall(
+        lambert(colour(0.7, 0.5, 0.3)),
+        [-1., -1., -1.],
+        [[2., 0., 0.], [0., 2., 0.]],
+        dark,
+    );
+    wall(
+        lambert(colour(0.5, 0.6, 0.7)),
+        [-1., -1., 1.],
+        [[0., 2., 0.], [2., 0., 0.]],
+        dark,
+    );
     wall(paper, [-1., -1., -1.], [[0., 2., 0.], [0., 0., 2.]], dark);
-    wall(eon, [1., -1., -1.], [[0., 0., 2.], [0., 2., 0.]], light(0.1, 0.02, 0.05));
-    wall(lambert(colour(0.4, 0.7, 0.1)), [-1., 1., -1.], [[2., 0., 0.], [0., 0., 2.]], dark);
-    wall(lambert(colour(0.3, 0.2, 0.6)), [-1., -1., -1.], [[0., 0., 2.], [2., 0., 0.]], dark);
-    wall(Bsdf::Black, [-0.4, -0.2, 0.99], [[0., 0.8, 0.], [0.8, 0., 0.]], light(3.0, 5.0, 2.0));
+    wall(
+        eon,
+        [1., -1., -1.],
+        [[0., 0., 2.], [0., 2., 0.]],
+        light(0.1, 0.02, 0.05),
+    );
+    wall(
+        lambert(colour(0.4, 0.7, 0.1)),
+        [-1., 1., -1.],
+        [[2., 0., 0.], [0., 0., 2.]],
+        dark,
+    );
+    wall(
+        lambert(colour(0.3, 0.2, 0.6)),
+        [-1., -1., -1.],
+        [[0., 0., 2.], [2., 0., 0.]],
+        dark,
+    );
+    wall(
+        Bsdf::Black,
+        [-0.4, -0.2, 0.99],
+        [[0., 0.8, 0.], [0.8, 0., 0.]],
+        light(3.0, 5.0, 2.0),
+    );
     if !plain {
         let reflectance = colour(0.9, 0.6, 0.8);
         let mirror = Surface::new(Bsdf::Mirror { reflectance }).absorbing(0.1);
-        ball(&mut room, Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35), mirror);
-        ball(&mut room, Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4), glass(1.5));
+        ball(
+            &mut room,
+            Sphere::new(DVec3::new(-0.5, 0.4, -0.6), 0.35),
+            mirror,
+        );
+        ball(
+            &mut room,
+            Sphere::new(DVec3::new(0.45, 0.3, -0.5), 0.4),
+            glass(1.5),
+        );
         let lamp = Surface::new(Bsdf::Black).emitting(light(1.0, 4.0, 7.0));
-        ball(&mut room, Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15), lamp);
+        ball(
+            &mut room,
+            Sphere::new(DVec3::new(0.3, 0.6, 0.5), 0.15),
+            lamp,
+        );
     }
-    room.build(Camera::new(DVec3::new(0.1, -0.9, 0.1), DVec3::new(0.0, 0.5, -0.1), DVec3::Z, 0.9)).expect("a scene")
+    room.build(Camera::new(
+        DVec3::new(0.1, -0.9, 0.1),
+        DVec3::new(0.0, 0.5, -0.1),
+        DVec3::Z,
+        0.9,
+    ))
+    .expect("a scene")
 }
 
 /// Mean, standard error and albedo of every pixel.
 type Image = Vec<[DVec3; 3]>;
 
 fn image(film: &Film) -> Image {
-    let of = |pixel: &Pixel| [pixel.mean(), pixel.standard_error(), pixel.features().albedo];
+    let of = |pixel: &Pixel| {
+        [
+            pixel.mean(),
+            pixel.standard_error(),
+            pixel.features().albedo,
+        ]
+    };
     film.pixels().iter().map(of).collect()
 }
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
-    let sampling = Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master(), outlines: false };
+    let sampling = Sampling {
+        pixel: Jitter(2),
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: false,
+    };
     image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
 
@@ -84,11 +159,23 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         bounces: None,
     };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
-    let photons =
-        |lookup| PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0)).expect("a small map");
-    let gather = Lookup::Gather { caustic_particles: 3000, caustic_radius: 0.3 };
-    let report = Report { rays: 2, segments: 6, ..Report::<Standard>::default() };
-    let report = Report { rules: LightRules::PHYSICAL, ..report };
+    let photons = |lookup| {
+        PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0))
+            .expect("a small map")
+    };
+    let gather = Lookup::Gather {
+        caustic_particles: 3000,
+        caustic_radius: 0.3,
+    };
+    let report = Report {
+        rays: 2,
+        segments: 6,
+        ..Report::<Standard>::default()
+    };
+    let report = Report {
+        rules: LightRules::PHYSICAL,
+        ..report
+    };
     let whitted = Whitted::new(LightRules::PHYSICAL);
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
@@ -99,9 +186,22 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         ("whitted", rays(scene, &whitted)),
         ("photon", rays(scene, &photons(Lookup::Direct))),
         ("gather", rays(scene, &photons(gather))),
-        ("light tracer", passes(scene, &LightTracer::<Standard>::default())),
+        (
+            "light tracer",
+            passes(scene, &LightTracer::<Standard>::default()),
+        ),
         ("bdpt", passes(scene, &Bdpt::new(Standard))),
-        ("sppm", passes(scene, &Sppm { parts: Standard, particles: 3000, radius: 0.3 })),
+        (
+            "sppm",
+            passes(
+                scene,
+                &Sppm {
+                    parts: Standard,
+                    particles: 3000,
+                    radius: 0.3,
+                },
+            ),
+        ),
     ]
 }
 
@@ -109,7 +209,10 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical_images(&room(paint, lamp, false, lambertian));
     let plain = &room(paint, lamp, true, lambertian);
-    let fineness = Fineness { patches: 60, halvings: 0 };
+    let fineness = Fineness {
+        patches: 60,
+        halvings: 0,
+    };
     let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));
     images
@@ -120,8 +223,14 @@ fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical(paint, |light| light);
     let scene = room(paint, |light| light, false, lambertian);
     images.extend([
-        ("report's report", rays(&scene, &Report::<Standard>::default())),
-        ("report's whitted", rays(&scene, &Whitted::new(LightRules::REPORT))),
+        (
+            "report's report",
+            rays(&scene, &Report::<Standard>::default()),
+        ),
+        (
+            "report's whitted",
+            rays(&scene, &Whitted::new(LightRules::REPORT)),
+        ),
         ("published", rays(&scene, &Published::default())),
     ]);
     images
@@ -162,7 +271,11 @@ fn light_of_one_channel_lights_that_channel() {
     for (lit, lamp) in lamps.into_iter().enumerate() {
         for (name, image) in physical(|colour| colour, lamp) {
             for (channel, sum) in total(&image).to_array().into_iter().enumerate() {
-                assert_eq!(sum > 0.0, channel == lit, "{name}: channel {channel} of light {lit}");
+                assert_eq!(
+                    sum > 0.0,
+                    channel == lit,
+                    "{name}: channel {channel} of light {lit}"
+                );
             }
         }
     }

@@ -30,7 +30,8 @@ fn askew() -> DQuat {
     DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.7).normalize(), 0.83)
 }
 
-/// A scene of things in order, seen from (0.3, −2.1, 0.4), turned, then scaled; the largest coordinate is about 3.
+/// A scene of things in order, seen from (0.3, −2.1, 0.4), turned, then scaled; the largest
+/// coordinate is about 3.
 fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<Scene, Error> {
     let mut s = SceneBuilder::new("things");
     let at = |p: [f64; 3]| turn * DVec3::from_array(p) * scale;
@@ -39,7 +40,11 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
         let square = |[x, y, z]: [f64; 3], half: f64, up: bool| {
             let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
             let corners = corners.map(|[a, b]| at([x + half * a, y + half * b, z]));
-            if up { corners } else { [corners[0], corners[3], corners[2], corners[1]] }
+            if up {
+                corners
+            } else {
+                [corners[0], corners[3], corners[2], corners[1]]
+            }
         };
         match thing {
             Sheet(centre, half, up) => {
@@ -48,12 +53,21 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
             }
             Triangle(centre, half, up) => s.mesh(&square(centre, half, up), &[[0, 1, 2]], surface),
             Block(low, high, inward) => {
-                let corner = |i: usize| at([0, 1, 2].map(|k| if i >> k & 1 > 0 { high[k] } else { low[k] }));
+                let corner =
+                    |i: usize| at([0, 1, 2].map(|k| if i >> k & 1 > 0 { high[k] } else { low[k] }));
                 let corners: [DVec3; 8] = std::array::from_fn(corner);
-                let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+                let quads = [
+                    [0, 2, 3, 1],
+                    [4, 5, 7, 6],
+                    [0, 1, 5, 4],
+                    [2, 6, 7, 3],
+                    [0, 4, 6, 2],
+                    [1, 3, 7, 5],
+                ];
                 let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
                 let turned = |[a, b, c]: [u32; 3]| if inward { [a, c, b] } else { [a, b, c] };
-                let triangles: Vec<[u32; 3]> = quads.into_iter().flat_map(halves).map(turned).collect();
+                let triangles: Vec<[u32; 3]> =
+                    quads.into_iter().flat_map(halves).map(turned).collect();
                 s.mesh(&corners, &triangles, surface);
             }
             Panels(low, high) => {
@@ -62,18 +76,34 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
                     edge[k] = high[k] - low[k];
                     at(edge)
                 });
-                for (corner, sides) in [(low, [[y, x], [x, z], [z, y]]), (high, [[-x, -y], [-z, -x], [-y, -z]])] {
-                    sides.into_iter().for_each(|edges| s.rectangle(at(corner), edges, surface));
+                for (corner, sides) in [
+                    (low, [[y, x], [x, z], [z, y]]),
+                    (high, [[-x, -y], [-z, -x], [-y, -z]]),
+                ] {
+                    sides
+                        .into_iter()
+                        .for_each(|edges| s.rectangle(at(corner), edges, surface));
                 }
             }
             Ball(centre, radius) => s.sphere(Sphere::new(at(centre), radius * scale), surface),
             Zone(centre, radius, zone) => {
                 let zone = zone.map(|z| z * scale);
-                s.sphere(Sphere { zone, ..Sphere::new(at(centre), radius * scale) }, surface);
+                s.sphere(
+                    Sphere {
+                        zone,
+                        ..Sphere::new(at(centre), radius * scale)
+                    },
+                    surface,
+                );
             }
         }
     }
-    s.build(Camera::new(at([0.3, -2.1, 0.4]), DVec3::ZERO, turn * DVec3::Z, 0.5))
+    s.build(Camera::new(
+        at([0.3, -2.1, 0.4]),
+        DVec3::ZERO,
+        turn * DVec3::Z,
+        0.5,
+    ))
 }
 
 /// Whether things can be built, in each order, however they are turned and scaled.
@@ -83,13 +113,17 @@ fn is_built(things: &[(Thing, Surface)]) -> bool {
     for things in [things, &reversed] {
         for turn in [DQuat::IDENTITY, askew()] {
             // A zone is not turned.
-            if turn != DQuat::IDENTITY && things.iter().any(|(thing, _)| matches!(thing, Zone(..))) {
+            if turn != DQuat::IDENTITY && things.iter().any(|(thing, _)| matches!(thing, Zone(..)))
+            {
                 continue;
             }
             found.extend([1.0, 1e-6, 1e6].map(|scale| build_placed(things, turn, scale).is_ok()));
         }
     }
-    assert!(found.iter().all(|ok| *ok == found[0]), "{found:?} of {things:?}");
+    assert!(
+        found.iter().all(|ok| *ok == found[0]),
+        "{found:?} of {things:?}"
+    );
     found[0]
 }
 
@@ -106,7 +140,9 @@ fn lamp() -> Surface {
 }
 
 fn mirror() -> Surface {
-    Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE })
+    Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::ONE,
+    })
 }
 
 fn glass() -> Surface {
@@ -114,7 +150,10 @@ fn glass() -> Surface {
 }
 
 fn frosted() -> Surface {
-    Surface::new(Bsdf::RoughGlass(RoughGlass { index: 1.5, alpha: 0.3 }))
+    Surface::new(Bsdf::RoughGlass(RoughGlass {
+        index: 1.5,
+        alpha: 0.3,
+    }))
 }
 
 /// A closed room around the camera.
@@ -124,54 +163,155 @@ const DIM: [f64; 3] = [0.1, 0.2, 1.0];
 #[test]
 fn what_light_could_meet_by_chance_is_refused() {
     let refused = [
-        ("a lamp in the ceiling", vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), lamp())]),
-        ("a lamp larger than the ceiling", vec![(ROOM, clay()), (Sheet(DIM, 3.0, false), lamp())]),
+        (
+            "a lamp in the ceiling",
+            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), lamp())],
+        ),
+        (
+            "a lamp larger than the ceiling",
+            vec![(ROOM, clay()), (Sheet(DIM, 3.0, false), lamp())],
+        ),
         (
             "a lamp half in the ceiling's plane",
-            vec![(Sheet(DIM, 1.0, false), clay()), (Triangle(DIM, 0.3, true), lamp())],
+            vec![
+                (Sheet(DIM, 1.0, false), clay()),
+                (Triangle(DIM, 0.3, true), lamp()),
+            ],
         ),
-        ("two lamps back to back", vec![(Sheet(DIM, 0.3, false), lamp()), (Sheet(DIM, 0.3, true), lamp())]),
-        ("a lamp twice", vec![(Sheet(DIM, 0.3, false), lamp()), (Sheet(DIM, 0.3, false), lamp())]),
-        ("a mirror in the wall", vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), mirror())]),
-        ("a mirror of both windings", vec![(Sheet(DIM, 0.3, false), mirror()), (Sheet(DIM, 0.3, true), mirror())]),
-        ("a poster in the wall", vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), chalk())]),
-        ("a poster that faces the wall", vec![(ROOM, clay()), (Sheet(DIM, 0.3, true), chalk())]),
-        ("a card of two colours", vec![(Sheet(DIM, 0.3, true), clay()), (Sheet(DIM, 0.3, false), chalk())]),
-        ("a small overlap", vec![(Sheet(DIM, 0.5, true), clay()), (Sheet([1.09, 1.19, 1.0], 0.5, true), chalk())]),
+        (
+            "two lamps back to back",
+            vec![
+                (Sheet(DIM, 0.3, false), lamp()),
+                (Sheet(DIM, 0.3, true), lamp()),
+            ],
+        ),
+        (
+            "a lamp twice",
+            vec![
+                (Sheet(DIM, 0.3, false), lamp()),
+                (Sheet(DIM, 0.3, false), lamp()),
+            ],
+        ),
+        (
+            "a mirror in the wall",
+            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), mirror())],
+        ),
+        (
+            "a mirror of both windings",
+            vec![
+                (Sheet(DIM, 0.3, false), mirror()),
+                (Sheet(DIM, 0.3, true), mirror()),
+            ],
+        ),
+        (
+            "a poster in the wall",
+            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), chalk())],
+        ),
+        (
+            "a poster that faces the wall",
+            vec![(ROOM, clay()), (Sheet(DIM, 0.3, true), chalk())],
+        ),
+        (
+            "a card of two colours",
+            vec![
+                (Sheet(DIM, 0.3, true), clay()),
+                (Sheet(DIM, 0.3, false), chalk()),
+            ],
+        ),
+        (
+            "a small overlap",
+            vec![
+                (Sheet(DIM, 0.5, true), clay()),
+                (Sheet([1.09, 1.19, 1.0], 0.5, true), chalk()),
+            ],
+        ),
         (
             "three sheets",
-            vec![(Sheet(DIM, 0.5, true), clay()), (Sheet(DIM, 0.4, true), clay()), (Sheet(DIM, 0.3, true), chalk())],
+            vec![
+                (Sheet(DIM, 0.5, true), clay()),
+                (Sheet(DIM, 0.4, true), clay()),
+                (Sheet(DIM, 0.3, true), chalk()),
+            ],
         ),
         (
             "glass on a table",
-            vec![(Sheet([0.0; 3], 2.0, true), clay()), (Block([-0.5, -0.5, 0.0], [0.5; 3], false), glass())],
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), glass()),
+            ],
         ),
         (
             "frosted glass on it",
-            vec![(Sheet([0.0; 3], 2.0, true), clay()), (Block([-0.5, -0.5, 0.0], [0.5; 3], false), frosted())],
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), frosted()),
+            ],
         ),
         (
             "a block over the edge of a sheet",
-            vec![(Sheet([0.0; 3], 1.0, true), clay()), (Block([0.5, -0.5, 0.0], [1.5, 0.5, 0.5], false), chalk())],
+            vec![
+                (Sheet([0.0; 3], 1.0, true), clay()),
+                (Block([0.5, -0.5, 0.0], [1.5, 0.5, 0.5], false), chalk()),
+            ],
         ),
         (
             "a box of light on a sheet",
-            vec![(Sheet([0.0; 3], 2.0, true), clay()), (Block([-0.5, -0.5, 0.0], [0.5; 3], false), lamp())],
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), lamp()),
+            ],
         ),
-        ("a box flush with a wall", vec![(ROOM, clay()), (Block([-0.5, -0.5, 1.0], [0.5, 0.5, 1.5], false), chalk())]),
-        ("a box open above", vec![(Sheet([0.0; 3], 2.0, true), clay()), (Sheet([0.0; 3], 0.5, false), chalk())]),
+        (
+            "a box flush with a wall",
+            vec![
+                (ROOM, clay()),
+                (Block([-0.5, -0.5, 1.0], [0.5, 0.5, 1.5], false), chalk()),
+            ],
+        ),
+        (
+            "a box open above",
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Sheet([0.0; 3], 0.5, false), chalk()),
+            ],
+        ),
         (
             "three sheets, two of them back to back",
-            vec![(Sheet(DIM, 0.5, true), clay()), (Sheet(DIM, 0.3, true), chalk()), (Sheet(DIM, 0.3, false), chalk())],
+            vec![
+                (Sheet(DIM, 0.5, true), clay()),
+                (Sheet(DIM, 0.3, true), chalk()),
+                (Sheet(DIM, 0.3, false), chalk()),
+            ],
         ),
         (
             "a closed body twice",
-            vec![(Block([-0.5; 3], [0.5; 3], false), clay()), (Block([-0.5; 3], [0.5; 3], false), chalk())],
+            vec![
+                (Block([-0.5; 3], [0.5; 3], false), clay()),
+                (Block([-0.5; 3], [0.5; 3], false), chalk()),
+            ],
         ),
-        ("two balls of glass", vec![(Ball(DIM, 0.5), glass()), (Ball(DIM, 0.5), glass())]),
-        ("two balls of two colours", vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), chalk())]),
-        ("a ball and a zone of it", vec![(Ball(DIM, 0.5), mirror()), (Zone(DIM, 0.5, [0.1, 0.2]), clay())]),
-        ("zones that overlap", vec![(Zone(DIM, 0.5, [-1.0, 0.2]), lamp()), (Zone(DIM, 0.5, [0.1, 1.0]), clay())]),
+        (
+            "two balls of glass",
+            vec![(Ball(DIM, 0.5), glass()), (Ball(DIM, 0.5), glass())],
+        ),
+        (
+            "two balls of two colours",
+            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), chalk())],
+        ),
+        (
+            "a ball and a zone of it",
+            vec![
+                (Ball(DIM, 0.5), mirror()),
+                (Zone(DIM, 0.5, [0.1, 0.2]), clay()),
+            ],
+        ),
+        (
+            "zones that overlap",
+            vec![
+                (Zone(DIM, 0.5, [-1.0, 0.2]), lamp()),
+                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+            ],
+        ),
     ];
     for (what, things) in refused {
         assert!(!is_built(&things), "{what}");
@@ -181,22 +321,79 @@ fn what_light_could_meet_by_chance_is_refused() {
 #[test]
 fn what_no_light_can_tell_apart_is_built() {
     let built = [
-        ("the same clay twice", vec![(Sheet(DIM, 0.3, true), clay()), (Sheet(DIM, 0.3, false), clay())]),
-        ("a ball of clay twice", vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), clay())]),
-        ("a block on the floor", vec![(ROOM, clay()), (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), chalk())]),
-        ("a mirror on the floor", vec![(ROOM, clay()), (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), mirror())]),
-        ("a lamp at the ceiling", vec![(ROOM, clay()), (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], false), lamp())]),
-        ("with its fronts inside", vec![(ROOM, clay()), (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], true), chalk())]),
-        ("of six rectangles", vec![(ROOM, clay()), (Panels([-0.53, -0.51, -1.0], [0.47, 0.59, 0.13]), chalk())]),
-        ("in a corner", vec![(ROOM, clay()), (Block([1.5, 1.5, -1.0], [2.5, 2.5, 0.0], false), chalk())]),
-        ("as high as the room", vec![(ROOM, clay()), (Block([1.5, 1.5, -1.0], [2.5, 2.5, 1.0], false), chalk())]),
+        (
+            "the same clay twice",
+            vec![
+                (Sheet(DIM, 0.3, true), clay()),
+                (Sheet(DIM, 0.3, false), clay()),
+            ],
+        ),
+        (
+            "a ball of clay twice",
+            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), clay())],
+        ),
+        (
+            "a block on the floor",
+            vec![
+                (ROOM, clay()),
+                (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), chalk()),
+            ],
+        ),
+        (
+            "a mirror on the floor",
+            vec![
+                (ROOM, clay()),
+                (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), mirror()),
+            ],
+        ),
+        (
+            "a lamp at the ceiling",
+            vec![
+                (ROOM, clay()),
+                (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], false), lamp()),
+            ],
+        ),
+        (
+            "with its fronts inside",
+            vec![
+                (ROOM, clay()),
+                (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], true), chalk()),
+            ],
+        ),
+        (
+            "of six rectangles",
+            vec![
+                (ROOM, clay()),
+                (Panels([-0.53, -0.51, -1.0], [0.47, 0.59, 0.13]), chalk()),
+            ],
+        ),
+        (
+            "in a corner",
+            vec![
+                (ROOM, clay()),
+                (Block([1.5, 1.5, -1.0], [2.5, 2.5, 0.0], false), chalk()),
+            ],
+        ),
+        (
+            "as high as the room",
+            vec![
+                (ROOM, clay()),
+                (Block([1.5, 1.5, -1.0], [2.5, 2.5, 1.0], false), chalk()),
+            ],
+        ),
         (
             "a block on a sheet",
-            vec![(Sheet([0.0; 3], 2.0, true), clay()), (Block([-0.5, -0.5, 0.0], [0.5; 3], false), chalk())],
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
+            ],
         ),
         (
             "a mirror on a sheet",
-            vec![(Sheet([0.0; 3], 2.0, true), clay()), (Block([-0.5, -0.5, 0.0], [0.5; 3], false), mirror())],
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), mirror()),
+            ],
         ),
         (
             "on two tiles",
@@ -217,17 +414,39 @@ fn what_no_light_can_tell_apart_is_built() {
         ),
         (
             "lamps side by side",
-            vec![(Sheet([-0.5, 0.0, 1.0], 0.5, true), lamp()), (Sheet([0.5, 0.0, 1.0], 0.5, true), mirror())],
+            vec![
+                (Sheet([-0.5, 0.0, 1.0], 0.5, true), lamp()),
+                (Sheet([0.5, 0.0, 1.0], 0.5, true), mirror()),
+            ],
         ),
-        ("a ball on a sheet", vec![(Sheet([0.0; 3], 2.0, true), clay()), (Ball([0.0, 0.0, 0.5], 0.5), glass())]),
+        (
+            "a ball on a sheet",
+            vec![
+                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Ball([0.0, 0.0, 0.5], 0.5), glass()),
+            ],
+        ),
         (
             "balls in a ball",
-            vec![(Ball(DIM, 0.5), glass()), (Ball(DIM, 0.49), lamp()), (Ball([0.1, 0.2, 1.25], 0.25), mirror())],
+            vec![
+                (Ball(DIM, 0.5), glass()),
+                (Ball(DIM, 0.49), lamp()),
+                (Ball([0.1, 0.2, 1.25], 0.25), mirror()),
+            ],
         ),
-        ("zones that touch", vec![(Zone(DIM, 0.5, [-1.0, 0.1]), lamp()), (Zone(DIM, 0.5, [0.1, 1.0]), clay())]),
+        (
+            "zones that touch",
+            vec![
+                (Zone(DIM, 0.5, [-1.0, 0.1]), lamp()),
+                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+            ],
+        ),
         (
             "sheets that cross",
-            vec![(Sheet([0.0; 3], 1.0, true), lamp()), (Block([-0.5; 3], [0.5; 3], false), mirror())],
+            vec![
+                (Sheet([0.0; 3], 1.0, true), lamp()),
+                (Block([-0.5; 3], [0.5; 3], false), mirror()),
+            ],
         ),
     ];
     for (what, things) in built {
@@ -240,11 +459,28 @@ fn what_no_light_can_tell_apart_is_built() {
 fn a_pair_coincides_up_to_the_tolerance() {
     // The camera has the largest coordinate.
     let extent = 2.1;
-    for (surface, other) in [(lamp(), clay()), (clay(), lamp()), (mirror(), mirror()), (glass(), clay())] {
-        for (share, built) in [(0.0, false), (0.99, false), (-0.99, false), (1.01, true), (-1.01, true)] {
+    for (surface, other) in [
+        (lamp(), clay()),
+        (clay(), lamp()),
+        (mirror(), mirror()),
+        (glass(), clay()),
+    ] {
+        for (share, built) in [
+            (0.0, false),
+            (0.99, false),
+            (-0.99, false),
+            (1.01, true),
+            (-1.01, true),
+        ] {
             let apart = share * COINCIDENT * extent;
-            let sheets = [(Sheet([0.1, 0.2, 0.0], 0.3, true), surface), (Sheet([0.1, 0.2, apart], 0.3, true), other)];
-            let balls = [(Ball([0.1, 0.2, 0.0], 0.3), surface), (Ball([0.1, 0.2, 0.0], 0.3 + apart), other)];
+            let sheets = [
+                (Sheet([0.1, 0.2, 0.0], 0.3, true), surface),
+                (Sheet([0.1, 0.2, apart], 0.3, true), other),
+            ];
+            let balls = [
+                (Ball([0.1, 0.2, 0.0], 0.3), surface),
+                (Ball([0.1, 0.2, 0.0], 0.3 + apart), other),
+            ];
             for things in [sheets, balls] {
                 let found = build_placed(&things, DQuat::IDENTITY, 1.0);
                 assert_eq!(found.is_ok(), built, "{share} of {things:?}");
@@ -256,25 +492,52 @@ fn a_pair_coincides_up_to_the_tolerance() {
 /// A renderer in single precision asks with its own tolerance.
 #[test]
 fn a_scene_tells_what_coincides_farther_apart() {
-    let apart = [(Sheet([0.1, 0.2, 0.0], 0.3, true), clay()), (Sheet([0.1, 0.2, 1e-8], 0.3, false), lamp())];
+    let apart = [
+        (Sheet([0.1, 0.2, 0.0], 0.3, true), clay()),
+        (Sheet([0.1, 0.2, 1e-8], 0.3, false), lamp()),
+    ];
     let scene = build_placed(&apart, askew(), 1.0).expect("a scene");
     assert_eq!(scene.coincident(0.9e-8), None);
     let found = scene.coincident(1.1e-8).expect("two sheets");
-    assert_eq!(found.objects, ["object 1 (surface 0)", "object 2 (surface 1)"]);
-    assert!((found.at - askew() * DVec3::new(0.1, 0.2, 0.0)).length() < 0.5, "{found:?}");
-    let surfaces: Vec<_> = scene.primitives().map(|(_, surface)| surface.emission).collect();
-    assert_eq!(found.primitives.map(|i| surfaces[i as usize].x), [0.0, 10.0]);
+    assert_eq!(
+        found.objects,
+        ["object 1 (surface 0)", "object 2 (surface 1)"]
+    );
+    assert!(
+        (found.at - askew() * DVec3::new(0.1, 0.2, 0.0)).length() < 0.5,
+        "{found:?}"
+    );
+    let surfaces: Vec<_> = scene
+        .primitives()
+        .map(|(_, surface)| surface.emission)
+        .collect();
+    assert_eq!(
+        found.primitives.map(|i| surfaces[i as usize].x),
+        [0.0, 10.0]
+    );
 }
 
-/// A floor is what is seen from below of a block that stands on it, in either order; and where the camera moves, too.
+/// A floor is what is seen from below of a block that stands on it, in either order; and where the
+/// camera moves, too.
 #[test]
 fn a_sheet_is_seen_where_it_covers_a_block() {
     let floor = (Sheet([0.0; 3], 2.0, true), clay());
-    for block in [Block([-0.5, -0.5, 0.0], [0.5; 3], false), Block([-0.5, -0.5, 0.0], [0.5; 3], true)] {
+    for block in [
+        Block([-0.5, -0.5, 0.0], [0.5; 3], false),
+        Block([-0.5, -0.5, 0.0], [0.5; 3], true),
+    ] {
         for things in [[floor, (block, chalk())], [(block, chalk()), floor]] {
             let scene = build_placed(&things, askew(), 1.0).expect("a scene");
-            let camera = Camera::new(askew() * DVec3::new(0.0, 0.5, -1.0), DVec3::ZERO, DVec3::Z, 0.5);
-            let below = build_placed(&things, askew(), 1.0).expect("a scene").with_camera(camera).expect("a scene");
+            let camera = Camera::new(
+                askew() * DVec3::new(0.0, 0.5, -1.0),
+                DVec3::ZERO,
+                DVec3::Z,
+                0.5,
+            );
+            let below = build_placed(&things, askew(), 1.0)
+                .expect("a scene")
+                .with_camera(camera)
+                .expect("a scene");
             for scene in [scene, below] {
                 let mut rng = rng("coincident/covered");
                 assert_eq!(scene.primitives().count(), 2 + 10);
@@ -298,10 +561,22 @@ fn another_camera_asks_again() {
         (Block([-0.3, -0.8, -0.5], [0.7, 0.2, 0.0], false), clay()),
     ];
     let scene = build_placed(&tower, askew(), 1.0).expect("a scene");
-    let from = |z| Camera::new(askew() * DVec3::new(0.1, 0.1, z), DVec3::ZERO, DVec3::Z, 0.5);
+    let from = |z| {
+        Camera::new(
+            askew() * DVec3::new(0.1, 0.1, z),
+            DVec3::ZERO,
+            DVec3::Z,
+            0.5,
+        )
+    };
     let inside = scene.with_camera(from(-0.25));
     assert!(inside.is_err());
-    assert!(build_placed(&tower, askew(), 1.0).expect("a scene").with_camera(from(0.25)).is_ok());
+    assert!(
+        build_placed(&tower, askew(), 1.0)
+            .expect("a scene")
+            .with_camera(from(0.25))
+            .is_ok()
+    );
 }
 
 #[test]
@@ -318,17 +593,25 @@ fn the_message_names_both_objects_as_the_file_does() {
             ]"#
         )
     };
-    let build = |z| Description::parse("room", &text(z)).expect("a description").build();
+    let build = |z| {
+        Description::parse("room", &text(z))
+            .expect("a description")
+            .build()
+    };
     let message = build("1").expect_err("coincident").to_string();
     let start = "scene room: object 1 (material wall) and object 2 (material lamp) lie in the same place near [";
     let end = "move one of them by 7e-12 or more, remove one, or cut a hole for the other";
-    assert!(message.starts_with(start) && message.ends_with(end), "{message}");
+    assert!(
+        message.starts_with(start) && message.ends_with(end),
+        "{message}"
+    );
     assert!(!message.contains('\n'));
     // What it says mends it.
     assert!(build("0.999999999993").is_ok());
 }
 
-/// Neighbours are not taken for surfaces that coincide, nor large meshes looked through pair by pair.
+/// Neighbours are not taken for surfaces that coincide, nor large meshes looked through pair by
+/// pair.
 #[test]
 fn meshes_of_many_triangles_are_built() {
     const N: u32 = 60;
@@ -337,8 +620,17 @@ fn meshes_of_many_triangles_are_built() {
     let colours = [mirror(), lamp(), glass(), clay()].map(|surface| s.surface(surface));
     for k in 0..N * N {
         let (i, j) = (k / N, k % N);
-        let corners = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
-        s.mesh(&corners, &[[0, 1, 2], [2, 3, 0]], colours[(k % 7 % 4) as usize]);
+        let corners = [
+            vertex(i, j),
+            vertex(i + 1, j),
+            vertex(i + 1, j + 1),
+            vertex(i, j + 1),
+        ];
+        s.mesh(
+            &corners,
+            &[[0, 1, 2], [2, 3, 0]],
+            colours[(k % 7 % 4) as usize],
+        );
     }
     let scene = s.build(any_camera()).expect("a scene");
     assert_eq!(scene.coincident(1e-5), None);

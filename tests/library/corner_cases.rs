@@ -1,5 +1,5 @@
-//! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of zero, photons
-//! without number.
+//! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of
+//! zero, photons without number.
 
 use whitefurnace::estimator::{Path, Quirks, Strategy};
 use whitefurnace::roulette::HIGHEST_SURVIVAL;
@@ -13,10 +13,13 @@ const FRAME: [u32; 2] = [6, 5];
 
 /// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    scene_from(Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1), |scene| {
-        square(scene, half, 0.0, true, diffuse(ALBEDO));
-        add(scene);
-    })
+    scene_from(
+        Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1),
+        |scene| {
+            square(scene, half, 0.0, true, diffuse(ALBEDO));
+            add(scene);
+        },
+    )
 }
 
 /// A small floor, and what shines above or around it.
@@ -30,35 +33,51 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
 
 /// What shadow rays alone find at the origin, one estimate per stream.
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
-    let path = Path { lights, ..Path::<Standard>::new(Standard, Strategy::Light) };
+    let path = Path {
+        lights,
+        ..Path::<Standard>::new(Standard, Strategy::Light)
+    };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);
-    let estimate = |i| path.radiance(scene, &ray, scene.intersect(&ray), &mut stream(5, i, 0)).x;
+    let estimate = |i| {
+        path.radiance(scene, &ray, scene.intersect(&ray), &mut stream(5, i, 0))
+            .x
+    };
     (0..count).map(estimate).collect()
 }
 
-/// Emitters that have no sampling by solid angle where they are seen from get points uniform in area: the
-/// same paths to the bit, not other light.
+/// Emitters that have no sampling by solid angle where they are seen from get points uniform in
+/// area: the same paths to the bit, not other light.
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
-    let inward = Sphere { inward: true, ..whole };
-    let zone = Sphere { zone: [-0.4, 0.3], ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5) };
+    let inward = Sphere {
+        inward: true,
+        ..whole
+    };
+    let zone = Sphere {
+        zone: [-0.4, 0.3],
+        ..Sphere::new(DVec3::new(0.2, 0.3, 1.0), 0.5)
+    };
     let ball = |sphere| lit(|scene, light| scene.sphere(sphere, light));
     let flat = |corner, edges| lit(|scene, light| scene.rectangle(corner, edges, light));
     let [x, y, z] = DVec3::AXES;
     let scenes = [
         ("inward", ball(inward), true),
         ("zone", ball(zone), true),
-        ("skewed", flat(z - x - y, [2.0 * y, 2.0 * x + 0.5 * y]), true),
+        (
+            "skewed",
+            flat(z - x - y, [2.0 * y, 2.0 * x + 0.5 * y]),
+            true,
+        ),
         ("too small", flat(z, [5e-4 * y, 5e-4 * x]), true),
         ("outward from within", ball(whole), false),
         ("behind", flat(z, [x, y]), false),
         ("in the plane", flat(x, [y, x]), false),
     ];
     for (name, scene, shines) in &scenes {
-        let [area, angle] =
-            [LightSampling::Area, LightSampling::SolidAngle].map(|lights| shadow_rays(scene, lights, 200));
+        let [area, angle] = [LightSampling::Area, LightSampling::SolidAngle]
+            .map(|lights| shadow_rays(scene, lights, 200));
         assert_eq!(area, angle, "{name}");
         assert_eq!(area.iter().any(|v| *v > 0.0), *shines, "{name}");
         assert!(area.iter().all(|v| v.is_finite()), "{name}");
@@ -94,18 +113,40 @@ fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
 fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
-    let photons =
-        |scene: &Scene, lookup| PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map");
-    let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: 0.1 };
+    let photons = |scene: &Scene, lookup| {
+        PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map")
+    };
+    let gather = Lookup::Gather {
+        caustic_particles: 10,
+        caustic_radius: 0.1,
+    };
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
     for scene in [&dark, &sky] {
         none(radiance(scene, &photons(scene, Lookup::Direct)));
         none(radiance(scene, &photons(scene, gather)));
         none(radiance(scene, &Whitted::new(LightRules::PHYSICAL)));
         let (particles, radius, parts) = (10, 0.1, Standard);
-        none(Sppm { parts, particles, radius }.pass(scene, FRAME, 1, 0).expect("legal values"));
-        none(LightTracer::<Standard>::default().pass(scene, FRAME, 1, 0).expect("legal values"));
-        assert_eq!(PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0)).expect("a map").photons().count(), 0);
+        none(
+            Sppm {
+                parts,
+                particles,
+                radius,
+            }
+            .pass(scene, FRAME, 1, 0)
+            .expect("legal values"),
+        );
+        none(
+            LightTracer::<Standard>::default()
+                .pass(scene, FRAME, 1, 0)
+                .expect("legal values"),
+        );
+        assert_eq!(
+            PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0))
+                .expect("a map")
+                .photons()
+                .count(),
+            0
+        );
     }
     let bdpt = Bdpt::new(Standard);
     let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
@@ -113,10 +154,19 @@ fn without_emitters_it_is_dark() {
     none(radiance(&dark, &Path::<Standard>::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
-    let fineness = Fineness { patches: 3, halvings: 0 };
-    none(radiance(&dark, &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution")));
+    let fineness = Fineness {
+        patches: 3,
+        halvings: 0,
+    };
+    none(radiance(
+        &dark,
+        &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution"),
+    ));
     // A plane under a uniform sky reflects its albedo, of which a survivor of roulette brings this.
-    let path = (radiance(&sky, &Path::<Standard>::default()), ALBEDO / HIGHEST_SURVIVAL);
+    let path = (
+        radiance(&sky, &Path::<Standard>::default()),
+        ALBEDO / HIGHEST_SURVIVAL,
+    );
     for (found, brought) in [(pass(&sky), 1.0), path] {
         assert!(found.iter().any(|v| v.x > 0.0));
         for v in found {
@@ -125,19 +175,36 @@ fn without_emitters_it_is_dark() {
     }
 }
 
-/// Of no sample rays, or of a first segment alone, the report has direct light; so has Whitted's tree.
+/// Of no sample rays, or of a first segment alone, the report has direct light; so has Whitted's
+/// tree.
 #[test]
 fn limits_of_zero_mean_direct_light() {
     let scene = simple::cornell().expect("a scene");
-    let report =
-        |rays, segments| radiance(&scene, &Report { parts: Standard, rays, segments, rules: LightRules::PHYSICAL });
+    let report = |rays, segments| {
+        radiance(
+            &scene,
+            &Report {
+                parts: Standard,
+                rays,
+                segments,
+                rules: LightRules::PHYSICAL,
+            },
+        )
+    };
     let whitted = |segments| {
         let whole = Whitted::new(LightRules::PHYSICAL);
         radiance(&scene, &Whitted { segments, ..whole })
     };
     let direct = whitted(7);
     assert!(direct.iter().any(|v| *v != DVec3::ZERO));
-    for found in [report(0, 7), report(1, 1), report(1, 0), report(0, 0), whitted(1), whitted(0)] {
+    for found in [
+        report(0, 7),
+        report(1, 1),
+        report(1, 0),
+        report(0, 0),
+        whitted(1),
+        whitted(0),
+    ] {
         assert_eq!(found, direct);
     }
 }
@@ -146,35 +213,74 @@ fn limits_of_zero_mean_direct_light() {
 #[test]
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
-    let map = |lookup, particles, radius| PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0));
+    let map = |lookup, particles, radius| {
+        PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
+    };
     assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
         assert_option_refused(map(Lookup::Direct, 10, radius), "radius above 0");
-        let gather = Lookup::Gather { caustic_particles: 10, caustic_radius: radius };
+        let gather = Lookup::Gather {
+            caustic_particles: 10,
+            caustic_radius: radius,
+        };
         assert_option_refused(map(gather, 10, 0.1), "radius above 0");
         let (parts, particles) = (Standard, 10);
-        assert_option_refused(Sppm { parts, particles, radius }.pass(&scene, FRAME, 1, 0), "radius above 0");
+        assert_option_refused(
+            Sppm {
+                parts,
+                particles,
+                radius,
+            }
+            .pass(&scene, FRAME, 1, 0),
+            "radius above 0",
+        );
     }
-    let gather = Lookup::Gather { caustic_particles: 0, caustic_radius: 0.1 };
+    let gather = Lookup::Gather {
+        caustic_particles: 0,
+        caustic_radius: 0.1,
+    };
     assert_option_refused(map(gather, 10, 0.1), "at least 1");
-    let sppm = Sppm { parts: Standard, particles: 0, radius: 0.1 };
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 0,
+        radius: 0.1,
+    };
     assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
-/// A wall that absorbs all shows its light; what the quirks leave of it; and never 0/0 of survival 0. A shadow
-/// ray within a sphere finds albedo · L exactly.
+/// A wall that absorbs all shows its light; what the quirks leave of it; and never 0/0 of
+/// survival 0. A shadow ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
     let wall = diffuse(ALBEDO).emitting(DVec3::splat(LIGHT));
     let scene = within_sphere(wall.absorbing(1.0));
     let ray = Ray::new(0.3 * DVec3::X, DVec3::Y);
     for bits in 0..8 {
-        let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
-        let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
-        let direct = if end_loses_direct { 0.0 } else { ALBEDO * LIGHT };
+        let [roulette_by_cosine, end_loses_direct, extra_cosine] =
+            [1, 2, 4].map(|bit| bits & bit != 0);
+        let published = Published {
+            quirks: Quirks {
+                roulette_by_cosine,
+                end_loses_direct,
+                extra_cosine,
+            },
+        };
+        let direct = if end_loses_direct {
+            0.0
+        } else {
+            ALBEDO * LIGHT
+        };
         let hit = scene.intersect(&ray);
-        let mut found = vec![published.radiance(&scene, &ray, hit, &mut Constant::default()).x];
-        let stream = |i| published.radiance(&scene, &ray, hit, &mut stream(3, i, 0)).x;
+        let mut found = vec![
+            published
+                .radiance(&scene, &ray, hit, &mut Constant::default())
+                .x,
+        ];
+        let stream = |i| {
+            published
+                .radiance(&scene, &ray, hit, &mut stream(3, i, 0))
+                .x
+        };
         found.extend((0..20).map(stream));
         for radiance in found {
             assert_relative_eq!(radiance, 1.0 + direct, max_relative = 1e-12);

@@ -1,4 +1,5 @@
-//! Environment maps: what they show by hand, how their directions are shared out, and what is refused.
+//! Environment maps: what they show by hand, how their directions are shared out, and what is
+//! refused.
 
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::estimator::{Path, Strategy};
@@ -9,20 +10,33 @@ use crate::prelude::*;
 
 /// Four columns and three rows, of which one pixel is black in all and its neighbours are not.
 fn uneven() -> EnvironmentMap {
-    let pixels = (0..12).map(|i| DVec3::new(f64::from(i), 1.0, 0.5) * f64::from(i % 5)).collect();
-    EnvironmentMap::new([4, 3], pixels, DVec3::new(0.0, 0.0, 2.0), DVec3::new(3.0, 0.0, 1.0)).expect("a map")
+    let pixels = (0..12)
+        .map(|i| DVec3::new(f64::from(i), 1.0, 0.5) * f64::from(i % 5))
+        .collect();
+    EnvironmentMap::new(
+        [4, 3],
+        pixels,
+        DVec3::new(0.0, 0.0, 2.0),
+        DVec3::new(3.0, 0.0, 1.0),
+    )
+    .expect("a map")
 }
 
 /// A direction by its place in an image whose top is z and whose middle is x: to the right is −y.
 fn towards(u: f64, v: f64) -> DVec3 {
     let (azimuth, inclination) = (TAU * (u - 0.5), PI * v);
-    DVec3::new(inclination.sin() * azimuth.cos(), -inclination.sin() * azimuth.sin(), inclination.cos())
+    DVec3::new(
+        inclination.sin() * azimuth.cos(),
+        -inclination.sin() * azimuth.sin(),
+        inclination.cos(),
+    )
 }
 
 #[test]
 fn centres_show_their_pixels_and_what_is_between_is_linear() {
     let map = uneven();
-    let pixel = |x: usize, y: usize| DVec3::new((4 * y + x) as f64, 1.0, 0.5) * ((4 * y + x) % 5) as f64;
+    let pixel =
+        |x: usize, y: usize| DVec3::new((4 * y + x) as f64, 1.0, 0.5) * ((4 * y + x) % 5) as f64;
     let shown = |u: f64, v: f64| map.radiance(towards(u, v));
     for (u, v, expected) in [
         (0.125, 0.5, pixel(0, 1)),
@@ -37,22 +51,30 @@ fn centres_show_their_pixels_and_what_is_between_is_linear() {
     ] {
         assert_abs_diff_eq!(shown(u, v), expected, epsilon = 1e-9);
     }
-    assert_eq!(Environment::Map(map.clone()).radiance(-DVec3::Z), map.radiance(-DVec3::Z));
+    assert_eq!(
+        Environment::Map(map.clone()).radiance(-DVec3::Z),
+        map.radiance(-DVec3::Z)
+    );
 }
 
-/// Every pixel gets the share of directions that its mean radiance and solid angle call for, its own and its
-/// neighbours' by 6/8 and 1/8 along each axis, and within it they are even in azimuth and height.
+/// Every pixel gets the share of directions that its mean radiance and solid angle call for, its
+/// own and its neighbours' by 6/8 and 1/8 along each axis, and within it they are even in azimuth
+/// and height.
 #[test]
 fn directions_are_shared_by_radiance_and_solid_angle() {
     const N: u32 = 200;
     let map = uneven();
     let mut counts = [0u32; 12];
     for k in 0..N * N {
-        let random = [f64::from(k % N) + 0.5, f64::from(k / N) + 0.5].map(|number| number / f64::from(N));
+        let random =
+            [f64::from(k % N) + 0.5, f64::from(k / N) + 0.5].map(|number| number / f64::from(N));
         let (direction, pdf) = map.sample(random);
         assert_relative_eq!(direction.length(), 1.0, max_relative = 1e-12);
         assert_relative_eq!(pdf, map.pdf(direction), max_relative = 1e-9);
-        let (u, v) = (0.5 - direction.y.atan2(direction.x) / TAU, direction.z.acos() / PI);
+        let (u, v) = (
+            0.5 - direction.y.atan2(direction.x) / TAU,
+            direction.z.acos() / PI,
+        );
         counts[4 * (3.0 * v) as usize + (4.0 * u) as usize] += 1;
     }
     let mean = |i: i32| f64::from(i + 1) + 0.5;
@@ -62,7 +84,11 @@ fn directions_are_shared_by_radiance_and_solid_angle() {
             let i = 4 * y.clamp(0, 2) + x.rem_euclid(4);
             mean(i) * f64::from(i % 5)
         };
-        let parts = kernel.iter().flat_map(|(dy, b)| kernel.iter().map(move |(dx, a)| a * b * pixel(x + dx, y + dy)));
+        let parts = kernel.iter().flat_map(|(dy, b)| {
+            kernel
+                .iter()
+                .map(move |(dx, a)| a * b * pixel(x + dx, y + dy))
+        });
         let band = [1.0, 0.5, -0.5, -1.0];
         parts.sum::<f64>() * (band[y as usize] - band[y as usize + 1])
     };
@@ -73,7 +99,10 @@ fn directions_are_shared_by_radiance_and_solid_angle() {
         assert_abs_diff_eq!(share, weight / all, epsilon = 1.0 / f64::from(N));
     }
     // The last row and column, to their ends.
-    for edge in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis, axis.with_x(-0.0), (-axis).with_y(-0.0)]) {
+    for edge in DVec3::AXES
+        .into_iter()
+        .flat_map(|axis| [axis, -axis, axis.with_x(-0.0), (-axis).with_y(-0.0)])
+    {
         assert!(map.pdf(edge) > 0.0, "{edge}");
     }
     let spread = Domain::Sphere.integrate_all(1e-3, &|w| map.pdf(w)).value;
@@ -84,11 +113,20 @@ fn directions_are_shared_by_radiance_and_solid_angle() {
 fn what_is_no_map_is_refused() {
     let map = |size, pixels: Vec<DVec3>, front| EnvironmentMap::new(size, pixels, DVec3::Z, front);
     for (wrong, hint) in [
-        (map([2, 2], vec![DVec3::ONE; 3], DVec3::X), "which are not 2 × 2"),
+        (
+            map([2, 2], vec![DVec3::ONE; 3], DVec3::X),
+            "which are not 2 × 2",
+        ),
         (map([0, 0], vec![], DVec3::X), "which are not 0 × 0"),
-        (map([1, 2], vec![DVec3::ONE, DVec3::NAN], DVec3::X), "pixel (0, 1) is [NaN, NaN, NaN]"),
+        (
+            map([1, 2], vec![DVec3::ONE, DVec3::NAN], DVec3::X),
+            "pixel (0, 1) is [NaN, NaN, NaN]",
+        ),
         (map([1, 1], vec![-DVec3::ONE], DVec3::X), "no radiance"),
-        (map([1, 1], vec![DVec3::ZERO], DVec3::X), "all pixels are black"),
+        (
+            map([1, 1], vec![DVec3::ZERO], DVec3::X),
+            "all pixels are black",
+        ),
         (map([1, 1], vec![DVec3::ONE], -DVec3::Z), "along one line"),
     ] {
         let message = wrong.expect_err(hint);
@@ -100,30 +138,51 @@ fn what_is_no_map_is_refused() {
 #[test]
 fn lanes_follow_a_map() {
     let scene = |lit: bool| {
-        scene_from(Camera::new(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z, 0.6), |s| {
-            let clay = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.7) }));
-            s.sphere(Sphere::new(DVec3::ZERO, 1.0), clay);
-            ball(s, Sphere::new(DVec3::new(1.0, -1.0, 0.0), 0.3), glass(1.5));
-            if lit {
-                ball(s, Sphere::new(DVec3::new(-1.5, 0.0, 1.5), 0.3), lamp(5.0));
-            }
-            s.environment(Environment::Map(uneven()));
-        })
+        scene_from(
+            Camera::new(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z, 0.6),
+            |s| {
+                let clay = s.surface(Surface::new(Bsdf::Lambert {
+                    albedo: DVec3::splat(0.7),
+                }));
+                s.sphere(Sphere::new(DVec3::ZERO, 1.0), clay);
+                ball(s, Sphere::new(DVec3::new(1.0, -1.0, 0.0), 0.3), glass(1.5));
+                if lit {
+                    ball(s, Sphere::new(DVec3::new(-1.5, 0.0, 1.5), 0.3), lamp(5.0));
+                }
+                s.environment(Environment::Map(uneven()));
+            },
+        )
     };
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
-    for (lit, strategy) in [false, true]
-        .into_iter()
-        .flat_map(|lit| [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy)))
-    {
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: false,
+    };
+    for (lit, strategy) in [false, true].into_iter().flat_map(|lit| {
+        [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy))
+    }) {
         let scene = scene(lit);
         let film = |renderer: &dyn Renderer| {
             let mut film = Film::new([16, 12], None, 1).expect("a film");
-            renderer.add(&scene, &mut film, 0..4, &|_| true).expect("legal values");
+            renderer
+                .add(&scene, &mut film, 0..4, &|_| true)
+                .expect("legal values");
             film
         };
         let estimator = LaneEstimator::Path(Path::new(Standard, strategy));
-        let rays = film(&ByRays { estimator: Path::new(OneByOne, strategy), sampling });
-        assert_eq!(film(&ByLanes { estimator, sampling, precision: Precision::Double }), rays);
+        let rays = film(&ByRays {
+            estimator: Path::new(OneByOne, strategy),
+            sampling,
+        });
+        assert_eq!(
+            film(&ByLanes {
+                estimator,
+                sampling,
+                precision: Precision::Double
+            }),
+            rays
+        );
         assert!(rays.mean() > 0.1);
     }
 }

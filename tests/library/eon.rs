@@ -1,7 +1,8 @@
 //! EON: both lobes against reference values, closed forms against quadrature, limits and symmetry.
 
 use whitefurnace::bsdf::eon::{
-    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale, single_scattering,
+    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
+    single_scattering,
 };
 use whitefurnace::bsdf::oren_nayar;
 
@@ -12,8 +13,8 @@ use crate::reference;
 /// Values of at most 2 in sums of 15 times 15, each term with some 40 roundings.
 const QUADRATURE: f64 = 256.0 * U;
 
-/// Both lobes in closed form and by quadrature, and the first alone, at each reference value: white EON reflects
-/// all, where both forms of (14) fail.
+/// Both lobes in closed form and by quadrature, and the first alone, at each reference value: white
+/// EON reflects all, where both forms of (14) fail.
 #[test]
 fn directional_albedos_meet_the_reference() {
     let rows = reference::eon();
@@ -25,14 +26,21 @@ fn directional_albedos_meet_the_reference() {
         let colour = DVec3::splat(rho);
         let second = multiple_albedo(colour, roughness).x * (1.0 - albedo(roughness, theta.cos()));
         assert_abs_diff_eq!(first + second, both, epsilon = 32.0 * U);
-        let found = directional_albedo(&Bsdf::Eon { albedo: colour, roughness }, theta);
+        let found = directional_albedo(
+            &Bsdf::Eon {
+                albedo: colour,
+                roughness,
+            },
+            theta,
+        );
         assert_abs_diff_eq!(found, both, epsilon = QUADRATURE);
     }
 }
 
 #[test]
 fn averages_are_the_integrals_of_the_albedo() {
-    let average = |f: &dyn Fn(f64) -> f64| integral(0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos());
+    let average =
+        |f: &dyn Fn(f64) -> f64| integral(0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos());
     assert_abs_diff_eq!(average(&gain), AVERAGE_GAIN, epsilon = 64.0 * U);
     for roughness in [0.0, 0.3, 1.0] {
         let found = average(&|cos| albedo(roughness, cos));
@@ -43,16 +51,25 @@ fn averages_are_the_integrals_of_the_albedo() {
 }
 
 /// The paper's polynomial in 1 − cos θ for G/π, of degree 4: where it is used in place of the exact
-/// form, albedos move by up to 6.03e-4, so that a white surface reflects up to that much more or less.
+/// form, albedos move by up to 6.03e-4, so that a white surface reflects up to that much more or
+/// less.
 #[test]
 fn the_polynomial_of_the_paper_is_within_its_error() {
     let polynomial = |cos: f64| {
-        [0.071_442_995_3, -0.332_181_442, 0.491_881_867, 0.057_108_528_9, 0.0]
-            .into_iter()
-            .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
+        [
+            0.071_442_995_3,
+            -0.332_181_442,
+            0.491_881_867,
+            0.057_108_528_9,
+            0.0,
+        ]
+        .into_iter()
+        .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
     };
     let off = |cos: f64| (polynomial(cos) - gain(cos)).abs();
-    let worst = (0..=10_000).map(|i| off(f64::from(i) / 10_000.0)).fold(0.0, f64::max);
+    let worst = (0..=10_000)
+        .map(|i| off(f64::from(i) / 10_000.0))
+        .fold(0.0, f64::max);
     assert!((6.02e-4..6.03e-4).contains(&worst), "{worst:e}");
     for roughness in [0.1, 0.5, 1.0] {
         let approximate = scale(roughness) * (1.0 + roughness * polynomial(0.954));
@@ -63,14 +80,26 @@ fn the_polynomial_of_the_paper_is_within_its_error() {
 
 #[test]
 fn eon_is_reciprocal_never_negative_and_lambert_where_smooth() {
-    property("EON", 2000, &(upper(1e-9), upper(1e-9), 0.0..=1.0), |(wo, wi, roughness)| {
-        let albedo = DVec3::new(0.2, 0.7, 1.0);
-        let f = Bsdf::Eon { albedo, roughness }.eval(wo, wi);
-        assert_eq!(f, Bsdf::Eon { albedo, roughness }.eval(wi, wo));
-        assert!(f.is_finite() && f.cmpge(DVec3::ZERO).all(), "{f}");
-        let off = (Bsdf::Eon { albedo, roughness: 0.0 }.eval(wo, wi) - lambert(albedo)).abs().max_element();
-        assert!(off <= 2.0 * U, "{off:e}");
-    });
+    property(
+        "EON",
+        2000,
+        &(upper(1e-9), upper(1e-9), 0.0..=1.0),
+        |(wo, wi, roughness)| {
+            let albedo = DVec3::new(0.2, 0.7, 1.0);
+            let f = Bsdf::Eon { albedo, roughness }.eval(wo, wi);
+            assert_eq!(f, Bsdf::Eon { albedo, roughness }.eval(wi, wo));
+            assert!(f.is_finite() && f.cmpge(DVec3::ZERO).all(), "{f}");
+            let off = (Bsdf::Eon {
+                albedo,
+                roughness: 0.0,
+            }
+            .eval(wo, wi)
+                - lambert(albedo))
+            .abs()
+            .max_element();
+            assert!(off <= 2.0 * U, "{off:e}");
+        },
+    );
 }
 
 /// The roughness B/A makes Fujii's bracket proportional to (14) in the half-space of the light.

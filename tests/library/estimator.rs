@@ -34,12 +34,15 @@ fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) 
         .collect()
 }
 
-/// Every value is 0 or `expected`, and more than half are the latter. A path of up to fifty bounces rounds its
-/// throughput eight times per bounce.
+/// Every value is 0 or `expected`, and more than half are the latter. A path of up to fifty bounces
+/// rounds its throughput eight times per bounce.
 fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
     let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
     for value in values {
-        assert!(*value == DVec3::ZERO || full(value), "{value} is not {expected}");
+        assert!(
+            *value == DVec3::ZERO || full(value),
+            "{value} is not {expected}"
+        );
     }
     enough(name, values.iter().filter(|v| full(v)).count());
 }
@@ -50,7 +53,11 @@ fn paths_in_a_uniform_environment_see_it() {
     let scene = simple::environment().expect("a scene");
     assert_all_or_nothing("around", &values("environment", &scene, &path, 5000), 1.0);
     let scene = simple::glass_cube(false).expect("a scene");
-    assert_all_or_nothing("through glass", &values("glass-cube", &scene, &path, 5000), 1.0);
+    assert_all_or_nothing(
+        "through glass",
+        &values("glass-cube", &scene, &path, 5000),
+        1.0,
+    );
 }
 
 #[test]
@@ -70,7 +77,9 @@ fn paths_inside_glass_see_the_squared_index() {
     // The eye's part of two: nothing but the background emits.
     let bdpt = Bdpt::new(Unweighted);
     let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
-    let values: Vec<_> = (0..16).flat_map(|index| pass(index).expect("an image")).collect();
+    let values: Vec<_> = (0..16)
+        .flat_map(|index| pass(index).expect("an image"))
+        .collect();
     assert_all_or_nothing("inside glass, bidirectional", &values, 2.25);
 }
 
@@ -84,14 +93,17 @@ fn glass_sphere(index: f64) -> Scene {
 
 #[test]
 fn whitted_trees_lose_only_what_the_limit_cuts() {
-    // From the centre a ray meets the sphere squarely: n² (1 − R) Σ R^k over the inner segments, with
-    // the segment after the last hit one of seven. The report's rules have no radiance factor.
+    // From the centre a ray meets the sphere squarely: n² (1 − R) Σ R^k over the inner segments,
+    // with the segment after the last hit one of seven. The report's rules have no radiance factor.
     for index in [1.2, 1.5, 2.4] {
         let scene = glass_sphere(index);
         let mut rng = rng("whitted");
         let ray = Ray::new(DVec3::ZERO, unit_vector(&mut rng));
         let r: f64 = ((index - 1.0) / (index + 1.0)).powi(2);
-        for (rules, factor) in [(LightRules::PHYSICAL, index * index), (LightRules::REPORT, 1.0)] {
+        for (rules, factor) in [
+            (LightRules::PHYSICAL, index * index),
+            (LightRules::REPORT, 1.0),
+        ] {
             let found = Whitted::new(rules).radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
             let expected = factor * (1.0 - r.powi(6));
             assert!((found - expected).abs().max_element() <= 100.0 * U * factor);
@@ -113,9 +125,18 @@ fn emitters_are_seen_under_each_rule() {
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
         let hit = scene.intersect(&ray);
         assert!(hit.is_some_and(|hit| hit.emitter == Some(0)));
-        assert_eq!(path.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(radiance));
-        assert_eq!(whitted.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(radiance));
-        assert_eq!(report.radiance(&scene, &ray, hit, &mut rng), DVec3::splat(shown));
+        assert_eq!(
+            path.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(radiance)
+        );
+        assert_eq!(
+            whitted.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(radiance)
+        );
+        assert_eq!(
+            report.radiance(&scene, &ray, hit, &mut rng),
+            DVec3::splat(shown)
+        );
     }
 }
 
@@ -123,20 +144,35 @@ fn emitters_are_seen_under_each_rule() {
 fn facing_mirrors_end() {
     // Between perfect mirrors only roulette, or the limit on segments, ends a path: radiance is 0.
     let scene = within_sphere(reflecting(1.0));
-    let mut found = values("facing mirrors", &scene, &Path::new(Unweighted, Strategy::Mis), 1000);
+    let mut found = values(
+        "facing mirrors",
+        &scene,
+        &Path::new(Unweighted, Strategy::Mis),
+        1000,
+    );
     found.extend(values("facing mirrors", &scene, &Report::default(), 100));
     assert!(found.iter().all(|v| *v == DVec3::ZERO));
 }
 
 #[test]
 fn direct_light_of_whitted_is_f_cos_over_pdf() {
-    // One emitter far above a floor, and the point that the shadow ray draws is known from the stream.
+    // One emitter far above a floor, and the point that the shadow ray draws is known from the
+    // stream.
     let albedo = DVec3::new(0.2, 0.5, 0.8);
     let scene = scene(|scene| {
-        square(scene, 5.0, 0.0, true, Surface::new(Bsdf::Lambert { albedo }));
+        square(
+            scene,
+            5.0,
+            0.0,
+            true,
+            Surface::new(Bsdf::Lambert { albedo }),
+        );
         square(scene, 1.0, 2.0, false, lamp(3.0));
     });
-    let ray = Ray::new(DVec3::new(4.0, 0.0, 1.0), DVec3::new(-1.0, 0.0, -1.0).normalize());
+    let ray = Ray::new(
+        DVec3::new(4.0, 0.0, 1.0),
+        DVec3::new(-1.0, 0.0, -1.0).normalize(),
+    );
     let hit = scene.intersect(&ray).expect("the floor");
     let mut rng = rng("direct light");
     for _ in 0..200 {
@@ -152,21 +188,30 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     }
 }
 
-/// A floor under, or within, one lamp of a shape: the numbers of the path say which points shadow rays pick and in
-/// which direction paths go on, and the pdfs of the two how much each counts.
+/// A floor under, or within, one lamp of a shape: the numbers of the path say which points shadow
+/// rays pick and in which direction paths go on, and the pdfs of the two how much each counts.
 #[test]
 fn each_strategy_finds_its_share_of_direct_light() {
     let (albedo, light) = (0.6, 5.0);
-    let within = EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) });
+    let within = EmitterShape::Sphere(Sphere {
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, 2.0)
+    });
     let ball = EmitterShape::Sphere(Sphere::new(DVec3::new(0.3, 0.2, 1.0), 0.6));
-    let flat = EmitterShape::Rectangle { corner: DVec3::new(-1.0, -0.7, 0.8), edges: [2.0 * DVec3::Y, 2.0 * DVec3::X] };
+    let flat = EmitterShape::Rectangle {
+        corner: DVec3::new(-1.0, -0.7, 0.8),
+        edges: [2.0 * DVec3::Y, 2.0 * DVec3::X],
+    };
     let strategies = [
         (Strategy::Bsdf, Heuristic::Balance, 1),
         (Strategy::Light, Heuristic::Balance, 1),
         (Strategy::Mis, Heuristic::Balance, 1),
         (Strategy::Mis, Heuristic::Power, 2),
     ];
-    for (shape, lights) in [within, ball, flat].into_iter().flat_map(|s| LIGHTS.map(|lights| (s, lights))) {
+    for (shape, lights) in [within, ball, flat]
+        .into_iter()
+        .flat_map(|s| LIGHTS.map(|lights| (s, lights)))
+    {
         let scene = scene(|scene| {
             square(scene, 0.5, 0.0, true, diffuse(albedo));
             let lamp = scene.surface(lamp(light));
@@ -182,12 +227,20 @@ fn each_strategy_finds_its_share_of_direct_light() {
         // The pdf, by solid angle, with which a shadow ray picks this point.
         let pdf = |point: DVec3, normal: DVec3| {
             let to = point - floor.point;
-            let by_angle =
-                (lights == LightSampling::SolidAngle).then(|| emitter.pdf_solid_angle(floor.point)).flatten();
+            let by_angle = (lights == LightSampling::SolidAngle)
+                .then(|| emitter.pdf_solid_angle(floor.point))
+                .flatten();
             by_angle.unwrap_or(to.length().powi(3) / (emitter.area * normal.dot(-to)))
         };
-        for ((strategy, heuristic, power), i) in strategies.into_iter().flat_map(|s| (0..100).map(move |i| (s, i))) {
-            let path = Path { lights, heuristic, ..Path::new(Unweighted, strategy) };
+        for ((strategy, heuristic, power), i) in strategies
+            .into_iter()
+            .flat_map(|s| (0..100).map(move |i| (s, i)))
+        {
+            let path = Path {
+                lights,
+                heuristic,
+                ..Path::new(Unweighted, strategy)
+            };
             let mut rng = stream(master(), i, 0);
             let found = path.radiance(&scene, &ray, Some(floor), &mut rng.clone()).x;
             let share = |pdf: f64, other: f64| match strategy {
@@ -198,20 +251,29 @@ fn each_strategy_finds_its_share_of_direct_light() {
             if strategy != Strategy::Bsdf {
                 let _ = uniform(&mut rng);
                 let random = uniform2(&mut rng);
-                let by_angle =
-                    emitter.sample_solid_angle(floor.point, random).filter(|_| lights != LightSampling::Area);
+                let by_angle = emitter
+                    .sample_solid_angle(floor.point, random)
+                    .filter(|_| lights != LightSampling::Area);
                 let point = by_angle.map_or_else(|| emitter.sample(random), |(point, _)| point);
                 let to = point.point - floor.point;
                 let cosine = to.normalize().z;
                 if cosine > 0.0 && point.normal.dot(to) < 0.0 {
                     let pdf = pdf(point.point, point.normal);
-                    expected += share(pdf, cosine * FRAC_1_PI) * albedo * FRAC_1_PI * light * cosine / pdf;
+                    expected +=
+                        share(pdf, cosine * FRAC_1_PI) * albedo * FRAC_1_PI * light * cosine / pdf;
                 }
             }
             let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
-            let lamp = scene.onward(&floor, Frame::new(DVec3::Z).world(way)).1.filter(|hit| hit.normal.z < 0.0);
-            if strategy != Strategy::Light && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED), false) {
-                let found = |lamp: Hit| share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light;
+            let lamp = scene
+                .onward(&floor, Frame::new(DVec3::Z).world(way))
+                .1
+                .filter(|hit| hit.normal.z < 0.0);
+            if strategy != Strategy::Light
+                && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED), false)
+            {
+                let found = |lamp: Hit| {
+                    share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light
+                };
                 expected += lamp.map_or(0.0, found);
             }
             assert_abs_diff_eq!(found, expected, epsilon = 1e-6);
@@ -219,32 +281,61 @@ fn each_strategy_finds_its_share_of_direct_light() {
     }
 }
 
-/// A small floor in the middle of a sphere that emits, where a shadow ray brings 4 L ρ cos θ: with every set of quirks
-/// the numbers of the path say what the reconstruction shows of it.
+/// A small floor in the middle of a sphere that emits, where a shadow ray brings 4 L ρ cos θ: with
+/// every set of quirks the numbers of the path say what the reconstruction shows of it.
 #[test]
 fn quirks_do_what_they_say() {
     let (albedo, light, survival) = (0.6, 5.0, 0.75);
-    let lambert = Bsdf::Lambert { albedo: DVec3::splat(albedo) };
+    let lambert = Bsdf::Lambert {
+        albedo: DVec3::splat(albedo),
+    };
     let rough = Bsdf::oren_nayar(DVec3::splat(albedo), 0.4, OrenNayarForm::Corrected);
     for (bsdf, is_rough) in [(lambert, false), (rough, true)] {
         let scene = scene(|scene| {
-            square(scene, 0.5, 0.0, true, Surface::new(bsdf).absorbing(1.0 - survival));
-            ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 2.0) }, lamp(light));
+            square(
+                scene,
+                0.5,
+                0.0,
+                true,
+                Surface::new(bsdf).absorbing(1.0 - survival),
+            );
+            ball(
+                scene,
+                Sphere {
+                    inward: true,
+                    ..Sphere::new(DVec3::ZERO, 2.0)
+                },
+                lamp(light),
+            );
         });
         let ray = Ray::new(DVec3::Z, -DVec3::Z);
         for (bits, i) in (0..8).flat_map(|bits| (0..50).map(move |i| (bits, i))) {
-            let [roulette_by_cosine, end_loses_direct, extra_cosine] = [1, 2, 4].map(|bit| bits & bit != 0);
-            let published = Published { quirks: Quirks { roulette_by_cosine, end_loses_direct, extra_cosine } };
+            let [roulette_by_cosine, end_loses_direct, extra_cosine] =
+                [1, 2, 4].map(|bit| bits & bit != 0);
+            let published = Published {
+                quirks: Quirks {
+                    roulette_by_cosine,
+                    end_loses_direct,
+                    extra_cosine,
+                },
+            };
             let mut rng = stream(master(), i, 0);
-            let found = published.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+            let found = published
+                .radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone())
+                .x;
             let way: DVec3 = uniform_hemisphere(uniform2(&mut rng));
-            let number = if roulette_by_cosine { way.z } else { uniform(&mut rng) };
+            let number = if roulette_by_cosine {
+                way.z
+            } else {
+                uniform(&mut rng)
+            };
             let ends = number >= survival;
             let extra = if is_rough && extra_cosine { way.z } else { 1.0 };
             let colour = |divided: bool| if divided { albedo / survival } else { albedo };
             let _ = uniform(&mut rng);
             let [height, _] = uniform2(&mut rng);
-            let direct = extra * colour(end_loses_direct) * 4.0 * light * (2.0 * height - 1.0).max(0.0);
+            let direct =
+                extra * colour(end_loses_direct) * 4.0 * light * (2.0 * height - 1.0).max(0.0);
             // The lamp shows 1, whatever it emits.
             let onward = extra * colour(roulette_by_cosine) * 2.0 * way.z / survival;
             let expected = match (ends, end_loses_direct) {
@@ -257,19 +348,32 @@ fn quirks_do_what_they_say() {
     }
 }
 
-/// Sample rays of the report from a floor under a uniform sky: each that survives brings 2 ρ cos θ/(N q).
+/// Sample rays of the report from a floor under a uniform sky: each that survives brings 2 ρ cos
+/// θ/(N q).
 #[test]
 fn sample_rays_of_the_report_share_the_sky() {
     let (albedo, survival) = (0.6, 0.75);
     let scene = scene(|scene| {
         scene.background(DVec3::ONE);
-        square(scene, 0.5, 0.0, true, diffuse(albedo).absorbing(1.0 - survival));
+        square(
+            scene,
+            0.5,
+            0.0,
+            true,
+            diffuse(albedo).absorbing(1.0 - survival),
+        );
     });
     let ray = Ray::new(DVec3::Z, -DVec3::Z);
     for (rays, i) in (0..4).flat_map(|rays| (0..50).map(move |i| (rays, i))) {
-        let report = Report { rays, segments: 2, ..Report::default() };
+        let report = Report {
+            rays,
+            segments: 2,
+            ..Report::default()
+        };
         let mut rng = stream(master(), i, 0);
-        let found = report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+        let found = report
+            .radiance(&scene, &ray, scene.intersect(&ray), &mut rng.clone())
+            .x;
         let mut expected = 0.0;
         for _ in 0..rays {
             if uniform(&mut rng) < survival {
@@ -295,19 +399,30 @@ fn light_behind_nothing(sphere: bool) -> Scene {
 
 #[test]
 fn the_report_counts_light_behind_index_matched_glass_once() {
-    // One diffuse hit: a shadow ray and a sample ray, whose random numbers come before those that glass
-    // draws. By which of the two the light is found depends on the rules, and on nothing else.
+    // One diffuse hit: a shadow ray and a sample ray, whose random numbers come before those that
+    // glass draws. By which of the two the light is found depends on the rules, and on nothing
+    // else.
     let [open, glass] = [false, true].map(light_behind_nothing);
-    let ray = Ray::new(DVec3::new(1.5, 0.2, 0.2), DVec3::new(-1.4, -0.1, -0.2).normalize());
+    let ray = Ray::new(
+        DVec3::new(1.5, 0.2, 0.2),
+        DVec3::new(-1.4, -0.1, -0.2).normalize(),
+    );
     let report = |shadows_pass_glass, caustics| Report {
-        rules: LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL },
+        rules: LightRules {
+            shadows_pass_glass,
+            caustics,
+            ..LightRules::PHYSICAL
+        },
         ..Report::default()
     };
     let mut rng = rng("behind nothing");
     let mut kinds = [0; 2];
     for _ in 0..2000 {
-        let value =
-            |scene: &Scene, report: Report| report.radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone()).x;
+        let value = |scene: &Scene, report: Report| {
+            report
+                .radiance(scene, &ray, scene.intersect(&ray), &mut rng.clone())
+                .x
+        };
         let [passing, passing_caustics, blocked, caustics] =
             [(true, false), (true, true), (false, false), (false, true)]
                 .map(|(passes, caustics)| value(&glass, report(passes, caustics)));
@@ -315,7 +430,8 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
         // Shadow rays that pass have looked behind the glass: hits through it do not count again.
         assert!((passing - sampled).abs() <= 64.0 * U * sampled);
         assert!((passing_caustics - sampled).abs() <= 64.0 * U * sampled);
-        // Shadow rays that stop have not: hits through it count, each 2 cos θ L / 0.75 of a sample ray.
+        // Shadow rays that stop have not: hits through it count, each 2 cos θ L / 0.75 of a sample
+        // ray.
         let through = caustics - blocked;
         assert!(blocked <= passing && (0.0..=8.0).contains(&through));
         kinds[0] += usize::from(blocked < passing);

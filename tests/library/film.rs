@@ -16,14 +16,21 @@ fn pixel(values: &[DVec3]) -> Pixel {
 
 #[test]
 fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
-    let strategy = (prop::collection::vec(point(10.0), 2..40), any::<prop::sample::Index>());
+    let strategy = (
+        prop::collection::vec(point(10.0), 2..40),
+        any::<prop::sample::Index>(),
+    );
     property("pixel", 300, &strategy, |(values, cut)| {
         let all = pixel(&values);
         assert_eq!(all.replications(), values.len() as u32);
         let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
         // Values of at most 10 move by half a unit; 40 of them are summed.
         let bound = UNIT + 4000.0 * U;
-        assert_abs_diff_eq!(all.mean(), DVec3::from(moments.map(|m| m.mean())), epsilon = bound);
+        assert_abs_diff_eq!(
+            all.mean(),
+            DVec3::from(moments.map(|m| m.mean())),
+            epsilon = bound
+        );
         let error = DVec3::from(moments.map(|m| m.standard_error()));
         assert_abs_diff_eq!(all.standard_error(), error, epsilon = 2.0 * bound);
         let (a, b) = values.split_at(cut.index(values.len()));
@@ -39,7 +46,10 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
 #[test]
 fn pixels_without_replications() {
     let empty = Pixel::default();
-    assert_eq!((empty.mean(), empty.standard_error(), empty.features().depth), (DVec3::ZERO, DVec3::INFINITY, 0.0));
+    assert_eq!(
+        (empty.mean(), empty.standard_error(), empty.features().depth),
+        (DVec3::ZERO, DVec3::INFINITY, 0.0)
+    );
     assert_eq!(pixel(&[DVec3::ONE]).standard_error(), DVec3::INFINITY);
     assert_eq!(pixel(&[DVec3::ONE; 2]).standard_error(), DVec3::ZERO);
 }
@@ -58,7 +68,11 @@ fn features_are_means_over_the_hits() {
     one.merge(&other).expect("room for more");
     let found = one.features();
     assert_eq!(found.albedo, DVec3::new(0.5, 0.5, 1.0));
-    assert_abs_diff_eq!(found.normal, DVec3::new(0.0, -2.0, 1.0) / 3.0, epsilon = UNIT);
+    assert_abs_diff_eq!(
+        found.normal,
+        DVec3::new(0.0, -2.0, 1.0) / 3.0,
+        epsilon = UNIT
+    );
     assert_eq!(found.depth, 6.0);
     // Rays that met nothing do not count; replications do not matter.
     one.push(DVec3::ONE, 1).expect("legal");
@@ -68,7 +82,12 @@ fn features_are_means_over_the_hits() {
 #[test]
 fn films_have_possible_sizes() {
     const TOO_MANY: u32 = LARGEST_FILM as u32 + 1;
-    let window = |x, y, width, height| Some(Window { corner: [x, y], size: [width, height] });
+    let window = |x, y, width, height| {
+        Some(Window {
+            corner: [x, y],
+            size: [width, height],
+        })
+    };
     let large = [1 << 20, 1 << 20];
     for (frame, window, hint) in [
         ([0, 5], None, "at least 1"),
@@ -96,7 +115,10 @@ fn films_have_possible_sizes() {
     assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
     assert_eq!(film.samples_per_replication(), 4);
     assert_eq!(film.pixels().len(), 6);
-    assert!(Film::checked_window([TOO_MANY - 1, 1], None).is_ok(), "the largest");
+    assert!(
+        Film::checked_window([TOO_MANY - 1, 1], None).is_ok(),
+        "the largest"
+    );
     // A small window of a frame too large to hold.
     assert!(Film::new([1 << 15, 1 << 15], window(7, 7, 2, 2), 1).is_ok());
 }
@@ -105,18 +127,38 @@ fn films_have_possible_sizes() {
 fn pixels_are_stored_row_by_row() {
     let mut film = Film::new([4, 3], None, 1).expect("a film");
     assert_eq!(film.window().size, [4, 3]);
-    film.pixels_mut()[4 * 2 + 1].push(DVec3::ONE, 1).expect("legal");
+    film.pixels_mut()[4 * 2 + 1]
+        .push(DVec3::ONE, 1)
+        .expect("legal");
     assert_eq!(film.pixel(1, 2).replications(), 1);
-    assert_eq!(film.pixels().iter().filter(|p| p.replications() == 1).count(), 1);
+    assert_eq!(
+        film.pixels()
+            .iter()
+            .filter(|p| p.replications() == 1)
+            .count(),
+        1
+    );
 }
 
 #[test]
 fn films_of_different_kinds_do_not_merge() {
-    let window = Some(Window { corner: [1, 0], size: [3, 3] });
+    let window = Some(Window {
+        corner: [1, 0],
+        size: [3, 3],
+    });
     let film = |frame, window, samples| Film::new(frame, window, samples).expect("a film");
     let mut base = film([4, 3], None, 1);
-    for other in [film([3, 4], None, 1), film([4, 3], window, 1), film([4, 3], None, 4)] {
-        assert!(base.merge(&other).expect_err("must be refused").to_string().contains("cannot be merged"));
+    for other in [
+        film([3, 4], None, 1),
+        film([4, 3], window, 1),
+        film([4, 3], None, 4),
+    ] {
+        assert!(
+            base.merge(&other)
+                .expect_err("must be refused")
+                .to_string()
+                .contains("cannot be merged")
+        );
     }
     assert!(base.merge(&film([4, 3], None, 1)).is_ok());
 }
@@ -137,8 +179,8 @@ fn averages_run_over_pixels_and_channels() {
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 
-/// Of images with fewer and with more rows than bands, also where the last band is not full, by buffers that are flushed
-/// more than once.
+/// Of images with fewer and with more rows than bands, also where the last band is not full, by
+/// buffers that are flushed more than once.
 #[test]
 fn splats_add_up_in_their_own_pixel() {
     for [width, height] in [[3, 4], [5, 16], [2, 37], [1, 1], [4, 192]] {
@@ -171,10 +213,20 @@ fn rounding_is_within_its_bound() {
                 (0..3).for_each(|_| pixel.push(DVec3::splat(value), 1).expect("a legal value"));
             }
             let error = (film.mean() - value).abs();
-            assert!(error <= (1.0 + 1e-12) * film.rounding_error() * film.mean() || film.mean() == 0.0, "{value:e}");
+            assert!(
+                error <= (1.0 + 1e-12) * film.rounding_error() * film.mean() || film.mean() == 0.0,
+                "{value:e}"
+            );
             assert_eq!(film.mean() == 0.0, value < 0.5 * UNIT, "{value:e}");
-            assert!(error <= (0.5 * UNIT).max(1e-15 * value), "{value:e}: {error:e}");
-            assert_eq!(film.rounding_error() > 1e-4, value < 5000.0 * UNIT, "{value:e}");
+            assert!(
+                error <= (0.5 * UNIT).max(1e-15 * value),
+                "{value:e}: {error:e}"
+            );
+            assert_eq!(
+                film.rounding_error() > 1e-4,
+                value < 5000.0 * UNIT,
+                "{value:e}"
+            );
         }
     }
 }

@@ -5,7 +5,8 @@ use crate::prelude::*;
 /// Normals everywhere, more of them near the poles and the equator, where signs change.
 fn normals() -> impl Strategy<Value = DVec3> {
     let near = |theta: f64| {
-        (-16.0..-1.0, 0.0..TAU).prop_map(move |(e, phi): (f64, f64)| from_spherical(theta + 10f64.powf(e), phi))
+        (-16.0..-1.0, 0.0..TAU)
+            .prop_map(move |(e, phi): (f64, f64)| from_spherical(theta + 10f64.powf(e), phi))
     };
     prop_oneof![unit(), near(0.0), near(PI), near(PI / 2.0), near(-PI)]
 }
@@ -17,7 +18,14 @@ const BOUND: f64 = 16.0 * U;
 fn check(n: DVec3) {
     let Frame { x, y, z } = Frame::new(n);
     assert_eq!(z, n);
-    for (a, b, expected) in [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)] {
+    for (a, b, expected) in [
+        (x, x, 1.0),
+        (y, y, 1.0),
+        (z, z, 1.0),
+        (x, y, 0.0),
+        (y, z, 0.0),
+        (z, x, 0.0),
+    ] {
         assert_abs_diff_eq!(a.dot(b), expected, epsilon = BOUND);
     }
     assert!((x.cross(y) - z).length() <= BOUND, "right-handed");
@@ -50,14 +58,19 @@ fn spherical_coordinates_undo_each_other() {
         // Angles of up to 2π are rounded by U of themselves, on either way.
         assert!((from_spherical(theta, phi) - w).length() <= 16.0 * U);
     });
-    property("to vector and back", 2000, &(0.0..=PI, 0.0..TAU), |(theta, phi)| {
-        let (theta_back, phi_back) = to_spherical(from_spherical(theta, phi));
-        assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * U);
-        if theta.sin() > 1e-3 {
-            let d = (phi_back - phi).abs();
-            assert!(d.min(TAU - d) <= 16.0 * U);
-        }
-    });
+    property(
+        "to vector and back",
+        2000,
+        &(0.0..=PI, 0.0..TAU),
+        |(theta, phi)| {
+            let (theta_back, phi_back) = to_spherical(from_spherical(theta, phi));
+            assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * U);
+            if theta.sin() > 1e-3 {
+                let d = (phi_back - phi).abs();
+                assert!(d.min(TAU - d) <= 16.0 * U);
+            }
+        },
+    );
     assert_eq!(to_spherical(DVec3::Y), (PI / 2.0, PI / 2.0));
     assert_eq!(to_spherical(-DVec3::Z).0, PI);
     assert_eq!(to_spherical(DVec3::Z).0, 0.0);

@@ -1,6 +1,8 @@
 //! Equations (10)-(12), refraction and its radiance factor.
 
-use whitefurnace::fresnel::{mirror, reflectance, reflectance_p, reflectance_s, refract, squared_cos_refracted};
+use whitefurnace::fresnel::{
+    mirror, reflectance, reflectance_p, reflectance_s, refract, squared_cos_refracted,
+};
 
 use crate::prelude::*;
 use crate::reference;
@@ -12,8 +14,8 @@ fn cosine_error(cos_2: f64, n1: f64, n2: f64) -> f64 {
     (square / (2.0 * cos_2)).min(square.sqrt()) + U * cos_2
 }
 
-/// Bound on the errors of R_s, R_p and R: |dR_s/dcos θ₂| ≤ 4 n₂/(n₁ cos θ₁ + n₂ cos θ₂), likewise R_p,
-/// and 16 U for the other roundings.
+/// Bound on the errors of R_s, R_p and R: |dR_s/dcos θ₂| ≤ 4 n₂/(n₁ cos θ₁ + n₂ cos θ₂), likewise
+/// R_p, and 16 U for the other roundings.
 fn reflectance_error(cos_1: f64, n1: f64, n2: f64) -> f64 {
     let cos_2 = squared_cos_refracted(cos_1, n1, n2).max(0.0).sqrt();
     let slope_s = 4.0 * n2 / (n1 * cos_1 + n2 * cos_2);
@@ -41,34 +43,53 @@ fn table_of_reference_values() {
 
 #[test]
 fn equal_indices_reflect_nothing() {
-    property("index-matched", 500, &(0.01..=1.0, 1.0..3.0), |(cos_1, n)| {
-        assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
-        // But for exact grazing, where no light enters and 0/0 must not come up.
-        assert!(squared_cos_refracted(0.0, n, n) <= 0.0);
-        for of in [reflectance_s, reflectance_p, reflectance] {
-            assert_eq!(of(0.0, n, n), 1.0);
-        }
-    });
+    property(
+        "index-matched",
+        500,
+        &(0.01..=1.0, 1.0..3.0),
+        |(cos_1, n)| {
+            assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
+            // But for exact grazing, where no light enters and 0/0 must not come up.
+            assert!(squared_cos_refracted(0.0, n, n) <= 0.0);
+            for of in [reflectance_s, reflectance_p, reflectance] {
+                assert_eq!(of(0.0, n, n), 1.0);
+            }
+        },
+    );
 }
 
 #[test]
 fn refraction_obeys_snell() {
-    property("Snell", 2000, &(unit(), unit(), indices()), |(d, n, (n1, n2))| {
-        let n = if d.dot(n) < 0.0 { n } else { -n };
-        let sin_1 = d.cross(n).length();
-        // Rounding decides within 16 U of the critical angle.
-        let Some(t) = refract(d, n, n1, n2) else {
-            assert!(n1 * sin_1 > n2 * (1.0 - 16.0 * U), "refracted light is lost");
-            return;
-        };
-        assert!(n1 * sin_1 < n2 * (1.0 + 16.0 * U), "past the critical angle");
-        assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * U);
-        assert!(t.dot(n) <= 0.0, "on the other side");
-        // Snell's law with its plane: n₁ d × n = n₂ t × n. Both d and n are unit to 3 U, which the
-        // square of cos θ₂ feels with (1 + ρ²), and the normalisation of t with half of it.
-        let ratio = n1 / n2;
-        assert!((n1 * d.cross(n) - n2 * t.cross(n)).length() <= 32.0 * U * (1.0 + ratio * ratio) * n1.max(n2));
-    });
+    property(
+        "Snell",
+        2000,
+        &(unit(), unit(), indices()),
+        |(d, n, (n1, n2))| {
+            let n = if d.dot(n) < 0.0 { n } else { -n };
+            let sin_1 = d.cross(n).length();
+            // Rounding decides within 16 U of the critical angle.
+            let Some(t) = refract(d, n, n1, n2) else {
+                assert!(
+                    n1 * sin_1 > n2 * (1.0 - 16.0 * U),
+                    "refracted light is lost"
+                );
+                return;
+            };
+            assert!(
+                n1 * sin_1 < n2 * (1.0 + 16.0 * U),
+                "past the critical angle"
+            );
+            assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * U);
+            assert!(t.dot(n) <= 0.0, "on the other side");
+            // Snell's law with its plane: n₁ d × n = n₂ t × n. Both d and n are unit to 3 U, which
+            // the square of cos θ₂ feels with (1 + ρ²), and the normalisation of t with half of it.
+            let ratio = n1 / n2;
+            assert!(
+                (n1 * d.cross(n) - n2 * t.cross(n)).length()
+                    <= 32.0 * U * (1.0 + ratio * ratio) * n1.max(n2)
+            );
+        },
+    );
 }
 
 #[test]
@@ -82,5 +103,8 @@ fn mirror_law() {
         assert!((m.cross(n) - d.cross(n)).length() <= bound);
         assert!((mirror(m, n) - d).length() <= 2.0 * bound);
     });
-    assert_eq!(mirror(DVec3::new(0.6, 0.0, -0.8), DVec3::Z), DVec3::new(0.6, 0.0, 0.8));
+    assert_eq!(
+        mirror(DVec3::new(0.6, 0.0, -0.8), DVec3::Z),
+        DVec3::new(0.6, 0.0, 0.8)
+    );
 }

@@ -19,15 +19,25 @@ fn down(x: f64, y: f64) -> Ray {
 fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
     let triangle = prop::array::uniform3(point(1.0));
     (triangle, point(1.0), 0.05..0.9, 0.05..0.9, -4i32..=4)
-        .prop_map(|(triangle, origin, u, v, exponent): (_, DVec3, f64, f64, _)| {
-            let scale = 10f64.powi(exponent);
-            let triangle = triangle.map(|vertex: DVec3| vertex * scale);
-            let (u, v) = if u + v < 0.95 { (u, v) } else { (u * 0.5, v * 0.5) };
-            let target = triangle_point(triangle, u, v);
-            // Origins at distances from a hundredth to a hundred times the triangle's size.
-            let origin = target + origin * scale.powf(0.5);
-            (Ray::new(origin, (target - origin).normalize()), triangle, [u, v])
-        })
+        .prop_map(
+            |(triangle, origin, u, v, exponent): (_, DVec3, f64, f64, _)| {
+                let scale = 10f64.powi(exponent);
+                let triangle = triangle.map(|vertex: DVec3| vertex * scale);
+                let (u, v) = if u + v < 0.95 {
+                    (u, v)
+                } else {
+                    (u * 0.5, v * 0.5)
+                };
+                let target = triangle_point(triangle, u, v);
+                // Origins at distances from a hundredth to a hundred times the triangle's size.
+                let origin = target + origin * scale.powf(0.5);
+                (
+                    Ray::new(origin, (target - origin).normalize()),
+                    triangle,
+                    [u, v],
+                )
+            },
+        )
         .prop_filter("well conditioned", |(ray, [a, b, c], _)| {
             let (e1, e2) = (*b - *a, *c - *a);
             ray.direction.dot(e1.cross(e2)).abs() > 1e-3 * e1.length() * e2.length()
@@ -50,7 +60,8 @@ fn cramer_error(ray: &Ray, [a, b, c]: [DVec3; 3], [t, u, v]: [f64; 3]) -> [f64; 
 }
 
 /// Bound on the error of the weights of the watertight test: projected vertices are at most 2L away
-/// and off by 6 U L, so an edge value is off by 4·2·6 U L² + 2 U (2L)², the determinant by thrice that.
+/// and off by 6 U L, so an edge value is off by 4·2·6 U L² + 2 U (2L)², the determinant by thrice
+/// that.
 fn shear_error(ray: &Ray, triangle: [DVec3; 3]) -> (f64, f64) {
     let length = triangle.map(|v| (v - ray.origin).length());
     let length = length.into_iter().fold(0.0, f64::max);
@@ -74,7 +85,10 @@ fn residuals_are_distances_from_the_solution() {
     let triangle = [DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z];
     let ray = Ray::new(DVec3::new(2.0, 4.0, 8.0), DVec3::new(0.0, -1.0, 0.5));
     // T(u, v) − R(t) at t = 2, u = 1/4, v = 1/2: (1/4, 1/4, 1/2) − (2, 2, 9).
-    assert_eq!(triangle_residual(&ray, triangle, 2.0, 0.25, 0.5), DVec3::new(-1.75, -1.75, -8.5));
+    assert_eq!(
+        triangle_residual(&ray, triangle, 2.0, 0.25, 0.5),
+        DVec3::new(-1.75, -1.75, -8.5)
+    );
 }
 
 #[test]
@@ -84,15 +98,23 @@ fn solution_has_no_residual() {
         let [et, eu, ev] = cramer_error(&ray, triangle, [t, found_u, found_v]);
         let [a, b, c] = triangle;
         let (l1, l2) = ((b - a).length(), (c - a).length());
-        let size = triangle.iter().fold(ray.origin.length(), |s, v| s + v.length());
+        let size = triangle
+            .iter()
+            .fold(ray.origin.length(), |s, v| s + v.length());
         // Errors of the solution, then rounding of the residual: six operations on each term.
         let terms = t + l1 + l2 + (ray.origin - a).length();
         let bound = et + eu * l1 + ev * l2 + 6.0 * U * terms;
         let residual = triangle_residual(&ray, triangle, t, found_u, found_v).length();
-        assert!(residual <= bound, "residual of (3): {residual:e} > {bound:e}");
+        assert!(
+            residual <= bound,
+            "residual of (3): {residual:e} > {bound:e}"
+        );
         // (2) meets (1): the same error, and rounding of the coordinates themselves.
         let apart = (triangle_point(triangle, found_u, found_v) - ray.at(t)).length();
-        assert!(apart <= bound + 6.0 * U * (size + t), "(1) and (2) are {apart:e} apart");
+        assert!(
+            apart <= bound + 6.0 * U * (size + t),
+            "(1) and (2) are {apart:e} apart"
+        );
         // The aim itself is off by the rounding of the target and of the direction.
         let aim = 6.0 * U * (size + t) / ray.direction.dot((b - a).cross(c - a)).abs();
         assert_abs_diff_eq!(found_u, u, epsilon = eu + aim * l2);
@@ -102,17 +124,29 @@ fn solution_has_no_residual() {
 
 #[test]
 fn solution_scales_exactly() {
-    // Powers of two scale every intermediate value without rounding: no threshold may depend on size.
-    property("scales", 500, &(aimed(), -150i32..150), |((ray, triangle, _), k)| {
-        let scale = 2f64.powi(k);
-        let scaled = Ray::new(ray.origin * scale, ray.direction);
-        let (t, u, v) = moller_trumbore(&ray, triangle).expect("aimed inside");
-        let found = moller_trumbore(&scaled, triangle.map(|x| x * scale));
-        assert_eq!(found, Some((t * scale, u, v)));
-        let hit = watertight(&ray, triangle, f64::INFINITY).expect("aimed inside");
-        let found = watertight(&scaled, triangle.map(|x| x * scale), f64::INFINITY);
-        assert_eq!(found, Some(TriangleHit { t: hit.t * scale, ..hit }));
-    });
+    // Powers of two scale every intermediate value without rounding: no threshold may depend on
+    // size.
+    property(
+        "scales",
+        500,
+        &(aimed(), -150i32..150),
+        |((ray, triangle, _), k)| {
+            let scale = 2f64.powi(k);
+            let scaled = Ray::new(ray.origin * scale, ray.direction);
+            let (t, u, v) = moller_trumbore(&ray, triangle).expect("aimed inside");
+            let found = moller_trumbore(&scaled, triangle.map(|x| x * scale));
+            assert_eq!(found, Some((t * scale, u, v)));
+            let hit = watertight(&ray, triangle, f64::INFINITY).expect("aimed inside");
+            let found = watertight(&scaled, triangle.map(|x| x * scale), f64::INFINITY);
+            assert_eq!(
+                found,
+                Some(TriangleHit {
+                    t: hit.t * scale,
+                    ..hit
+                })
+            );
+        },
+    );
 }
 
 #[test]
@@ -142,13 +176,26 @@ fn distances_are_in_units_of_the_direction_from_either_side() {
 
 #[test]
 fn borders_belong_to_the_triangle() {
-    for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)] {
+    for (x, y) in [
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (0.0, 1.0),
+        (0.5, 0.0),
+        (0.0, 0.5),
+        (0.5, 0.5),
+    ] {
         assert_eq!(moller_trumbore(&down(x, y), STANDARD), Some((2.0, x, y)));
         let hit = watertight(&down(x, y), STANDARD, 3.0).expect("a border hit");
         assert_eq!(hit.weights, [1.0 - x - y, x, y]);
     }
     let e = f64::EPSILON;
-    for (x, y) in [(-e, 0.5), (0.5, -e), (0.5, 0.5 + e), (2.0, 2.0), (-1.0, 2.0)] {
+    for (x, y) in [
+        (-e, 0.5),
+        (0.5, -e),
+        (0.5, 0.5 + e),
+        (2.0, 2.0),
+        (-1.0, 2.0),
+    ] {
         assert_eq!(moller_trumbore(&down(x, y), STANDARD), None, "({x}, {y})");
         assert_eq!(watertight(&down(x, y), STANDARD, 3.0), None, "({x}, {y})");
     }

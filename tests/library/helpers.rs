@@ -42,7 +42,15 @@ pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
 
 /// ∫ f over [a, b].
 pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
-    integrate(Rectangle { x: [a, b], y: [0.0, 1.0] }, 1e-10, &mut |x, _| f(x)).value
+    integrate(
+        Rectangle {
+            x: [a, b],
+            y: [0.0, 1.0],
+        },
+        1e-10,
+        &mut |x, _| f(x),
+    )
+    .value
 }
 
 /// An indexed triangle mesh.
@@ -60,7 +68,10 @@ impl Mesh {
 
     /// The triangles, for a hierarchy.
     pub fn primitives(&self) -> Vec<Primitive> {
-        self.triangles.iter().map(|&t| Primitive::Triangle(self.corners(t))).collect()
+        self.triangles
+            .iter()
+            .map(|&t| Primitive::Triangle(self.corners(t)))
+            .collect()
     }
 
     /// The mesh with every vertex mapped.
@@ -83,12 +94,18 @@ impl Mesh {
             let next = (i + 1) % n;
             triangles.extend([[i, next, next + n], [i, next + n, i + n]]);
         }
-        Self { vertices: ring(bottom).chain(ring(top)).collect(), triangles }
+        Self {
+            vertices: ring(bottom).chain(ring(top)).collect(),
+            triangles,
+        }
     }
 
     /// The cube [−1, 1]³.
     pub fn cube() -> Self {
-        Self::prism(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]], [-1.0, 1.0])
+        Self::prism(
+            &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+            [-1.0, 1.0],
+        )
     }
 
     /// The walls, floor and ceiling of the report's room.
@@ -102,7 +119,10 @@ impl Mesh {
         for row in 1..rows {
             for column in 0..columns {
                 let theta = PI * f64::from(row) / f64::from(rows);
-                vertices.push(from_spherical(theta, TAU * f64::from(column) / f64::from(columns)));
+                vertices.push(from_spherical(
+                    theta,
+                    TAU * f64::from(column) / f64::from(columns),
+                ));
             }
         }
         vertices.push(-DVec3::Z);
@@ -118,7 +138,10 @@ impl Mesh {
             }
             triangles.push([south, at(rows - 1, column + 1), at(rows - 1, column)]);
         }
-        Self { vertices, triangles }
+        Self {
+            vertices,
+            triangles,
+        }
     }
 }
 
@@ -164,12 +187,23 @@ pub fn furnace(albedo: f64) -> Scene {
 
 /// The inside of a sphere of radius 1.
 pub fn within_sphere(surface: Surface) -> Scene {
-    scene(|scene| ball(scene, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, surface))
+    scene(|scene| {
+        ball(
+            scene,
+            Sphere {
+                inward: true,
+                ..Sphere::new(DVec3::ZERO, 1.0)
+            },
+            surface,
+        );
+    })
 }
 
 /// A surface that reflects this share by Lambert's law.
 pub fn diffuse(albedo: f64) -> Surface {
-    Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })
+    Surface::new(Bsdf::Lambert {
+        albedo: DVec3::splat(albedo),
+    })
 }
 
 /// A surface that reflects nothing and emits this radiance.
@@ -184,7 +218,9 @@ pub fn glass(index: f64) -> Surface {
 
 /// A mirror that reflects this share.
 pub fn reflecting(reflectance: f64) -> Surface {
-    Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(reflectance) })
+    Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::splat(reflectance),
+    })
 }
 
 /// Adds a rectangle of its own surface.
@@ -196,7 +232,12 @@ pub fn panel(scene: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface
 /// Adds a level square of this half side around the z-axis, its front up or down.
 pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: Surface) {
     let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
-    panel(scene, DVec3::new(-half, -half, height), if up { [x, y] } else { [y, x] }, surface);
+    panel(
+        scene,
+        DVec3::new(-half, -half, height),
+        if up { [x, y] } else { [y, x] },
+        surface,
+    );
 }
 
 /// Adds a sphere of its own surface.
@@ -221,7 +262,14 @@ pub fn rendered<E: Estimator>(
 ) -> Result<Film, Error> {
     let mut film = Film::new(frame, None, sampling.samples_per_replication())?;
     for range in ranges {
-        assert!(render(scene, estimator, sampling, &mut film, range, &|_| true)?);
+        assert!(render(
+            scene,
+            estimator,
+            sampling,
+            &mut film,
+            range,
+            &|_| true
+        )?);
     }
     Ok(film)
 }
@@ -236,7 +284,14 @@ pub fn passes<E: ImageEstimator>(
     let mut film = Film::new(frame, None, 1)?;
     for range in ranges {
         let numbers = (Numbers::Independent, master());
-        assert!(render_passes(scene, estimator, numbers, &mut film, range.clone(), &|_| true)?);
+        assert!(render_passes(
+            scene,
+            estimator,
+            numbers,
+            &mut film,
+            range.clone(),
+            &|_| true
+        )?);
     }
     Ok(film)
 }
@@ -250,7 +305,10 @@ pub fn any_camera() -> Camera {
 pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
     match result {
         Err(Error::Option(message)) => {
-            assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+            assert!(
+                message.contains(hint) && !message.contains('\n'),
+                "{message}"
+            );
         }
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("not refused: {hint}"),

@@ -4,8 +4,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
-    WritableImage as _, f16,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
+    LayerAttributes, WritableImage as _, f16,
 };
 use whitefurnace::image::read::{Meaning, Picture, decode};
 
@@ -17,35 +17,58 @@ fn read(bytes: &[u8], layer: Option<&str>) -> Result<Picture, String> {
 
 fn refused(bytes: &[u8], layer: Option<&str>, hint: &str) {
     let message = read(bytes, layer).expect_err(hint);
-    assert!(message.starts_with("cannot read a.any: ") && message.contains(hint), "{hint}: {message}");
+    assert!(
+        message.starts_with("cannot read a.any: ") && message.contains(hint),
+        "{hint}: {message}"
+    );
     assert_eq!(message.lines().count(), 1, "{message}");
 }
 
 /// A PFM of 2 × 3 pixels.
 fn pfm(kind: &str, scale: &str, bytes: fn(f32) -> [u8; 4], values: &[f32]) -> Vec<u8> {
     let header = format!("{kind}\n2 3\n{scale}\n").into_bytes();
-    header.into_iter().chain(values.iter().flat_map(|&value| bytes(value))).collect()
+    header
+        .into_iter()
+        .chain(values.iter().flat_map(|&value| bytes(value)))
+        .collect()
 }
 
 #[test]
 fn pfm_is_read_from_the_bottom_in_both_orders() {
     let values: Vec<f32> = (0..18).map(|i| i as f32 - 0.5).collect();
-    for (scale, bytes) in [("-1.0", f32::to_le_bytes as fn(f32) -> [u8; 4]), ("1", f32::to_be_bytes)] {
+    for (scale, bytes) in [
+        ("-1.0", f32::to_le_bytes as fn(f32) -> [u8; 4]),
+        ("1", f32::to_be_bytes),
+    ] {
         let colour = read(&pfm("PF", scale, bytes, &values), None).expect("a PFM");
         assert_eq!((colour.size, colour.meaning), ([2, 3], Meaning::Rgb));
         assert_eq!(colour.values[0], [11.5, 14.5, 5.5, 8.5, -0.5, 2.5]);
         assert_eq!(colour.values[2], [13.5, 16.5, 7.5, 10.5, 1.5, 4.5]);
         let grey = read(&pfm("Pf", scale, bytes, &values[..6]), None).expect("a PFM");
-        assert_eq!((grey.meaning, &grey.values[0][..]), (Meaning::Grey, &[3.5, 4.5, 1.5, 2.5, -0.5, 0.5][..]));
+        assert_eq!(
+            (grey.meaning, &grey.values[0][..]),
+            (Meaning::Grey, &[3.5, 4.5, 1.5, 2.5, -0.5, 0.5][..])
+        );
     }
 }
 
-/// Lines that end as on Windows, comments, and an end of a line behind the pixels; also where pixels look like that.
+/// Lines that end as on Windows, comments, and an end of a line behind the pixels; also where
+/// pixels look like that.
 #[test]
 fn pfm_is_read_with_other_lines() {
     // 10.0 is 0x41200000, and these begin and end with bytes of white space.
-    let values = [f32::from_bits(0x3f80_000a), 2.0, 3.0, 4.0, 5.0, f32::from_bits(0x0a80_0000)];
-    let pixels: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let values = [
+        f32::from_bits(0x3f80_000a),
+        2.0,
+        3.0,
+        4.0,
+        5.0,
+        f32::from_bits(0x0a80_0000),
+    ];
+    let pixels: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
     for header in [
         "Pf\n2 3\n-1\n",
         "Pf\r\n2 3\r\n-1.0\r\n",
@@ -58,11 +81,23 @@ fn pfm_is_read_with_other_lines() {
             let bytes = [header.as_bytes(), &pixels, end.as_bytes()].concat();
             let picture = read(&bytes, None).expect(header);
             let bottom: Vec<f64> = values[..2].iter().map(|&value| value.into()).collect();
-            assert_eq!((picture.size, &picture.values[0][4..]), ([2, 3], &bottom[..]), "{header:?} {end:?}");
+            assert_eq!(
+                (picture.size, &picture.values[0][4..]),
+                ([2, 3], &bottom[..]),
+                "{header:?} {end:?}"
+            );
         }
     }
-    refused(&[&b"Pf\n2 3\n-1\n"[..], &pixels, b"\n\n\n"].concat(), None, "27 bytes of pixels in place of 24");
-    refused(&[&b"Pf\n2 3\n-255\n"[..], &pixels].concat(), None, "the scale of the PFM is -255");
+    refused(
+        &[&b"Pf\n2 3\n-1\n"[..], &pixels, b"\n\n\n"].concat(),
+        None,
+        "27 bytes of pixels in place of 24",
+    );
+    refused(
+        &[&b"Pf\n2 3\n-255\n"[..], &pixels].concat(),
+        None,
+        "the scale of the PFM is -255",
+    );
     refused(b"Pf\n# without an end", None, "no header");
 }
 
@@ -75,12 +110,26 @@ fn radiance(header: &str, bytes: &[u8]) -> Vec<u8> {
 #[test]
 fn radiance_pictures_are_read() {
     let format = "# a comment\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1.0\n\n";
-    let flat = [128, 64, 32, 129, 255, 0, 1, 136, 9, 9, 9, 0, 128, 128, 128, 120];
-    for (size, order) in [("-Y 2 +X 2", [0, 1, 2, 3]), ("+Y 2 +X 2", [2, 3, 0, 1]), ("-Y 2 -X 2", [1, 0, 3, 2])] {
+    let flat = [
+        128, 64, 32, 129, 255, 0, 1, 136, 9, 9, 9, 0, 128, 128, 128, 120,
+    ];
+    for (size, order) in [
+        ("-Y 2 +X 2", [0, 1, 2, 3]),
+        ("+Y 2 +X 2", [2, 3, 0, 1]),
+        ("-Y 2 -X 2", [1, 0, 3, 2]),
+    ] {
         let picture = read(&radiance(&format!("{format}{size}\n"), &flat), None).expect(size);
-        let right = [[1.0, 255.0, 0.0, 1.0 / 512.0], [0.5, 0.0, 0.0, 1.0 / 512.0], [0.25, 1.0, 0.0, 1.0 / 512.0]];
+        let right = [
+            [1.0, 255.0, 0.0, 1.0 / 512.0],
+            [0.5, 0.0, 0.0, 1.0 / 512.0],
+            [0.25, 1.0, 0.0, 1.0 / 512.0],
+        ];
         let right = right.map(|plane| order.map(|i| plane[i]).to_vec());
-        assert_eq!((picture.size, picture.meaning, &picture.values[..]), ([2, 2], Meaning::Rgb, &right[..]), "{size}");
+        assert_eq!(
+            (picture.size, picture.meaning, &picture.values[..]),
+            ([2, 2], Meaning::Rgb, &right[..]),
+            "{size}"
+        );
     }
     // Eight pixels and more have each byte for itself: runs of 128 + n, or n values.
     let rows = [
@@ -89,20 +138,30 @@ fn radiance_pictures_are_read() {
         &[4, 1, 2, 3, 4, 128 + 5, 5],
         &[128 + 8, 0, 1, 7],
         &[128 + 9, 136],
-        // The older code repeats the last pixel 2 + 0 · 256 times, and the first row's kind is not the second's.
+        // The older code repeats the last pixel 2 + 0 · 256 times, and the first row's kind is not
+        // the second's.
         &[1, 2, 3, 136, 1, 1, 1, 2, 4, 5, 6, 136, 1, 1, 1, 5],
     ];
     let bytes = radiance(&format!("{format}-Y 2 +X 9\n"), &rows.concat());
     let picture = read(&bytes, None).expect("a picture");
     let planes = [
         [[128.0; 9], [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0]],
-        [[1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0, 5.0], [2.0, 2.0, 2.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]],
-        [[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 7.0], [3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0]],
+        [
+            [1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0, 5.0],
+            [2.0, 2.0, 2.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0],
+        ],
+        [
+            [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 7.0],
+            [3.0, 3.0, 3.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0],
+        ],
     ];
     assert_eq!(picture.values, planes.map(|rows| rows.concat()));
     refused(&bytes[..bytes.len() - 1], None, "truncated");
     for (header, hint) in [
-        ("FORMAT=32-bit_rle_xyze\n\n-Y 2 +X 2\n", "FORMAT=32-bit_rle_xyze: write RGBE"),
+        (
+            "FORMAT=32-bit_rle_xyze\n\n-Y 2 +X 2\n",
+            "FORMAT=32-bit_rle_xyze: write RGBE",
+        ),
         ("EXPOSURE=2.5\n\n-Y 2 +X 2\n", "some programs divide"),
         ("\n+X 2 -Y 2\n", "write it row by row"),
         ("\n-Y 2 +X 99999999999999\n", "a size"),
@@ -116,7 +175,11 @@ fn radiance_pictures_are_read() {
 #[test]
 fn what_is_no_image_is_refused() {
     let good = pfm("PF", "-1", f32::to_le_bytes, &[1.0; 18]);
-    refused(&good[..good.len() - 1], None, "71 bytes of pixels in place of 72");
+    refused(
+        &good[..good.len() - 1],
+        None,
+        "71 bytes of pixels in place of 72",
+    );
     refused(&good, Some("a"), "no layers");
     for (bytes, hint) in [
         (&b"\x89PNG"[..], "neither EXR nor PFM"),
@@ -133,65 +196,150 @@ fn what_is_no_image_is_refused() {
     }
     let mut values = [1.0; 18];
     values[7] = f32::NAN;
-    refused(&pfm("PF", "-1", f32::to_le_bytes, &values), None, "pixel (0, 1), G, is NaN");
+    refused(
+        &pfm("PF", "-1", f32::to_le_bytes, &values),
+        None,
+        "pixel (0, 1), G, is NaN",
+    );
     values[7] = f32::INFINITY;
-    refused(&pfm("PF", "1", f32::to_be_bytes, &values), None, "pixel (0, 1), G, is inf");
+    refused(
+        &pfm("PF", "1", f32::to_be_bytes, &values),
+        None,
+        "pixel (0, 1), G, is inf",
+    );
     let good = exr(&[("R", 1.0), ("G", 2.0), ("B", 3.0)], None);
     for length in [5, 40, good.len() / 2, good.len() - 1] {
         assert!(read(&good[..length], None).is_err(), "{length} bytes");
     }
 }
 
-/// An EXR of 2 × 1 pixels of 16-bit floats: channels and their first value, of which the second is the half.
+/// An EXR of 2 × 1 pixels of 16-bit floats: channels and their first value, of which the second is
+/// the half.
 fn exr(channels: &[(&str, f32)], layer: Option<&str>) -> Vec<u8> {
     let channel = |&(name, value): &(&str, f32)| {
-        AnyChannel::new(name, FlatSamples::F16(vec![f16::from_f32(value), f16::from_f32(value / 2.0)]))
+        AnyChannel::new(
+            name,
+            FlatSamples::F16(vec![f16::from_f32(value), f16::from_f32(value / 2.0)]),
+        )
     };
     let attributes = layer.map_or_else(LayerAttributes::default, LayerAttributes::named);
     let channels = AnyChannels::sort(channels.iter().map(channel).collect());
     let mut bytes = Cursor::new(Vec::new());
-    let image = Image::from_layer(Layer::new((2, 1), attributes, Encoding::SMALL_LOSSLESS, channels));
+    let image = Image::from_layer(Layer::new(
+        (2, 1),
+        attributes,
+        Encoding::SMALL_LOSSLESS,
+        channels,
+    ));
     image.write().to_buffered(&mut bytes).expect("written");
     bytes.into_inner()
 }
 
 /// Channels of several layers, each with its own value.
 fn named(names: &[&str]) -> Vec<u8> {
-    let channels: Vec<(&str, f32)> = names.iter().enumerate().map(|(i, &name)| (name, 1.0 + i as f32)).collect();
+    let channels: Vec<(&str, f32)> = names
+        .iter()
+        .enumerate()
+        .map(|(i, &name)| (name, 1.0 + i as f32))
+        .collect();
     exr(&channels, None)
 }
 
 /// How other programs call the channels of an image, and what is beside it.
 #[test]
 fn the_image_is_found_by_the_names_that_programs_use() {
-    let beside = ["ViewLayer.Depth.Z", "ViewLayer.Normal.X", "ViewLayer.Normal.Y", "ViewLayer.Normal.Z"];
-    let combined = ["ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B", "ViewLayer.Combined.A"];
+    let beside = [
+        "ViewLayer.Depth.Z",
+        "ViewLayer.Normal.X",
+        "ViewLayer.Normal.Y",
+        "ViewLayer.Normal.Z",
+    ];
+    let combined = [
+        "ViewLayer.Combined.R",
+        "ViewLayer.Combined.G",
+        "ViewLayer.Combined.B",
+        "ViewLayer.Combined.A",
+    ];
     for (names, meaning, first) in [
         (&["R", "G", "B", "A"][..], Meaning::Rgb, "R"),
         (&["b", "g", "r"], Meaning::Rgb, "r"),
         (&["red", "green", "blue"], Meaning::Rgb, "red"),
         (&[".R", ".G", ".B"], Meaning::Rgb, ".R"),
-        (&["beauty.[red]", "beauty.[green]", "beauty.[blue]"], Meaning::Rgb, "beauty.[red]"),
-        (&["rgb.blue", "rgb.green", "rgb.red"], Meaning::Rgb, "rgb.red"),
-        (&["rgba.Red", "rgba.Green", "rgba.Blue", "rgba.Alpha", "Z"], Meaning::Rgb, "rgba.Red"),
         (
-            &["R", "G", "B", "Albedo.R", "Albedo.G", "Albedo.B", "Variance.R", "Variance.G", "Variance.B"],
+            &["beauty.[red]", "beauty.[green]", "beauty.[blue]"],
+            Meaning::Rgb,
+            "beauty.[red]",
+        ),
+        (
+            &["rgb.blue", "rgb.green", "rgb.red"],
+            Meaning::Rgb,
+            "rgb.red",
+        ),
+        (
+            &["rgba.Red", "rgba.Green", "rgba.Blue", "rgba.Alpha", "Z"],
+            Meaning::Rgb,
+            "rgba.Red",
+        ),
+        (
+            &[
+                "R",
+                "G",
+                "B",
+                "Albedo.R",
+                "Albedo.G",
+                "Albedo.B",
+                "Variance.R",
+                "Variance.G",
+                "Variance.B",
+            ],
             Meaning::Rgb,
             "R",
         ),
-        (&["R", "G", "B", "left.R", "left.G", "left.B"], Meaning::Rgb, "R"),
-        (&[&combined[..], &beside].concat(), Meaning::Rgb, "ViewLayer.Combined.R"),
+        (
+            &["R", "G", "B", "left.R", "left.G", "left.B"],
+            Meaning::Rgb,
+            "R",
+        ),
+        (
+            &[&combined[..], &beside].concat(),
+            Meaning::Rgb,
+            "ViewLayer.Combined.R",
+        ),
         (&["Y"], Meaning::Luminance, "Y"),
         (&["Y", "A", "Z"], Meaning::Luminance, "Y"),
-        (&["Y", "albedo.R", "albedo.G", "albedo.B", "Normal.X", "Normal.Y", "Normal.Z"], Meaning::Luminance, "Y"),
+        (
+            &[
+                "Y", "albedo.R", "albedo.G", "albedo.B", "Normal.X", "Normal.Y", "Normal.Z",
+            ],
+            Meaning::Luminance,
+            "Y",
+        ),
         (&["X", "Y", "Z", "A"], Meaning::Xyz, "X"),
-        (&["X", "Y", "Z", "crypto_object00.r", "crypto_object00.g", "crypto_object00.b"], Meaning::Xyz, "X"),
+        (
+            &[
+                "X",
+                "Y",
+                "Z",
+                "crypto_object00.r",
+                "crypto_object00.g",
+                "crypto_object00.b",
+            ],
+            Meaning::Xyz,
+            "X",
+        ),
     ] {
         let picture = read(&named(names), None).expect("an image");
         let place = names.iter().position(|name| *name == first).expect("there");
-        assert_eq!((picture.meaning, &picture.channels[0][..]), (meaning, first), "{names:?}");
+        assert_eq!(
+            (picture.meaning, &picture.channels[0][..]),
+            (meaning, first),
+            "{names:?}"
+        );
         assert_eq!(picture.values[0][0], 1.0 + place as f64, "{names:?}");
-        assert_eq!(picture.channels.len(), if meaning == Meaning::Luminance { 1 } else { 3 });
+        assert_eq!(
+            picture.channels.len(),
+            if meaning == Meaning::Luminance { 1 } else { 3 }
+        );
     }
     let picture = read(&named(&[&combined[..], &beside].concat()), None).expect("an image");
     let reading = "ViewLayer.Combined.R, ViewLayer.Combined.G, ViewLayer.Combined.B as RGB; not read: \
@@ -199,37 +347,81 @@ fn the_image_is_found_by_the_names_that_programs_use() {
     assert_eq!(picture.reading(), reading);
 }
 
-/// Images that may be another than the one meant are refused, with all that would be read if it were asked for.
+/// Images that may be another than the one meant are refused, with all that would be read if it
+/// were asked for.
 #[test]
 fn what_may_be_another_image_is_refused() {
     for (names, hint) in [
         (
-            &["Combined.R", "Combined.G", "Combined.B", "DiffDir.R", "DiffDir.G", "DiffDir.B"][..],
+            &[
+                "Combined.R",
+                "Combined.G",
+                "Combined.B",
+                "DiffDir.R",
+                "DiffDir.G",
+                "DiffDir.B",
+            ][..],
             "among: Combined, DiffDir",
         ),
         // Nothing but what stands beside images.
         (&["albedo.R", "albedo.G", "albedo.B"], "among: albedo"),
-        (&["Normal.X", "Normal.Y", "Normal.Z", "Depth.Z"], "among: Normal"),
+        (
+            &["Normal.X", "Normal.Y", "Normal.Z", "Depth.Z"],
+            "among: Normal",
+        ),
         (&["foo.X", "foo.Y", "foo.Z"], "among: foo"),
         // The image is spectral, and what is beside it has three colours.
-        (&["S0.400nm", "S0.500nm", "direct.R", "direct.G", "direct.B"], "among: direct"),
-        (&["X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B"], "among: X,Y,Z, beauty"),
-        (&["Y", "beauty.R", "beauty.G", "beauty.B"], "among: Y, beauty"),
+        (
+            &["S0.400nm", "S0.500nm", "direct.R", "direct.G", "direct.B"],
+            "among: direct",
+        ),
+        (
+            &["X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B"],
+            "among: X,Y,Z, beauty",
+        ),
+        (
+            &["Y", "beauty.R", "beauty.G", "beauty.B"],
+            "among: Y, beauty",
+        ),
         (&["Y", "RY", "BY"], "luminance and chroma"),
-        (&["Y", "RY", "BY", "albedo.R", "albedo.G", "albedo.B"], "luminance and chroma"),
-        (&["motion.X", "motion.Y"], "one or three channels, with commas, by --layer among: motion.X, motion.Y"),
-        (&["R", "A"], "one or three channels, with commas, by --layer among: A, R"),
-        (&["R", "red", "G", "B"], "one or three channels, with commas, by --layer among: B, G, R, red"),
+        (
+            &["Y", "RY", "BY", "albedo.R", "albedo.G", "albedo.B"],
+            "luminance and chroma",
+        ),
+        (
+            &["motion.X", "motion.Y"],
+            "one or three channels, with commas, by --layer among: motion.X, motion.Y",
+        ),
+        (
+            &["R", "A"],
+            "one or three channels, with commas, by --layer among: A, R",
+        ),
+        (
+            &["R", "red", "G", "B"],
+            "one or three channels, with commas, by --layer among: B, G, R, red",
+        ),
     ] {
         refused(&named(names), None, hint);
     }
-    // Chroma of half as many columns: the header says so behind the name, four bytes of type and four of others.
+    // Chroma of half as many columns: the header says so behind the name, four bytes of type and
+    // four of others.
     let mut chroma = named(&["Y", "RY", "BY"]);
-    let at = chroma.windows(3).position(|bytes| bytes == b"RY\0").expect("there") + 3 + 8;
+    let at = chroma
+        .windows(3)
+        .position(|bytes| bytes == b"RY\0")
+        .expect("there")
+        + 3
+        + 8;
     chroma[at] = 2;
-    refused(&chroma, None, "channel RY has fewer values than pixels: write R, G and B of full size");
+    refused(
+        &chroma,
+        None,
+        "channel RY has fewer values than pixels: write R, G and B of full size",
+    );
     // All that a message offers is read.
-    let layered = ["X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B", "depth.Z", "ao.Y"];
+    let layered = [
+        "X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B", "depth.Z", "ao.Y",
+    ];
     for (layer, meaning, first) in [
         ("X,Y,Z", Meaning::Xyz, 1.0),
         ("beauty", Meaning::Rgb, 4.0),
@@ -239,10 +431,18 @@ fn what_may_be_another_image_is_refused() {
         ("beauty.B,beauty.G,beauty.R", Meaning::Three, 6.0),
     ] {
         let picture = read(&named(&layered), Some(layer)).expect(layer);
-        assert_eq!((picture.meaning, picture.values[0][0]), (meaning, first), "{layer}");
+        assert_eq!(
+            (picture.meaning, picture.values[0][0]),
+            (meaning, first),
+            "{layer}"
+        );
     }
     for layer in ["depth", "X,Y", "none", "beauty.R,beauty.G,beauty.X"] {
-        refused(&named(&layered), Some(layer), "choose by --layer among: X,Y,Z, ao, beauty");
+        refused(
+            &named(&layered),
+            Some(layer),
+            "choose by --layer among: X,Y,Z, ao, beauty",
+        );
     }
 }
 
@@ -264,7 +464,10 @@ fn layers_are_found_by_their_names() {
         None,
     );
     refused(&layered, None, "--layer among: far, view");
-    assert_eq!(read(&layered, Some("far")).expect("a layer").values[0], [5.0, 2.5]);
+    assert_eq!(
+        read(&layered, Some("far")).expect("a layer").values[0],
+        [5.0, 2.5]
+    );
     refused(&layered, Some("near"), "no layer \"near\"");
     let picture = read(&layered, Some("view")).expect("a layer");
     assert_eq!(picture.values, [[1.0, 0.5], [2.0, 1.0], [3.0, 1.5]]);
@@ -274,22 +477,42 @@ fn layers_are_found_by_their_names() {
     let errors = [("Y", 1.0), ("stderr.Y", 0.25)];
     for layer in [None, Some("beauty"), Some("Y")] {
         let picture = read(&exr(&errors, Some("beauty")), layer).expect("a layer");
-        assert_eq!((picture.meaning, picture.standard_errors), (Meaning::Luminance, Some(vec![vec![0.25, 0.125]])));
+        assert_eq!(
+            (picture.meaning, picture.standard_errors),
+            (Meaning::Luminance, Some(vec![vec![0.25, 0.125]]))
+        );
     }
     refused(&exr(&[("depth.Z", 1.0)], None), None, "among: depth.Z");
-    refused(&exr(&[("Y", 1.0), ("stderr.Y", -1.0)], None), None, "pixel (0, 0), the standard error of Y, is -1");
+    refused(
+        &exr(&[("Y", 1.0), ("stderr.Y", -1.0)], None),
+        None,
+        "pixel (0, 0), the standard error of Y, is -1",
+    );
     // As of one sample: nothing is known.
     let infinite = exr(&[("Y", 1.0), ("stderr.Y", f32::INFINITY)], None);
-    assert_eq!(read(&infinite, None).expect("an image").standard_errors, None);
+    assert_eq!(
+        read(&infinite, None).expect("an image").standard_errors,
+        None
+    );
 }
 
 /// Parts have names of their own, which channels may repeat.
 #[test]
 fn parts_are_layers() {
     let layer = |name: &str, channels: &[&str], size: (usize, usize)| {
-        let channel = |&name: &&str| AnyChannel::new(name, FlatSamples::F32(vec![name.len() as f32; size.0 * size.1]));
+        let channel = |&name: &&str| {
+            AnyChannel::new(
+                name,
+                FlatSamples::F32(vec![name.len() as f32; size.0 * size.1]),
+            )
+        };
         let channels = AnyChannels::sort(channels.iter().map(channel).collect());
-        Layer::new(size, LayerAttributes::named(name), Encoding::SMALL_LOSSLESS, channels)
+        Layer::new(
+            size,
+            LayerAttributes::named(name),
+            Encoding::SMALL_LOSSLESS,
+            channels,
+        )
     };
     let file = |layers: Vec<Layer<AnyChannels<FlatSamples>>>| {
         let mut bytes = Cursor::new(Vec::new());
@@ -300,14 +523,33 @@ fn parts_are_layers() {
     };
     let colours = ["R", "G", "B"];
     let repeated = ["depth.R", "depth.G", "depth.B"];
-    let bytes = file(vec![layer("depth", &repeated, (2, 1)), layer("rgba", &colours, (2, 1))]);
+    let bytes = file(vec![
+        layer("depth", &repeated, (2, 1)),
+        layer("rgba", &colours, (2, 1)),
+    ]);
     let picture = read(&bytes, None).expect("an image");
-    assert_eq!((&picture.channels[0][..], picture.values[0][0]), ("rgba.R", 1.0));
-    assert_eq!(read(&bytes, Some("depth")).expect("a layer").values[0][0], 7.0);
-    let views = file(vec![layer("rgba.left", &colours, (2, 1)), layer("rgba.right", &colours, (2, 1))]);
+    assert_eq!(
+        (&picture.channels[0][..], picture.values[0][0]),
+        ("rgba.R", 1.0)
+    );
+    assert_eq!(
+        read(&bytes, Some("depth")).expect("a layer").values[0][0],
+        7.0
+    );
+    let views = file(vec![
+        layer("rgba.left", &colours, (2, 1)),
+        layer("rgba.right", &colours, (2, 1)),
+    ]);
     refused(&views, None, "among: rgba.left, rgba.right");
-    let sizes = file(vec![layer("small", &["v"], (1, 1)), layer("large", &["v", "w"], (2, 1))]);
-    refused(&sizes, Some("small.v,large.v,large.w"), "channels small.v and large.v differ in size or place");
+    let sizes = file(vec![
+        layer("small", &["v"], (1, 1)),
+        layer("large", &["v", "w"], (2, 1)),
+    ]);
+    refused(
+        &sizes,
+        Some("small.v,large.v,large.w"),
+        "channels small.v and large.v differ in size or place",
+    );
 }
 
 /// Nothing that begins like an image brings the reader down.
@@ -316,14 +558,24 @@ fn damaged_files_are_refused() {
     let files = [
         exr(&[("R", 1.0), ("G", 2.0), ("B", 3.0)], None),
         pfm("PF", "-1", f32::to_le_bytes, &[1.0; 18]),
-        radiance("\n-Y 1 +X 8\n", &[2, 2, 0, 8, 136, 1, 136, 2, 8, 1, 2, 3, 4, 5, 6, 7, 8, 136, 130]),
+        radiance(
+            "\n-Y 1 +X 8\n",
+            &[
+                2, 2, 0, 8, 136, 1, 136, 2, 8, 1, 2, 3, 4, 5, 6, 7, 8, 136, 130,
+            ],
+        ),
     ];
     let damage = (0..3_usize, any::<prop::sample::Index>(), any::<u8>());
-    property("damaged images", context("").arguments(2000) as u32, &damage, |(file, at, byte)| {
-        let mut bytes = files[file].clone();
-        let at = at.index(bytes.len());
-        bytes[at] = byte;
-        // An image or an error: what counts is that it returns.
-        drop(read(&bytes, None));
-    });
+    property(
+        "damaged images",
+        context("").arguments(2000) as u32,
+        &damage,
+        |(file, at, byte)| {
+            let mut bytes = files[file].clone();
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+            // An image or an error: what counts is that it returns.
+            drop(read(&bytes, None));
+        },
+    );
 }

@@ -16,12 +16,22 @@ use scenes::{crowded, scenes};
 
 use crate::prelude::*;
 
-fn assert_same_film(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, window: Option<Window>) {
-    let film = Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
+fn assert_same_film(
+    scene: &Scene,
+    lanes: LaneEstimator,
+    sampling: Sampling,
+    window: Option<Window>,
+) {
+    let film =
+        Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
     assert_same(scene, lanes, sampling, film.clone());
     if matches!(sampling.numbers, Numbers::Sobol(_)) {
         let mut film = film;
-        film.set_sample_counts((0..film.pixels().len() as u32).map(|at| 1 + at % 7).collect());
+        film.set_sample_counts(
+            (0..film.pixels().len() as u32)
+                .map(|at| 1 + at % 7)
+                .collect(),
+        );
         assert_same(scene, lanes, sampling, film);
     }
 }
@@ -32,32 +42,78 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     let replications = 5;
     for range in [0..1, 1..replications] {
         match lanes {
-            LaneEstimator::Path(Path { strategy, lights, heuristic, early, by_bodies, bounces, .. }) => {
-                let path = Path { parts: OneByOne, strategy, lights, heuristic, early, by_bodies, bounces };
+            LaneEstimator::Path(Path {
+                strategy,
+                lights,
+                heuristic,
+                early,
+                by_bodies,
+                bounces,
+                ..
+            }) => {
+                let path = Path {
+                    parts: OneByOne,
+                    strategy,
+                    lights,
+                    heuristic,
+                    early,
+                    by_bodies,
+                    bounces,
+                };
                 render(scene, &path, sampling, &mut alone, &range, &|_| true)
             }
-            LaneEstimator::Report(Report { rays, segments, rules, .. }) => {
-                let report = Report { parts: OneByOne, rays, segments, rules };
+            LaneEstimator::Report(Report {
+                rays,
+                segments,
+                rules,
+                ..
+            }) => {
+                let report = Report {
+                    parts: OneByOne,
+                    rays,
+                    segments,
+                    rules,
+                };
                 render(scene, &report, sampling, &mut alone, &range, &|_| true)
             }
-            LaneEstimator::Whitted(Whitted { segments, rules, .. }) => {
-                let whitted = Whitted { parts: OneByOne, segments, rules };
+            LaneEstimator::Whitted(Whitted {
+                segments, rules, ..
+            }) => {
+                let whitted = Whitted {
+                    parts: OneByOne,
+                    segments,
+                    rules,
+                };
                 render(scene, &whitted, sampling, &mut alone, &range, &|_| true)
             }
         }
         .expect("legal values");
-        render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true).expect("legal values");
+        render_lanes(scene, lanes, sampling, &mut together, &range, &|_| true)
+            .expect("legal values");
     }
-    assert!(alone == together, "{} by {lanes:?}, {sampling:?}", scene.name());
+    assert!(
+        alone == together,
+        "{} by {lanes:?}, {sampling:?}",
+        scene.name()
+    );
     // A window may see nothing.
-    assert!(alone.size() != alone.frame() || alone.mean() > 0.0, "{} by {lanes:?}, {sampling:?}", scene.name());
+    assert!(
+        alone.size() != alone.frame() || alone.mean() > 0.0,
+        "{} by {lanes:?}, {sampling:?}",
+        scene.name()
+    );
 }
 
 #[test]
 fn images_have_the_same_bits() {
     let scenes = scenes();
     let seed = seed_for(master(), "lanes");
-    let plain = Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false };
+    let plain = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed,
+        outlines: false,
+    };
     for scene in &scenes {
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
             for (lights, heuristic) in [
@@ -65,36 +121,88 @@ fn images_have_the_same_bits() {
                 (LightSampling::SolidAngle, Heuristic::Power),
                 (LightSampling::ByContribution, Heuristic::Power),
             ] {
-                let path = Path { lights, heuristic, ..Path::new(Standard, strategy) };
+                let path = Path {
+                    lights,
+                    heuristic,
+                    ..Path::new(Standard, strategy)
+                };
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
         }
-        let path = Path { early: 2, by_bodies: true, ..Path::new(Standard, Finds::Mis) };
-        for (lights, heuristic) in
-            [(LightSampling::Area, Heuristic::Balance), (LightSampling::ByContribution, Heuristic::Power)]
-        {
-            assert_same_film(scene, LaneEstimator::Path(Path { lights, heuristic, ..path }), plain, None);
+        let path = Path {
+            early: 2,
+            by_bodies: true,
+            ..Path::new(Standard, Finds::Mis)
+        };
+        for (lights, heuristic) in [
+            (LightSampling::Area, Heuristic::Balance),
+            (LightSampling::ByContribution, Heuristic::Power),
+        ] {
+            assert_same_film(
+                scene,
+                LaneEstimator::Path(Path {
+                    lights,
+                    heuristic,
+                    ..path
+                }),
+                plain,
+                None,
+            );
         }
         for bounces in [0, 1, 2, 3] {
-            let path = Path { bounces: Some(bounces), ..path };
+            let path = Path {
+                bounces: Some(bounces),
+                ..path
+            };
             // So few may show nothing.
-            let window = Some(Window { corner: [0, 0], size: [23, 16] });
-            assert_same_film(scene, LaneEstimator::Path(path), Sampling { outlines: true, ..plain }, window);
+            let window = Some(Window {
+                corner: [0, 0],
+                size: [23, 16],
+            });
+            assert_same_film(
+                scene,
+                LaneEstimator::Path(path),
+                Sampling {
+                    outlines: true,
+                    ..plain
+                },
+                window,
+            );
         }
         let path = LaneEstimator::Path(path);
-        let report = |segments, rules| LaneEstimator::Report(Report { segments, rules, ..Report::default() });
-        let whitted = |segments, rules| LaneEstimator::Whitted(Whitted { segments, ..Whitted::new(rules) });
+        let report = |segments, rules| {
+            LaneEstimator::Report(Report {
+                segments,
+                rules,
+                ..Report::default()
+            })
+        };
+        let whitted = |segments, rules| {
+            LaneEstimator::Whitted(Whitted {
+                segments,
+                ..Whitted::new(rules)
+            })
+        };
         for segments in [0, 1, 2, 7] {
             assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
             assert_same_film(scene, whitted(segments, LightRules::PHYSICAL), plain, None);
         }
         assert_same_film(scene, report(7, LightRules::REPORT), plain, None);
-        let branching = Report { rays: 3, segments: 4, rules: LightRules::PHYSICAL, ..Report::default() };
+        let branching = Report {
+            rays: 3,
+            segments: 4,
+            rules: LightRules::PHYSICAL,
+            ..Report::default()
+        };
         assert_same_film(scene, LaneEstimator::Report(branching), plain, None);
         assert_same_film(scene, whitted(7, LightRules::REPORT), plain, None);
         // Under the other rules behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
-            let rules = LightRules { shadows_pass_glass, caustics, ..LightRules::PHYSICAL };
+            let rules = LightRules {
+                shadows_pass_glass,
+                caustics,
+                ..LightRules::PHYSICAL
+            };
             assert_same_film(scene, report(20, rules), plain, None);
         }
         for (pixel, numbers, outlines) in [
@@ -104,11 +212,33 @@ fn images_have_the_same_bits() {
             (Grid(2), Numbers::Independent, false),
             (Jitter(3), Numbers::Independent, true),
         ] {
-            for lanes in [path, report(7, LightRules::PHYSICAL), whitted(7, LightRules::PHYSICAL)] {
-                assert_same_film(scene, lanes, Sampling { pixel, numbers, seed, outlines }, None);
+            for lanes in [
+                path,
+                report(7, LightRules::PHYSICAL),
+                whitted(7, LightRules::PHYSICAL),
+            ] {
+                assert_same_film(
+                    scene,
+                    lanes,
+                    Sampling {
+                        pixel,
+                        numbers,
+                        seed,
+                        outlines,
+                    },
+                    None,
+                );
             }
         }
-        assert_same_film(scene, path, plain, Some(Window { corner: [3, 4], size: [9, 2] }));
+        assert_same_film(
+            scene,
+            path,
+            plain,
+            Some(Window {
+                corner: [3, 4],
+                size: [9, 2],
+            }),
+        );
     }
 }
 
@@ -120,12 +250,24 @@ fn radiances_are_those_of_each_ray_alone() {
         let sample = |i: u32| {
             let mut rng = stream(master(), i, 0);
             let ray = camera.ray([5, 4], 5.0 * uniform(&mut rng), 4.0 * uniform(&mut rng));
-            Sample { ray, hit: scene.intersect(&ray), rng }
+            Sample {
+                ray,
+                hit: scene.intersect(&ray),
+                rng,
+            }
         };
-        let path = Path { by_bodies: true, ..Path::new(Standard, Finds::Mis) };
+        let path = Path {
+            by_bodies: true,
+            ..Path::new(Standard, Finds::Mis)
+        };
         let each = |Sample { ray, hit, mut rng }| path.radiance(&scene, &ray, hit, &mut rng);
         let alone: Vec<DVec3> = (0..100).map(sample).map(each).collect();
-        assert_eq!(path.radiances(&scene, (0..100).map(sample)), alone, "{}", scene.name());
+        assert_eq!(
+            path.radiances(&scene, (0..100).map(sample)),
+            alone,
+            "{}",
+            scene.name()
+        );
     }
 }
 
@@ -158,28 +300,65 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         s.sphere(Sphere::new(DVec3::ZERO, 1.0), surface);
         let camera = Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.2);
         let scene = s.build(camera).expect("a legal scene");
-        let sampling = Sampling { pixel: Jitter(4), numbers: Numbers::Independent, seed: 1, outlines: false };
+        let sampling = Sampling {
+            pixel: Jitter(4),
+            numbers: Numbers::Independent,
+            seed: 1,
+            outlines: false,
+        };
         let path = Path::new(Standard, Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
-        let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true).expect_err("a wrong value");
-        let together = render_lanes(&scene, LaneEstimator::Path(path), sampling, &mut film(), &(0..1), &|_| true)
+        let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
             .expect_err("a wrong value");
+        let together = render_lanes(
+            &scene,
+            LaneEstimator::Path(path),
+            sampling,
+            &mut film(),
+            &(0..1),
+            &|_| true,
+        )
+        .expect_err("a wrong value");
         assert_eq!(together.to_string(), alone.to_string());
-        assert!(alone.to_string().contains("at pixel (0, 0), replication 0"), "{alone}");
+        assert!(
+            alone.to_string().contains("at pixel (0, 0), replication 0"),
+            "{alone}"
+        );
     }
 }
 
-/// Rows are counted as they are done, a run that is stopped says so, and a film of another kind is refused.
+/// Rows are counted as they are done, a run that is stopped says so, and a film of another kind is
+/// refused.
 #[test]
 fn rows_are_reported() {
-    let (scene, path) = (crowded(), LaneEstimator::Path(Path::new(Standard, Finds::Mis)));
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: 1, outlines: false };
+    let (scene, path) = (
+        crowded(),
+        LaneEstimator::Path(Path::new(Standard, Finds::Mis)),
+    );
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed: 1,
+        outlines: false,
+    };
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");
     let done = |samples| samples == 8 * 3;
-    assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(0..3), &done), Ok(true)));
-    assert!(matches!(render_lanes(&scene, path, sampling, &mut film, &(3..4), &|_| false), Ok(false)));
-    let wrong = Sampling { pixel: Grid(2), ..sampling };
-    assert!(matches!(render_lanes(&scene, path, wrong, &mut film, &(4..5), &|_| true), Err(Error::Option(_))));
+    assert!(matches!(
+        render_lanes(&scene, path, sampling, &mut film, &(0..3), &done),
+        Ok(true)
+    ));
+    assert!(matches!(
+        render_lanes(&scene, path, sampling, &mut film, &(3..4), &|_| false),
+        Ok(false)
+    ));
+    let wrong = Sampling {
+        pixel: Grid(2),
+        ..sampling
+    };
+    assert!(matches!(
+        render_lanes(&scene, path, wrong, &mut film, &(4..5), &|_| true),
+        Err(Error::Option(_))
+    ));
 }
 
 /// Eight rays at once are as far from what they meet as each alone.
@@ -190,9 +369,14 @@ fn eight_rays_meet_what_each_meets() {
     for k in 0..100 {
         let rays: [Ray; LANES] = from_fn(|i| {
             let mut rng = stream(9, k, i as u32);
-            scene.camera().ray([8, 6], 8.0 * uniform(&mut rng), 6.0 * uniform(&mut rng))
+            scene
+                .camera()
+                .ray([8, 6], 8.0 * uniform(&mut rng), 6.0 * uniform(&mut rng))
         });
-        let [origins, directions] = [Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction)];
+        let [origins, directions] = [
+            Lanes3::from_fn(|i| rays[i].origin),
+            Lanes3::from_fn(|i| rays[i].direction),
+        ];
         let together = eight.closest(&Ray::new(origins, directions));
         let alone = rays.map(|ray| scene.intersect(&ray).map_or(f64::INFINITY, |hit| hit.t));
         assert_eq!(together.to_array(), alone);

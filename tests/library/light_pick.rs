@@ -14,9 +14,13 @@ fn shapes() -> ([Emitter; 3], f64) {
     let a = area.sqrt();
     let corner = -0.5 * a * (DVec3::X + DVec3::Y);
     let side = (area * 4.0 / 3f64.sqrt()).sqrt();
-    let triangle = [0.0, 1.0, 2.0].map(|k| Frame::new(DVec3::Z).world(from_spherical(FRAC_PI_2, k * TAU / 3.0)));
+    let triangle = [0.0, 1.0, 2.0]
+        .map(|k| Frame::new(DVec3::Z).world(from_spherical(FRAC_PI_2, k * TAU / 3.0)));
     let shapes = [
-        EmitterShape::Rectangle { corner, edges: [a * DVec3::X, a * DVec3::Y] },
+        EmitterShape::Rectangle {
+            corner,
+            edges: [a * DVec3::X, a * DVec3::Y],
+        },
         EmitterShape::Triangle(triangle.map(|v| v * side / 3f64.sqrt())),
         EmitterShape::Sphere(Sphere::new(DVec3::ZERO, (area / (4.0 * PI)).sqrt())),
     ];
@@ -31,9 +35,17 @@ fn from_afar_a_contribution_falls_with_distance_and_slant() {
         let (towards, d) = (unit_vector(&mut rng), 1e4);
         let flat = area * towards.z.max(0.0).powi(2) / (d * d);
         for emitter in [rectangle, triangle] {
-            assert_abs_diff_eq!(emitter.contribution(d * towards), flat, epsilon = 2e-4 * area / (d * d));
+            assert_abs_diff_eq!(
+                emitter.contribution(d * towards),
+                flat,
+                epsilon = 2e-4 * area / (d * d)
+            );
         }
-        assert_relative_eq!(sphere.contribution(d * towards), 0.25 * area / (d * d), max_relative = 1e-9);
+        assert_relative_eq!(
+            sphere.contribution(d * towards),
+            0.25 * area / (d * d),
+            max_relative = 1e-9
+        );
     }
 }
 
@@ -59,14 +71,28 @@ fn a_light_has_no_share_from_its_own_surface() {
     let edges = [DVec3::new(0.7, 0.1, -0.3), DVec3::new(0.2, 1.1, 0.4)];
     for far in [3.0, 1e9] {
         let eye = DVec3::new(0.0, -far, 1.0);
-        let near = scene_from(Camera::new(DVec3::new(0.0, -3.0, 1.0), DVec3::ZERO, DVec3::Z, 0.5), |scene| {
-            panel(scene, DVec3::new(-0.3, 0.4, 0.2), edges, diffuse(0.5).emitting(WHITE));
-        });
-        let scene = near.with_camera(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.5)).expect("a camera");
+        let near = scene_from(
+            Camera::new(DVec3::new(0.0, -3.0, 1.0), DVec3::ZERO, DVec3::Z, 0.5),
+            |scene| {
+                panel(
+                    scene,
+                    DVec3::new(-0.3, 0.4, 0.2),
+                    edges,
+                    diffuse(0.5).emitting(WHITE),
+                );
+            },
+        );
+        let scene = near
+            .with_camera(Camera::new(eye, DVec3::ZERO, DVec3::Z, 0.5))
+            .expect("a camera");
         let light = scene.emitters()[0];
         for _ in 0..1000 {
             let EmitterPoint { point, normal } = light.sample(uniform2(&mut rng));
-            for from in [point, scene.leave(point, normal, normal).origin, scene.leave(point, normal, -normal).origin] {
+            for from in [
+                point,
+                scene.leave(point, normal, normal).origin,
+                scene.leave(point, normal, -normal).origin,
+            ] {
                 assert_eq!(light.contribution(from), 0.0);
             }
             assert!(light.contribution(point + 1e-2 * normal) > 0.1);
@@ -81,7 +107,11 @@ fn contributions_are_in_proportion_to_radiance() {
         let from = DVec3::new(3.0, 1.0, 1e-9);
         let of = |radiance| Emitter::new(emitter.shape, radiance).contribution(from);
         assert!(of(WHITE) > 0.0);
-        assert_relative_eq!(of(DVec3::new(6.0, 0.0, 0.0)), 2.0 * of(WHITE), max_relative = 1e-12);
+        assert_relative_eq!(
+            of(DVec3::new(6.0, 0.0, 0.0)),
+            2.0 * of(WHITE),
+            max_relative = 1e-12
+        );
         assert_eq!(of(DVec3::new(1.0, 2.0, 3.0)), of(DVec3::new(3.0, 1.0, 2.0)));
     }
 }
@@ -129,7 +159,14 @@ fn fluxes_too_large_to_add_have_picks() {
 
 /// From some contributions, 0 and the edges of what numbers can be among them.
 fn contributions() -> impl Strategy<Value = Vec<f64>> {
-    let one = prop_oneof![Just(0.0), 0.0..1.0, Just(1e300), Just(5e-324), Just(f64::INFINITY), 1e-9..1e9];
+    let one = prop_oneof![
+        Just(0.0),
+        0.0..1.0,
+        Just(1e300),
+        Just(5e-324),
+        Just(f64::INFINITY),
+        1e-9..1e9
+    ];
     prop::collection::vec(one, 1..=MOST)
 }
 
@@ -144,25 +181,36 @@ fn shares_sum_to_one_and_no_light_is_left_out() {
         for (i, (&contribution, &of_one)) in contributions.iter().zip(&shares).enumerate() {
             assert_eq!(of_one > 0.0, contribution > 0.0);
             assert!(of_one == 0.0 || of_one >= EVEN / some as f64);
-            assert_eq!(share(|i| contributions[i], contributions.len(), i as f64), of_one);
+            assert_eq!(
+                share(|i| contributions[i], contributions.len(), i as f64),
+                of_one
+            );
         }
     });
 }
 
 #[test]
 fn a_number_picks_the_share_that_it_lies_in() {
-    property("picks", 2000, &(contributions(), 0.0..1.0), |(contributions, r)| {
-        let mut shares = vec![0.0; contributions.len()];
-        share_all(|i| contributions[i], &mut shares);
-        for r in [r, 0.0, 1.0 - U] {
-            let (index, of_it) = pick(&shares, r);
-            let index = index as usize;
-            assert_eq!(of_it, shares[index]);
-            let below: f64 = shares[..index].iter().sum();
-            let within = below <= r + 1e-12 && r <= below + of_it + 1e-12;
-            assert!(within && of_it > 0.0 || contributions.iter().all(|&c| c == 0.0), "{r} in {shares:?} is {index}");
-        }
-    });
+    property(
+        "picks",
+        2000,
+        &(contributions(), 0.0..1.0),
+        |(contributions, r)| {
+            let mut shares = vec![0.0; contributions.len()];
+            share_all(|i| contributions[i], &mut shares);
+            for r in [r, 0.0, 1.0 - U] {
+                let (index, of_it) = pick(&shares, r);
+                let index = index as usize;
+                assert_eq!(of_it, shares[index]);
+                let below: f64 = shares[..index].iter().sum();
+                let within = below <= r + 1e-12 && r <= below + of_it + 1e-12;
+                assert!(
+                    within && of_it > 0.0 || contributions.iter().all(|&c| c == 0.0),
+                    "{r} in {shares:?} is {index}"
+                );
+            }
+        },
+    );
 }
 
 /// A single light needs no share.
@@ -181,7 +229,9 @@ fn many(count: usize, rng: &mut impl Rng) -> Vec<Emitter> {
         let corners = [(); 3].map(|()| centre + 0.2 * unit_vector(rng));
         Emitter::new(EmitterShape::Triangle(corners), DVec3::splat(radiance))
     };
-    (0..count).map(|i| emitter(if i == count / 3 { 500.0 } else { 1.0 })).collect()
+    (0..count)
+        .map(|i| emitter(if i == count / 3 { 500.0 } else { 1.0 }))
+        .collect()
 }
 
 #[test]
@@ -213,8 +263,14 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
             }
             // Its group is picked for what it may contribute to a point that it faces.
             let mean = (0..count).map(contribution).sum::<f64>() / count as f64;
-            let (bright, even) = (groups.probability(count / 3, from, contribution), 1.0 / count as f64);
-            assert!(bright > 3.0 * even || contribution(count / 3) < 20.0 * mean, "{bright} of {count}");
+            let (bright, even) = (
+                groups.probability(count / 3, from, contribution),
+                1.0 / count as f64,
+            );
+            assert!(
+                bright > 3.0 * even || contribution(count / 3) < 20.0 * mean,
+                "{bright} of {count}"
+            );
         }
     }
 }
@@ -222,10 +278,14 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
 /// Groups are of neighbours: their members are much nearer to each other than to others.
 #[test]
 fn far_groups_are_picked_seldom() {
-    let square =
-        |x: f64| EmitterShape::Rectangle { corner: DVec3::new(x, 0.0, 1.0), edges: [0.1 * DVec3::Y, 0.1 * DVec3::X] };
+    let square = |x: f64| EmitterShape::Rectangle {
+        corner: DVec3::new(x, 0.0, 1.0),
+        edges: [0.1 * DVec3::Y, 0.1 * DVec3::X],
+    };
     // In no order: 700 and 11 share no factor.
-    let row: Vec<Emitter> = (0..700).map(|i| Emitter::new(square(f64::from(i * 11 % 700)), WHITE)).collect();
+    let row: Vec<Emitter> = (0..700)
+        .map(|i| Emitter::new(square(f64::from(i * 11 % 700)), WHITE))
+        .collect();
     let groups = Groups::new(&row);
     for x in [40.0, 660.0] {
         let from = DVec3::new(x, 0.0, 0.0);

@@ -1,5 +1,8 @@
 //! Tests of the library alone, one crate: one module for each of its own, and what they share.
-#![expect(clippy::single_range_in_vec_init, reason = "one range is a run in one piece")]
+#![expect(
+    clippy::single_range_in_vec_init,
+    reason = "one range is a run in one piece"
+)]
 
 mod budget; // what chance can turn red, counted
 mod helpers; // random geometry, meshes, scenes, films

@@ -1,5 +1,5 @@
-//! Meshes of scene files and OBJ files as other programs write them: areas, sides and materials of their faces by closed
-//! forms, and in which words files that are none are refused.
+//! Meshes of scene files and OBJ files as other programs write them: areas, sides and materials of
+//! their faces by closed forms, and in which words files that are none are refused.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,8 @@ const HEAD: &str = "camera = { eye = [0, -4, 0], target = [0, 0, 0], up = [0, 0,
                     materials.lamp = { model = \"black\", emission = 1 }\n\
                     materials.\"dark red\" = { model = \"lambert\", albedo = [0.5, 0.1, 0.1] }\n";
 const SQUARE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\n";
-const U: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv 0.5 0 1\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nv -0.5 0 1\nv -1 0 1\n";
+const U: &str =
+    "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv 0.5 0 1\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nv -0.5 0 1\nv -1 0 1\n";
 
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
@@ -26,7 +27,11 @@ fn loaded(test: &str, mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
     let folder = folder(test);
     fs::write(folder.join("a.obj"), mesh).expect("written");
     let path = folder.join("scene.toml");
-    fs::write(&path, format!("{HEAD}objects = [{{ shape = \"obj\", file = \"a.obj\"{keys} }}]")).expect("written");
+    fs::write(
+        &path,
+        format!("{HEAD}objects = [{{ shape = \"obj\", file = \"a.obj\"{keys} }}]"),
+    )
+    .expect("written");
     SceneFile::load(&path)
 }
 
@@ -34,8 +39,18 @@ fn loaded(test: &str, mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
 fn areas(description: &Description, material: &str) -> (DVec3, f64) {
     let (mut sum, mut size) = (DVec3::ZERO, 0.0);
     for object in &description.objects {
-        let Object::Mesh { vertices, triangles } = object else { panic!("a mesh") };
-        for t in triangles.iter().filter(|(name, _)| name == material).flat_map(|(_, triangles)| triangles) {
+        let Object::Mesh {
+            vertices,
+            triangles,
+        } = object
+        else {
+            panic!("a mesh")
+        };
+        for t in triangles
+            .iter()
+            .filter(|(name, _)| name == material)
+            .flat_map(|(_, triangles)| triangles)
+        {
             let [a, b, c] = t.map(|i| vertices[i as usize]);
             sum += 0.5 * (b - a).cross(c - a);
             size += 0.5 * (b - a).cross(c - a).length();
@@ -50,50 +65,119 @@ fn faces_have_their_area_and_side() {
     let square = |rest: &str| format!("{SQUARE}{rest}");
     let u = |rest: &str| format!("{U}{rest}");
     // A frame: a square of side 2 whose hole of side 1 is joined by an edge there and back.
-    let frame = square("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4 1 5 8 7 6 5\n");
+    let frame =
+        square("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4 1 5 8 7 6 5\n");
     for (text, area, notes) in [
         (square("f 1 2 3 4\n"), 4.0, &[][..]),
         (format!("\u{feff}{SQUARE}f 1 2 3 4"), 4.0, &[]),
-        (format!("# two files in a row\n\u{feff}{SQUARE}f 1 2 3 4"), 4.0, &[]),
+        (
+            format!("# two files in a row\n\u{feff}{SQUARE}f 1 2 3 4"),
+            4.0,
+            &[],
+        ),
         (square("f 1 2 \\\n  3 4\n"), 4.0, &[]),
         (square("f 1 2 \\ \t\r\n3 4\n"), 4.0, &[]),
         (square("f 1 2\\\n\\\n3 4 \\"), 4.0, &[]),
-        (square("# C:\\meshes\\\nf 1 2 3 # C:\\\no C:\\\nf 1 3 4 # C:\\\n"), 4.0, &[]),
+        (
+            square("# C:\\meshes\\\nf 1 2 3 # C:\\\no C:\\\nf 1 3 4 # C:\\\n"),
+            4.0,
+            &[],
+        ),
         (square("f 1 2 3 4\n").replace('\n', "\r"), 4.0, &[]),
         (square("f 1 2 3 4\n").replace('\n', "\r\n"), 4.0, &[]),
-        (square("f\t1/1/1\t2//1 3/3 4\n").replace("v -1 0", " v\t-1.0e+0 -0 "), 4.0, &[]),
-        ("v 0 0 0 1.0\nv 2 0 0 0.5 0.5 0.5\nv 2 0 1 1\nf -3 -2 -1\n".to_owned(), 1.0, &[]),
-        ("v 0 0 0 0.5\nv 2 0 0\nv 2 0 1\nfo 1 2 3\n".to_owned(), 1.0, &["1 vertices have a weight other than 1"]),
+        (
+            square("f\t1/1/1\t2//1 3/3 4\n").replace("v -1 0", " v\t-1.0e+0 -0 "),
+            4.0,
+            &[],
+        ),
+        (
+            "v 0 0 0 1.0\nv 2 0 0 0.5 0.5 0.5\nv 2 0 1 1\nf -3 -2 -1\n".to_owned(),
+            1.0,
+            &[],
+        ),
+        (
+            "v 0 0 0 0.5\nv 2 0 0\nv 2 0 1\nfo 1 2 3\n".to_owned(),
+            1.0,
+            &["1 vertices have a weight other than 1"],
+        ),
         // Colours that are no numbers, and groups whose indices count back from where they stand.
-        (square("f 1 2 3 4\n").replace(" -1\n", " -1 nan nan nan\n"), 4.0, &[]),
-        (square("f -4 -3 -2 -1\n").repeat(2).replacen("v -1 0 -1", "v -3 0 -1", 1), 6.0 + 4.0, &[]),
+        (
+            square("f 1 2 3 4\n").replace(" -1\n", " -1 nan nan nan\n"),
+            4.0,
+            &[],
+        ),
+        (
+            square("f -4 -3 -2 -1\n")
+                .repeat(2)
+                .replacen("v -1 0 -1", "v -3 0 -1", 1),
+            6.0 + 4.0,
+            &[],
+        ),
         (u("f 1 2 3 4 5 6 7 8\n"), 2.5, &[]),
         (u("f 6 7 8 1 2 3 4 5\n"), 2.5, &[]),
         (u("f 8 7 6 5 4 3 2 1\n"), -2.5, &[]),
         (u("f 1 2 2 3 4 5 5 5 6 7 8 1\n"), 2.5, &[]),
-        ("v 0 0 -0.5\nv 1 0 -1\nv 0 0 1\nv -1 0 -1\nf 1 2 3 4\n".to_owned(), 1.5, &[]),
-        ("v 0 0 -0.5\nv 1 0 -1\nv 0 0 1\nv -1 0 -1\nf 2 3 4 1\n".to_owned(), 1.5, &[]),
+        (
+            "v 0 0 -0.5\nv 1 0 -1\nv 0 0 1\nv -1 0 -1\nf 1 2 3 4\n".to_owned(),
+            1.5,
+            &[],
+        ),
+        (
+            "v 0 0 -0.5\nv 1 0 -1\nv 0 0 1\nv -1 0 -1\nf 2 3 4 1\n".to_owned(),
+            1.5,
+            &[],
+        ),
         (square("v 0 0 -1\nf 1 5 2 3 4\n"), 4.0, &[]),
         (frame, 3.0, &[]),
-        (square("f 1 2 3 4\nf 4 3 2 1\n"), 4.0, &["1 of 2 faces repeat an earlier one, 1 of them turned over"]),
-        (square("f 1 2 3 4\nf 2 3 4 1\nf 3 2 1 4\n"), 4.0, &["2 of 3 faces repeat an earlier one, 1 of them"]),
-        (square("v 1 -0 1\nf 1 2 3\nf 5 2 1\n"), 2.0, &["1 of 2 faces repeat"]),
-        (square("v 1 0.5 1\nf 1 2 5 4\n"), 4.0, &["1 of 1 faces are not flat"]),
+        (
+            square("f 1 2 3 4\nf 4 3 2 1\n"),
+            4.0,
+            &["1 of 2 faces repeat an earlier one, 1 of them turned over"],
+        ),
+        (
+            square("f 1 2 3 4\nf 2 3 4 1\nf 3 2 1 4\n"),
+            4.0,
+            &["2 of 3 faces repeat an earlier one, 1 of them"],
+        ),
+        (
+            square("v 1 -0 1\nf 1 2 3\nf 5 2 1\n"),
+            2.0,
+            &["1 of 2 faces repeat"],
+        ),
+        (
+            square("v 1 0.5 1\nf 1 2 5 4\n"),
+            4.0,
+            &["1 of 1 faces are not flat"],
+        ),
         (
             square(
                 "mtllib a.mtl\nmtllib b.mtl\ng x\ns 1\nvt 0 0\nvn 0 1 0\nl 1 2\nl 2 3\np 1\ncstype bezier\nf 1 2 3 4\n",
             ),
             4.0,
-            &["its mtllib is not read", "left out: \"cstype\" (1), \"l\" (2), \"p\" (1)"],
+            &[
+                "its mtllib is not read",
+                "left out: \"cstype\" (1), \"l\" (2), \"p\" (1)",
+            ],
         ),
-        (square("f 1 2 3 4 4\nf 1 2 2\n"), 4.0, &["1 of 3 triangles have no area", "left out"]),
+        (
+            square("f 1 2 3 4 4\nf 1 2 2\n"),
+            4.0,
+            &["1 of 3 triangles have no area", "left out"],
+        ),
     ] {
-        let SceneFile { description, notes: found, .. } =
-            loaded("faces", text.as_bytes(), ", material = \"lamp\"").unwrap_or_else(|error| panic!("{text}: {error}"));
+        let SceneFile {
+            description,
+            notes: found,
+            ..
+        } = loaded("faces", text.as_bytes(), ", material = \"lamp\"")
+            .unwrap_or_else(|error| panic!("{text}: {error}"));
         let (sum, size) = areas(&description, "lamp");
         assert_abs_diff_eq!(-sum.y, area, epsilon = 1e-12);
         assert!(size < area.abs() + 0.5, "{text}: {size}");
-        assert!(found.len() <= notes.len() && found.iter().zip(notes).all(|(f, n)| f.contains(n)), "{text}: {found:?}");
+        assert!(
+            found.len() <= notes.len() && found.iter().zip(notes).all(|(f, n)| f.contains(n)),
+            "{text}: {found:?}"
+        );
         assert_eq!(found.is_empty(), notes.is_empty(), "{text}: {found:?}");
     }
 }
@@ -101,34 +185,94 @@ fn faces_have_their_area_and_side() {
 /// What stands at the end of the message for an OBJ file.
 #[test]
 fn what_is_no_face_and_no_obj_is_refused() {
-    let utf16 = |order: fn(u16) -> [u8; 2]| SQUARE.encode_utf16().flat_map(order).collect::<Vec<u8>>();
+    let utf16 =
+        |order: fn(u16) -> [u8; 2]| SQUARE.encode_utf16().flat_map(order).collect::<Vec<u8>>();
     let stl = [&[b'x'; 80][..], &2u32.to_le_bytes(), &[0; 100]].concat();
     for (bytes, said) in [
-        (format!("{SQUARE}f 1 3 2 4").into_bytes(), "line 5: the face crosses itself or folds back on itself"),
-        (format!("{U}f 1 2 3 4 6 5 7 8").into_bytes(), "line 9: the face crosses itself or folds back on itself"),
-        (format!("{SQUARE}f 1 2 3 4 1 2 3 4").into_bytes(), "line 5: the face crosses itself or folds back"),
-        (format!("{SQUARE}f 1 2 \\\n3 5").into_bytes(), "line 5: a face's corner \"5\" is none of the 4 vertices"),
-        (format!("{SQUARE}f 1 2 0").into_bytes(), "line 5: a face's corner \"0\" is none of the 4 vertices"),
-        (b"v 0 0 -1.#IND\n".to_vec(), "line 1: a vertex needs three numbers"),
-        (b"\rv 0 0\r".to_vec(), "line 2: a vertex needs three numbers"),
-        (b"v 0,5 0 1,5".to_vec(), "line 1: a vertex needs three numbers"),
-        (b"newmtl red\nKd 1 0 0\n".to_vec(), "the file ends without a face: it is a library of materials (MTL)"),
+        (
+            format!("{SQUARE}f 1 3 2 4").into_bytes(),
+            "line 5: the face crosses itself or folds back on itself",
+        ),
+        (
+            format!("{U}f 1 2 3 4 6 5 7 8").into_bytes(),
+            "line 9: the face crosses itself or folds back on itself",
+        ),
+        (
+            format!("{SQUARE}f 1 2 3 4 1 2 3 4").into_bytes(),
+            "line 5: the face crosses itself or folds back",
+        ),
+        (
+            format!("{SQUARE}f 1 2 \\\n3 5").into_bytes(),
+            "line 5: a face's corner \"5\" is none of the 4 vertices",
+        ),
+        (
+            format!("{SQUARE}f 1 2 0").into_bytes(),
+            "line 5: a face's corner \"0\" is none of the 4 vertices",
+        ),
+        (
+            b"v 0 0 -1.#IND\n".to_vec(),
+            "line 1: a vertex needs three numbers",
+        ),
+        (
+            b"\rv 0 0\r".to_vec(),
+            "line 2: a vertex needs three numbers",
+        ),
+        (
+            b"v 0,5 0 1,5".to_vec(),
+            "line 1: a vertex needs three numbers",
+        ),
+        (
+            b"newmtl red\nKd 1 0 0\n".to_vec(),
+            "the file ends without a face: it is a library of materials (MTL)",
+        ),
         (b" \n".to_vec(), "the file is empty"),
-        (b"ply\nformat ascii 1.0\n".to_vec(), "the file is a PLY mesh"),
-        (b"solid cube\nfacet normal 0 0 1\n".to_vec(), "the file is an STL mesh"),
+        (
+            b"ply\nformat ascii 1.0\n".to_vec(),
+            "the file is a PLY mesh",
+        ),
+        (
+            b"solid cube\nfacet normal 0 0 1\n".to_vec(),
+            "the file is an STL mesh",
+        ),
         (stl, "the file is an STL mesh"),
         (b"glTF\x02\0\0\0".to_vec(), "the file is a glTF scene (GLB)"),
-        (b"{ \"asset\": {} }".to_vec(), "the file is JSON, perhaps a glTF scene"),
-        (b"Kaydara FBX Binary  \0".to_vec(), "the file is an FBX scene"),
-        (b"PK\x03\x04\0".to_vec(), "the file is a zip archive: unpack it"),
+        (
+            b"{ \"asset\": {} }".to_vec(),
+            "the file is JSON, perhaps a glTF scene",
+        ),
+        (
+            b"Kaydara FBX Binary  \0".to_vec(),
+            "the file is an FBX scene",
+        ),
+        (
+            b"PK\x03\x04\0".to_vec(),
+            "the file is a zip archive: unpack it",
+        ),
         (b"\x89PNG\r\n".to_vec(), "the file is a PNG image"),
-        (b"<!DOCTYPE html>\n".to_vec(), "the file is a web page (HTML)"),
-        (b"version https://git-lfs.github.com/spec/v1\n".to_vec(), "the file is a pointer of Git LFS"),
-        ([b"\xff\xfe".to_vec(), utf16(u16::to_le_bytes)].concat(), "the file is text in UTF-16: save it as UTF-8"),
-        ([b"\xfe\xff".to_vec(), utf16(u16::to_be_bytes)].concat(), "the file is text in UTF-16: save it as UTF-8"),
-        (utf16(u16::to_le_bytes), "the file is text in UTF-16, or binary: save it as UTF-8"),
+        (
+            b"<!DOCTYPE html>\n".to_vec(),
+            "the file is a web page (HTML)",
+        ),
+        (
+            b"version https://git-lfs.github.com/spec/v1\n".to_vec(),
+            "the file is a pointer of Git LFS",
+        ),
+        (
+            [b"\xff\xfe".to_vec(), utf16(u16::to_le_bytes)].concat(),
+            "the file is text in UTF-16: save it as UTF-8",
+        ),
+        (
+            [b"\xfe\xff".to_vec(), utf16(u16::to_be_bytes)].concat(),
+            "the file is text in UTF-16: save it as UTF-8",
+        ),
+        (
+            utf16(u16::to_le_bytes),
+            "the file is text in UTF-16, or binary: save it as UTF-8",
+        ),
     ] {
-        let message = loaded("refused meshes", &bytes, ", material = \"lamp\"").expect_err(said).to_string();
+        let message = loaded("refused meshes", &bytes, ", material = \"lamp\"")
+            .expect_err(said)
+            .to_string();
         assert!(
             message.contains("a.obj, line ") && message.contains(said) && !message.contains('\n'),
             "{said}: {message}"
@@ -139,13 +283,22 @@ fn what_is_no_face_and_no_obj_is_refused() {
 /// Faces take the material that `usemtl` names, where the scene has it, and the object's elsewhere.
 #[test]
 fn usemtl_names_materials_of_the_scene() {
-    let mesh = format!("{SQUARE}{}", "f 1 2 3\nusemtl dark red # a comment\nf 1 3 4\nusemtl #glass\nf 2 3 4\n");
-    let SceneFile { description, notes, .. } =
-        loaded("usemtl", mesh.as_bytes(), ", material = 'lamp'").expect("a scene");
-    assert_eq!([areas(&description, "dark red").1, areas(&description, "lamp").1], [2.0, 4.0]);
+    let mesh = format!(
+        "{SQUARE}{}",
+        "f 1 2 3\nusemtl dark red # a comment\nf 1 3 4\nusemtl #glass\nf 2 3 4\n"
+    );
+    let SceneFile {
+        description, notes, ..
+    } = loaded("usemtl", mesh.as_bytes(), ", material = 'lamp'").expect("a scene");
+    assert_eq!(
+        [
+            areas(&description, "dark red").1,
+            areas(&description, "lamp").1
+        ],
+        [2.0, 4.0]
+    );
     assert_eq!(notes.len(), 1);
-    let said =
-        "a.obj: it uses materials that the scene lacks: \"#glass\"; these faces are of the object's material, \"lamp\"";
+    let said = "a.obj: it uses materials that the scene lacks: \"#glass\"; these faces are of the object's material, \"lamp\"";
     assert!(notes[0].ends_with(said), "{notes:?}");
     for (mesh, said) in [
         (&mesh[..], "a.obj, line 5: a face before any usemtl"),
@@ -154,65 +307,99 @@ fn usemtl_names_materials_of_the_scene() {
             "scene.toml, line 4: objects.file uses materials that the scene lacks: \"#glass\"; add them, or give the object",
         ),
     ] {
-        let message = loaded("usemtl", mesh.as_bytes(), "").expect_err(said).to_string();
+        let message = loaded("usemtl", mesh.as_bytes(), "")
+            .expect_err(said)
+            .to_string();
         assert!(message.contains(said), "{message}");
     }
     // A name that is a path of Windows goes on in no other line.
     let path = mesh.replace("dark red # a comment", "C:\\red\\");
-    let SceneFile { description, notes, .. } =
-        loaded("usemtl", path.as_bytes(), ", material = 'lamp'").expect("a scene");
+    let SceneFile {
+        description, notes, ..
+    } = loaded("usemtl", path.as_bytes(), ", material = 'lamp'").expect("a scene");
     assert_eq!(areas(&description, "lamp").1, 6.0);
-    assert!(notes[0].contains("lacks: \"C:\\\\red\\\\\", \"#glass\""), "{notes:?}");
+    assert!(
+        notes[0].contains("lacks: \"C:\\\\red\\\\\", \"#glass\""),
+        "{notes:?}"
+    );
     let known = mesh.replace("f 1 2 3\n", "").replace("#glass", "lamp");
-    let SceneFile { description, notes, .. } = loaded("usemtl", known.as_bytes(), "").expect("a scene");
-    assert_eq!([areas(&description, "dark red").1, areas(&description, "lamp").1], [2.0, 2.0]);
+    let SceneFile {
+        description, notes, ..
+    } = loaded("usemtl", known.as_bytes(), "").expect("a scene");
+    assert_eq!(
+        [
+            areas(&description, "dark red").1,
+            areas(&description, "lamp").1
+        ],
+        [2.0, 2.0]
+    );
     assert!(notes.is_empty(), "{notes:?}");
 }
 
-/// Polygons around the origin with random radii, corners amid edges and corners given twice; some with a hole.
+/// Polygons around the origin with random radii, corners amid edges and corners given twice; some
+/// with a hole.
 #[test]
 fn random_polygons_are_divided_without_overlap() {
     let radii = || proptest::collection::vec((0.2..1.0, 0..3), 3..40);
-    let frame = (any::<u32>(), (-1.0..1.0, -1.0..1.0, -1.0..1.0), any::<bool>());
+    let frame = (
+        any::<u32>(),
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0),
+        any::<bool>(),
+    );
     let count = context("").arguments(200) as u32;
-    property("polygons", count, &(radii(), radii(), frame), |(outer, inner, (first, axis, reversed))| {
-        let ring = |radii: &[(f64, i32)], scale: f64| {
-            let n = radii.len();
-            let at = |i: usize| DVec2::from_angle(i as f64 / n as f64 * TAU) * (radii[i % n].0 * scale);
-            let corners = (0..n).flat_map(|i| match radii[i].1 {
-                0 => vec![at(i)],
-                1 => vec![at(i), 0.5 * (at(i) + at(i + 1))],
-                _ => vec![at(i), at(i)],
-            });
-            corners.collect::<Vec<DVec2>>()
-        };
-        // Radii of the hole are below those of the chords of the outside.
-        let mut polygon = ring(&outer, 1.0);
-        if first % 2 == 0 && outer.len() > 8 {
-            let mut hole = ring(&inner, 0.1);
-            hole.push(hole[0]);
-            polygon.push(polygon[0]);
-            polygon.extend(hole.iter().rev());
-        }
-        let n = polygon.len();
-        polygon.rotate_left(first as usize % n);
-        if reversed {
-            polygon.reverse();
-        }
-        let shoelace: f64 = (0..n).map(|i| 0.5 * polygon[i].perp_dot(polygon[(i + 1) % n])).sum();
-        let normal = DVec3::new(axis.0, axis.1, axis.2).try_normalize().unwrap_or(DVec3::Z);
-        let (u, v) = normal.any_orthonormal_pair();
-        let list: Vec<String> = polygon.iter().map(|p| format!("{:?}", (u * p.x + v * p.y).to_array())).collect();
-        let face: Vec<usize> = (0..n).collect();
-        let text = format!(
-            "{HEAD}objects = [{{ shape = 'mesh', vertices = [{}], faces = {{ lamp = [{face:?}] }} }}]",
-            list.join(", ")
-        );
-        let description = Description::parse("polygon", &text).unwrap_or_else(|error| panic!("{polygon:?}: {error}"));
-        let (sum, size) = areas(&description, "lamp");
-        assert_abs_diff_eq!(sum, normal * shoelace, epsilon = 1e-9);
-        assert_abs_diff_eq!(size, shoelace.abs(), epsilon = 1e-9);
-    });
+    property(
+        "polygons",
+        count,
+        &(radii(), radii(), frame),
+        |(outer, inner, (first, axis, reversed))| {
+            let ring = |radii: &[(f64, i32)], scale: f64| {
+                let n = radii.len();
+                let at = |i: usize| {
+                    DVec2::from_angle(i as f64 / n as f64 * TAU) * (radii[i % n].0 * scale)
+                };
+                let corners = (0..n).flat_map(|i| match radii[i].1 {
+                    0 => vec![at(i)],
+                    1 => vec![at(i), 0.5 * (at(i) + at(i + 1))],
+                    _ => vec![at(i), at(i)],
+                });
+                corners.collect::<Vec<DVec2>>()
+            };
+            // Radii of the hole are below those of the chords of the outside.
+            let mut polygon = ring(&outer, 1.0);
+            if first % 2 == 0 && outer.len() > 8 {
+                let mut hole = ring(&inner, 0.1);
+                hole.push(hole[0]);
+                polygon.push(polygon[0]);
+                polygon.extend(hole.iter().rev());
+            }
+            let n = polygon.len();
+            polygon.rotate_left(first as usize % n);
+            if reversed {
+                polygon.reverse();
+            }
+            let shoelace: f64 = (0..n)
+                .map(|i| 0.5 * polygon[i].perp_dot(polygon[(i + 1) % n]))
+                .sum();
+            let normal = DVec3::new(axis.0, axis.1, axis.2)
+                .try_normalize()
+                .unwrap_or(DVec3::Z);
+            let (u, v) = normal.any_orthonormal_pair();
+            let list: Vec<String> = polygon
+                .iter()
+                .map(|p| format!("{:?}", (u * p.x + v * p.y).to_array()))
+                .collect();
+            let face: Vec<usize> = (0..n).collect();
+            let text = format!(
+                "{HEAD}objects = [{{ shape = 'mesh', vertices = [{}], faces = {{ lamp = [{face:?}] }} }}]",
+                list.join(", ")
+            );
+            let description = Description::parse("polygon", &text)
+                .unwrap_or_else(|error| panic!("{polygon:?}: {error}"));
+            let (sum, size) = areas(&description, "lamp");
+            assert_abs_diff_eq!(sum, normal * shoelace, epsilon = 1e-9);
+            assert_abs_diff_eq!(size, shoelace.abs(), epsilon = 1e-9);
+        },
+    );
 }
 
 /// Fronts of what is mirrored stay outside.
@@ -227,10 +414,17 @@ fn a_negative_scale_mirrors() {
         ("[1, -2, -3]", 6.0, DVec3::new(1.0, -2.0, -3.0)),
         ("2", 8.0, DVec3::splat(2.0)),
     ] {
-        let obj = loaded("mirrored", tetrahedron.as_bytes(), &format!(", material = 'lamp', scale = {scale}"));
+        let obj = loaded(
+            "mirrored",
+            tetrahedron.as_bytes(),
+            &format!(", material = 'lamp', scale = {scale}"),
+        );
         let parsed = |object: &str| {
-            Description::parse("mirrored", &format!("{HEAD}objects = [{{ {object}, scale = {scale} }}]"))
-                .expect("a scene")
+            Description::parse(
+                "mirrored",
+                &format!("{HEAD}objects = [{{ {object}, scale = {scale} }}]"),
+            )
+            .expect("a scene")
         };
         let cuboid = "shape = 'box', material = 'lamp', corners = [[0, 0, 0], [1, 1, 1]]";
         let inward = format!("{cuboid}, inward = true");
@@ -240,18 +434,43 @@ fn a_negative_scale_mirrors() {
             (parsed(cuboid), 1.0),
             (parsed(&inward), -1.0),
         ] {
-            let Object::Mesh { vertices, triangles } = &scene.objects[0] else { panic!("a mesh") };
-            let corners = triangles[0].1.iter().map(|t| t.map(|i| vertices[i as usize]));
+            let Object::Mesh {
+                vertices,
+                triangles,
+            } = &scene.objects[0]
+            else {
+                panic!("a mesh")
+            };
+            let corners = triangles[0]
+                .1
+                .iter()
+                .map(|t| t.map(|i| vertices[i as usize]));
             let found: f64 = corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum();
             assert_abs_diff_eq!(found, volume * factor, epsilon = 1e-12);
-            let reach = vertices.iter().fold(DVec3::ZERO, |reach, v| reach.max(v.abs()));
+            let reach = vertices
+                .iter()
+                .fold(DVec3::ZERO, |reach, v| reach.max(v.abs()));
             assert_abs_diff_eq!(reach, corner.abs(), epsilon = 1e-12);
-            assert!(vertices.iter().all(|v| (*v * corner).cmpge(DVec3::ZERO).all()));
+            assert!(
+                vertices
+                    .iter()
+                    .all(|v| (*v * corner).cmpge(DVec3::ZERO).all())
+            );
         }
     }
     for scale in ["0", "[1, 0, 1]", "-1e-10", "1e10", "nan"] {
-        let message = loaded("mirrored", tetrahedron.as_bytes(), &format!(", material = 'lamp', scale = {scale}"));
-        assert!(message.expect_err(scale).to_string().contains("line 4: objects.scale must "), "{scale}");
+        let message = loaded(
+            "mirrored",
+            tetrahedron.as_bytes(),
+            &format!(", material = 'lamp', scale = {scale}"),
+        );
+        assert!(
+            message
+                .expect_err(scale)
+                .to_string()
+                .contains("line 4: objects.scale must "),
+            "{scale}"
+        );
     }
 }
 
@@ -259,20 +478,36 @@ fn a_negative_scale_mirrors() {
 #[test]
 fn lights_without_extent_are_answered_with_numbers() {
     let sphere = |text: &str| {
-        let message = Description::parse("lights", &format!("{HEAD}{text}")).expect_err(text).to_string();
-        assert!(!message.contains('\n') && message.starts_with("scene lights, line 4: "), "{message}");
+        let message = Description::parse("lights", &format!("{HEAD}{text}"))
+            .expect_err(text)
+            .to_string();
+        assert!(
+            !message.contains('\n') && message.starts_with("scene lights, line 4: "),
+            "{message}"
+        );
         let braced = |from: usize| {
             let start = from + message[from..].find('{').expect("{");
             message[start..=start + message[start..].find('}').expect("}")].to_owned()
         };
         let object = braced(0);
-        let (name, of) = message.split_once("}, of ").expect("its material").1.split_once(" = ").expect("its name");
+        let (name, of) = message
+            .split_once("}, of ")
+            .expect("its material")
+            .1
+            .split_once(" = ")
+            .expect("its name");
         let material = braced(message.len() - of.len());
         let scene = format!("{HEAD}materials.{name} = {material}\nobjects = [{object}]");
-        let mut scene = Description::parse("answer", &scene).unwrap_or_else(|error| panic!("{message}: {error}"));
+        let mut scene = Description::parse("answer", &scene)
+            .unwrap_or_else(|error| panic!("{message}: {error}"));
         let emission = scene.surface(name).expect("there").emission;
-        let [Object::Sphere { sphere, .. }] = scene.objects[..] else { panic!("a sphere") };
-        (sphere.centre, emission * (PI * sphere.radius * sphere.radius))
+        let [Object::Sphere { sphere, .. }] = scene.objects[..] else {
+            panic!("a sphere")
+        };
+        (
+            sphere.centre,
+            emission * (PI * sphere.radius * sphere.radius),
+        )
     };
     let [point, five] = [DVec3::new(0.0, 1.0, 3.0), DVec3::splat(5.0)];
     for text in [
@@ -294,7 +529,14 @@ fn lights_without_extent_are_answered_with_numbers() {
         assert_eq!(centre.normalize(), DVec3::Z);
         assert_abs_diff_eq!(intensity / centre.length_squared(), five, epsilon = 1e-12);
     }
-    let message = |text: &str| Description::parse("lights", &format!("{HEAD}{text}")).expect_err(text).to_string();
+    let message = |text: &str| {
+        Description::parse("lights", &format!("{HEAD}{text}"))
+            .expect_err(text)
+            .to_string()
+    };
     assert!(message("lights = [{ type = 'spot', angle = 30 }]").contains("is a spot light"));
-    assert!(message("lights = [{ type = 'area' }]").contains("a light is an object whose material has emission"));
+    assert!(
+        message("lights = [{ type = 'area' }]")
+            .contains("a light is an object whose material has emission")
+    );
 }

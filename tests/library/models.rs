@@ -1,11 +1,13 @@
-//! Models that are not of the library are rendered like its own, by every estimator, to the last bit.
+//! Models that are not of the library are rendered like its own, by every estimator, to the last
+//! bit.
 
 use whitefurnace::bsdf::{Model, Vertex};
 
 use crate::channels::{lambertian, physical_images, room};
 use crate::prelude::*;
 
-/// Lambert, as an outsider would write it: albedo, and a number that multiplies the pdf and should be 1.
+/// Lambert, as an outsider would write it: albedo, and a number that multiplies the pdf and should
+/// be 1.
 #[derive(Debug)]
 struct Paper(DVec3, f64);
 
@@ -26,13 +28,23 @@ impl Model for Paper {
 
 #[test]
 fn a_model_of_ones_own_makes_the_same_images() {
-    let images = |model: fn(DVec3) -> Bsdf| physical_images(&room(|colour| colour, |light| light, false, model));
-    let [ours, own, wrong] =
-        [lambertian, |albedo| Bsdf::model(Paper(albedo, 1.0)), |albedo| Bsdf::model(Paper(albedo, 2.0))].map(images);
+    let images = |model: fn(DVec3) -> Bsdf| {
+        physical_images(&room(|colour| colour, |light| light, false, model))
+    };
+    let [ours, own, wrong] = [
+        lambertian,
+        |albedo| Bsdf::model(Paper(albedo, 1.0)),
+        |albedo| Bsdf::model(Paper(albedo, 2.0)),
+    ]
+    .map(images);
     for (((name, ours), (_, own)), (_, wrong)) in ours.iter().zip(own).zip(wrong) {
         assert!(*ours == own, "{name}: not the same image");
         // These two take uniform directions, or none.
-        assert_eq!(*ours == wrong, ["report", "whitted"].contains(name), "{name}: does it ask for the pdf?");
+        assert_eq!(
+            *ours == wrong,
+            ["report", "whitted"].contains(name),
+            "{name}: does it ask for the pdf?"
+        );
     }
 }
 
@@ -49,7 +61,10 @@ fn local_vertices_are_above_the_horizon() {
     let wo = DVec3::new(0.6, 0.0, 0.8);
     for outside in [true, false] {
         let at = Vertex::local(wo, outside);
-        assert_eq!((at.wo, at.direction, at.frame.z, at.outside), (wo, -wo, DVec3::Z, outside));
+        assert_eq!(
+            (at.wo, at.direction, at.frame.z, at.outside),
+            (wo, -wo, DVec3::Z, outside)
+        );
     }
 }
 

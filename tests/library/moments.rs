@@ -18,8 +18,8 @@ fn two_pass(values: &[f64]) -> (f64, f64) {
     (mean, squares / (n - 1.0))
 }
 
-/// Bounds on the errors of mean and variance over both ways: sums of n terms lose at most n U of the
-/// largest; a running variance loses n U κ of itself, κ² = 1 + mean²/variance (Chan, Golub and
+/// Bounds on the errors of mean and variance over both ways: sums of n terms lose at most n U of
+/// the largest; a running variance loses n U κ of itself, κ² = 1 + mean²/variance (Chan, Golub and
 /// LeVeque 1983), to first order: twice each for the two ways, twice again for the rest.
 fn error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -46,45 +46,90 @@ fn moments_meet_two_passes() {
         assert_eq!(running.count(), u64::from(n));
         assert_abs_diff_eq!(running.mean(), mean, epsilon = e_mean);
         assert_abs_diff_eq!(running.variance(), variance, epsilon = e_variance);
-        assert_eq!(running.standard_error(), (running.variance() / f64::from(n)).sqrt());
+        assert_eq!(
+            running.standard_error(),
+            (running.variance() / f64::from(n)).sqrt()
+        );
         // Every value moves by at most half a unit.
         assert_abs_diff_eq!(exact.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
         let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
         assert_abs_diff_eq!(exact.variance(n), variance, epsilon = e_variance + moved);
-        assert_eq!(exact.standard_error(n), (exact.variance(n) / f64::from(n)).sqrt());
+        assert_eq!(
+            exact.standard_error(n),
+            (exact.variance(n) / f64::from(n)).sqrt()
+        );
     });
 }
 
 #[test]
 fn merging_is_associative_up_to_rounding() {
-    property("merging", 500, &(values(), 0.0..1.0, 0.0..1.0), |(values, s, t): (Vec<f64>, f64, f64)| {
-        let cut = |share: f64| (share * values.len() as f64) as usize;
-        let (first, second) = (cut(s.min(t)), cut(s.max(t)));
-        let part = |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
-        let (a, b, c) = (part(0, first), part(first, second), part(second, values.len()));
-        let (e_mean, e_variance) = error(&values);
-        let all = part(0, values.len());
-        for merged in [a.merge(b).merge(c), a.merge(b.merge(c)), c.merge(a).merge(b)] {
-            assert_eq!(merged.count(), all.count());
-            assert_abs_diff_eq!(merged.mean(), all.mean(), epsilon = e_mean);
-            assert_abs_diff_eq!(merged.variance(), all.variance(), epsilon = e_variance);
-        }
-    });
+    property(
+        "merging",
+        500,
+        &(values(), 0.0..1.0, 0.0..1.0),
+        |(values, s, t): (Vec<f64>, f64, f64)| {
+            let cut = |share: f64| (share * values.len() as f64) as usize;
+            let (first, second) = (cut(s.min(t)), cut(s.max(t)));
+            let part =
+                |from: usize, to: usize| values[from..to].iter().copied().collect::<Moments>();
+            let (a, b, c) = (
+                part(0, first),
+                part(first, second),
+                part(second, values.len()),
+            );
+            let (e_mean, e_variance) = error(&values);
+            let all = part(0, values.len());
+            for merged in [
+                a.merge(b).merge(c),
+                a.merge(b.merge(c)),
+                c.merge(a).merge(b),
+            ] {
+                assert_eq!(merged.count(), all.count());
+                assert_abs_diff_eq!(merged.mean(), all.mean(), epsilon = e_mean);
+                assert_abs_diff_eq!(merged.variance(), all.variance(), epsilon = e_variance);
+            }
+        },
+    );
 }
 
 #[test]
 fn few_values() {
     let none = Moments::default();
-    let [one, two] = [&[3.0][..], &[3.0, 5.0]].map(|values| values.iter().copied().collect::<Moments>());
+    let [one, two] =
+        [&[3.0][..], &[3.0, 5.0]].map(|values| values.iter().copied().collect::<Moments>());
     let [few, more] = [&[3.0][..], &[3.0, 5.0]].map(exact);
     let infinite = f64::INFINITY;
-    assert_eq!((none.count(), none.mean(), none.variance()), (0, 0.0, infinite));
-    assert_eq!((one.mean(), one.variance(), one.standard_error()), (3.0, infinite, infinite));
-    assert_eq!((two.mean(), two.variance(), two.standard_error()), (4.0, 2.0, 1.0));
-    assert_eq!((ExactMoments::default().mean(0), ExactMoments::default().variance(0)), (0.0, infinite));
-    assert_eq!((few.variance(1), few.standard_error(1)), (infinite, infinite));
-    assert_eq!((more.mean(2), more.variance(2), more.standard_error(2)), (4.0, 2.0, 1.0));
-    assert_eq!([none.merge(none), none.merge(two), two.merge(none)], [none, two, two]);
+    assert_eq!(
+        (none.count(), none.mean(), none.variance()),
+        (0, 0.0, infinite)
+    );
+    assert_eq!(
+        (one.mean(), one.variance(), one.standard_error()),
+        (3.0, infinite, infinite)
+    );
+    assert_eq!(
+        (two.mean(), two.variance(), two.standard_error()),
+        (4.0, 2.0, 1.0)
+    );
+    assert_eq!(
+        (
+            ExactMoments::default().mean(0),
+            ExactMoments::default().variance(0)
+        ),
+        (0.0, infinite)
+    );
+    assert_eq!(
+        (few.variance(1), few.standard_error(1)),
+        (infinite, infinite)
+    );
+    assert_eq!(
+        (more.mean(2), more.variance(2), more.standard_error(2)),
+        (4.0, 2.0, 1.0)
+    );
+    assert_eq!(
+        [none.merge(none), none.merge(two), two.merge(none)],
+        [none, two, two]
+    );
     assert_eq!(one.merge([5.0].into_iter().collect()), two);
 }
 
@@ -96,7 +141,11 @@ fn units_are_the_nearest_multiples() {
         assert_eq!(in_units(units as f64 * UNIT), units as f64 as i64);
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
-        assert_eq!(in_units(units as f64 * UNIT), units, "every integer of 53 bits");
+        assert_eq!(
+            in_units(units as f64 * UNIT),
+            units,
+            "every integer of 53 bits"
+        );
         assert_eq!(in_units(-units as f64 * UNIT), -units);
     });
     for (units, expected) in [(0.5, 1), (-0.5, -1), (1.5, 2), (0.25, 0), (-1.75, -2)] {
@@ -108,7 +157,10 @@ fn units_are_the_nearest_multiples() {
 
 #[test]
 fn exact_moments_merge_in_any_order() {
-    let strategy = (values(), prop::collection::vec(any::<prop::sample::Index>(), 3));
+    let strategy = (
+        values(),
+        prop::collection::vec(any::<prop::sample::Index>(), 3),
+    );
     property("any order", 500, &strategy, |(mut values, cuts)| {
         let all = exact(&values);
         let (left, right) = values.split_at(cuts[0].index(values.len()));
@@ -127,11 +179,20 @@ fn exact_moments_merge_in_any_order() {
 
 #[test]
 fn constants_have_no_variance() {
-    property("constants", 500, &(-LARGEST..LARGEST, 2..500u32), |(value, n)| {
-        let moments = exact(&vec![value; n as usize]);
-        assert_eq!(moments.variance(n), 0.0);
-        assert_abs_diff_eq!(moments.mean(n), value, epsilon = 0.5 * UNIT + 2.0 * U * value.abs());
-    });
+    property(
+        "constants",
+        500,
+        &(-LARGEST..LARGEST, 2..500u32),
+        |(value, n)| {
+            let moments = exact(&vec![value; n as usize]);
+            assert_eq!(moments.variance(n), 0.0);
+            assert_abs_diff_eq!(
+                moments.mean(n),
+                value,
+                epsilon = 0.5 * UNIT + 2.0 * U * value.abs()
+            );
+        },
+    );
 }
 
 #[test]
@@ -141,13 +202,20 @@ fn large_offsets_do_not_cancel() {
     let values: Vec<f64> = (0..n).map(|i| LARGEST / 2.0 + f64::from(i % 2)).collect();
     let moments = exact(&values);
     assert_eq!(moments.mean(n), LARGEST / 2.0 + 0.5);
-    assert_relative_eq!(moments.variance(n), f64::from(n) / 4.0 / f64::from(n - 1), max_relative = 4.0 * U);
+    assert_relative_eq!(
+        moments.variance(n),
+        f64::from(n) / 4.0 / f64::from(n - 1),
+        max_relative = 4.0 * U
+    );
     // The smallest difference that the unit resolves, on top of the largest value.
     let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
     assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
     // Means between two integers: Σx² − (Σx)²/n = 1 − 1/2, 1 − 1/3, 6 − 16/3 units².
-    for (units, squares) in [(vec![0.0, 1.0], 0.5), (vec![0.0, -1.0, 0.0], 2.0 / 3.0), (vec![1.0, 1.0, 2.0], 2.0 / 3.0)]
-    {
+    for (units, squares) in [
+        (vec![0.0, 1.0], 0.5),
+        (vec![0.0, -1.0, 0.0], 2.0 / 3.0),
+        (vec![1.0, 1.0, 2.0], 2.0 / 3.0),
+    ] {
         let n = units.len() as u32;
         let scaled: Vec<f64> = units.iter().map(|x| x * UNIT).collect();
         let found = exact(&scaled).variance(n) / (UNIT * UNIT);
@@ -158,15 +226,31 @@ fn large_offsets_do_not_cancel() {
 #[test]
 fn values_that_no_film_holds_are_refused() {
     let above = LARGEST.next_up();
-    for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, above, -above, f64::MAX] {
+    for value in [
+        f64::NAN,
+        f64::INFINITY,
+        -f64::INFINITY,
+        above,
+        -above,
+        f64::MAX,
+    ] {
         let mut moments = ExactMoments::default();
-        assert!(matches!(moments.push(value), Err(Error::Radiance { .. })), "{value}");
+        assert!(
+            matches!(moments.push(value), Err(Error::Radiance { .. })),
+            "{value}"
+        );
         assert_eq!(moments, ExactMoments::default());
     }
     assert!(ExactMoments::default().push(LARGEST).is_ok());
     assert!(ExactMoments::default().push(-LARGEST).is_ok());
-    let message = ExactMoments::default().push(f64::NAN).expect_err("NaN").to_string();
-    assert!(message.contains("NaN") && !message.contains('\n'), "{message}");
+    let message = ExactMoments::default()
+        .push(f64::NAN)
+        .expect_err("NaN")
+        .to_string();
+    assert!(
+        message.contains("NaN") && !message.contains('\n'),
+        "{message}"
+    );
 }
 
 #[test]
@@ -176,14 +260,29 @@ fn moments_can_be_restored_from_what_they_say() {
     let restored = Moments::of(moments.count(), moments.mean(), moments.variance());
     assert_eq!(restored.count(), moments.count());
     assert_eq!(restored.mean(), moments.mean());
-    assert_relative_eq!(restored.variance(), moments.variance(), max_relative = 1e-14);
+    assert_relative_eq!(
+        restored.variance(),
+        moments.variance(),
+        max_relative = 1e-14
+    );
     // 1 and 4: two values are enough for a variance, one is not.
     assert_eq!(Moments::of(2, 2.5, 4.5), [1.0, 4.0].into_iter().collect());
-    assert_eq!(Moments::of(1, 3.0, f64::INFINITY), std::iter::once(3.0).collect());
+    assert_eq!(
+        Moments::of(1, 3.0, f64::INFINITY),
+        std::iter::once(3.0).collect()
+    );
     // As good as the original when more is merged.
     let more: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
     let [a, b] = [moments, restored].map(|m| m.merge(more).variance());
     assert_relative_eq!(a, b, max_relative = 1e-14);
-    assert_eq!(Moments::of(1, 3.0, f64::INFINITY).merge(restored).count(), 51);
-    assert!(Moments::of(1, 3.0, f64::INFINITY).merge(restored).variance().is_finite());
+    assert_eq!(
+        Moments::of(1, 3.0, f64::INFINITY).merge(restored).count(),
+        51
+    );
+    assert!(
+        Moments::of(1, 3.0, f64::INFINITY)
+            .merge(restored)
+            .variance()
+            .is_finite()
+    );
 }

@@ -1,8 +1,10 @@
-//! Single precision where surfaces are near to each other, and where rays are long: what is taken looks as in double
-//! precision to each estimator, and what is refused would not.
+//! Single precision where surfaces are near to each other, and where rays are long: what is taken
+//! looks as in double precision to each estimator, and what is refused would not.
 
 use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles,
+};
 use whitefurnace::scene::SINGLE_COINCIDENT;
 
 use crate::prelude::*;
@@ -12,43 +14,79 @@ const EXTENT: f64 = 3.0;
 
 fn estimators() -> [LaneEstimator; 4] {
     let path = |strategy| Path::new(Standard, strategy);
-    let by_bodies = Path { by_bodies: true, ..path(Finds::Mis) };
-    [path(Finds::Mis), path(Finds::Bsdf), path(Finds::Light), by_bodies].map(LaneEstimator::Path)
+    let by_bodies = Path {
+        by_bodies: true,
+        ..path(Finds::Mis)
+    };
+    [
+        path(Finds::Mis),
+        path(Finds::Bsdf),
+        path(Finds::Light),
+        by_bodies,
+    ]
+    .map(LaneEstimator::Path)
 }
 
 /// The mean radiance of an image.
 fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     let mut film = Film::new([16, 12], None, 1).expect("a legal size");
     let seed = seed_for(5, "near in singles");
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false };
-    ByLanes { estimator, sampling, precision }.add(scene, &mut film, 0..16, &|_| true).expect("legal values");
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed,
+        outlines: false,
+    };
+    ByLanes {
+        estimator,
+        sampling,
+        precision,
+    }
+    .add(scene, &mut film, 0..16, &|_| true)
+    .expect("legal values");
     film.mean()
 }
 
 /// The radiance of a patch under two sheets at a distance, one before the other, in either order.
 fn covered(gap: f64, [front, back]: [Surface; 2], is_reversed: bool) -> Scene {
-    scene_from(Camera::new(DVec3::new(0.0, -0.3, 0.4), DVec3::ZERO, DVec3::Z, 0.3), |s| {
-        square(s, 1.0, 0.0, true, diffuse(0.8));
-        // Light to be seen by way of a mirror.
-        square(s, EXTENT, -0.4, true, lamp(1.0));
-        let sheets = [(1.0 - gap, front), (1.0, back)];
-        let [first, second] = if is_reversed { [1, 0] } else { [0, 1] }.map(|i: usize| sheets[i]);
-        for (height, surface) in [first, second] {
-            square(s, EXTENT, height, false, surface);
-        }
-    })
+    scene_from(
+        Camera::new(DVec3::new(0.0, -0.3, 0.4), DVec3::ZERO, DVec3::Z, 0.3),
+        |s| {
+            square(s, 1.0, 0.0, true, diffuse(0.8));
+            // Light to be seen by way of a mirror.
+            square(s, EXTENT, -0.4, true, lamp(1.0));
+            let sheets = [(1.0 - gap, front), (1.0, back)];
+            let [first, second] =
+                if is_reversed { [1, 0] } else { [0, 1] }.map(|i: usize| sheets[i]);
+            for (height, surface) in [first, second] {
+                square(s, EXTENT, height, false, surface);
+            }
+        },
+    )
 }
 
 #[test]
 fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
     let black = Surface::new(Bsdf::Black);
     let tolerance = SINGLE_COINCIDENT * EXTENT;
-    for behind in [lamp(5.0), Surface::new(Bsdf::Mirror { reflectance: DVec3::ONE })] {
+    for behind in [
+        lamp(5.0),
+        Surface::new(Bsdf::Mirror {
+            reflectance: DVec3::ONE,
+        }),
+    ] {
         let mut seen = 0.0_f64;
-        for (is_reversed, estimator) in [false, true].into_iter().flat_map(|order| estimators().map(|e| (order, e))) {
+        for (is_reversed, estimator) in [false, true]
+            .into_iter()
+            .flat_map(|order| estimators().map(|e| (order, e)))
+        {
             let scene = covered(1.05 * tolerance, [black, behind], is_reversed);
             check_singles(&scene).expect("far enough apart");
-            assert_eq!(mean(&scene, estimator, Precision::Single), 0.0, "{estimator:?}, {behind:?}");
+            assert_eq!(
+                mean(&scene, estimator, Precision::Single),
+                0.0,
+                "{estimator:?}, {behind:?}"
+            );
             let scene = covered(0.2 * tolerance, [black, behind], is_reversed);
             assert_option_refused(check_singles(&scene), "in single precision object ");
             assert_eq!(mean(&scene, estimator, Precision::Double), 0.0);
@@ -62,7 +100,12 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
     // Sharp edges are taken.
     let wedge = scene(|s| {
         let shine = s.surface(lamp(1.0));
-        let corners = [DVec3::ZERO, DVec3::X, DVec3::new(0.0, 1.0, 0.05), DVec3::new(0.0, 1.0, -0.05)];
+        let corners = [
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::new(0.0, 1.0, 0.05),
+            DVec3::new(0.0, 1.0, -0.05),
+        ];
         s.mesh(&corners, &[[0, 1, 2], [1, 0, 3]], shine);
     });
     assert_eq!(wedge.coincident_in_singles(), None);
@@ -72,15 +115,22 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
 #[test]
 fn a_small_lamp_lights_a_wide_room_as_in_double_precision() {
     for centre in [DVec3::ZERO, DVec3::new(700.0, -300.0, 500.0)] {
-        let scene = scene_from(Camera::new(DVec3::new(-900.0, 0.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5), |s| {
-            let walls = s.surface(diffuse(0.5));
-            simple::closed_cube(s, 1000.0, true, walls);
-            ball(s, Sphere::new(centre, 1.0), lamp(1e6));
-        });
+        let scene = scene_from(
+            Camera::new(DVec3::new(-900.0, 0.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
+            |s| {
+                let walls = s.surface(diffuse(0.5));
+                simple::closed_cube(s, 1000.0, true, walls);
+                ball(s, Sphere::new(centre, 1.0), lamp(1e6));
+            },
+        );
         for estimator in [estimators()[0], estimators()[2]] {
             check_singles(&scene).expect("taken");
-            let [double, single] = [Precision::Double, Precision::Single].map(|p| mean(&scene, estimator, p));
-            assert!(double > 0.0 && (single / double - 1.0).abs() < 1e-3, "{estimator:?}: {single} and {double}");
+            let [double, single] =
+                [Precision::Double, Precision::Single].map(|p| mean(&scene, estimator, p));
+            assert!(
+                double > 0.0 && (single / double - 1.0).abs() < 1e-3,
+                "{estimator:?}: {single} and {double}"
+            );
         }
     }
 }

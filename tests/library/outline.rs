@@ -19,13 +19,14 @@ fn lights(shapes: &[EmitterShape]) -> Scene {
             EmitterShape::Sphere(sphere) => s.sphere(sphere, light),
         }
     }
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
+        .expect("a legal scene")
 }
 
 const FRAME: [u32; 2] = [12, 8];
 
-/// By the centres of many small squares: a pixel that shows emitters through some and not all is crossed. Those
-/// that are marked touch or neighbour such a pixel.
+/// By the centres of many small squares: a pixel that shows emitters through some and not all is
+/// crossed. Those that are marked touch or neighbour such a pixel.
 fn assert_marked(name: &str, scene: &Scene) {
     let marked = crossed(scene, FRAME);
     let fine = 64;
@@ -33,11 +34,15 @@ fn assert_marked(name: &str, scene: &Scene) {
         let sees = |i: u32| {
             let at = |pixel: u32, i: u32| f64::from(pixel) + (f64::from(i) + 0.5) / f64::from(fine);
             let ray = scene.camera().ray(FRAME, at(x, i % fine), at(y, i / fine));
-            scene.intersect(&ray).is_some_and(|hit| hit.emitter.is_some())
+            scene
+                .intersect(&ray)
+                .is_some_and(|hit| hit.emitter.is_some())
         };
         (0..fine * fine).filter(|&i| sees(i)).count() as f64 / f64::from(fine * fine)
     };
-    let shares: Vec<f64> = (0..FRAME[1]).flat_map(|y| (0..FRAME[0]).map(move |x| share(x, y))).collect();
+    let shares: Vec<f64> = (0..FRAME[1])
+        .flat_map(|y| (0..FRAME[0]).map(move |x| share(x, y)))
+        .collect();
     let at = |x: i64, y: i64| {
         let inside = (0..12).contains(&x) && (0..8).contains(&y);
         inside.then(|| shares[(y * 12 + x) as usize])
@@ -46,10 +51,19 @@ fn assert_marked(name: &str, scene: &Scene) {
         for x in 0..12 {
             let near = (-1..=1).flat_map(|dy| (-1..=1).filter_map(move |dx| at(x + dx, y + dy)));
             let near: Vec<f64> = near.collect();
-            let [low, high] = [near.iter().copied().fold(1.0, f64::min), near.iter().copied().fold(0.0, f64::max)];
+            let [low, high] = [
+                near.iter().copied().fold(1.0, f64::min),
+                near.iter().copied().fold(0.0, f64::max),
+            ];
             let (share, marked) = (shares[(y * 12 + x) as usize], marked[(y * 12 + x) as usize]);
-            assert!(marked || share == 0.0 || share == 1.0, "{name}: ({x}, {y}) shows {share} and is not marked");
-            assert!(!marked || low < high, "{name}: ({x}, {y}) is marked, and all around it is alike");
+            assert!(
+                marked || share == 0.0 || share == 1.0,
+                "{name}: ({x}, {y}) shows {share} and is not marked"
+            );
+            assert!(
+                !marked || low < high,
+                "{name}: ({x}, {y}) is marked, and all around it is alike"
+            );
         }
     }
     assert!(marked.contains(&true) && marked.contains(&false), "{name}");
@@ -58,53 +72,104 @@ fn assert_marked(name: &str, scene: &Scene) {
 #[test]
 fn pixels_that_outlines_cross_are_marked() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let rectangle = |corner, a, b| EmitterShape::Rectangle { corner, edges: [a, b] };
+    let rectangle = |corner, a, b| EmitterShape::Rectangle {
+        corner,
+        edges: [a, b],
+    };
     for (name, shape) in [
-        ("triangle", EmitterShape::Triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)])),
-        ("rectangle", rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3))),
-        ("beyond the border", rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0))),
-        ("floor through the eye's plane", rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0))),
-        ("sphere", EmitterShape::Sphere(Sphere::new(at(0.2, 2.0, 0.1), 0.25))),
+        (
+            "triangle",
+            EmitterShape::Triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
+        ),
+        (
+            "rectangle",
+            rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
+        ),
+        (
+            "beyond the border",
+            rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0)),
+        ),
+        (
+            "floor through the eye's plane",
+            rectangle(at(-0.2, -1.0, -0.1), at(0.5, 0.0, 0.0), at(0.1, 4.0, 0.0)),
+        ),
+        (
+            "sphere",
+            EmitterShape::Sphere(Sphere::new(at(0.2, 2.0, 0.1), 0.25)),
+        ),
     ] {
         assert_marked(name, &lights(&[shape]));
     }
-    let around = [EmitterShape::Sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 3.0) })];
+    let around = [EmitterShape::Sphere(Sphere {
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, 3.0)
+    })];
     assert!(!crossed(&lights(&around), FRAME).contains(&true));
-    let behind = [rectangle(at(-1.0, -2.0, -1.0), at(2.0, 0.0, 0.0), at(0.0, 0.0, 2.0))];
+    let behind = [rectangle(
+        at(-1.0, -2.0, -1.0),
+        at(2.0, 0.0, 0.0),
+        at(0.0, 0.0, 2.0),
+    )];
     assert!(!crossed(&lights(&behind), FRAME).contains(&true));
 }
 
-/// A light at distance 1, seen from the origin in a mirror at distance 1/4, which reflects this share.
+/// A light at distance 1, seen from the origin in a mirror at distance 1/4, which reflects this
+/// share.
 fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
     let mut s = SceneBuilder::new("mirror");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
     let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance }));
     let [a, b, c] = corners.map(|corner| DVec3::new(corner.x, 0.5 - corner.y, corner.z));
     s.mesh(&[a, c, b], &[[0, 1, 2]], light);
-    s.rectangle(DVec3::new(-1.0, 0.25, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], mirror);
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+    s.rectangle(
+        DVec3::new(-1.0, 0.25, -1.0),
+        [2.0 * DVec3::X, 2.0 * DVec3::Z],
+        mirror,
+    );
+    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
+        .expect("a legal scene")
 }
 
 /// A light behind a mirror's glass would show the same.
 #[test]
 fn lights_in_mirrors_have_outlines_and_no_noise() {
-    let triangle = [DVec3::new(-0.2, 1.0, -0.1), DVec3::new(0.25, 1.0, -0.15), DVec3::new(0.1, 1.0, 0.2)];
+    let triangle = [
+        DVec3::new(-0.2, 1.0, -0.1),
+        DVec3::new(0.25, 1.0, -0.15),
+        DVec3::new(0.1, 1.0, 0.2),
+    ];
     let reflectance = DVec3::new(0.25, 0.5, 1.0);
-    let (scene, twin) = (light_in_mirror(triangle, reflectance), lights(&[EmitterShape::Triangle(triangle)]));
+    let (scene, twin) = (
+        light_in_mirror(triangle, reflectance),
+        lights(&[EmitterShape::Triangle(triangle)]),
+    );
     let frame = FRAME.map(|n| 4 * n);
     let emitted = |x: f64, y: f64| {
         let ray = twin.camera().ray(frame, x, y);
-        reflectance * twin.intersect(&ray).map_or(DVec3::ZERO, |hit| twin.emitted(&hit, ray.direction))
+        reflectance
+            * twin
+                .intersect(&ray)
+                .map_or(DVec3::ZERO, |hit| twin.emitted(&hit, ray.direction))
     };
     let marked = crossed_in_mirrors(&scene, frame);
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: true };
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: true,
+    };
     let mut film = Film::new(frame, None, 1).expect("a legal size");
     let path = Path::new(Standard, Finds::Mis);
     render(&scene, &path, sampling, &mut film, &(0..16), &|_| true).expect("legal values");
     for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
         let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| emitted(x + u, y + v));
-        assert_eq!(marked, corners.iter().any(|corner| *corner != corners[0]), "({x}, {y})");
+        let corners =
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[u, v]| emitted(x + u, y + v));
+        assert_eq!(
+            marked,
+            corners.iter().any(|corner| *corner != corners[0]),
+            "({x}, {y})"
+        );
         let mean_of = |replication: u32| {
             if marked {
                 points(master(), here as u32, replication, 0)
@@ -117,23 +182,49 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
             }
         };
         let expected = (0..16).map(mean_of).sum::<DVec3>() / 16.0;
-        assert!(pixel.mean().abs_diff_eq(expected, 1e-12), "({x}, {y}): {} is not {expected}", pixel.mean());
+        assert!(
+            pixel.mean().abs_diff_eq(expected, 1e-12),
+            "({x}, {y}): {} is not {expected}",
+            pixel.mean()
+        );
     }
-    assert!(marked.contains(&true) && crossed_in_mirrors(&twin, frame).iter().all(|marked| !marked));
+    assert!(
+        marked.contains(&true)
+            && crossed_in_mirrors(&twin, frame)
+                .iter()
+                .all(|marked| !marked)
+    );
     // An estimator of paths that are no longer than this does not follow mirrors first.
-    let report = Report { segments: 1, rules: LightRules::PHYSICAL, ..Report::default() };
+    let report = Report {
+        segments: 1,
+        rules: LightRules::PHYSICAL,
+        ..Report::default()
+    };
     let mut film = Film::new(frame, None, 1).expect("a legal size");
     render(&scene, &report, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
     assert_eq!(film.mean(), 0.0);
     // Nor does one whose bounces are counted.
     for (bounces, sees) in [(0, false), (1, true)] {
-        let path = Path { bounces: Some(bounces), ..path };
+        let path = Path {
+            bounces: Some(bounces),
+            ..path
+        };
         let film = || Film::new(frame, None, 1).expect("a legal size");
         let (mut alone, mut together) = (film(), film());
         render(&scene, &path, sampling, &mut alone, &(0..1), &|_| true).expect("legal values");
-        let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
-        lanes.add(&scene, &mut together, 0..1, &|_| true).expect("legal values");
-        assert_eq!([alone.mean() > 0.0, together.mean() > 0.0], [sees; 2], "{bounces} bounces");
+        let lanes = ByLanes {
+            estimator: LaneEstimator::Path(path),
+            sampling,
+            precision: Precision::Double,
+        };
+        lanes
+            .add(&scene, &mut together, 0..1, &|_| true)
+            .expect("legal values");
+        assert_eq!(
+            [alone.mean() > 0.0, together.mean() > 0.0],
+            [sees; 2],
+            "{bounces} bounces"
+        );
     }
 }
 
@@ -141,19 +232,37 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
 fn rays_follow_so_many_mirrors_and_none_that_emits() {
     let room = |front: Surface| {
         let mut s = SceneBuilder::new("facing mirrors");
-        let (front, back) =
-            (s.surface(front), s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.5) })));
-        s.rectangle(DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], front);
-        s.rectangle(DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], back);
-        s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+        let (front, back) = (
+            s.surface(front),
+            s.surface(Surface::new(Bsdf::Mirror {
+                reflectance: DVec3::splat(0.5),
+            })),
+        );
+        s.rectangle(
+            DVec3::new(-1.0, 1.0, -1.0),
+            [2.0 * DVec3::X, 2.0 * DVec3::Z],
+            front,
+        );
+        s.rectangle(
+            DVec3::new(-1.0, -1.0, -1.0),
+            [2.0 * DVec3::X, 2.0 * DVec3::Z],
+            back,
+        );
+        s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
+            .expect("a legal scene")
     };
     let view = |scene: &Scene| {
         let ray = Ray::new(DVec3::ZERO, DVec3::Y);
         View::new(ray, scene.intersect(&ray)).in_mirrors(scene)
     };
-    let mirror = Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(0.5) });
+    let mirror = Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::splat(0.5),
+    });
     let endless = view(&room(mirror));
-    assert_eq!((endless.mirrors, endless.weight), (MIRRORS, DVec3::splat(0.5f64.powi(MIRRORS as i32))));
+    assert_eq!(
+        (endless.mirrors, endless.weight),
+        (MIRRORS, DVec3::splat(0.5f64.powi(MIRRORS as i32)))
+    );
     assert!(endless.hit.is_some());
     let emits = view(&room(mirror.emitting(DVec3::ONE)));
     assert_eq!((emits.mirrors, emits.weight), (0, DVec3::ONE));
@@ -162,7 +271,9 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
 /// A closed line through corners, as many points.
 fn line(corners: &[DVec3]) -> Vec<DVec3> {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
-    edges.flat_map(|(a, b)| (0..4000).map(move |i| a.lerp(*b, f64::from(i) / 4000.0))).collect()
+    edges
+        .flat_map(|(a, b)| (0..4000).map(move |i| a.lerp(*b, f64::from(i) / 4000.0)))
+        .collect()
 }
 
 /// Pixels that points of an outline lie in are marked, and none but those that they come near.
@@ -171,23 +282,38 @@ fn pixels_are_marked_along_outlines_alone() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let triangle = |corners: [DVec3; 3]| (EmitterShape::Triangle(corners), line(&corners));
     let rectangle = |corner: DVec3, a: DVec3, b: DVec3| {
-        let shape = EmitterShape::Rectangle { corner, edges: [a, b] };
-        (shape, line(&[corner, corner + a, corner + a + b, corner + b]))
+        let shape = EmitterShape::Rectangle {
+            corner,
+            edges: [a, b],
+        };
+        (
+            shape,
+            line(&[corner, corner + a, corner + a + b, corner + b]),
+        )
     };
     let sphere = |centre: DVec3, radius: f64| {
         // Where tangents from the origin touch it.
         let distance = centre.length();
         let axis = -centre / distance;
         let across = axis.cross(DVec3::X).normalize();
-        let (cosine, sine) = (radius / distance, (1.0 - (radius / distance).powi(2)).sqrt());
+        let (cosine, sine) = (
+            radius / distance,
+            (1.0 - (radius / distance).powi(2)).sqrt(),
+        );
         let around = |turn: f64| turn.cos() * across + turn.sin() * axis.cross(across);
         let touched = |turn| centre + radius * (cosine * axis + sine * around(turn));
-        let circle = (0..8000).map(|i| touched(TAU * f64::from(i) / 8000.0)).collect();
+        let circle = (0..8000)
+            .map(|i| touched(TAU * f64::from(i) / 8000.0))
+            .collect();
         (EmitterShape::Sphere(Sphere::new(centre, radius)), circle)
     };
     for (shape, outline) in [
         triangle([at(-0.2, 1.0, -0.1), at(0.25, 1.0, -0.15), at(0.1, 1.0, 0.2)]),
-        triangle([at(0.3, 1.0, 0.21), at(-0.31, 0.9, 0.13), at(0.17, 1.2, -0.19)]),
+        triangle([
+            at(0.3, 1.0, 0.21),
+            at(-0.31, 0.9, 0.13),
+            at(0.17, 1.2, -0.19),
+        ]),
         // An edge beyond the border, on whose continuation are pixels.
         triangle([at(-0.45, 1.0, 0.0), at(0.3, 1.0, 0.2), at(-0.9, 1.0, 0.03)]),
         rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
@@ -202,9 +328,16 @@ fn pixels_are_marked_along_outlines_alone() {
         let marked = crossed(&lights(&[shape]), FRAME);
         let (mut on, mut near) = (BTreeSet::new(), BTreeSet::new());
         for point in outline.iter().filter(|point| point.y > 0.0) {
-            let [x, y] = [6.0 + 16.0 * point.x / point.y, 4.0 - 16.0 * point.z / point.y];
-            let pixels = [-0.02, 0.02].map(|dx| [-0.02, 0.02].map(|dy| [(x + dx).floor(), (y + dy).floor()]));
-            let pixels = pixels.concat().into_iter().filter(|[x, y]| (0.0..12.0).contains(x) && (0.0..8.0).contains(y));
+            let [x, y] = [
+                6.0 + 16.0 * point.x / point.y,
+                4.0 - 16.0 * point.z / point.y,
+            ];
+            let pixels = [-0.02, 0.02]
+                .map(|dx| [-0.02, 0.02].map(|dy| [(x + dx).floor(), (y + dy).floor()]));
+            let pixels = pixels
+                .concat()
+                .into_iter()
+                .filter(|[x, y]| (0.0..12.0).contains(x) && (0.0..8.0).contains(y));
             let pixels: Vec<_> = pixels.map(|[x, y]| y as usize * 12 + x as usize).collect();
             near.extend(&pixels);
             if pixels.len() == 4 && pixels.iter().all(|pixel| *pixel == pixels[0]) {
@@ -212,8 +345,16 @@ fn pixels_are_marked_along_outlines_alone() {
             }
         }
         let marked: BTreeSet<usize> = (0..marked.len()).filter(|&pixel| marked[pixel]).collect();
-        assert!(on.len() > 5 && on.is_subset(&marked), "{shape:?}: {:?}", on.difference(&marked));
-        assert!(marked.is_subset(&near), "{shape:?}: {:?}", marked.difference(&near));
+        assert!(
+            on.len() > 5 && on.is_subset(&marked),
+            "{shape:?}: {:?}",
+            on.difference(&marked)
+        );
+        assert!(
+            marked.is_subset(&near),
+            "{shape:?}: {:?}",
+            marked.difference(&near)
+        );
     }
 }
 
@@ -231,48 +372,73 @@ fn points_are_nets_of_their_own() {
         points.iter().map(of).collect::<BTreeSet<_>>().len()
     };
     for replication in 0..20 {
-        // Every interval of an eighth, and over all samples of a replication of a share of these, has one point.
+        // Every interval of an eighth, and over all samples of a replication of a share of these,
+        // has one point.
         let eight = points(master(), 3, replication, 5);
         for (across, down) in [(8.0, 1.0), (4.0, 2.0), (2.0, 4.0), (1.0, 8.0)] {
             assert_eq!(boxes(&eight, across, down), POINTS);
         }
-        let all: Vec<_> = (0..8).flat_map(|index| points(master(), 3, replication, index)).collect();
+        let all: Vec<_> = (0..8)
+            .flat_map(|index| points(master(), 3, replication, index))
+            .collect();
         assert_eq!(boxes(&all, 8.0, 8.0), 64);
     }
-    // By their leading bits, which are the sequence's: another one for each seed, pixel and replication, and where a
-    // sequence ends.
+    // By their leading bits, which are the sequence's: another one for each seed, pixel and
+    // replication, and where a sequence ends.
     let leading = |seed: u64, pixel: u32, replication: u32, index: u32| {
         points(seed, pixel, replication, index).map(|point| point.map(|x| (x * 65536.0) as u32))
     };
     for seed in (0..16).map(|i| master().wrapping_add(2 * i)) {
         let first = leading(seed, 3, 0, 0);
-        for (seed, pixel, replication, index) in
-            [(seed ^ 1, 3, 0, 0), (seed, 4, 0, 0), (seed, 3, 1, 0), (seed, 3, 0, 8192)]
-        {
+        for (seed, pixel, replication, index) in [
+            (seed ^ 1, 3, 0, 0),
+            (seed, 4, 0, 0),
+            (seed, 3, 1, 0),
+            (seed, 3, 0, 8192),
+        ] {
             assert_ne!(first, leading(seed, pixel, replication, index));
         }
     }
 }
 
-/// The film is what its definition says, and far nearer to the share of the pixel that a light covers than its samples
-/// alone are.
+/// The film is what its definition says, and far nearer to the share of the pixel that a light
+/// covers than its samples alone are.
 #[test]
 fn films_take_the_points() {
-    let triangle = [DVec3::new(-0.2, 1.0, -0.1), DVec3::new(0.25, 1.0, -0.15), DVec3::new(0.1, 1.0, 0.2)];
+    let triangle = [
+        DVec3::new(-0.2, 1.0, -0.1),
+        DVec3::new(0.25, 1.0, -0.15),
+        DVec3::new(0.1, 1.0, 0.2),
+    ];
     let scene = lights(&[EmitterShape::Triangle(triangle)]);
     let frame = FRAME.map(|n| 4 * n);
     let path = Path::new(Standard, Finds::Mis);
-    let sampling = |outlines| Sampling { pixel: Jitter(2), numbers: Numbers::Independent, seed: master(), outlines };
+    let sampling = |outlines| Sampling {
+        pixel: Jitter(2),
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines,
+    };
     let film = |outlines| {
         let mut film = Film::new(frame, None, 4).expect("a legal size");
-        render(&scene, &path, sampling(outlines), &mut film, &(0..16), &|_| true).expect("legal values");
+        render(
+            &scene,
+            &path,
+            sampling(outlines),
+            &mut film,
+            &(0..16),
+            &|_| true,
+        )
+        .expect("legal values");
         film
     };
     let (with, without) = (film(true), film(false));
     let marked = crossed(&scene, frame);
     let emitted = |x: f64, y: f64| {
         let ray = scene.camera().ray(frame, x, y);
-        scene.intersect(&ray).map_or(DVec3::ZERO, |hit| scene.emitted(&hit, ray.direction))
+        scene
+            .intersect(&ray)
+            .map_or(DVec3::ZERO, |hit| scene.emitted(&hit, ray.direction))
     };
     let mut errors = [0.0; 2];
     for (here, &marked) in marked.iter().enumerate() {
@@ -282,22 +448,35 @@ fn films_take_the_points() {
             continue;
         }
         let mut expected = DVec3::ZERO;
-        for (replication, index) in (0..16).flat_map(|replication| (0..4).map(move |index| (replication, index))) {
-            let shown = points(master(), here as u32, replication, index).map(|[u, v]| emitted(x + u, y + v));
+        for (replication, index) in
+            (0..16).flat_map(|replication| (0..4).map(move |index| (replication, index)))
+        {
+            let shown = points(master(), here as u32, replication, index)
+                .map(|[u, v]| emitted(x + u, y + v));
             expected += replaced(DVec3::ZERO, DVec3::ZERO, shown) / 64.0;
         }
         let found = with.pixels()[here].mean();
-        assert!(found.abs_diff_eq(expected, 1e-8), "{found} is not {expected}");
+        assert!(
+            found.abs_diff_eq(expected, 1e-8),
+            "{found} is not {expected}"
+        );
         let fine = (0..128).map(|i| (f64::from(i) + 0.5) / 128.0);
-        let exact: DVec3 = fine.clone().flat_map(|u| fine.clone().map(move |v| emitted(x + u, y + v))).sum();
+        let exact: DVec3 = fine
+            .clone()
+            .flat_map(|u| fine.clone().map(move |v| emitted(x + u, y + v)))
+            .sum();
         for (error, film) in errors.iter_mut().zip([&with, &without]) {
             *error += (film.pixels()[here].mean() - exact / 16_384.0).length_squared();
         }
     }
     assert!(errors[0] < 0.3 * errors[1], "{errors:?}");
     for pixel in [Centre, Grid(2)] {
-        let sampling = Sampling { pixel, ..sampling(true) };
-        let mut film = Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
+        let sampling = Sampling {
+            pixel,
+            ..sampling(true)
+        };
+        let mut film =
+            Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
         let refused = render(&scene, &path, sampling, &mut film, &(0..1), &|_| true);
         assert!(matches!(refused, Err(Error::Option(_))), "{refused:?}");
     }

@@ -14,31 +14,51 @@ fn numbered(points: &[DVec3]) -> Vec<(DVec3, usize)> {
     points.iter().copied().zip(0..).collect()
 }
 
-/// Every point within the radius once and no other, ties and equal points included, in the tree's order.
+/// Every point within the radius once and no other, ties and equal points included, in the tree's
+/// order.
 #[test]
 fn a_kd_tree_finds_what_brute_force_finds() {
-    let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25)).prop_map(DVec3::from_array);
-    let points = prop_oneof![prop::collection::vec(point(1.0), 0..200), prop::collection::vec(grid, 0..200),];
-    property("kd-tree", 256, &(points, point(1.2), 0.0..1.5f64), |(points, centre, radius)| {
-        let tree = KdTree::new(&numbered(&points));
-        assert_eq!(tree.len(), points.len());
-        assert_eq!(tree.is_empty(), points.is_empty());
-        let r2 = radius * radius;
-        let mut found = Vec::new();
-        tree.within(centre, r2, |&i| found.push(i));
-        let near = |i: &usize| found.contains(i);
-        assert!(tree.values().copied().filter(near).eq(found.iter().copied()), "{found:?}");
-        found.sort_unstable();
-        let expected: Vec<usize> = (0..points.len()).filter(|&i| points[i].distance_squared(centre) <= r2).collect();
-        assert_eq!(found, expected);
-    });
+    let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25))
+        .prop_map(DVec3::from_array);
+    let points = prop_oneof![
+        prop::collection::vec(point(1.0), 0..200),
+        prop::collection::vec(grid, 0..200),
+    ];
+    property(
+        "kd-tree",
+        256,
+        &(points, point(1.2), 0.0..1.5f64),
+        |(points, centre, radius)| {
+            let tree = KdTree::new(&numbered(&points));
+            assert_eq!(tree.len(), points.len());
+            assert_eq!(tree.is_empty(), points.is_empty());
+            let r2 = radius * radius;
+            let mut found = Vec::new();
+            tree.within(centre, r2, |&i| found.push(i));
+            let near = |i: &usize| found.contains(i);
+            assert!(
+                tree.values()
+                    .copied()
+                    .filter(near)
+                    .eq(found.iter().copied()),
+                "{found:?}"
+            );
+            found.sort_unstable();
+            let expected: Vec<usize> = (0..points.len())
+                .filter(|&i| points[i].distance_squared(centre) <= r2)
+                .collect();
+            assert_eq!(found, expected);
+        },
+    );
 }
 
 /// Long enough for threads to share the work.
 #[test]
 fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
-    let points: Vec<DVec3> = (0..50_000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
+    let points: Vec<DVec3> = (0..50_000)
+        .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
+        .collect();
     let order = |threads| {
         let tree = on_threads(threads, || KdTree::new(&numbered(&points)));
         let mut order = Vec::new();
@@ -55,17 +75,28 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
 #[test]
 fn a_kd_tree_knows_about_where_points_are() {
     let mut rng = stream(master(), 0, 0);
-    let points: Vec<DVec3> = (0..5000).map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng)))).collect();
+    let points: Vec<DVec3> = (0..5000)
+        .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
+        .collect();
     let tree = KdTree::new(&numbered(&points));
     let mut places: Vec<usize> = tree.values().map(|&i| tree.place(points[i])).collect();
     assert!(places.is_sorted());
-    assert!(places.iter().enumerate().all(|(i, &place)| (place..place + 512).contains(&i)));
+    assert!(
+        places
+            .iter()
+            .enumerate()
+            .all(|(i, &place)| (place..place + 512).contains(&i))
+    );
     places.dedup();
     assert_eq!(places.len(), 16);
 }
 
 fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
-    PhotonMap::new(&Standard, scene, kept, emitted, (3, 1)).expect("a small map").photons().copied().collect()
+    PhotonMap::new(&Standard, scene, kept, emitted, (3, 1))
+        .expect("a small map")
+        .photons()
+        .copied()
+        .collect()
 }
 
 #[test]
@@ -96,26 +127,47 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let check = |emitted| PhotonMap::check(&Standard, &scene, Kept::All, emitted, (1, 0));
     assert!(check(most).is_ok());
     assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
-    assert_option_refused(PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)), "GB");
+    assert_option_refused(
+        PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)),
+        "GB",
+    );
 }
 
 /// Lookups of a whole part of an image are those of each sample alone, whatever their order.
 #[test]
 fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
-    let gather = Lookup::Gather { caustic_particles: 500, caustic_radius: 0.2 };
+    let gather = Lookup::Gather {
+        caustic_particles: 500,
+        caustic_radius: 0.2,
+    };
     for lookup in [Lookup::Direct, gather] {
-        let photons = PhotonMapping::new(Standard, &scene, lookup, (4000, 0.2), (master(), 0)).expect("a map");
+        let photons = PhotonMapping::new(Standard, &scene, lookup, (4000, 0.2), (master(), 0))
+            .expect("a map");
         let samples = || {
             (0..400).map(|i| {
-                let ray = scene.camera().ray([20, 20], f64::from(i % 20) + 0.5, f64::from(i / 20) + 0.5);
-                Sample { ray, hit: scene.intersect(&ray), rng: Pass::from((master(), 1)).pixel(i) }
+                let ray =
+                    scene
+                        .camera()
+                        .ray([20, 20], f64::from(i % 20) + 0.5, f64::from(i / 20) + 0.5);
+                Sample {
+                    ray,
+                    hit: scene.intersect(&ray),
+                    rng: Pass::from((master(), 1)).pixel(i),
+                }
             })
         };
-        let alone = samples().map(|Sample { ray, hit, mut rng }| photons.radiance(&scene, &ray, hit, &mut rng));
+        let alone = samples()
+            .map(|Sample { ray, hit, mut rng }| photons.radiance(&scene, &ray, hit, &mut rng));
         let alone: Vec<DVec3> = alone.collect();
         assert_eq!(photons.radiances(&scene, samples()), alone);
-        assert!(alone.iter().filter(|radiance| **radiance != DVec3::ZERO).count() > 300);
+        assert!(
+            alone
+                .iter()
+                .filter(|radiance| **radiance != DVec3::ZERO)
+                .count()
+                > 300
+        );
     }
 }
 
@@ -134,12 +186,16 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
     for n in [1u32, 2, 3, 10, 1000] {
         let x = f64::from(n);
         let log = ln_gamma(x + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(x + 1.0);
-        assert_relative_eq!(radius_squared(0.25, n - 1), 0.25 * log.exp(), max_relative = 1e-9);
+        assert_relative_eq!(
+            radius_squared(0.25, n - 1),
+            0.25 * log.exp(),
+            max_relative = 1e-9
+        );
     }
 }
 
-/// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects nothing. Whether
-/// final gathering counts emitters.
+/// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects
+/// nothing. Whether final gathering counts emitters.
 #[derive(Clone, Copy)]
 struct Lone(bool);
 
@@ -163,7 +219,10 @@ impl Roulette for Lone {
 
 impl NextEvent for Lone {
     fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
-        EmitterPoint { point: DVec3::ZERO, normal: DVec3::Z }
+        EmitterPoint {
+            point: DVec3::ZERO,
+            normal: DVec3::Z,
+        }
     }
 }
 
@@ -173,13 +232,18 @@ impl Photons for Lone {
     }
 }
 
-/// What the eye sees of one photon on a ceiling, straight, in a mirror, from within glass, by a ray of final
-/// gathering, and as a caustic; and of the shadow ray beside it.
+/// What the eye sees of one photon on a ceiling, straight, in a mirror, from within glass, by a ray
+/// of final gathering, and as a caustic; and of the shadow ray beside it.
 #[test]
 fn one_photon_is_seen_in_every_way() {
     let (side, radius, caustic_radius, rho) = (0.02, 0.1, 0.2, 0.6);
     let small = |s: &mut SceneBuilder, half: f64, x: f64, z: f64, surface: Surface| {
-        panel(s, DVec3::new(x - half, -half, z), [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y], surface);
+        panel(
+            s,
+            DVec3::new(x - half, -half, z),
+            [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y],
+            surface,
+        );
     };
     let lit = |add: &dyn Fn(&mut SceneBuilder)| {
         scene(|s| {
@@ -199,10 +263,15 @@ fn one_photon_is_seen_in_every_way() {
     let flux = 2.0 * PI * side * side;
     let by_photon = |radius: f64| rho * FRAC_1_PI * flux / (PI * radius * radius);
     let by_shadow_ray = rho * FRAC_1_PI * 2.0 * side * side / (1.0f64 + 0.05 * 0.05).powi(2);
-    let gather = Lookup::Gather { caustic_particles: 1, caustic_radius };
+    let gather = Lookup::Gather {
+        caustic_particles: 1,
+        caustic_radius,
+    };
     let seen = |scene: &Scene, parts: Lone, lookup: Lookup, ray: &Ray| {
         let photons = PhotonMapping::new(parts, scene, lookup, (1, radius), (1, 0)).expect("a map");
-        photons.radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0)).x
+        photons
+            .radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0))
+            .x
     };
     let (up, down) = (DVec3::Z, -DVec3::Z);
     for (scene, lookup, direction, known) in [
@@ -214,15 +283,28 @@ fn one_photon_is_seen_in_every_way() {
         (&glass_above, gather, up, by_photon(caustic_radius)),
     ] {
         let ray = Ray::new(DVec3::new(0.05, 0.0, 0.6), direction);
-        assert_relative_eq!(seen(scene, Lone(false), lookup, &ray), known, max_relative = 1e-9);
+        assert_relative_eq!(
+            seen(scene, Lone(false), lookup, &ray),
+            known,
+            max_relative = 1e-9
+        );
     }
     let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
     assert_eq!(seen(&plain, Lone(false), Lookup::Direct, &behind), 0.0);
     // The radius of a pass, and a pixel so small that its rays are one.
-    let camera = Camera::new(DVec3::new(0.05, 0.0, 0.6), DVec3::new(0.05, 0.0, 1.0), DVec3::X, 1e-6);
+    let camera = Camera::new(
+        DVec3::new(0.05, 0.0, 0.6),
+        DVec3::new(0.05, 0.0, 1.0),
+        DVec3::X,
+        1e-6,
+    );
     let scene = plain.with_camera(camera).expect("a scene");
     for index in 0..3 {
-        let sppm = Sppm { parts: Lone(false), particles: 1, radius };
+        let sppm = Sppm {
+            parts: Lone(false),
+            particles: 1,
+            radius,
+        };
         let found = sppm.pass(&scene, [1, 1], 1, index).expect("a pass")[0];
         let known = by_photon(radius_squared(radius * radius, index).sqrt());
         assert_relative_eq!(found.x, known, max_relative = 1e-9);

@@ -7,7 +7,13 @@ const LAST: f64 = 1.0 - U;
 
 #[test]
 fn samples_per_replication() {
-    for (strategy, count) in [(Centre, 1), (Random, 1), (Grid(1), 1), (Grid(3), 9), (Jitter(4), 16)] {
+    for (strategy, count) in [
+        (Centre, 1),
+        (Random, 1),
+        (Grid(1), 1),
+        (Grid(3), 9),
+        (Jitter(4), 16),
+    ] {
         assert_eq!(strategy.samples_per_replication(), count);
     }
 }
@@ -27,8 +33,15 @@ fn each_sub_pixel_has_one_sample() {
                     // Three roundings of at most n parts: the border itself may be met.
                     let inside = x * side - cell[axis];
                     let rounding = 3.0 * U * side;
-                    assert!(inside >= -rounding && inside <= 1.0 + rounding, "{strategy:?} {x}");
-                    let expected = if strategy == Grid(n) { 0.5 } else { random[axis] };
+                    assert!(
+                        inside >= -rounding && inside <= 1.0 + rounding,
+                        "{strategy:?} {x}"
+                    );
+                    let expected = if strategy == Grid(n) {
+                        0.5
+                    } else {
+                        random[axis]
+                    };
                     assert_abs_diff_eq!(inside, expected, epsilon = rounding);
                 }
             }
@@ -39,8 +52,13 @@ fn each_sub_pixel_has_one_sample() {
 #[test]
 fn centre_and_random() {
     let random = prop::array::uniform2(0.0..1.0);
-    property("whole pixel", 100, &(0u32..100, random), |(index, random)| {
-        assert_eq!(Centre.position(index, random), [0.5, 0.5]);
-        assert_eq!(Random.position(index, random), random);
-    });
+    property(
+        "whole pixel",
+        100,
+        &(0u32..100, random),
+        |(index, random)| {
+            assert_eq!(Centre.position(index, random), [0.5, 0.5]);
+            assert_eq!(Random.position(index, random), random);
+        },
+    );
 }

@@ -14,8 +14,8 @@ pub use whitefurnace::error::Error;
 pub use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
 pub use whitefurnace::estimator::radiosity::Fineness;
 pub use whitefurnace::estimator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, NextEvent, PhotonMapping, Photons,
-    Published, Radiosity, Report, Sppm, Standard, Whitted,
+    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, NextEvent,
+    PhotonMapping, Photons, Published, Radiosity, Report, Sppm, Standard, Whitted,
 };
 pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::frame::{Frame, from_spherical, to_spherical};
@@ -28,5 +28,7 @@ pub use whitefurnace::sampler::Sampler;
 pub use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere};
 pub use whitefurnace::scene::room::{self, Convention};
 pub use whitefurnace::scene::simple::{self, Cap};
-pub use whitefurnace::scene::{EDGE_MARGIN, Geometry, Hit, Scene, SceneBuilder, Surface, SurfaceId};
+pub use whitefurnace::scene::{
+    EDGE_MARGIN, Geometry, Hit, Scene, SceneBuilder, Surface, SurfaceId,
+};
 pub use whitefurnace::shape::{Ray, Sphere};

@@ -2,7 +2,10 @@
 
 /// The rows of a table in `data`: fields between commas; lines with # are remarks.
 pub fn fields(table: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
-    table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect())
+    table
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').collect())
 }
 
 /// A number of a table.
@@ -19,15 +22,19 @@ pub fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
     fields(table).map(row).collect()
 }
 
-/// Asserts the values of a table whose rows are the name of a function, its arguments between blanks, a value and,
-/// where it is not 1e-9, the relative error that is allowed.
+/// Asserts the values of a table whose rows are the name of a function, its arguments between
+/// blanks, a value and, where it is not 1e-9, the relative error that is allowed.
 pub fn assert_table(table: &'static str, evaluate: impl Fn(&str, &[f64]) -> f64) {
     let mut wrong = Vec::new();
     for row in fields(table) {
         let arguments: Vec<f64> = row[1].split(' ').map(number).collect();
         let (found, value) = (evaluate(row[0], &arguments), number(row[2]));
         let same = found == value || found.is_nan() && value.is_nan();
-        let error = if same { 0.0 } else { (found / value - 1.0).abs() };
+        let error = if same {
+            0.0
+        } else {
+            (found / value - 1.0).abs()
+        };
         if error.is_nan() || error > row.get(3).map_or(1e-9, |allowed| number(allowed)) {
             wrong.push(format!("{row:?}: {found:e}, error {error:e}"));
         }

@@ -15,7 +15,12 @@ fn path() -> Path {
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
-    Sampling { pixel, numbers: Numbers::Independent, seed: master(), outlines: false }
+    Sampling {
+        pixel,
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: false,
+    }
 }
 
 fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
@@ -35,7 +40,11 @@ fn whole<E: Estimator>(scene: &Scene, estimator: &E, pixel: PixelSampling) -> Fi
 fn divided_ranges_are_one_run() {
     let scene = report_room();
     let once = divided(&scene, &path(), &[0..7]);
-    for ranges in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![0..0, 0..7, 7..7]] {
+    for ranges in [
+        vec![0..3, 3..7],
+        vec![4..7, 0..1, 1..4],
+        vec![0..0, 0..7, 7..7],
+    ] {
         assert!(divided(&scene, &path(), &ranges) == once);
     }
     // As films of their own, merged in any order.
@@ -47,8 +56,14 @@ fn divided_ranges_are_one_run() {
         }
         assert!(sum == once, "merged as {order:?}");
     }
-    let other = Sampling { seed: master() ^ 1, ..sampling(Random) };
-    assert!(rendered(&scene, &path(), FRAME, other, &[0..7]).expect("legal radiance") != once, "seeds matter");
+    let other = Sampling {
+        seed: master() ^ 1,
+        ..sampling(Random)
+    };
+    assert!(
+        rendered(&scene, &path(), FRAME, other, &[0..7]).expect("legal radiance") != once,
+        "seeds matter"
+    );
 }
 
 #[test]
@@ -59,7 +74,14 @@ fn windows_are_crops() {
         for (corner, size) in [([0, 0], FRAME), ([5, 3], [7, 9]), ([23, 17], [1, 1])] {
             let window = Window { corner, size };
             let mut crop = film(pixel, Some(window));
-            let done = render(&scene, &path(), sampling(pixel), &mut crop, &(0..4), &|_| true);
+            let done = render(
+                &scene,
+                &path(),
+                sampling(pixel),
+                &mut crop,
+                &(0..4),
+                &|_| true,
+            );
             assert!(matches!(done, Ok(true)));
             for y in 0..size[1] {
                 for x in 0..size[0] {
@@ -84,18 +106,28 @@ impl Estimator for Slopes {
 
 #[test]
 fn pixels_are_where_they_belong() {
-    // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of 2⁻³².
+    // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of
+    // 2⁻³².
     let scene = report_room();
     let step = 2.0 * 0.77704 / 18.0;
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
     let places = [Centre, Grid(2), Grid(3)];
-    for (numbers, pixel) in numbers.iter().flat_map(|&numbers| places.map(|pixel| (numbers, pixel))) {
-        let sampling = Sampling { numbers, ..sampling(pixel) };
+    for (numbers, pixel) in numbers
+        .iter()
+        .flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
+    {
+        let sampling = Sampling {
+            numbers,
+            ..sampling(pixel)
+        };
         let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
         for (x, y) in [(0, 0), (23, 0), (5, 11), (23, 17)] {
             let mean = film.pixel(x, y).mean();
-            let expected =
-                DVec3::new(2.0 + (f64::from(x) + 0.5 - 12.0) * step, 2.0 + (9.0 - f64::from(y) - 0.5) * step, 0.0);
+            let expected = DVec3::new(
+                2.0 + (f64::from(x) + 0.5 - 12.0) * step,
+                2.0 + (9.0 - f64::from(y) - 0.5) * step,
+                0.0,
+            );
             assert!((mean - expected).abs().max_element() < 1.0 / (1u64 << 31) as f64);
             // Whole grids are the replications, and all alike.
             assert_eq!(film.pixel(x, y).standard_error(), DVec3::ZERO);
@@ -123,16 +155,30 @@ fn passes_see_a_lamp_in_its_pixel() {
         way / way.x
     };
     let (corner, right, below) = (place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0));
-    let scene = scene_from(camera, |scene| panel(scene, corner, [below - corner, right - corner], lamp(2.0)));
-    let sppm = Sppm { parts: Standard, particles: 1, radius: 0.1 };
+    let scene = scene_from(camera, |scene| {
+        panel(scene, corner, [below - corner, right - corner], lamp(2.0));
+    });
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 1,
+        radius: 0.1,
+    };
     let tracer = LightTracer::<Standard>::default();
     let images = |index| {
         let bdpt = Bdpt::new(Standard).pass(&scene, FRAME, master(), index);
-        [bdpt, sppm.pass(&scene, FRAME, master(), index), tracer.pass(&scene, FRAME, master(), index)]
+        [
+            bdpt,
+            sppm.pass(&scene, FRAME, master(), index),
+            tracer.pass(&scene, FRAME, master(), index),
+        ]
     };
     for image in (0..8).flat_map(images) {
         for (i, value) in image.expect("legal radiance").into_iter().enumerate() {
-            let known = if i == 2 * FRAME[0] as usize + 3 { 2.0 } else { 0.0 };
+            let known = if i == 2 * FRAME[0] as usize + 3 {
+                2.0
+            } else {
+                0.0
+            };
             assert_abs_diff_eq!(value, DVec3::splat(known), epsilon = 1e-6);
         }
     }
@@ -144,12 +190,22 @@ fn features_are_those_of_the_first_hit() {
     let film = whole(&scene, &path(), Centre);
     for (x, y) in [(12, 2), (2, 9), (12, 13), (20, 4)] {
         let [px, py] = [x, y].map(|v| f64::from(v) + 0.5);
-        let hit = scene.intersect(&scene.camera().ray(FRAME, px, py)).expect("closed");
+        let hit = scene
+            .intersect(&scene.camera().ray(FRAME, px, py))
+            .expect("closed");
         let found = film.pixel(x, y).features();
         let unit = 1.0 / (1u64 << 32) as f64;
-        assert!((found.albedo - scene.surface(&hit).bsdf.albedo()).abs().max_element() <= unit);
+        assert!(
+            (found.albedo - scene.surface(&hit).bsdf.albedo())
+                .abs()
+                .max_element()
+                <= unit
+        );
         assert!((found.depth - hit.t).abs() <= unit);
-        assert!((found.normal - hit.normal).abs().max_element() <= unit, "the room's fronts");
+        assert!(
+            (found.normal - hit.normal).abs().max_element() <= unit,
+            "the room's fronts"
+        );
     }
     // Where nothing is met there are no features; from inside glass the normal is on our side.
     let open = whole(&simple::environment().expect("a scene"), &path(), Centre);
@@ -157,14 +213,25 @@ fn features_are_those_of_the_first_hit() {
     assert_eq!(open.pixel(0, 0).mean(), DVec3::ONE);
     let glass = simple::glass_cube(true).expect("a scene");
     let inside = whole(&glass, &path(), Centre);
-    assert!(inside.pixel(12, 9).features().normal.dot(glass.camera().ray(FRAME, 12.5, 9.5).direction) < 0.0);
+    assert!(
+        inside
+            .pixel(12, 9)
+            .features()
+            .normal
+            .dot(glass.camera().ray(FRAME, 12.5, 9.5).direction)
+            < 0.0
+    );
 }
 
 /// What two films show of albedo, normal and depth, to the last bit.
 fn same_features(a: &Film, b: &Film) -> bool {
     let shown = |film: &Film| -> Vec<[f64; 7]> {
         let values = |pixel: &Pixel| {
-            let Features { albedo, normal, depth } = pixel.features();
+            let Features {
+                albedo,
+                normal,
+                depth,
+            } = pixel.features();
             let ([a, b, c], [x, y, z]) = (albedo.to_array(), normal.to_array());
             [a, b, c, x, y, z, depth]
         };
@@ -179,14 +246,21 @@ fn features_are_the_same_for_every_estimator() {
     let ways = [Centre, Grid(2), Random, Jitter(2)];
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
     let lookup = Lookup::Direct;
-    let photons = PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
-    let fineness = Fineness { patches: 40, halvings: 0 };
+    let photons =
+        PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
+    let fineness = Fineness {
+        patches: 40,
+        halvings: 0,
+    };
     let solved = Radiosity::new(Standard, &scene, fineness, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
         for (name, film) in [
             ("report", whole(&scene, &Report::default(), pixel)),
             ("published", whole(&scene, &Published::default(), pixel)),
-            ("whitted", whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel)),
+            (
+                "whitted",
+                whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel),
+            ),
             ("photon", whole(&scene, &photons, pixel)),
             ("radiosity", whole(&scene, &solved, pixel)),
         ] {
@@ -195,10 +269,20 @@ fn features_are_the_same_for_every_estimator() {
     }
     // Of whole images at random points, as many passes as there were replications.
     let images = |ranges: &[Range<u32>]| {
-        let sppm = Sppm { parts: Standard, particles: 100, radius: 0.3 };
+        let sppm = Sppm {
+            parts: Standard,
+            particles: 100,
+            radius: 0.3,
+        };
         [
-            ("light tracer", passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal")),
-            ("bdpt", passes(&scene, &Bdpt::new(Standard), FRAME, ranges).expect("legal")),
+            (
+                "light tracer",
+                passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal"),
+            ),
+            (
+                "bdpt",
+                passes(&scene, &Bdpt::new(Standard), FRAME, ranges).expect("legal"),
+            ),
             ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
     };
@@ -216,16 +300,29 @@ fn features_are_the_same_for_every_estimator() {
 fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<Standard>::default();
-    let by_rays = ByRays { estimator: path(), sampling: sampling(Jitter(2)) };
-    let by_lanes =
-        ByLanes { estimator: LaneEstimator::Path(path()), sampling: sampling(Jitter(2)), precision: Precision::Double };
-    let by_passes = ByPasses { estimator: tracer, numbers: Numbers::Independent, seed: master() };
-    let rays = rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
+    let by_rays = ByRays {
+        estimator: path(),
+        sampling: sampling(Jitter(2)),
+    };
+    let by_lanes = ByLanes {
+        estimator: LaneEstimator::Path(path()),
+        sampling: sampling(Jitter(2)),
+        precision: Precision::Double,
+    };
+    let by_passes = ByPasses {
+        estimator: tracer,
+        numbers: Numbers::Independent,
+        seed: master(),
+    };
+    let rays =
+        rendered(&scene, &path(), FRAME, sampling(Jitter(2)), &[2..6]).expect("legal radiance");
     let images = passes(&scene, &tracer, FRAME, &[2..6]).expect("legal radiance");
     let lanes = rays.clone();
-    for (renderer, samples, expected) in
-        [(&by_rays as &dyn Renderer, 4, rays), (&by_lanes, 4, lanes), (&by_passes, 1, images)]
-    {
+    for (renderer, samples, expected) in [
+        (&by_rays as &dyn Renderer, 4, rays),
+        (&by_lanes, 4, lanes),
+        (&by_passes, 1, images),
+    ] {
         assert_eq!(renderer.samples_per_replication(), samples);
         let mut film = Film::new(FRAME, None, samples).expect("a film");
         let reported = AtomicU64::new(0);
@@ -235,15 +332,35 @@ fn renderers_fill_films_as_the_functions_do() {
         });
         assert!(matches!(done, Ok(true)) && film == expected);
         assert_eq!(reported.into_inner(), 24 * 18 * 4 * u64::from(samples));
-        assert!(matches!(renderer.add(&scene, &mut film, 6..7, &|_| false), Ok(false)));
+        assert!(matches!(
+            renderer.add(&scene, &mut film, 6..7, &|_| false),
+            Ok(false)
+        ));
     }
 }
 
 #[test]
 fn a_run_can_be_stopped_after_a_part() {
     let mut target = film(Random, None);
-    let one_part = || render(&report_room(), &path(), sampling(Random), &mut target, &(0..1), &|_| false);
+    let one_part = || {
+        render(
+            &report_room(),
+            &path(),
+            sampling(Random),
+            &mut target,
+            &(0..1),
+            &|_| false,
+        )
+    };
     let done = on_threads(1, one_part);
     assert!(matches!(done, Ok(false)));
-    assert_eq!(target.pixels().iter().filter(|p| p.replications() > 0).count(), 24, "one row, then stop");
+    assert_eq!(
+        target
+            .pixels()
+            .iter()
+            .filter(|p| p.replications() > 0)
+            .count(),
+        24,
+        "one row, then stop"
+    );
 }

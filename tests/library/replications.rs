@@ -1,5 +1,5 @@
-//! Replications share nothing: every random number that any way of placing samples takes is its own, and
-//! the film's error bars are the spread of replications rendered one by one.
+//! Replications share nothing: every random number that any way of placing samples takes is its
+//! own, and the film's error bars are the spread of replications rendered one by one.
 
 use std::collections::BTreeSet;
 use std::sync::Mutex;
@@ -15,14 +15,30 @@ const REPLICATIONS: u32 = 6;
 
 /// Every way of placing samples in a pixel, with every source of numbers.
 fn samplings() -> Vec<Sampling> {
-    let positions = [Centre, Grid(1), Grid(2), Grid(3), Random, Jitter(1), Jitter(2), Jitter(3)];
+    let positions = [
+        Centre,
+        Grid(1),
+        Grid(2),
+        Grid(3),
+        Random,
+        Jitter(1),
+        Jitter(2),
+        Jitter(3),
+    ];
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
-    let with =
-        |pixel: PixelSampling| numbers.map(|numbers| Sampling { pixel, numbers, seed: master(), outlines: false });
+    let with = |pixel: PixelSampling| {
+        numbers.map(|numbers| Sampling {
+            pixel,
+            numbers,
+            seed: master(),
+            outlines: false,
+        })
+    };
     positions.into_iter().flat_map(with).collect()
 }
 
-/// What tells two draws apart: two numbers of 53 bits are the same by chance in 2^(−106) of all cases.
+/// What tells two draws apart: two numbers of 53 bits are the same by chance in 2^(−106) of all
+/// cases.
 type Draw = [u64; 2];
 
 fn draw(random: [f64; 2]) -> Draw {
@@ -38,7 +54,10 @@ impl Estimator for Recorder {
         // The estimator's first numbers; those that placed the ray came before.
         rng.block(1);
         let ([a, b], [c, d]) = (uniform2(rng), uniform2(rng));
-        self.0.lock().expect("no panic").push([a, b, c, d].map(f64::to_bits));
+        self.0
+            .lock()
+            .expect("no panic")
+            .push([a, b, c, d].map(f64::to_bits));
         DVec3::new(a, b, 1.0)
     }
 }
@@ -51,7 +70,11 @@ fn open() -> Scene {
 fn assert_distinct<T: Ord>(draws: &[T], expected: usize, what: &str) {
     assert_eq!(draws.len(), expected, "{what}");
     let distinct: BTreeSet<&T> = draws.iter().collect();
-    assert_eq!(distinct.len(), draws.len(), "{what}: some numbers were drawn twice");
+    assert_eq!(
+        distinct.len(),
+        draws.len(),
+        "{what}: some numbers were drawn twice"
+    );
 }
 
 #[test]
@@ -68,12 +91,16 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
         // The 23 leading bits alone, those of the scramble: 92 in four numbers.
         let leading = |bits: u64| (f64::from_bits(bits) * f64::from(1 << 23)) as u32;
         let leading: Vec<[u32; 4]> = draws.iter().map(|draw| draw.map(leading)).collect();
-        assert_distinct(&leading, draws.len(), &format!("{sampling:?}, leading bits"));
+        assert_distinct(
+            &leading,
+            draws.len(),
+            &format!("{sampling:?}, leading bits"),
+        );
     }
 }
 
-/// The film of replications has the mean of films of one, and as error bar their standard error: the numbers
-/// of a replication are known before any other is rendered.
+/// The film of replications has the mean of films of one, and as error bar their standard error:
+/// the numbers of a replication are known before any other is rendered.
 #[test]
 fn error_bars_are_the_spread_of_replications_rendered_alone() {
     for sampling in samplings() {
@@ -83,18 +110,32 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
         let whole = film(0..REPLICATIONS);
         let alone: Vec<Film> = (0..REPLICATIONS).map(|r| film(r..r + 1)).collect();
         for (i, pixel) in whole.pixels().iter().enumerate() {
-            let moments = [0, 1, 2].map(|c| alone.iter().map(|film| film.pixels()[i].mean()[c]).collect::<Moments>());
-            let [mean, error] = [moments.map(|m| m.mean()), moments.map(|m| m.standard_error())].map(DVec3::from);
+            let moments = [0, 1, 2].map(|c| {
+                alone
+                    .iter()
+                    .map(|film| film.pixels()[i].mean()[c])
+                    .collect::<Moments>()
+            });
+            let [mean, error] = [
+                moments.map(|m| m.mean()),
+                moments.map(|m| m.standard_error()),
+            ]
+            .map(DVec3::from);
             assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * UNIT);
             assert_abs_diff_eq!(pixel.standard_error(), error, epsilon = 4.0 * UNIT);
             // Numbers that are uniform and independent differ; the third channel is 1 for all.
-            assert_eq!(pixel.standard_error().to_array().map(|error| error > 0.0), [true, true, false], "{sampling:?}");
+            assert_eq!(
+                pixel.standard_error().to_array().map(|error| error > 0.0),
+                [true, true, false],
+                "{sampling:?}"
+            );
             assert_eq!(pixel.replications(), REPLICATIONS);
         }
     }
 }
 
-/// The library's parts, which keep the pairs of numbers that chose points on emitters and directions.
+/// The library's parts, which keep the pairs of numbers that chose points on emitters and
+/// directions.
 #[derive(Clone, Copy)]
 struct Watched<'a>(&'a Mutex<Vec<Draw>>);
 
@@ -123,25 +164,45 @@ impl Bidirectional for Watched<'_> {}
 
 #[test]
 fn every_pass_draws_its_own_numbers() {
-    fn check<'a, E: ImageEstimator>(seen: &'a Mutex<Vec<Draw>>, name: &str, estimator: impl Fn(Watched<'a>) -> E) {
+    fn check<'a, E: ImageEstimator>(
+        seen: &'a Mutex<Vec<Draw>>,
+        name: &str,
+        estimator: impl Fn(Watched<'a>) -> E,
+    ) {
         let estimator = estimator(Watched(seen));
-        passes(&furnace(0.5), &estimator, FRAME, &[0..1, 1..3, 3..REPLICATIONS]).expect("legal radiance");
+        passes(
+            &furnace(0.5),
+            &estimator,
+            FRAME,
+            &[0..1, 1..3, 3..REPLICATIONS],
+        )
+        .expect("legal radiance");
         let draws = seen.lock().expect("no panic");
         // Each particle has at least a point and a direction.
-        assert!(draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS, "{name}");
+        assert!(
+            draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS,
+            "{name}"
+        );
         assert_distinct(&draws, draws.len(), name);
     }
     let seen = [(); 3].map(|()| Mutex::default());
     check(&seen[0], "light tracer", |parts| LightTracer { parts });
     check(&seen[1], "bdpt", Bdpt::new);
-    check(&seen[2], "sppm", |parts| Sppm { parts, particles: FRAME[0] * FRAME[1], radius: 0.3 });
+    check(&seen[2], "sppm", |parts| Sppm {
+        parts,
+        particles: FRAME[0] * FRAME[1],
+        radius: 0.3,
+    });
 }
 
 #[test]
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
     let scene = furnace(0.5);
-    let lookup = Lookup::Gather { caustic_particles: 40, caustic_radius: 0.1 };
+    let lookup = Lookup::Gather {
+        caustic_particles: 40,
+        caustic_radius: 0.1,
+    };
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
@@ -156,12 +217,28 @@ fn every_map_of_photons_draws_its_own_numbers() {
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
-        let sampling = Sampling { pixel, numbers, seed: 1, outlines: false };
-        let found = rendered(&open(), &Path::<Standard>::default(), [1, 1], sampling, &[range]);
+        let sampling = Sampling {
+            pixel,
+            numbers,
+            seed: 1,
+            outlines: false,
+        };
+        let found = rendered(
+            &open(),
+            &Path::<Standard>::default(),
+            [1, 1],
+            sampling,
+            &[range],
+        );
         assert_option_refused(found, hint);
     };
     let end = u32::MAX;
-    refused(Jitter(2), Numbers::Independent, end - 1..end, "replications");
+    refused(
+        Jitter(2),
+        Numbers::Independent,
+        end - 1..end,
+        "replications",
+    );
     refused(Random, Numbers::Sobol(2), end - 1..end, "replications");
     refused(Grid(0), Numbers::Independent, 0..1, "at least 1");
     refused(Random, Numbers::Sobol(0), 0..1, "at least 1");
@@ -170,31 +247,52 @@ fn more_samples_than_can_be_named_are_refused() {
     refused(Jitter(2), Numbers::Sobol(LONGEST / 4 + 1), 0..1, "points");
     refused(Jitter(1 << 17), Numbers::Sobol(1 << 17), 0..1, "points");
     // The longest sequence itself is fine, in a film that knows its length.
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Sobol(LONGEST), seed: 1, outlines: false };
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Sobol(LONGEST),
+        seed: 1,
+        outlines: false,
+    };
     let recorder = Recorder::default();
     assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
     let mut other = Film::new([1, 1], None, 1).expect("a film");
     assert!(render(&open(), &recorder, sampling, &mut other, &(0..1), &|_| true).is_err());
     // All its points, once each: in 2^16 intervals.
     let draws = recorder.0.into_inner().expect("no panic");
-    let strata: BTreeSet<u64> =
-        draws.iter().map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64).collect();
+    let strata: BTreeSet<u64> = draws
+        .iter()
+        .map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64)
+        .collect();
     assert_eq!(strata.len(), LONGEST as usize);
 }
 
 /// Half of the only pixel shows an emitter.
 fn edge() -> Scene {
     scene(|scene| {
-        panel(scene, DVec3::new(1.0, -9.0, -9.0), [18.0 * DVec3::Z, 9.0 * DVec3::Y], lamp(1.0));
+        panel(
+            scene,
+            DVec3::new(1.0, -9.0, -9.0),
+            [18.0 * DVec3::Z, 9.0 * DVec3::Y],
+            lamp(1.0),
+        );
     })
 }
 
-/// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins fewer than 40
-/// show one side with probability 1e-18.
+/// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins
+/// fewer than 40 show one side with probability 1e-18.
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
-    let sppm = Sppm { parts: Standard, particles: 1, radius: 0.1 };
-    let pass = |index| sppm.pass(&edge(), [1, 1], master(), index).expect("an image");
-    let lit = (0..200).filter(|&index| pass(index)[0] == DVec3::ONE).count();
+    let sppm = Sppm {
+        parts: Standard,
+        particles: 1,
+        radius: 0.1,
+    };
+    let pass = |index| {
+        sppm.pass(&edge(), [1, 1], master(), index)
+            .expect("an image")
+    };
+    let lit = (0..200)
+        .filter(|&index| pass(index)[0] == DVec3::ONE)
+        .count();
     assert!((40..=160).contains(&lit), "{lit}");
 }

@@ -1,4 +1,5 @@
-//! Rough glass: its formulas in the words of Walter et al., its sampling by the Jacobian of the map, and who takes it.
+//! Rough glass: its formulas in the words of Walter et al., its sampling by the Jacobian of the
+//! map, and who takes it.
 
 use whitefurnace::bsdf::ggx::{hidden, normals, seen_from_both};
 use whitefurnace::bsdf::rough_glass::{RoughGlass, refracting, seen_from_opposite};
@@ -15,31 +16,49 @@ fn index() -> impl Strategy<Value = f64> {
 #[test]
 fn formulas_are_those_of_walter() {
     let strategy = (upper(0.01), upper(0.01), 0.05..1.0, 1.0..2.0, index());
-    property("rough glass by Walter", 300, &strategy, |(o, m, alpha, n1, index)| {
-        let (glass, n2) = (RoughGlass { index, alpha }, n1 * index);
-        if o.dot(m) < 0.01 {
-            return;
-        }
-        let fresnel = reflectance(o.dot(m), n1, n2);
-        let i = 2.0 * o.dot(m) * m - o;
-        if i.z > 0.01 {
-            let facets = normals(alpha, m) * seen_from_both(alpha, o, i);
-            assert_relative_eq!(glass.eval(o, i), fresnel * facets / (4.0 * i.z * o.z), max_relative = 1e-8);
-        }
-        let Some(i) = refract(-o, m, n1, n2).filter(|i| i.z < -0.01 && i.dot(m) < -0.01) else {
-            return;
-        };
-        assert!(refracting(index, o, i).is_some_and(|(found, _)| found.distance(m) < 1e-10));
-        let facets = normals(alpha, m) * seen_from_opposite(alpha, o, i);
-        let cosines = (i.dot(m) * o.dot(m) / (i.z * o.z)).abs();
-        let radiance = cosines * n1 * n1 * (1.0 - fresnel) * facets / (n2 * i.dot(m) + n1 * o.dot(m)).powi(2);
-        assert_relative_eq!(glass.eval(o, i) * radiance_factor(n1, n2), radiance, max_relative = 1e-8);
-        // No facet refracts straight back, or to where it is behind itself.
-        assert_eq!([glass.eval(o, -m.with_z(-m.z)) >= 0.0, glass.pdf(o, i) > 0.0], [true; 2]);
-    });
+    property(
+        "rough glass by Walter",
+        300,
+        &strategy,
+        |(o, m, alpha, n1, index)| {
+            let (glass, n2) = (RoughGlass { index, alpha }, n1 * index);
+            if o.dot(m) < 0.01 {
+                return;
+            }
+            let fresnel = reflectance(o.dot(m), n1, n2);
+            let i = 2.0 * o.dot(m) * m - o;
+            if i.z > 0.01 {
+                let facets = normals(alpha, m) * seen_from_both(alpha, o, i);
+                assert_relative_eq!(
+                    glass.eval(o, i),
+                    fresnel * facets / (4.0 * i.z * o.z),
+                    max_relative = 1e-8
+                );
+            }
+            let Some(i) = refract(-o, m, n1, n2).filter(|i| i.z < -0.01 && i.dot(m) < -0.01) else {
+                return;
+            };
+            assert!(refracting(index, o, i).is_some_and(|(found, _)| found.distance(m) < 1e-10));
+            let facets = normals(alpha, m) * seen_from_opposite(alpha, o, i);
+            let cosines = (i.dot(m) * o.dot(m) / (i.z * o.z)).abs();
+            let radiance = cosines * n1 * n1 * (1.0 - fresnel) * facets
+                / (n2 * i.dot(m) + n1 * o.dot(m)).powi(2);
+            assert_relative_eq!(
+                glass.eval(o, i) * radiance_factor(n1, n2),
+                radiance,
+                max_relative = 1e-8
+            );
+            // No facet refracts straight back, or to where it is behind itself.
+            assert_eq!(
+                [glass.eval(o, -m.with_z(-m.z)) >= 0.0, glass.pdf(o, i) > 0.0],
+                [true; 2]
+            );
+        },
+    );
 }
 
-/// Λ is 0 along the normal, and 1 and 2 where α tan θ is √8 and √24; Euler's function of whole numbers.
+/// Λ is 0 along the normal, and 1 and 2 where α tan θ is √8 and √24; Euler's function of whole
+/// numbers.
 #[test]
 fn masking_of_opposite_sides_is_eulers_function() {
     let alpha = 0.5;
@@ -56,49 +75,98 @@ fn masking_of_opposite_sides_is_eulers_function() {
         (two, two, 1.0 / 30.0),
     ] {
         let below = i.with_z(-i.z);
-        assert_relative_eq!(seen_from_opposite(alpha, o, below), expected, max_relative = 1e-12);
-        assert_relative_eq!(seen_from_opposite(alpha, i, o.with_z(-o.z)), expected, max_relative = 1e-12);
+        assert_relative_eq!(
+            seen_from_opposite(alpha, o, below),
+            expected,
+            max_relative = 1e-12
+        );
+        assert_relative_eq!(
+            seen_from_opposite(alpha, i, o.with_z(-o.z)),
+            expected,
+            max_relative = 1e-12
+        );
     }
     assert_eq!(seen_from_opposite(alpha, DVec3::Z, DVec3::X), 0.0);
     let glass = RoughGlass { index: 1.5, alpha };
-    for grazing in [DVec3::X, DVec3::new(1.0, 0.0, 1e-200), DVec3::new(1.0, 0.0, -1e-200)] {
+    for grazing in [
+        DVec3::X,
+        DVec3::new(1.0, 0.0, 1e-200),
+        DVec3::new(1.0, 0.0, -1e-200),
+    ] {
         assert_eq!(glass.eval(DVec3::Z, grazing), 0.0);
     }
 }
 
-/// A density is the reciprocal of the area that a map stretches the square to, times the share of this map.
+/// A density is the reciprocal of the area that a map stretches the square to, times the share of
+/// this map.
 #[test]
 fn directions_have_their_density() {
     let strategy = (upper(0.02), 0.05..1.0, index(), 0.01..0.99, 0.01..0.99);
-    property("rough glass by its Jacobian", 300, &strategy, |(wo, alpha, index, r1, r2)| {
-        let glass = RoughGlass { index, alpha };
-        let step = 1e-6;
-        // Always reflected, and refracted wherever that can be.
-        for r3 in [0.0, 1.0 - f64::EPSILON] {
-            let at = |a: f64, b: f64| glass.sample(wo, [r1 + step * a, r2 + step * b, r3]);
-            let corners = [at(1.0, 0.0), at(-1.0, 0.0), at(0.0, 1.0), at(0.0, -1.0), at(0.0, 0.0)];
-            let [Some(a), Some(b), Some(c), Some(d), Some(wi)] = corners else { continue };
-            let is_reflected = wi.z > 0.0;
-            let m = if is_reflected { wo + wi } else { (wo + index * wi) * (1.0 - index).signum() }.normalize();
-            let fresnel = reflectance(wo.dot(m), 1.0, index);
-            let share = if is_reflected { fresnel } else { 1.0 - fresnel };
-            // Past the critical angle the share has a kink.
-            if share < 1e-3 || corners.iter().flatten().any(|w| (w.z > 0.0) != is_reflected) {
-                continue;
+    property(
+        "rough glass by its Jacobian",
+        300,
+        &strategy,
+        |(wo, alpha, index, r1, r2)| {
+            let glass = RoughGlass { index, alpha };
+            let step = 1e-6;
+            // Always reflected, and refracted wherever that can be.
+            for r3 in [0.0, 1.0 - f64::EPSILON] {
+                let at = |a: f64, b: f64| glass.sample(wo, [r1 + step * a, r2 + step * b, r3]);
+                let corners = [
+                    at(1.0, 0.0),
+                    at(-1.0, 0.0),
+                    at(0.0, 1.0),
+                    at(0.0, -1.0),
+                    at(0.0, 0.0),
+                ];
+                let [Some(a), Some(b), Some(c), Some(d), Some(wi)] = corners else {
+                    continue;
+                };
+                let is_reflected = wi.z > 0.0;
+                let m = if is_reflected {
+                    wo + wi
+                } else {
+                    (wo + index * wi) * (1.0 - index).signum()
+                }
+                .normalize();
+                let fresnel = reflectance(wo.dot(m), 1.0, index);
+                let share = if is_reflected { fresnel } else { 1.0 - fresnel };
+                // Past the critical angle the share has a kink.
+                if share < 1e-3
+                    || corners
+                        .iter()
+                        .flatten()
+                        .any(|w| (w.z > 0.0) != is_reflected)
+                {
+                    continue;
+                }
+                let stretched = (a - b).cross(c - d).length() / (4.0 * step * step);
+                // Where the facet is nearly seen from its edge, the map bends too much for
+                // differences.
+                if wi.dot(m).abs() > 0.1 {
+                    assert_relative_eq!(stretched * glass.pdf(wo, wi), share, max_relative = 1e-3);
+                }
             }
-            let stretched = (a - b).cross(c - d).length() / (4.0 * step * step);
-            // Where the facet is nearly seen from its edge, the map bends too much for differences.
-            if wi.dot(m).abs() > 0.1 {
-                assert_relative_eq!(stretched * glass.pdf(wo, wi), share, max_relative = 1e-3);
-            }
-        }
-    });
+        },
+    );
 }
 
 #[test]
 fn sides_and_numbers() {
-    let glass = RoughGlass { index: 1.6, alpha: 0.3 };
-    assert_eq!((glass.facing(true), glass.facing(false)), (glass, RoughGlass { index: 0.625, alpha: 0.3 }));
+    let glass = RoughGlass {
+        index: 1.6,
+        alpha: 0.3,
+    };
+    assert_eq!(
+        (glass.facing(true), glass.facing(false)),
+        (
+            glass,
+            RoughGlass {
+                index: 0.625,
+                alpha: 0.3
+            }
+        )
+    );
     let nan = f64::NAN;
     for (index, alpha, valid) in [
         (1.5, 0.3, true),
@@ -112,7 +180,11 @@ fn sides_and_numbers() {
         (1.5, 0.0, false),
         (1.5, nan, false),
     ] {
-        assert_eq!(RoughGlass { index, alpha }.is_valid(), valid, "{index} {alpha}");
+        assert_eq!(
+            RoughGlass { index, alpha }.is_valid(),
+            valid,
+            "{index} {alpha}"
+        );
     }
     // A model of all directions, on both sides; from below the horizon nothing is asked.
     let bsdf = Bsdf::RoughGlass(glass);

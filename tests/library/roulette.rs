@@ -21,7 +21,12 @@ fn the_share_of_survivors_is_the_survival() {
     let n = 1024;
     for k in [0, 1, 100, 768, 1023, 1024] {
         let survival = f64::from(k) / f64::from(n);
-        assert_eq!((0..n).filter(|&i| survives(f64::from(i) / f64::from(n), survival)).count(), k as usize);
+        assert_eq!(
+            (0..n)
+                .filter(|&i| survives(f64::from(i) / f64::from(n), survival))
+                .count(),
+            k as usize
+        );
     }
     assert!(!survives(0.0, 0.0), "survival 0 is certain death");
     assert!(survives(1.0 - U, 1.0), "survival 1 is certain life");
@@ -33,9 +38,16 @@ fn survival_is_the_rest_of_absorption_or_bounds_weights() {
         assert_eq!(by_absorption(absorption), survival);
     }
     assert_eq!(HIGHEST_SURVIVAL, 0.95);
-    for (throughput, survival) in [([0.0; 3], 0.0), ([0.1, 0.7, 0.3], 0.7), ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL)] {
+    for (throughput, survival) in [
+        ([0.0; 3], 0.0),
+        ([0.1, 0.7, 0.3], 0.7),
+        ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL),
+    ] {
         assert_eq!(by_throughput(DVec3::from(throughput), false), survival);
-        assert_eq!(by_throughput(DVec3::from(throughput), true), throughput[1].max(throughput[2]).min(1.0));
+        assert_eq!(
+            by_throughput(DVec3::from(throughput), true),
+            throughput[1].max(throughput[2]).min(1.0)
+        );
     }
 }
 
@@ -66,8 +78,16 @@ fn the_first_hits_of_a_path_are_early() {
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     for early in [0, 2, 9] {
         ASKED.take();
-        let path = Path { early, ..Path::new(Asking, Finds::Bsdf) };
-        path.radiance(&scene, &ray, scene.intersect(&ray), &mut stream(master(), 0, 0));
+        let path = Path {
+            early,
+            ..Path::new(Asking, Finds::Bsdf)
+        };
+        path.radiance(
+            &scene,
+            &ray,
+            scene.intersect(&ray),
+            &mut stream(master(), 0, 0),
+        );
         let asked = ASKED.take();
         // Relative to the half to which faint survivors are raised.
         let expected = (1..=5).map(|hit| (2.0 * 0.5f64.powi(hit as i32), hit <= early));

@@ -1,4 +1,5 @@
-//! Owen-scrambled Sobol' points: strata, blocks, where the bits come from, and which block each vertex takes.
+//! Owen-scrambled Sobol' points: strata, blocks, where the bits come from, and which block each
+//! vertex takes.
 
 use std::collections::BTreeSet;
 
@@ -23,17 +24,24 @@ fn numbers(index: u32, scramble: u32, block: u32, n: u32) -> Vec<f64> {
 #[test]
 fn every_dimension_is_stratified() {
     for (scramble, block) in [(0, 0), (7, 1), (0xFFFF_FFFF, LIGHT), (3, LIGHT + 2)] {
-        let points: Vec<Vec<f64>> = (0..256).map(|i| numbers(i, scramble, block, BLOCK)).collect();
+        let points: Vec<Vec<f64>> = (0..256)
+            .map(|i| numbers(i, scramble, block, BLOCK))
+            .collect();
         for dimension in 0..BLOCK as usize {
             // One point in each of 256 intervals.
-            let strata: BTreeSet<u32> = points.iter().map(|point| (256.0 * point[dimension]) as u32).collect();
+            let strata: BTreeSet<u32> = points
+                .iter()
+                .map(|point| (256.0 * point[dimension]) as u32)
+                .collect();
             assert_eq!(strata.len(), 256, "{scramble} {block} {dimension}");
         }
         // The first two together: one point in each rectangle of any shape of area 1/256.
         for bits in 0..=8 {
             let [columns, rows] = [1_u32 << bits, 256 >> bits].map(f64::from);
-            let cells: BTreeSet<[u32; 2]> =
-                points.iter().map(|point| [(columns * point[0]) as u32, (rows * point[1]) as u32]).collect();
+            let cells: BTreeSet<[u32; 2]> = points
+                .iter()
+                .map(|point| [(columns * point[0]) as u32, (rows * point[1]) as u32])
+                .collect();
             assert_eq!(cells.len(), 256, "{scramble} {block}: {columns} x {rows}");
         }
     }
@@ -75,7 +83,10 @@ fn halves_and_bytes_are_those_of_the_words() {
     let mut words = sobol(17, 2);
     let [first, second] = [words.next_u64(), words.next_u64()];
     let mut halves = sobol(17, 2);
-    assert_eq!([halves.next_u32(), halves.next_u32()], [first, second].map(|word| (word >> 32) as u32));
+    assert_eq!(
+        [halves.next_u32(), halves.next_u32()],
+        [first, second].map(|word| (word >> 32) as u32)
+    );
     let mut bytes = [0; 11];
     sobol(17, 2).fill_bytes(&mut bytes);
     assert_eq!(bytes[..8], first.to_be_bytes());
@@ -89,7 +100,8 @@ fn streams_need_no_blocks() {
     assert_eq!(one.next_u64(), other.next_u64());
 }
 
-/// All pixels of an image of 1024 × 768, and replications of one: with 32 bits some 70 pairs would be alike.
+/// All pixels of an image of 1024 × 768, and replications of one: with 32 bits some 70 pairs would
+/// be alike.
 #[test]
 fn scrambles_are_distinct() {
     const PIXELS: u32 = 1024 * 768;
@@ -131,8 +143,8 @@ fn a_used_up_block_does_not_run_into_the_next() {
     assert_eq!(seen.len(), asked);
 }
 
-/// Blocks far down a path, of the eye's and of the light's, have numbers of their own: they neither wrap
-/// nor repeat after any power of two.
+/// Blocks far down a path, of the eye's and of the light's, have numbers of their own: they neither
+/// wrap nor repeat after any power of two.
 #[test]
 fn deep_blocks_have_numbers_of_their_own() {
     const DEEP: u32 = 3000;
@@ -144,17 +156,22 @@ fn deep_blocks_have_numbers_of_their_own() {
         for block in [block, LIGHT + block] {
             points.block(block);
             // Four numbers of 23 bits: none alike by chance.
-            assert!(seen.insert(leading(&mut points, 4)), "block {block} repeats another");
+            assert!(
+                seen.insert(leading(&mut points, 4)),
+                "block {block} repeats another"
+            );
         }
     }
 }
 
-/// Blocks take the points of a sequence in orders of their own: where a point lies in one says nothing of where it lies
-/// in another. In the same order there would be 16 pairs.
+/// Blocks take the points of a sequence in orders of their own: where a point lies in one says
+/// nothing of where it lies in another. In the same order there would be 16 pairs.
 #[test]
 fn blocks_are_shuffled() {
     let cell = |index, block| (16.0 * numbers(index, 7, block, 1)[0]) as u32;
-    let pairs: BTreeSet<[u32; 2]> = (0..256).map(|index| [cell(index, 1), cell(index, 2)]).collect();
+    let pairs: BTreeSet<[u32; 2]> = (0..256)
+        .map(|index| [cell(index, 1), cell(index, 2)])
+        .collect();
     assert!(pairs.len() > 100, "{}", pairs.len());
 }
 
@@ -167,16 +184,31 @@ fn strata(sources: impl Iterator<Item = Source>) -> usize {
     sources.map(interval).collect::<BTreeSet<_>>().len()
 }
 
-/// A pixel takes one sequence through the passes of a replication, and all particles of an image together another;
-/// the next replication takes others.
+/// A pixel takes one sequence through the passes of a replication, and all particles of an image
+/// together another; the next replication takes others.
 #[test]
 fn replications_of_passes_are_whole_sequences() {
-    let pass = |points, index| Pass { numbers: Numbers::Sobol(points), seed: master(), index };
-    let pixel = |passes: std::ops::Range<u32>| strata(passes.map(|index| pass(256, index).pixel(7)));
-    let particles = |passes: std::ops::Range<u32>| {
-        strata(passes.flat_map(|index| (0..64).map(move |number| pass(4, index).particle(number, 64))))
+    let pass = |points, index| Pass {
+        numbers: Numbers::Sobol(points),
+        seed: master(),
+        index,
     };
-    assert_eq!([pixel(0..256), pixel(256..512), particles(0..4), particles(4..8)], [256; 4]);
+    let pixel =
+        |passes: std::ops::Range<u32>| strata(passes.map(|index| pass(256, index).pixel(7)));
+    let particles = |passes: std::ops::Range<u32>| {
+        strata(
+            passes.flat_map(|index| (0..64).map(move |number| pass(4, index).particle(number, 64))),
+        )
+    };
+    assert_eq!(
+        [
+            pixel(0..256),
+            pixel(256..512),
+            particles(0..4),
+            particles(4..8)
+        ],
+        [256; 4]
+    );
     assert!(pixel(128..384) < 256 && particles(2..6) < 256);
     // Particle 0 of the second pass stands where the first's sequence has ended.
     let first = |index| leading(&mut pass(2, index).particle(0, LONGEST), 4);
@@ -254,7 +286,10 @@ fn every_vertex_has_a_block_of_its_own() {
 #[test]
 fn final_gathering_takes_the_next_block() {
     let scene = furnace(0.5);
-    let lookup = Lookup::Gather { caustic_particles: 1, caustic_radius: 0.1 };
+    let lookup = Lookup::Gather {
+        caustic_particles: 1,
+        caustic_radius: 0.1,
+    };
     let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
     let mut recorder = Constant::default();
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
@@ -262,11 +297,13 @@ fn final_gathering_takes_the_next_block() {
     assert_eq!(recorder.blocks, [1, 2]);
 }
 
-/// Seven segments between mirrors, as the hypothesis about figure 6 has it: light that is seen shows 1.
+/// Seven segments between mirrors, as the hypothesis about figure 6 has it: light that is seen
+/// shows 1.
 #[test]
 fn published_ends_after_seven_segments() {
     let (scene, ray) = mirrors(0.5);
-    let seen = Published::default().radiance(&scene, &ray, scene.intersect(&ray), &mut stream(3, 4, 5));
+    let seen =
+        Published::default().radiance(&scene, &ray, scene.intersect(&ray), &mut stream(3, 4, 5));
     // 1 + 1/2 + ... + 1/64.
     assert_eq!(seen, DVec3::splat(1.984_375));
 }

@@ -1,8 +1,8 @@
 //! Equations (17)-(19), cosine-weighted directions, points on emitters.
 
 use whitefurnace::sampling::{
-    cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle, uniform_hemisphere_inverse,
-    uniform_hemisphere_pdf, uniform_phi, uniform_theta,
+    cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle,
+    uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };
 
 use crate::prelude::*;
@@ -36,8 +36,8 @@ fn apart(a: f64, b: f64) -> f64 {
 
 /// Area per area of a map from the square into space, by central differences.
 ///
-/// With the step 2⁻¹⁷ they are off by step²/6 times the third derivatives, below 700 here (a root at
-/// 0.05, a full turn cubed), hence 7e-9 each, times the other derivative of at most 7, and by
+/// With the step 2⁻¹⁷ they are off by step²/6 times the third derivatives, below 700 here (a root
+/// at 0.05, a full turn cubed), hence 7e-9 each, times the other derivative of at most 7, and by
 /// U/step = 1e-11: together below 1e-7.
 pub fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
     const STEP: f64 = 1.0 / 131_072.0;
@@ -64,27 +64,34 @@ fn fast_map_is_equations_18_and_19() {
     assert_eq!(uniform_hemisphere([1.0, 0.0]), DVec3::X);
     assert_eq!(uniform_hemisphere([0.5, 0.0]).z, 0.5);
     assert_eq!(uniform_hemisphere_pdf(0.5), 0.5 / PI);
-    assert_eq!(cosine_hemisphere([0.75, 0.0]), DVec3::new(0.75f64.sqrt(), 0.0, 0.5));
+    assert_eq!(
+        cosine_hemisphere([0.75, 0.0]),
+        DVec3::new(0.75f64.sqrt(), 0.0, 0.5)
+    );
     assert_eq!(cosine_hemisphere([0.0, 0.3]), DVec3::Z);
 }
 
 #[test]
 fn inverses_undo_the_maps() {
     type Map = (fn(Square) -> DVec3, fn(DVec3) -> Square);
-    let maps: [Map; 2] =
-        [(uniform_hemisphere, uniform_hemisphere_inverse), (cosine_hemisphere, cosine_hemisphere_inverse)];
+    let maps: [Map; 2] = [
+        (uniform_hemisphere, uniform_hemisphere_inverse),
+        (cosine_hemisphere, cosine_hemisphere_inverse),
+    ];
     property("inverse", 2000, &square(), |[r1, r2]| {
         for (map, inverse) in maps {
             let w = map([r1, r2]);
             let [s1, s2] = inverse(w);
             assert_abs_diff_eq!(s1, r1, epsilon = 8.0 * U);
             assert!((0.0..1.0).contains(&s2), "azimuth {s2}");
-            // At the pole there is no azimuth. Elsewhere its error is that of a quotient of components,
-            // and of sine and cosine near zero: TAU r₂ is rounded by U of up to a full turn.
+            // At the pole there is no azimuth. Elsewhere its error is that of a quotient of
+            // components, and of sine and cosine near zero: TAU r₂ is rounded by U of up to a full
+            // turn.
             if r1 > 0.0 {
                 assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
             }
-            // And back to the direction: the roots of r₁ near 0 and 1 divide its error by themselves.
+            // And back to the direction: the roots of r₁ near 0 and 1 divide its error by
+            // themselves.
             assert!((map([s1, s2]) - w).length() <= 64.0 * U / r1.min(1.0 - r1).max(U).sqrt());
         }
     });
@@ -107,10 +114,17 @@ fn azimuth_is_below_a_full_turn() {
 #[test]
 fn pdfs_belong_to_their_maps() {
     type Map = (fn(Square) -> DVec3, fn(f64) -> f64);
-    let maps: [Map; 2] = [(uniform_hemisphere, uniform_hemisphere_pdf), (cosine_hemisphere, cosine_hemisphere_pdf)];
+    let maps: [Map; 2] = [
+        (uniform_hemisphere, uniform_hemisphere_pdf),
+        (cosine_hemisphere, cosine_hemisphere_pdf),
+    ];
     property("stretch", 2000, &(inner(), square()), |(random, any)| {
         for (map, pdf) in maps {
-            assert_abs_diff_eq!(pdf(map(random).z) * area_ratio(map, random), 1.0, epsilon = DIFFERENCES);
+            assert_abs_diff_eq!(
+                pdf(map(random).z) * area_ratio(map, random),
+                1.0,
+                epsilon = DIFFERENCES
+            );
             assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * U);
             assert!(map(any).z > 0.0);
         }
@@ -137,21 +151,36 @@ fn one_number_for_both_angles_is_a_spiral() {
 #[test]
 fn zone_points_are_uniform_on_their_zone() {
     let heights = (-1.0..1.0, -1.0..1.0).prop_map(|(a, b): (f64, f64)| [a.min(b), a.max(b)]);
-    property("zone", 1000, &(square(), 0.1..10.0, heights), |(random, r, h)| {
-        let heights = h.map(|z| z * r);
-        let p = sphere_zone(random, r, heights);
-        assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
-        assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
-        // Archimedes: the height and the azimuth are uniform.
-        assert_abs_diff_eq!(p.z, heights[0] + random[0] * (heights[1] - heights[0]), epsilon = 4.0 * U * r);
-    });
+    property(
+        "zone",
+        1000,
+        &(square(), 0.1..10.0, heights),
+        |(random, r, h)| {
+            let heights = h.map(|z| z * r);
+            let p = sphere_zone(random, r, heights);
+            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
+            assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
+            // Archimedes: the height and the azimuth are uniform.
+            assert_abs_diff_eq!(
+                p.z,
+                heights[0] + random[0] * (heights[1] - heights[0]),
+                epsilon = 4.0 * U * r
+            );
+        },
+    );
     property("zone area", 500, &inner(), |random| {
         let heights = [-0.9, 0.4];
         let ratio = area_ratio(|random| sphere_zone(random, 1.0, heights), random);
         assert_relative_eq!(ratio, TAU * 1.3, max_relative = 10.0 * DIFFERENCES);
     });
-    assert_eq!(sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]), DVec3::new(0.0, 0.0, -2.0));
-    assert_eq!(sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]), DVec3::new(2.0, 0.0, 0.0));
+    assert_eq!(
+        sphere_zone([0.0, 0.0], 2.0, [-2.0, 2.0]),
+        DVec3::new(0.0, 0.0, -2.0)
+    );
+    assert_eq!(
+        sphere_zone([0.5, 0.0], 2.0, [-2.0, 2.0]),
+        DVec3::new(2.0, 0.0, 0.0)
+    );
 }
 
 #[test]
@@ -175,18 +204,39 @@ fn emitter_points_lie_on_the_emitter() {
     let sample = light.sample([0.25, 0.75]);
     assert_eq!(sample.point, DVec3::new(4.5, -0.5, 5.0));
     assert_eq!(sample.normal, -DVec3::Z);
-    let triangle = Emitter::new(EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]), DVec3::ONE);
+    let triangle = Emitter::new(
+        EmitterShape::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]),
+        DVec3::ONE,
+    );
     assert_eq!(triangle.area, 0.5);
-    assert_eq!(triangle.sample([0.25, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
-    assert_eq!(triangle.sample([0.75, 0.5]).point, DVec3::new(0.25, 0.5, 0.0));
+    assert_eq!(
+        triangle.sample([0.25, 0.5]).point,
+        DVec3::new(0.25, 0.5, 0.0)
+    );
+    assert_eq!(
+        triangle.sample([0.75, 0.5]).point,
+        DVec3::new(0.25, 0.5, 0.0)
+    );
     assert_eq!(triangle.sample([0.25, 0.5]).normal, DVec3::Z);
     // Six tenths up the upper half of a sphere of radius 5 about a centre that is not the origin.
-    let sphere = Sphere { zone: [0.0, f64::INFINITY], ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0) };
+    let sphere = Sphere {
+        zone: [0.0, f64::INFINITY],
+        ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0)
+    };
     let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
     assert_relative_eq!(cap.area, 50.0 * PI, max_relative = 4.0 * U);
     assert_relative_eq!(cap.pdf_area(), 1.0 / (50.0 * PI), max_relative = 4.0 * U);
-    let inward = Emitter::new(EmitterShape::Sphere(Sphere { inward: true, ..sphere }), DVec3::ONE);
-    assert_eq!(inward.sample([0.6, 0.0]).normal, -cap.sample([0.6, 0.0]).normal);
+    let inward = Emitter::new(
+        EmitterShape::Sphere(Sphere {
+            inward: true,
+            ..sphere
+        }),
+        DVec3::ONE,
+    );
+    assert_eq!(
+        inward.sample([0.6, 0.0]).normal,
+        -cap.sample([0.6, 0.0]).normal
+    );
     let sample = cap.sample([0.6, 0.0]);
     assert!(sample.point.distance(DVec3::new(5.0, -2.0, 6.0)) <= 16.0 * U);
     assert!(sample.normal.distance(DVec3::new(0.8, 0.0, 0.6)) <= 16.0 * U);

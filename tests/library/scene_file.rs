@@ -1,12 +1,13 @@
-//! Scene files: what each key does, what is refused and in which words, and that nothing brings the loader down.
+//! Scene files: what each key does, what is refused and in which words, and that nothing brings the
+//! loader down.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
-    Vec2, WritableImage as _,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
+    LayerAttributes, Vec2, WritableImage as _,
 };
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::rough_glass::RoughGlass;
@@ -30,8 +31,10 @@ fn written(test: &str, scene: &[u8], mesh: &[u8]) -> PathBuf {
 }
 
 fn every_key() -> SceneFile {
-    SceneFile::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes/every-key.toml"))
-        .expect("a scene")
+    SceneFile::load(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes/every-key.toml"),
+    )
+    .expect("a scene")
 }
 
 /// The same scene in the words of the library.
@@ -40,36 +43,101 @@ fn every_key_says_what_the_page_says() {
     let rust = DVec3::new(0.25, 0.125, 0.0625);
     let surface = |bsdf| Surface::new(bsdf);
     let quarter = DVec3::splat(0.25);
-    let steel = Bsdf::model(Ggx { reflectance: rust, alpha: 0.25 });
+    let steel = Bsdf::model(Ggx {
+        reflectance: rust,
+        alpha: 0.25,
+    });
     let materials = [
-        ("black", surface(Bsdf::Black).emitting(DVec3::new(4.0, 2.0, 1.0))),
-        ("floor", surface(Bsdf::Lambert { albedo: DVec3::new(0.25, 0.125, 0.5) }).absorbing(0.25)),
-        ("chalk", surface(Bsdf::oren_nayar(DVec3::splat(0.5), 0.25, OrenNayarForm::Printed))),
-        ("plaster", surface(Bsdf::oren_nayar(quarter, 0.25, OrenNayarForm::Corrected))),
-        ("clay", surface(Bsdf::Eon { albedo: quarter, roughness: 0.75 })),
-        ("mirror", surface(Bsdf::Mirror { reflectance: quarter })),
+        (
+            "black",
+            surface(Bsdf::Black).emitting(DVec3::new(4.0, 2.0, 1.0)),
+        ),
+        (
+            "floor",
+            surface(Bsdf::Lambert {
+                albedo: DVec3::new(0.25, 0.125, 0.5),
+            })
+            .absorbing(0.25),
+        ),
+        (
+            "chalk",
+            surface(Bsdf::oren_nayar(
+                DVec3::splat(0.5),
+                0.25,
+                OrenNayarForm::Printed,
+            )),
+        ),
+        (
+            "plaster",
+            surface(Bsdf::oren_nayar(quarter, 0.25, OrenNayarForm::Corrected)),
+        ),
+        (
+            "clay",
+            surface(Bsdf::Eon {
+                albedo: quarter,
+                roughness: 0.75,
+            }),
+        ),
+        (
+            "mirror",
+            surface(Bsdf::Mirror {
+                reflectance: quarter,
+            }),
+        ),
         ("glass", surface(Bsdf::Glass { index: 1.25 })),
-        ("frosted", surface(Bsdf::RoughGlass(RoughGlass { index: 1.75, alpha: 0.5 }))),
+        (
+            "frosted",
+            surface(Bsdf::RoughGlass(RoughGlass {
+                index: 1.75,
+                alpha: 0.5,
+            })),
+        ),
         ("brushed steel", surface(steel)),
     ];
-    let SceneFile { description, notes, .. } = every_key();
+    let SceneFile {
+        description, notes, ..
+    } = every_key();
     assert_eq!(description.name, "every key");
-    assert_eq!(description.background, Environment::Uniform(DVec3::new(0.25, 0.5, 1.0)));
+    assert_eq!(
+        description.background,
+        Environment::Uniform(DVec3::new(0.25, 0.5, 1.0))
+    );
     let (eye, target) = (DVec3::new(0.0, -6.0, 2.0), DVec3::new(0.0, 0.0, 0.5));
     let camera = Camera::new(eye, target, DVec3::Z, (0.5 * FRAC_PI_2).tan());
     assert_eq!(description.camera, camera);
-    assert_eq!(format!("{:?}", description.materials), format!("{:?}", materials.map(|(n, s)| (n.to_owned(), s))));
+    assert_eq!(
+        format!("{:?}", description.materials),
+        format!("{:?}", materials.map(|(n, s)| (n.to_owned(), s)))
+    );
     let half = |x, y, z| 0.5 * DVec3::new(x, y, z);
-    let [rectangle, sphere, mesh, cuboid, obj] = &description.objects[..] else { panic!("five objects") };
+    let [rectangle, sphere, mesh, cuboid, obj] = &description.objects[..] else {
+        panic!("five objects")
+    };
     let lamp = Object::Rectangle {
         corner: half(-1.0, -1.0, 10.0),
         edges: [half(0.0, 2.0, 0.0), half(2.0, 0.0, 0.0)],
         material: "black".to_owned(),
     };
     assert_eq!(*rectangle, lamp);
-    let bowl = Sphere { zone: [f64::NEG_INFINITY, 0.25], inward: true, ..Sphere::new(half(4.0, 0.0, 2.0), 0.5) };
-    assert_eq!(*sphere, Object::Sphere { sphere: bowl, material: "glass".to_owned() });
-    let corners = [(-8.0, -8.0, -0.5), (8.0, -8.0, -0.5), (8.0, 8.0, -0.5), (-8.0, 8.0, -0.5), (0.0, 0.0, 5.5)];
+    let bowl = Sphere {
+        zone: [f64::NEG_INFINITY, 0.25],
+        inward: true,
+        ..Sphere::new(half(4.0, 0.0, 2.0), 0.5)
+    };
+    assert_eq!(
+        *sphere,
+        Object::Sphere {
+            sphere: bowl,
+            material: "glass".to_owned()
+        }
+    );
+    let corners = [
+        (-8.0, -8.0, -0.5),
+        (8.0, -8.0, -0.5),
+        (8.0, 8.0, -0.5),
+        (-8.0, 8.0, -0.5),
+        (0.0, 0.0, 5.5),
+    ];
     let ground = Object::Mesh {
         vertices: corners.map(|(x, y, z)| half(x, y, z)).to_vec(),
         triangles: vec![
@@ -79,7 +147,8 @@ fn every_key_says_what_the_page_says() {
         ],
     };
     assert_eq!(*mesh, ground);
-    // Scaled to 1 × 2 × 4, turned from x to y, then moved: x from −2 − 2 to −2, y from 0 to 1, z from 1 to 5.
+    // Scaled to 1 × 2 × 4, turned from x to y, then moved: x from −2 − 2 to −2, y from 0 to 1, z
+    // from 1 to 5.
     let (low, high, volume, area) = measures(cuboid);
     assert_abs_diff_eq!(low, half(-4.0, 0.0, 1.0), epsilon = 1e-15);
     assert_abs_diff_eq!(high, half(-2.0, 1.0, 5.0), epsilon = 1e-15);
@@ -100,23 +169,44 @@ fn every_key_says_what_the_page_says() {
     for (note, said) in notes.iter().zip(said) {
         assert!(note.ends_with(&format!("pyramid.obj: {said}")), "{note}");
     }
-    assert_eq!(description.build().expect("a scene").primitives().count(), 2 + 1 + 3 + 12 + 6);
+    assert_eq!(
+        description.build().expect("a scene").primitives().count(),
+        2 + 1 + 3 + 12 + 6
+    );
 }
 
 /// Least and greatest coordinates, volume within fronts that point outwards, and area.
 fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
-    let Object::Mesh { vertices, triangles } = object else { panic!("a mesh") };
-    let corners = triangles.iter().flat_map(|(_, triangles)| triangles).map(|t| t.map(|v| vertices[v as usize]));
+    let Object::Mesh {
+        vertices,
+        triangles,
+    } = object
+    else {
+        panic!("a mesh")
+    };
+    let corners = triangles
+        .iter()
+        .flat_map(|(_, triangles)| triangles)
+        .map(|t| t.map(|v| vertices[v as usize]));
     let (mut volume, mut area) = (0.0, 0.0);
     for [a, b, c] in corners {
         volume += a.dot(b.cross(c)) / 6.0;
         area += 0.5 * (b - a).cross(c - a).length();
     }
     let low = vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    (low, vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max), volume, area)
+    (
+        low,
+        vertices
+            .iter()
+            .copied()
+            .fold(DVec3::NEG_INFINITY, DVec3::max),
+        volume,
+        area,
+    )
 }
 
-/// The scenes on which another renderer was asked have all their parts, but for the foot of a box that the floor covers.
+/// The scenes on which another renderer was asked have all their parts, but for the foot of a box
+/// that the floor covers.
 #[test]
 fn scenes_with_larger_meshes_load() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes");
@@ -125,105 +215,238 @@ fn scenes_with_larger_meshes_load() {
         ("glass-ball.toml", 3 + 2 + 2 + 8 * 4 * 4 * 4 + 1 + 12 - 2),
         ("hollow.toml", 1 + 7 + 5 + 4 + 8 * 4 * 4 * 4),
     ] {
-        let SceneFile { description, notes, .. } = SceneFile::load(&folder.join(name)).expect("a scene");
-        assert_eq!(description.build().expect("a scene").primitives().count(), parts, "{name}");
-        let bent = notes.iter().all(|note| note.contains("576 of 576 faces are not flat"));
-        assert_eq!((notes.len(), bent), (usize::from(name == "knot.toml"), true), "{name}: {notes:?}");
+        let SceneFile {
+            description, notes, ..
+        } = SceneFile::load(&folder.join(name)).expect("a scene");
+        assert_eq!(
+            description.build().expect("a scene").primitives().count(),
+            parts,
+            "{name}"
+        );
+        let bent = notes
+            .iter()
+            .all(|note| note.contains("576 of 576 faces are not flat"));
+        assert_eq!(
+            (notes.len(), bent),
+            (usize::from(name == "knot.toml"), true),
+            "{name}: {notes:?}"
+        );
     }
 }
 
-/// A text of the scene above, what stands there instead, and what is said of it; `OBJ` for its mesh.
+/// A text of the scene above, what stands there instead, and what is said of it; `OBJ` for its
+/// mesh.
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
-    for case in include_str!("data/scenes/refusals.txt").lines().filter(|line| !line.starts_with('#')) {
-        let [what, instead, said] = case.split(" => ").collect::<Vec<_>>()[..] else { panic!("{case}") };
-        let (in_mesh, what) = what.strip_prefix("OBJ ").map_or((false, what), |what| (true, what));
+    for case in include_str!("data/scenes/refusals.txt")
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+    {
+        let [what, instead, said] = case.split(" => ").collect::<Vec<_>>()[..] else {
+            panic!("{case}")
+        };
+        let (in_mesh, what) = what
+            .strip_prefix("OBJ ")
+            .map_or((false, what), |what| (true, what));
         let [what, instead] = [what, instead].map(|text| text.replace("\\n", "\n"));
         let of = if in_mesh { PYRAMID } else { EVERY_KEY };
         assert_eq!(of.matches(&what).count(), 1, "{case}");
         let changed = of.replace(&what, &instead);
         let line = 1 + of[..of.find(&what).expect("there")].matches('\n').count();
-        let (scene, mesh) = if in_mesh { (EVERY_KEY, &*changed) } else { (&*changed, PYRAMID) };
+        let (scene, mesh) = if in_mesh {
+            (EVERY_KEY, &*changed)
+        } else {
+            (&*changed, PYRAMID)
+        };
         let path = written("refusals", scene.as_bytes(), mesh.as_bytes());
-        let message = SceneFile::load(&path).map(|_| ()).expect_err(case).to_string();
-        let file = if in_mesh { path.with_file_name("pyramid.obj") } else { path };
+        let message = SceneFile::load(&path)
+            .map(|_| ())
+            .expect_err(case)
+            .to_string();
+        let file = if in_mesh {
+            path.with_file_name("pyramid.obj")
+        } else {
+            path
+        };
         assert!(!message.contains('\n'), "{case}: {message}");
         // Some stand where the table begins, not where the key should be.
-        let at = said.split_once("; line ").and_then(|(_, line)| line.parse().ok()).unwrap_or(line);
+        let at = said
+            .split_once("; line ")
+            .and_then(|(_, line)| line.parse().ok())
+            .unwrap_or(line);
         let said = said.split("; line ").next().expect("what is said");
-        assert_eq!(message, format!("scene {}, line {at}: {said}", file.display()), "{case}");
+        assert_eq!(
+            message,
+            format!("scene {}, line {at}: {said}", file.display()),
+            "{case}"
+        );
     }
 }
 
 /// A sky of two rows and one column in each channel, scaled; and what is none.
 #[test]
 fn a_sky_is_an_image_of_all_directions() {
-    let folder = written("sky", b"", b"").parent().expect("a folder").to_owned();
+    let folder = written("sky", b"", b"")
+        .parent()
+        .expect("a folder")
+        .to_owned();
     let floats = [4.0f32, 5.0, 6.0, 1.0, 2.0, 3.0].map(f32::to_le_bytes);
-    fs::write(folder.join("sky.pfm"), [&b"PF\n1 2\n-1.0\n"[..], floats.as_flattened()].concat()).expect("written");
+    fs::write(
+        folder.join("sky.pfm"),
+        [&b"PF\n1 2\n-1.0\n"[..], floats.as_flattened()].concat(),
+    )
+    .expect("written");
     let load = |sky: &str| {
-        let text = EVERY_KEY.replace("background = [0.25, 0.5, 1]", &format!("background = {{ {sky} }}"));
+        let text = EVERY_KEY.replace(
+            "background = [0.25, 0.5, 1]",
+            &format!("background = {{ {sky} }}"),
+        );
         fs::write(folder.join("scene.toml"), text).expect("written");
         fs::write(folder.join("pyramid.obj"), PYRAMID).expect("written");
         SceneFile::load(&folder.join("scene.toml"))
     };
     let pixels = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)];
     let map = |scale, up, front| {
-        EnvironmentMap::new([1, 2], pixels.map(|p| p * scale).to_vec(), up, front).map(Environment::Map)
+        EnvironmentMap::new([1, 2], pixels.map(|p| p * scale).to_vec(), up, front)
+            .map(Environment::Map)
     };
     let plain = load("image = 'sky.pfm'").expect("a scene");
-    assert_eq!(Ok(plain.description.background), map(1.0, DVec3::Z, DVec3::X));
-    let shape =
-        "sky.pfm is 1 × 2 pixels and read by longitude and latitude, as the whole sphere, which is twice as wide";
+    assert_eq!(
+        Ok(plain.description.background),
+        map(1.0, DVec3::Z, DVec3::X)
+    );
+    let shape = "sky.pfm is 1 × 2 pixels and read by longitude and latitude, as the whole sphere, which is twice as wide";
     assert!(plain.notes[0].contains(shape), "{:?}", plain.notes);
-    let turned = load("image = 'sky.pfm', scale = 0.5, up = [0, 1, 0], front = [0, 0, 2]").expect("a scene");
-    assert_eq!(Ok(turned.description.background), map(0.5, DVec3::Y, DVec3::Z));
-    // Radiance pictures as well: 128 · 2^(129 − 136) is 1. It is as a sky should be, and nothing is noted of it.
-    let bytes =
-        [&b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"[..], &[128, 64, 0, 129, 64, 64, 64, 130]].concat();
+    let turned =
+        load("image = 'sky.pfm', scale = 0.5, up = [0, 1, 0], front = [0, 0, 2]").expect("a scene");
+    assert_eq!(
+        Ok(turned.description.background),
+        map(0.5, DVec3::Y, DVec3::Z)
+    );
+    // Radiance pictures as well: 128 · 2^(129 − 136) is 1. It is as a sky should be, and nothing is
+    // noted of it.
+    let bytes = [
+        &b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"[..],
+        &[128, 64, 0, 129, 64, 64, 64, 130],
+    ]
+    .concat();
     fs::write(folder.join("sky.hdr"), bytes).expect("written");
     let radiance = load("image = 'sky.hdr'").expect("a scene");
     let pixels = vec![DVec3::new(1.0, 0.5, 0.0), DVec3::ONE];
     let right = EnvironmentMap::new([2, 1], pixels, DVec3::Z, DVec3::X).map(Environment::Map);
     assert_eq!(Ok(radiance.description.background), right);
-    assert!(!radiance.notes.iter().any(|note| note.contains("sky.hdr")), "{:?}", radiance.notes);
+    assert!(
+        !radiance.notes.iter().any(|note| note.contains("sky.hdr")),
+        "{:?}",
+        radiance.notes
+    );
     // A layer is chosen by a key; what is no radiance is refused.
     let sky = |names: &[&str], attributes: ImageAttributes, environment_map| {
-        let channel = |(i, &name): (usize, &&str)| AnyChannel::new(name, FlatSamples::F32(vec![i as f32; 2]));
+        let channel =
+            |(i, &name): (usize, &&str)| AnyChannel::new(name, FlatSamples::F32(vec![i as f32; 2]));
         let channels = AnyChannels::sort(names.iter().enumerate().map(channel).collect());
-        let own = LayerAttributes { environment_map, ..LayerAttributes::default() };
+        let own = LayerAttributes {
+            environment_map,
+            ..LayerAttributes::default()
+        };
         let layer = Layer::new((2, 1), own, Encoding::UNCOMPRESSED, channels);
-        Image::new(attributes, layer).write().to_file(folder.join("sky.exr")).expect("written");
+        Image::new(attributes, layer)
+            .write()
+            .to_file(folder.join("sky.exr"))
+            .expect("written");
     };
     let plain_attributes = || ImageAttributes::new(IntegerBounds::from_dimensions((2, 1)));
-    sky(&["day.R", "day.G", "day.B", "night.red", "night.green", "night.blue"], plain_attributes(), None);
-    let night = load("image = 'sky.exr', layer = 'night'").expect("a scene").description.background;
+    sky(
+        &[
+            "day.R",
+            "day.G",
+            "day.B",
+            "night.red",
+            "night.green",
+            "night.blue",
+        ],
+        plain_attributes(),
+        None,
+    );
+    let night = load("image = 'sky.exr', layer = 'night'")
+        .expect("a scene")
+        .description
+        .background;
     let pixels = vec![DVec3::new(3.0, 4.0, 5.0); 2];
-    assert_eq!(Ok(night), EnvironmentMap::new([2, 1], pixels, DVec3::Z, DVec3::X).map(Environment::Map));
+    assert_eq!(
+        Ok(night),
+        EnvironmentMap::new([2, 1], pixels, DVec3::Z, DVec3::X).map(Environment::Map)
+    );
     let refused = |sky: &str, hint: &str| {
         let message = load(sky).map(|_| ()).expect_err(hint).to_string();
-        assert!(message.contains(hint) && message.contains("scene.toml, line "), "{message}");
+        assert!(
+            message.contains(hint) && message.contains("scene.toml, line "),
+            "{message}"
+        );
     };
     refused("image = 'sky.exr'", "choose by layer among: day, night");
     sky(&["X", "Y", "Z"], plain_attributes(), None);
-    refused("image = 'sky.exr'", "is no radiance in R, G, B, or of one channel: X, Y, Z as X, Y, Z");
-    sky(&["R", "G", "B"], plain_attributes(), Some(exr::meta::attribute::EnvironmentMap::Cube));
+    refused(
+        "image = 'sky.exr'",
+        "is no radiance in R, G, B, or of one channel: X, Y, Z as X, Y, Z",
+    );
+    sky(
+        &["R", "G", "B"],
+        plain_attributes(),
+        Some(exr::meta::attribute::EnvironmentMap::Cube),
+    );
     refused("image = 'sky.exr'", "is a cube map");
-    let aces = [(0.7347, 0.2653), (0.0, 1.0), (0.0001, -0.077), (0.32168, 0.33767)].map(|(x, y)| Vec2(x, y));
-    let chromaticities = Some(Chromaticities { red: aces[0], green: aces[1], blue: aces[2], white: aces[3] });
-    sky(&["R", "G", "B"], ImageAttributes { chromaticities, ..plain_attributes() }, None);
+    let aces = [
+        (0.7347, 0.2653),
+        (0.0, 1.0),
+        (0.0001, -0.077),
+        (0.32168, 0.33767),
+    ]
+    .map(|(x, y)| Vec2(x, y));
+    let chromaticities = Some(Chromaticities {
+        red: aces[0],
+        green: aces[1],
+        blue: aces[2],
+        white: aces[3],
+    });
+    sky(
+        &["R", "G", "B"],
+        ImageAttributes {
+            chromaticities,
+            ..plain_attributes()
+        },
+        None,
+    );
     refused("image = 'sky.exr'", "not those of Rec. 709 and sRGB");
-    fs::write(folder.join("sky.pfm"), [&b"PF\n1 1\n-1.0\n"[..], floats[..3].as_flattened()].concat()).expect("written");
-    assert_ne!(load("image = 'sky.pfm'").expect("a scene").digest, plain.digest);
+    fs::write(
+        folder.join("sky.pfm"),
+        [&b"PF\n1 1\n-1.0\n"[..], floats[..3].as_flattened()].concat(),
+    )
+    .expect("written");
+    assert_ne!(
+        load("image = 'sky.pfm'").expect("a scene").digest,
+        plain.digest
+    );
     for (sky, hint) in [
-        ("image = 'none.pfm'", "background.image \"none.pfm\" cannot be read"),
+        (
+            "image = 'none.pfm'",
+            "background.image \"none.pfm\" cannot be read",
+        ),
         ("image = 'pyramid.obj'", "neither EXR nor PFM"),
-        ("image = 'sky.pfm', scale = 0", "background.scale must be a number from 0.000000001"),
-        ("image = 'sky.pfm', front = [0, 0, 1]", "up and front must not be along one line"),
+        (
+            "image = 'sky.pfm', scale = 0",
+            "background.scale must be a number from 0.000000001",
+        ),
+        (
+            "image = 'sky.pfm', front = [0, 0, 1]",
+            "up and front must not be along one line",
+        ),
     ] {
         let message = load(sky).expect_err(hint).to_string();
         assert!(
-            message.contains(hint) && message.contains("scene.toml, line ") && !message.contains('\n'),
+            message.contains(hint)
+                && message.contains("scene.toml, line ")
+                && !message.contains('\n'),
             "{message}"
         );
     }
@@ -231,10 +454,19 @@ fn a_sky_is_an_image_of_all_directions() {
 
 #[test]
 fn files_that_are_no_scenes_are_refused() {
-    let folder = written("no scenes", b"", b"").parent().expect("a folder").to_owned();
+    let folder = written("no scenes", b"", b"")
+        .parent()
+        .expect("a folder")
+        .to_owned();
     let refused = |path: &Path, hint: &str| {
-        let message = SceneFile::load(path).map(|_| ()).expect_err("refused").to_string();
-        assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+        let message = SceneFile::load(path)
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string();
+        assert!(
+            message.contains(hint) && !message.contains('\n'),
+            "{message}"
+        );
         assert!(message.contains(&path.display().to_string()), "{message}");
     };
     refused(&folder.join("scene.toml"), "the file needs the key camera");
@@ -245,15 +477,31 @@ fn files_that_are_no_scenes_are_refused() {
     refused(&big, "more than 4194304 bytes");
     fs::write(&big, b"\n\nname = \"\xff\"").expect("written");
     refused(&big, "line 3: this is no text in UTF-8");
-    let path = written("no scenes", EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(), b"");
+    let path = written(
+        "no scenes",
+        EVERY_KEY.replace("pyramid.obj", "none.obj").as_bytes(),
+        b"",
+    );
     refused(&path, "line 58: objects.file \"none.obj\" cannot be read: ");
     for (mesh, said) in [
-        ("v 0 0 0\nv 1 0 0\n\n", "pyramid.obj, line 3: the file ends without a face"),
-        ("", "pyramid.obj, line 1: the file is empty; a Wavefront OBJ file is needed"),
-        ("v 0 0 0\nv 1 0 0\nf 1 2 1\n", "scene.toml, line 58: objects.file has no triangle with an area"),
+        (
+            "v 0 0 0\nv 1 0 0\n\n",
+            "pyramid.obj, line 3: the file ends without a face",
+        ),
+        (
+            "",
+            "pyramid.obj, line 1: the file is empty; a Wavefront OBJ file is needed",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nf 1 2 1\n",
+            "scene.toml, line 58: objects.file has no triangle with an area",
+        ),
     ] {
         let path = written("no scenes", EVERY_KEY.as_bytes(), mesh.as_bytes());
-        let message = SceneFile::load(&path).map(|_| ()).expect_err("refused").to_string();
+        let message = SceneFile::load(&path)
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string();
         assert!(message.ends_with(said), "{message}");
     }
 }
@@ -262,13 +510,21 @@ fn files_that_are_no_scenes_are_refused() {
 #[test]
 fn the_digest_is_of_all_files() {
     let digest = |scene: &str, mesh: &str| {
-        SceneFile::load(&written("digest", scene.as_bytes(), mesh.as_bytes())).expect("a scene").digest
+        SceneFile::load(&written("digest", scene.as_bytes(), mesh.as_bytes()))
+            .expect("a scene")
+            .digest
     };
     let base = digest(EVERY_KEY, PYRAMID);
     assert_eq!(base, every_key().digest);
     assert_eq!(base.len(), 64);
-    assert_ne!(base, digest(&EVERY_KEY.replace("every key", "any key"), PYRAMID));
-    assert_ne!(base, digest(EVERY_KEY, &PYRAMID.replace("0.5 0.5 1", "0.5 0.5 2")));
+    assert_ne!(
+        base,
+        digest(&EVERY_KEY.replace("every key", "any key"), PYRAMID)
+    );
+    assert_ne!(
+        base,
+        digest(EVERY_KEY, &PYRAMID.replace("0.5 0.5 1", "0.5 0.5 2"))
+    );
 }
 
 /// What a hostile file may hold where a number stood.
@@ -298,8 +554,14 @@ fn mutated(text: &str, changes: &[(f64, usize, Vec<u8>)]) -> Vec<u8> {
         let at = ((bytes.len() - 1) as f64 * place) as usize;
         if *kind < VALUES.len() {
             let digit = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
-            let Some(start) = bytes[at..].iter().position(digit).map(|after| at + after) else { continue };
-            let end = start + bytes[start..].iter().position(|byte| !digit(byte)).unwrap_or(bytes.len() - start);
+            let Some(start) = bytes[at..].iter().position(digit).map(|after| at + after) else {
+                continue;
+            };
+            let end = start
+                + bytes[start..]
+                    .iter()
+                    .position(|byte| !digit(byte))
+                    .unwrap_or(bytes.len() - start);
             bytes.splice(start..end, VALUES[*kind].bytes());
         } else {
             let end = bytes.len().min(at + kind - VALUES.len());
@@ -311,28 +573,52 @@ fn mutated(text: &str, changes: &[(f64, usize, Vec<u8>)]) -> Vec<u8> {
 
 #[test]
 fn no_file_brings_the_loader_down() {
-    let change = || (0.0..1.0, 0..VALUES.len() + 12, proptest::collection::vec(any::<u8>(), 0..6));
+    let change = || {
+        (
+            0.0..1.0,
+            0..VALUES.len() + 12,
+            proptest::collection::vec(any::<u8>(), 0..6),
+        )
+    };
     let changes = || proptest::collection::vec(change(), 0..4);
     let counts = [0, 1].map(std::sync::atomic::AtomicU32::new);
-    property("hostile scenes", context("").arguments(3000) as u32, &(changes(), changes()), |(scene, mesh)| {
-        let path = written("hostile", &mutated(EVERY_KEY, &scene), &mutated(PYRAMID, &mesh));
-        let loaded = SceneFile::load(&path);
-        counts[usize::from(loaded.is_ok())].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        match loaded {
-            Ok(file) => {
-                let scene = file.description.build().expect("what was loaded can be built");
-                for (x, y) in [(0.5, 0.5), (3.5, 2.5), (2.0, 1.5)] {
-                    scene.intersect(&scene.camera().ray([4, 3], x, y));
+    property(
+        "hostile scenes",
+        context("").arguments(3000) as u32,
+        &(changes(), changes()),
+        |(scene, mesh)| {
+            let path = written(
+                "hostile",
+                &mutated(EVERY_KEY, &scene),
+                &mutated(PYRAMID, &mesh),
+            );
+            let loaded = SceneFile::load(&path);
+            counts[usize::from(loaded.is_ok())].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            match loaded {
+                Ok(file) => {
+                    let scene = file
+                        .description
+                        .build()
+                        .expect("what was loaded can be built");
+                    for (x, y) in [(0.5, 0.5), (3.5, 2.5), (2.0, 1.5)] {
+                        scene.intersect(&scene.camera().ray([4, 3], x, y));
+                    }
+                }
+                Err(error) => {
+                    let message = error.to_string();
+                    let folder = path.parent().expect("a folder").display().to_string();
+                    assert!(
+                        message.contains(&folder) && message.contains(", line "),
+                        "{message}"
+                    );
+                    assert!(
+                        !message.contains(['\n', '\r']) && message.len() < 1000,
+                        "{message}"
+                    );
                 }
             }
-            Err(error) => {
-                let message = error.to_string();
-                let folder = path.parent().expect("a folder").display().to_string();
-                assert!(message.contains(&folder) && message.contains(", line "), "{message}");
-                assert!(!message.contains(['\n', '\r']) && message.len() < 1000, "{message}");
-            }
-        }
-    });
+        },
+    );
     // Both happen often.
     for count in counts {
         assert!(count.into_inner() > 150);
@@ -342,12 +628,18 @@ fn no_file_brings_the_loader_down() {
 #[test]
 fn more_triangles_than_fit_are_refused_at_once() {
     // A polygon of 4097 corners, 1025 times over.
-    let vertices: String = (0..4098).map(|i| format!("v {} {} 0\n", i, i * i)).collect();
+    let vertices: String = (0..4098)
+        .map(|i| format!("v {} {} 0\n", i, i * i))
+        .collect();
     let polygon: String = (1..4099).map(|i| format!(" {i}")).collect();
     let mesh = vertices + &format!("f{polygon}\n").repeat(1025);
-    let message =
-        SceneFile::load(&written("many", EVERY_KEY.as_bytes(), mesh.as_bytes())).map(|_| ()).expect_err("too many");
-    assert!(message.to_string().contains("more than 4194304 triangles"), "{message}");
+    let message = SceneFile::load(&written("many", EVERY_KEY.as_bytes(), mesh.as_bytes()))
+        .map(|_| ())
+        .expect_err("too many");
+    assert!(
+        message.to_string().contains("more than 4194304 triangles"),
+        "{message}"
+    );
 }
 
 /// The book's page of scene files.
@@ -358,16 +650,39 @@ fn page() -> &'static str {
 /// The page's example is a scene that renders, and holds what the page says of it.
 #[test]
 fn the_pages_example_renders() {
-    let example = page().split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).expect("an example");
+    let example = page()
+        .split("```toml\n")
+        .nth(1)
+        .and_then(|rest| rest.split("```").next())
+        .expect("an example");
     let description = Description::parse("example", example).expect("a scene");
-    let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
+    let sampling = Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed: master(),
+        outlines: false,
+    };
     let mut film = Film::new([16, 12], None, 1).expect("a film");
     let path = whitefurnace::estimator::Path::<Standard>::default();
-    render(&description.build().expect("a scene"), &path, sampling, &mut film, &(0..16), &|_| true).expect("rendered");
-    assert!(film.pixels().iter().all(|pixel| pixel.mean().min_element() > 0.0), "light falls everywhere");
+    render(
+        &description.build().expect("a scene"),
+        &path,
+        sampling,
+        &mut film,
+        &(0..16),
+        &|_| true,
+    )
+    .expect("rendered");
+    assert!(
+        film.pixels()
+            .iter()
+            .all(|pixel| pixel.mean().min_element() > 0.0),
+        "light falls everywhere"
+    );
 }
 
-/// The page names every key, model and shape that the loader takes: it lists them where a wrong one is given.
+/// The page names every key, model and shape that the loader takes: it lists them where a wrong one
+/// is given.
 #[test]
 fn the_page_has_every_key() {
     let mut seen = 0;
@@ -375,14 +690,20 @@ fn the_page_has_every_key() {
         ("name = \"every key\"", "qqqqqqqqq = 1"),
         ("fov_deg = 90", "qqqqqqqqqqqq = 1"),
         ("axis = [0, 0, 2]", "qqqqqqqqqqqqqq = 1"),
-        ("model = \"black\",", "model = \"qqqqqqqqqqqqqqqqqqqqqqqqq\","),
+        (
+            "model = \"black\",",
+            "model = \"qqqqqqqqqqqqqqqqqqqqqqqqq\",",
+        ),
         ("shape = \"box\"", "shape = \"qqqqqqqqqqqqqqqqqqqqqqq\""),
         ("form = \"printed\"", "form = \"qqqqqqqqqqqqqqqqqqqqqq\""),
         ("emission", "qqqqqqqqqqqqqqqqqqqqq"),
         ("absorption", "qqqqqqqqqqqqqqqqqqqqq"),
         ("form =", "qqqqqqqqqqqqqqqqqqqqq ="),
         ("roughness", "qqqqqqqqqqqqqqqqqqqqq"),
-        ("model = \"mirror\"", "model = \"mirror\", qqqqqqqqqqqqqqqqqqqqq = 1"),
+        (
+            "model = \"mirror\"",
+            "model = \"mirror\", qqqqqqqqqqqqqqqqqqqqq = 1",
+        ),
         ("index", "qqqqqqqqqqqqqqqqqqqqq"),
         ("alpha", "qqqqqqqqqqqqqqqqqqqqq"),
         ("edges", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
@@ -391,12 +712,24 @@ fn the_page_has_every_key() {
         ("corners", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
         ("file", "qqqqqqqqqqqqqqqqqqqqqqqqqqqqq"),
     ] {
-        let scene = EVERY_KEY.split_once('\n').expect("a first line").1.replacen(what, instead, 1);
+        let scene = EVERY_KEY
+            .split_once('\n')
+            .expect("a first line")
+            .1
+            .replacen(what, instead, 1);
         let path = written("keys", scene.as_bytes(), PYRAMID.as_bytes());
-        let message = SceneFile::load(&path).map(|_| ()).expect_err("refused").to_string();
-        let (_, names) = message.split_once("; there is ").unwrap_or_else(|| panic!("{what}: {message}"));
+        let message = SceneFile::load(&path)
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string();
+        let (_, names) = message
+            .split_once("; there is ")
+            .unwrap_or_else(|| panic!("{what}: {message}"));
         for name in names.split(", ") {
-            assert!(page().contains(&format!("`{name}`")), "the page lacks {name}");
+            assert!(
+                page().contains(&format!("`{name}`")),
+                "the page lacks {name}"
+            );
             seen += 1;
         }
     }
@@ -405,9 +738,15 @@ fn the_page_has_every_key() {
 
 #[test]
 fn a_near_name_is_suggested_and_a_far_one_is_not() {
-    assert_eq!(hint("fresnell", ["fresnel", "sphere"]), "; did you mean \"fresnel\"?");
+    assert_eq!(
+        hint("fresnell", ["fresnel", "sphere"]),
+        "; did you mean \"fresnel\"?"
+    );
     assert_eq!(hint("xyz", ["fresnel"]), "; there is fresnel");
     assert_eq!(hint("xyz", [""; 0]), "; there are none yet");
     assert_eq!(hint("xyz", ["long name"; 13]), "");
-    assert_eq!(hint(&"x".repeat(10_000_000), ["fresnel"]), "; there is fresnel");
+    assert_eq!(
+        hint(&"x".repeat(10_000_000), ["fresnel"]),
+        "; there is fresnel"
+    );
 }

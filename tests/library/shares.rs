@@ -1,9 +1,9 @@
-//! The shares of the error budget that this target uses, as numbers: the test of the whole budget adds them
-//! to those of the registry.
+//! The shares of the error budget that this target uses, as numbers: the test of the whole budget
+//! adds them to those of the registry.
 
-/// Tests with random arguments that compare something only where a ray hits or a path arrives: their
-/// names, the count to be exceeded, and how often they ask. Each has a share of the budget, although
-/// the counts are far away.
+/// Tests with random arguments that compare something only where a ray hits or a path arrives:
+/// their names, the count to be exceeded, and how often they ask. Each has a share of the budget,
+/// although the counts are far away.
 pub const ENOUGH: [(&str, usize, usize); 9] = [
     ("mixed", 100, 1),
     ("flat", 100, 3),
@@ -26,6 +26,7 @@ pub const OUTSIDE: [(&str, usize); 8] = [
     // One for each table, one for what must be rejected, and four for identities of random paths.
     ("features", 10),
     ("single precision", 17),
-    // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and `lobe_checkup`.
+    // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and
+    // `lobe_checkup`.
     ("documentation", 57),
 ];

@@ -1,8 +1,11 @@
-//! Functions of single-precision lanes, each within stated roundings of its value in double precision.
+//! Functions of single-precision lanes, each within stated roundings of its value in double
+//! precision.
 
 use std::array::from_fn;
 
-use whitefurnace::real::{EightSingles, LANES, Real, SINGLES, Scalar, Singles, Wide, sin_cos_of_turn};
+use whitefurnace::real::{
+    EightSingles, LANES, Real, SINGLES, Scalar, Singles, Wide, sin_cos_of_turn,
+};
 
 use crate::lanes::kernels::{Kernel, Question, of_every_kernel};
 use crate::prelude::*;
@@ -10,23 +13,26 @@ use crate::prelude::*;
 /// Unit roundoff of single precision.
 const U1: f64 = 1.0 / 16_777_216.0;
 
-/// How many roundings a kernel may be off by: each of its arguments, relative to the largest of them or 1, and each of its
-/// results. Kernels are some tens of operations long; few of their errors go the same way.
+/// How many roundings a kernel may be off by: each of its arguments, relative to the largest of
+/// them or 1, and each of its results. Kernels are some tens of operations long; few of their
+/// errors go the same way.
 const ROUNDINGS: f64 = 16.0;
 
-/// Errors of results below this are relative to it: a reflectance that vanishes is the square of a difference of rounded
-/// numbers.
+/// Errors of results below this are relative to it: a reflectance that vanishes is the square of a
+/// difference of rounded numbers.
 const FAINT: f64 = 1e-3;
 
-/// Whether every kernel is as near to its value in double precision as the value is to those of arguments that differ by
-/// [`ROUNDINGS`], one by one. Where the value jumps between them, at the edge of total reflection or of a triangle, or where
-/// it is steep, the bound is wide: no more than a share of all may be so.
+/// Whether every kernel is as near to its value in double precision as the value is to those of
+/// arguments that differ by [`ROUNDINGS`], one by one. Where the value jumps between them, at the
+/// edge of total reflection or of a triangle, or where it is steep, the bound is wide: no more than
+/// a share of all may be so.
 struct Near<'a> {
     arguments: &'a [[f64; 16]; SINGLES],
     found: &'a mut Vec<Found>,
 }
 
-/// The errors of a kernel: its results, those whose bound is wide, and the largest error in units of its bound.
+/// The errors of a kernel: its results, those whose bound is wide, and the largest error in units
+/// of its bound.
 struct Found {
     name: String,
     results: u32,
@@ -42,7 +48,9 @@ fn domain(name: &str, x: &mut [f64; 16]) {
     let share = |x: f64| (x.abs() / 1.2).min(1.0 - U1);
     let index = |x: f64| 1.0 + x.abs();
     match name {
-        "Turns" | "Directions" | "Triangle" | "Emitters" => (x[0], x[1]) = (share(x[0]), share(x[1])),
+        "Turns" | "Directions" | "Triangle" | "Emitters" => {
+            (x[0], x[1]) = (share(x[0]), share(x[1]));
+        }
         "Interface" => (x[0], x[1], x[2]) = (share(x[0]), index(x[1]), index(x[2])),
         "Refracted" => {
             (x[6], x[7]) = (index(x[6]), index(x[7]));
@@ -64,23 +72,43 @@ impl Question for Near<'_> {
             domain(name, &mut x);
             x
         });
-        let together = K::run(&from_fn::<_, 16, _>(|i| Singles::from_lanes(|lane| arguments[lane][i])));
+        let together = K::run(&from_fn::<_, 16, _>(|i| {
+            Singles::from_lanes(|lane| arguments[lane][i])
+        }));
         for first in [0, LANES] {
-            let eight = K::run(&from_fn::<_, 16, _>(|i| EightSingles::from_lanes(|lane| arguments[first + lane][i])));
+            let eight = K::run(&from_fn::<_, 16, _>(|i| {
+                EightSingles::from_lanes(|lane| arguments[first + lane][i])
+            }));
             for (i, (eight, sixteen)) in eight.iter().zip(&together).enumerate() {
                 let sixteen = &sixteen.lanes()[first..][..LANES];
-                let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
-                assert!(eight.lanes().iter().zip(sixteen).all(same), "{name}: result {i}: {eight:?}, {sixteen:?}");
+                let same =
+                    |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+                assert!(
+                    eight.lanes().iter().zip(sixteen).all(same),
+                    "{name}: result {i}: {eight:?}, {sixteen:?}"
+                );
             }
         }
-        let place = self.found.iter().position(|found| found.name == name).unwrap_or_else(|| {
-            self.found.push(Found { name: name.to_owned(), results: 0, wide: 0, worst: 0.0 });
-            self.found.len() - 1
-        });
+        let place = self
+            .found
+            .iter()
+            .position(|found| found.name == name)
+            .unwrap_or_else(|| {
+                self.found.push(Found {
+                    name: name.to_owned(),
+                    results: 0,
+                    wide: 0,
+                    worst: 0.0,
+                });
+                self.found.len() - 1
+            });
         let found = &mut self.found[place];
         for (lane, x) in arguments.iter().enumerate() {
             let exact = K::run(x);
-            let mut bounds: Vec<f64> = exact.iter().map(|value| ROUNDINGS * U1 * value.abs().max(FAINT)).collect();
+            let mut bounds: Vec<f64> = exact
+                .iter()
+                .map(|value| ROUNDINGS * U1 * value.abs().max(FAINT))
+                .collect();
             let scale = x[..8].iter().fold(1.0_f64, |scale, x| scale.max(x.abs()));
             for (i, sign) in (0..8).flat_map(|i| [(i, 1.0), (i, -1.0)]) {
                 let mut moved = *x;
@@ -125,11 +153,23 @@ fn kernels_are_within_their_roundings() {
             }
             x
         });
-        of_every_kernel(&mut Near { arguments: &arguments, found: &mut found });
+        of_every_kernel(&mut Near {
+            arguments: &arguments,
+            found: &mut found,
+        });
     }
-    for Found { name, results, wide, worst } in &found {
+    for Found {
+        name,
+        results,
+        wide,
+        worst,
+    } in &found
+    {
         println!("{name}: {worst:.2} of the bound; {wide} of {results} are ill-conditioned");
-        assert!(f64::from(*wide) <= 0.01 * f64::from(*results), "{name}: {wide} of {results} say nothing");
+        assert!(
+            f64::from(*wide) <= 0.01 * f64::from(*results),
+            "{name}: {wide} of {results} say nothing"
+        );
     }
 }
 
@@ -139,14 +179,22 @@ fn sines_of_turns_are_within_their_bound_in_single_precision() {
     let mut rng = rng("single turns");
     let mut worst = 0.0_f64;
     for block in 0..=(1 << 22) / SINGLES {
-        let even = Singles::from_lanes(|lane| ((block * SINGLES + lane) as f64 / f64::from(1 << 22)).min(1.0));
+        let even = Singles::from_lanes(|lane| {
+            ((block * SINGLES + lane) as f64 / f64::from(1 << 22)).min(1.0)
+        });
         let numbers: [f64; SINGLES] = from_fn(|_| uniform(&mut rng));
         let random = Singles::from_lanes(|lane| numbers[lane]);
-        for shares in if block % 4 == 0 { [even, random] } else { [even; 2] } {
+        for shares in if block % 4 == 0 {
+            [even, random]
+        } else {
+            [even; 2]
+        } {
             let (sin, cos) = sin_cos_of_turn(shares);
             for lane in 0..SINGLES {
                 let (s, c) = sin_cos_of_turn(shares.lane(lane));
-                worst = worst.max((sin.lane(lane) - s).abs()).max((cos.lane(lane) - c).abs());
+                worst = worst
+                    .max((sin.lane(lane) - s).abs())
+                    .max((cos.lane(lane) - c).abs());
             }
         }
     }
@@ -158,10 +206,18 @@ fn sines_of_turns_are_within_their_bound_in_single_precision() {
 #[test]
 fn uniform_numbers_lie_below_one_and_near() {
     let mut rng = rng("single numbers");
-    let words = (0..64).map(|shift| u64::MAX >> shift).chain((0..64).map(|shift| u64::MAX << shift));
+    let words = (0..64)
+        .map(|shift| u64::MAX >> shift)
+        .chain((0..64).map(|shift| u64::MAX << shift));
     for word in words.chain((0..100_000).map(|_| rng.next_u64())) {
         let (single, double) = (f64::from(f32::unit(word)), f64::unit(word));
-        assert!((0.0..1.0).contains(&single) && single <= double && double - single < U1, "{word:x}");
+        assert!(
+            (0.0..1.0).contains(&single) && single <= double && double - single < U1,
+            "{word:x}"
+        );
     }
-    assert_eq!((f32::unit(u64::MAX), f32::unit(0)), (1.0 - f32::EPSILON / 2.0, 0.0));
+    assert_eq!(
+        (f32::unit(u64::MAX), f32::unit(0)),
+        (1.0 - f32::EPSILON / 2.0, 0.0)
+    );
 }

@@ -1,5 +1,6 @@
-//! The engine in single precision: near to double precision within stated bounds, closed where rooms are closed, and
-//! refused where it would be seen. That its images have the same mean is on trial in the registry.
+//! The engine in single precision: near to double precision within stated bounds, closed where
+//! rooms are closed, and refused where it would be seen. That its images have the same mean is on
+//! trial in the registry.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -8,7 +9,9 @@ use whitefurnace::accel::PacketStack;
 use whitefurnace::environment::Environment;
 use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
 use whitefurnace::real::{Lanes3, Mask, SINGLES, Singles, Vector};
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles, render_lanes};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Precision, Renderer, check_singles, render_lanes,
+};
 use whitefurnace::scene::SINGLE_OFFSET;
 use whitefurnace::scene::file::Description;
 
@@ -16,22 +19,37 @@ use crate::lanes::scenes::scenes;
 use crate::prelude::*;
 
 fn singles(estimator: LaneEstimator, sampling: Sampling) -> ByLanes {
-    ByLanes { estimator, sampling, precision: Precision::Single }
+    ByLanes {
+        estimator,
+        sampling,
+        precision: Precision::Single,
+    }
 }
 
 fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 2]) -> Film {
-    let mut film = Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
-    singles(estimator, sampling).add(scene, &mut film, 0..1, &|_| true).expect("legal values");
+    let mut film =
+        Film::new(frame, None, sampling.samples_per_replication()).expect("a legal size");
+    singles(estimator, sampling)
+        .add(scene, &mut film, 0..1, &|_| true)
+        .expect("legal values");
     film
 }
 
 fn plain(seed: u64) -> Sampling {
-    Sampling { pixel: Random, numbers: Numbers::Independent, seed, outlines: false }
+    Sampling {
+        pixel: Random,
+        numbers: Numbers::Independent,
+        seed,
+        outlines: false,
+    }
 }
 
 /// A path by hits alone, that no roulette ends at so many hits.
 fn walk(early: u32) -> LaneEstimator {
-    LaneEstimator::Path(Path { early, ..Path::new(Standard, Finds::Bsdf) })
+    LaneEstimator::Path(Path {
+        early,
+        ..Path::new(Standard, Finds::Bsdf)
+    })
 }
 
 /// A closed mesh that reflects all light, in bright surroundings.
@@ -43,16 +61,22 @@ fn sealed(mesh: &Mesh) -> Scene {
     })
 }
 
-/// Closed meshes around the origin, searched as a list and by way of the hierarchy, with the half width of a cube inside. The
-/// third has a corner of ten degrees.
+/// Closed meshes around the origin, searched as a list and by way of the hierarchy, with the half
+/// width of a cube inside. The third has a corner of ten degrees.
 fn closed() -> [(Mesh, f64); 5] {
     let shell = Mesh::room_shell().map(|v| v - DVec3::X);
     let wedge = Mesh::prism(&[[-4.0, 0.0], [1.5, -0.48], [1.5, 0.48]], [-1.0, 1.0]);
-    [(Mesh::cube(), 0.99), (shell, 1.0), (wedge, 0.3), (Mesh::globe(13, 17), 0.5), (Mesh::globe(30, 30), 0.5)]
+    [
+        (Mesh::cube(), 0.99),
+        (shell, 1.0),
+        (wedge, 0.3),
+        (Mesh::globe(13, 17), 0.5),
+        (Mesh::globe(30, 30), 0.5),
+    ]
 }
 
-/// Rays aimed at edges and vertices, sixteen around each aim, and what they send on; also where coordinates are hundreds of
-/// times the height of the triangles.
+/// Rays aimed at edges and vertices, sixteen around each aim, and what they send on; also where
+/// coordinates are hundreds of times the height of the triangles.
 #[test]
 fn nothing_leaks_in_single_precision() {
     let mut rng = rng("single leaks");
@@ -76,21 +100,39 @@ fn nothing_leaks_in_single_precision() {
                 assert_eq!(film.mean(), 0.0, "from {eye} to {target}");
                 // Aimed as exactly as numbers allow: not normalised.
                 let targets: [DVec3; SINGLES] = from_fn(|_| border(&mut rng, &mesh));
-                let [origins, directions] = [Lanes3::from_fn(|_| eye), Lanes3::from_fn(|i| targets[i] - eye)];
+                let [origins, directions] = [
+                    Lanes3::from_fn(|_| eye),
+                    Lanes3::from_fn(|i| targets[i] - eye),
+                ];
                 let ray: Ray<Lanes3<Singles>> = Ray::new(origins, directions);
-                let hits = scene.bvh().closest_of_packet::<Singles, SINGLES>(&ray, Mask::splat(true), &mut stack);
+                let hits = scene.bvh().closest_of_packet::<Singles, SINGLES>(
+                    &ray,
+                    Mask::splat(true),
+                    &mut stack,
+                );
                 assert_eq!(hits.met.bits(), 0xFFFF, "from {eye} to {targets:?}");
             }
         }
     }
 }
 
-/// Long paths in the closed scenes, whose directions are as grazing as chance makes them: by the cosine, and evenly.
+/// Long paths in the closed scenes, whose directions are as grazing as chance makes them: by the
+/// cosine, and evenly.
 #[test]
 fn no_path_leaves_closed_scenes_in_single_precision() {
-    let even = LaneEstimator::Report(Report { segments: 12, rules: LightRules::PHYSICAL, ..Report::default() });
-    let inside = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
-    let mut rooms: Vec<Scene> = closed().into_iter().map(|(mesh, _)| sealed(&mesh)).collect();
+    let even = LaneEstimator::Report(Report {
+        segments: 12,
+        rules: LightRules::PHYSICAL,
+        ..Report::default()
+    });
+    let inside = Sphere {
+        inward: true,
+        ..Sphere::new(DVec3::ZERO, 1.0)
+    };
+    let mut rooms: Vec<Scene> = closed()
+        .into_iter()
+        .map(|(mesh, _)| sealed(&mesh))
+        .collect();
     rooms.push(scene(|scene| {
         scene.background(DVec3::splat(1000.0));
         ball(scene, inside, diffuse(1.0));
@@ -103,36 +145,48 @@ fn no_path_leaves_closed_scenes_in_single_precision() {
     }
 }
 
-/// The report's room, closed by the walls that it has, in surroundings that no path sees. Its balls touch floor and wall,
-/// and what leaves them there, nearer to these than [`SINGLE_OFFSET`], starts outside: here they are a little smaller.
+/// The report's room, closed by the walls that it has, in surroundings that no path sees. Its balls
+/// touch floor and wall, and what leaves them there, nearer to these than [`SINGLE_OFFSET`], starts
+/// outside: here they are a little smaller.
 #[test]
 fn the_room_has_no_gap_in_single_precision() {
-    let text = include_str!("../../src/scene/files/report.toml").replace("radius = 2\n", "radius = 1.999\n");
+    let text = include_str!("../../src/scene/files/report.toml")
+        .replace("radius = 2\n", "radius = 1.999\n");
     let largest_coordinate = 13.0;
-    assert!(text.matches("radius = 1.999").count() == 2 && 0.001 > SINGLE_OFFSET * largest_coordinate);
+    assert!(
+        text.matches("radius = 1.999").count() == 2 && 0.001 > SINGLE_OFFSET * largest_coordinate
+    );
     let dark = Description::parse("report", &text).expect("a scene");
-    let bright = Description { background: Environment::Uniform(DVec3::splat(1e4)), ..dark.clone() };
+    let bright = Description {
+        background: Environment::Uniform(DVec3::splat(1e4)),
+        ..dark.clone()
+    };
     let [dark, bright] = [dark, bright].map(|room| room.build().expect("a scene"));
     for estimator in all_estimators() {
-        let [dark, bright] = [&dark, &bright].map(|room| by(plain(master()), room, estimator, [96, 72]));
+        let [dark, bright] =
+            [&dark, &bright].map(|room| by(plain(master()), room, estimator, [96, 72]));
         assert!(dark == bright, "{estimator:?}");
     }
 }
 
-/// A path that leaves a convex body leaves it for good: at its own surface it would be reflected twice. Seen from near and
-/// far, near the origin and far from it, and in any direction that the cosine gives. A ray that passes an outline as near as
-/// rounding may take the back of the body for its front, and then stays within: from afar about one of twenty thousand.
+/// A path that leaves a convex body leaves it for good: at its own surface it would be reflected
+/// twice. Seen from near and far, near the origin and far from it, and in any direction that the
+/// cosine gives. A ray that passes an outline as near as rounding may take the back of the body for
+/// its front, and then stays within: from afar about one of twenty thousand.
 #[test]
 fn rays_do_not_hit_the_body_that_they_leave() {
     for distance in [3.0, 100.0, 700.0] {
         let at = DVec3::new(0.6, -0.7, 0.3).normalize() * distance;
-        let sphere = |scene: &mut SceneBuilder, centre| ball(scene, Sphere::new(centre, 1.0), diffuse(0.5));
+        let sphere =
+            |scene: &mut SceneBuilder, centre| ball(scene, Sphere::new(centre, 1.0), diffuse(0.5));
         let mesh = |scene: &mut SceneBuilder, mesh: Mesh, centre: DVec3| {
             let mesh = mesh.map(|v| v + centre);
             let grey = scene.surface(diffuse(0.5));
             scene.mesh(&mesh.vertices, &mesh.triangles, grey);
         };
-        for (shape, centre, eye) in (0..3).flat_map(|shape| [(shape, DVec3::ZERO, at), (shape, at, DVec3::ZERO)]) {
+        for (shape, centre, eye) in
+            (0..3).flat_map(|shape| [(shape, DVec3::ZERO, at), (shape, at, DVec3::ZERO)])
+        {
             let camera = Camera::new(eye, centre, DVec3::Z, 1.2 / distance);
             let scene = scene_from(camera, |scene| {
                 scene.background(DVec3::ONE);
@@ -150,31 +204,53 @@ fn rays_do_not_hit_the_body_that_they_leave() {
                 misses += u32::from((value - 1.0).abs() < 1e-5);
             }
             let lost = 128 * 96 - hits - misses;
-            assert!(hits > 1000 && lost <= 12, "shape {shape} at {centre} from {eye}: {hits}, {misses}, {lost}");
+            assert!(
+                hits > 1000 && lost <= 12,
+                "shape {shape} at {centre} from {eye}: {hits}, {misses}, {lost}"
+            );
         }
     }
 }
 
-/// Of so many samples no more differ by a thousandth, or by a hundredth: near an edge, or after a few mirrors and balls, a
-/// rounding grows. Three times what was measured in the worst scene, the report's room, and then of thousands of
-/// samples, none of which knows of another: no seed makes so many more.
+/// Of so many samples no more differ by a thousandth, or by a hundredth: near an edge, or after a
+/// few mirrors and balls, a rounding grows. Three times what was measured in the worst scene, the
+/// report's room, and then of thousands of samples, none of which knows of another: no seed makes
+/// so many more.
 const APART: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
-/// The same where shadow rays go by way of balls, along whose caustics a rounding is spread as light is.
+/// The same where shadow rays go by way of balls, along whose caustics a rounding is spread as
+/// light is.
 const APART_BY_BODIES: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
 
 const FRAME: [u32; 2] = [64, 48];
 
 fn all_estimators() -> Vec<LaneEstimator> {
     let path = |strategy, lights, heuristic, early| {
-        LaneEstimator::Path(Path { lights, heuristic, early, ..Path::new(Standard, strategy) })
+        LaneEstimator::Path(Path {
+            lights,
+            heuristic,
+            early,
+            ..Path::new(Standard, strategy)
+        })
     };
     vec![
-        path(Finds::Mis, LightSampling::ByContribution, Heuristic::Power, 8),
+        path(
+            Finds::Mis,
+            LightSampling::ByContribution,
+            Heuristic::Power,
+            8,
+        ),
         path(Finds::Mis, LightSampling::SolidAngle, Heuristic::Balance, 0),
-        LaneEstimator::Path(Path { by_bodies: true, early: 8, ..Path::new(Standard, Finds::Mis) }),
+        LaneEstimator::Path(Path {
+            by_bodies: true,
+            early: 8,
+            ..Path::new(Standard, Finds::Mis)
+        }),
         path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
         path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),
-        LaneEstimator::Report(Report { rules: LightRules::PHYSICAL, ..Report::default() }),
+        LaneEstimator::Report(Report {
+            rules: LightRules::PHYSICAL,
+            ..Report::default()
+        }),
         LaneEstimator::Report(Report::default()),
         LaneEstimator::Whitted(Whitted::new(LightRules::PHYSICAL)),
     ]
@@ -182,13 +258,16 @@ fn all_estimators() -> Vec<LaneEstimator> {
 
 /// A ball of glass of a thousand triangles, in a lit room: rays go through the hierarchy.
 fn faceted() -> Scene {
-    scene_from(Camera::new(DVec3::new(0.0, -2.7, 0.0), DVec3::ZERO, DVec3::Z, 0.5), |s| {
-        let mesh = Mesh::globe(23, 23);
-        let [glass, grey] = [glass(1.5), diffuse(0.6)].map(|surface| s.surface(surface));
-        s.mesh(&mesh.vertices, &mesh.triangles, glass);
-        simple::closed_cube(s, 3.0, true, grey);
-        square(s, 1.5, 2.9, false, lamp(4.0));
-    })
+    scene_from(
+        Camera::new(DVec3::new(0.0, -2.7, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
+        |s| {
+            let mesh = Mesh::globe(23, 23);
+            let [glass, grey] = [glass(1.5), diffuse(0.6)].map(|surface| s.surface(surface));
+            s.mesh(&mesh.vertices, &mesh.triangles, glass);
+            simple::closed_cube(s, 3.0, true, grey);
+            square(s, 1.5, 2.9, false, lamp(4.0));
+        },
+    )
 }
 
 #[test]
@@ -205,17 +284,27 @@ fn images_differ_by_rounding() {
                 // Points of outlines show what emitters emit.
                 let outlines = outlines
                     && !matches!(estimator, LaneEstimator::Report(report) if report.rules == LightRules::REPORT);
-                let sampling = Sampling { numbers, outlines, ..plain(seed) };
+                let sampling = Sampling {
+                    numbers,
+                    outlines,
+                    ..plain(seed)
+                };
                 let single = by(sampling, scene, estimator, FRAME);
                 let mut double = Film::new(FRAME, None, 1).expect("a legal size");
-                render_lanes(scene, estimator, sampling, &mut double, &(0..1), &|_| true).expect("legal values");
+                render_lanes(scene, estimator, sampling, &mut double, &(0..1), &|_| true)
+                    .expect("legal values");
                 let by_bodies = matches!(estimator, LaneEstimator::Path(path) if path.by_bodies);
                 for (apart, share) in if by_bodies { APART_BY_BODIES } else { APART } {
                     let far = |(a, b): &(&Pixel, &Pixel)| {
                         let [a, b] = [a, b].map(|pixel| pixel.mean());
                         (a - b).abs().max_element() > apart * a.max(b).max_element()
                     };
-                    let count = double.pixels().iter().zip(single.pixels()).filter(far).count();
+                    let count = double
+                        .pixels()
+                        .iter()
+                        .zip(single.pixels())
+                        .filter(far)
+                        .count();
                     let share_found = count as f64 / f64::from(FRAME[0] * FRAME[1]);
                     assert!(
                         share_found <= share,
@@ -235,12 +324,19 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
     let seed = seed_for(master(), "singles");
     for scene in [report_room(), faceted()] {
         for estimator in all_estimators() {
-            for (pixel, numbers) in
-                [(Random, Numbers::Independent), (Random, Numbers::Sobol(3)), (Jitter(2), Numbers::Independent)]
-            {
-                let sampling = Sampling { pixel, numbers, ..plain(seed) };
+            for (pixel, numbers) in [
+                (Random, Numbers::Independent),
+                (Random, Numbers::Sobol(3)),
+                (Jitter(2), Numbers::Independent),
+            ] {
+                let sampling = Sampling {
+                    pixel,
+                    numbers,
+                    ..plain(seed)
+                };
                 let film = |window, ranges: &[Range<u32>]| {
-                    let mut film = Film::new([23, 17], window, sampling.samples_per_replication()).expect("a size");
+                    let mut film = Film::new([23, 17], window, sampling.samples_per_replication())
+                        .expect("a size");
                     for range in ranges {
                         singles(estimator, sampling)
                             .add(&scene, &mut film, range.clone(), &|_| true)
@@ -249,12 +345,21 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
                     film
                 };
                 let whole = on_threads(1, || film(None, &[0..5]));
-                assert!(whole == on_threads(3, || film(None, &[0..1, 1..3, 3..5])), "{estimator:?}");
-                let window = Window { corner: [7, 4], size: [9, 5] };
+                assert!(
+                    whole == on_threads(3, || film(None, &[0..1, 1..3, 3..5])),
+                    "{estimator:?}"
+                );
+                let window = Window {
+                    corner: [7, 4],
+                    size: [9, 5],
+                };
                 let part = film(Some(window), &[0..5]);
                 for (i, pixel) in part.pixels().iter().enumerate() {
                     let (x, y) = (7 + i % 9, 4 + i / 9);
-                    assert!(*pixel == whole.pixels()[23 * y + x], "{estimator:?}: ({x}, {y})");
+                    assert!(
+                        *pixel == whole.pixels()[23 * y + x],
+                        "{estimator:?}: ({x}, {y})"
+                    );
                 }
             }
         }
@@ -263,16 +368,24 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
 
 /// A ball of radius 1 on a plane under a bright sky, seen from near; the plane reaches to `reach`.
 fn ball_on_a_plane(reach: f64) -> Scene {
-    scene_from(Camera::new(DVec3::new(0.0, -8.0, 1.5), 0.5 * DVec3::Z, DVec3::Z, 0.35), |scene| {
-        scene.background(DVec3::ONE);
-        let grey = scene.surface(diffuse(0.7));
-        scene.rectangle(DVec3::new(-reach, -reach, 0.0), [2.0 * reach * DVec3::X, 2.0 * reach * DVec3::Y], grey);
-        ball(scene, Sphere::new(DVec3::Z, 1.0), diffuse(0.7));
-    })
+    scene_from(
+        Camera::new(DVec3::new(0.0, -8.0, 1.5), 0.5 * DVec3::Z, DVec3::Z, 0.35),
+        |scene| {
+            scene.background(DVec3::ONE);
+            let grey = scene.surface(diffuse(0.7));
+            scene.rectangle(
+                DVec3::new(-reach, -reach, 0.0),
+                [2.0 * reach * DVec3::X, 2.0 * reach * DVec3::Y],
+                grey,
+            );
+            ball(scene, Sphere::new(DVec3::Z, 1.0), diffuse(0.7));
+        },
+    )
 }
 
-/// Of the ball what lies near the plane: where rays start behind the plane, its underside shines. What is taken is off by
-/// less than a thousandth as a whole, what is refused by more than a hundredth.
+/// Of the ball what lies near the plane: where rays start behind the plane, its underside shines.
+/// What is taken is off by less than a thousandth as a whole, what is refused by more than a
+/// hundredth.
 #[test]
 fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
@@ -281,13 +394,22 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
         assert_eq!(check_singles(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new([32, 24], None, 1).expect("a legal size");
-            let lanes = ByLanes { estimator, sampling: plain(master()), precision };
-            lanes.add(&scene, &mut film, 0..8, &|_| true).expect("legal values");
+            let lanes = ByLanes {
+                estimator,
+                sampling: plain(master()),
+                precision,
+            };
+            lanes
+                .add(&scene, &mut film, 0..8, &|_| true)
+                .expect("legal values");
             film.mean()
         });
         let off = (single / double - 1.0).abs();
         println!("{reach}: {off:e}");
-        assert!(if taken { off < 1e-3 } else { off > 1e-2 }, "{reach}: {off:e}");
+        assert!(
+            if taken { off < 1e-3 } else { off > 1e-2 },
+            "{reach}: {off:e}"
+        );
     }
 }
 
@@ -301,7 +423,10 @@ fn what_single_precision_would_show_is_refused() {
         })
     };
     for size in [2e6, 1e-7, 1e12] {
-        assert_option_refused(check_singles(&of(size, 0.5 * size, diffuse(0.5))), "the scene reaches to");
+        assert_option_refused(
+            check_singles(&of(size, 0.5 * size, diffuse(0.5))),
+            "the scene reaches to",
+        );
     }
     for size in [1e-6, 1.0, 1e6] {
         let fine = of(size, size / 4097.0, diffuse(0.5));
@@ -309,17 +434,33 @@ fn what_single_precision_would_show_is_refused() {
         check_singles(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
     }
     // What is far from the camera, too, and zones.
-    let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(5000.0 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.1));
-    assert_option_refused(check_singles(&far.expect("a camera")), "too small for single precision");
-    let ring = Sphere { zone: [0.0, 2e-4], ..Sphere::new(DVec3::ZERO, 1.0) };
+    let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(
+        5000.0 * DVec3::X,
+        DVec3::ZERO,
+        DVec3::Z,
+        0.1,
+    ));
+    assert_option_refused(
+        check_singles(&far.expect("a camera")),
+        "too small for single precision",
+    );
+    let ring = Sphere {
+        zone: [0.0, 2e-4],
+        ..Sphere::new(DVec3::ZERO, 1.0)
+    };
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
     assert_option_refused(check_singles(&ring), "too small for single precision");
-    // Triangles that hang together are one thing, however fine; what is thin in two directions is small.
+    // Triangles that hang together are one thing, however fine; what is thin in two directions is
+    // small.
     let of_mesh = |mesh: &Mesh, scale: DVec3| {
         scene(|scene| {
             let grey = scene.surface(diffuse(0.5));
             ball(scene, Sphere::new(DVec3::ZERO, 1.0), diffuse(0.5));
-            scene.mesh(&mesh.clone().map(|v| v * scale).vertices, &mesh.triangles, grey);
+            scene.mesh(
+                &mesh.clone().map(|v| v * scale).vertices,
+                &mesh.triangles,
+                grey,
+            );
         })
     };
     for (scale, taken) in [
@@ -333,7 +474,11 @@ fn what_single_precision_would_show_is_refused() {
     }
     let sliver = scene(|scene| {
         let grey = scene.surface(diffuse(0.5));
-        scene.mesh(&[DVec3::ZERO, DVec3::X, DVec3::new(0.5, 2e-4, 0.0)], &[[0, 1, 2]], grey);
+        scene.mesh(
+            &[DVec3::ZERO, DVec3::X, DVec3::new(0.5, 2e-4, 0.0)],
+            &[[0, 1, 2]],
+            grey,
+        );
     });
     assert_option_refused(check_singles(&sliver), "too small for single precision");
     // What is refused is not rendered.

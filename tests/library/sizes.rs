@@ -1,4 +1,5 @@
-//! Sizes that are wide, tall, odd, one, and one beyond each number at which the code does something else.
+//! Sizes that are wide, tall, odd, one, and one beyond each number at which the code does something
+//! else.
 
 use std::ops::Range;
 
@@ -11,11 +12,28 @@ use whitefurnace::sampler::LONGEST;
 use crate::prelude::*;
 
 /// Around lanes (8 and 16), portions of walks (256) and pixels of a piece.
-const FRAMES: [[u32; 2]; 12] =
-    [[1, 1], [1, 2], [2, 1], [7, 1], [9, 2], [1, 17], [15, 17], [16, 16], [257, 1], [1, 257], [3, 86], [129, 2]];
+const FRAMES: [[u32; 2]; 12] = [
+    [1, 1],
+    [1, 2],
+    [2, 1],
+    [7, 1],
+    [9, 2],
+    [1, 17],
+    [15, 17],
+    [16, 16],
+    [257, 1],
+    [1, 257],
+    [3, 86],
+    [129, 2],
+];
 
 fn sampling(numbers: Numbers) -> Sampling {
-    Sampling { pixel: Random, numbers, seed: master(), outlines: false }
+    Sampling {
+        pixel: Random,
+        numbers,
+        seed: master(),
+        outlines: false,
+    }
 }
 
 fn add(scene: &Scene, by: &dyn Renderer, film: &mut Film, range: Range<u32>) {
@@ -24,12 +42,20 @@ fn add(scene: &Scene, by: &dyn Renderer, film: &mut Film, range: Range<u32>) {
 
 /// A room seen by a camera that is not level, so that no two pixels of a frame are alike.
 fn tilted() -> Scene {
-    let camera = Camera::new(DVec3::new(1.0, 2.0, 2.5), DVec3::new(4.0, 4.5, 2.0), DVec3::new(0.2, 0.1, 1.0), 1.3);
-    simple::cornell().expect("a scene").with_camera(camera).expect("a camera")
+    let camera = Camera::new(
+        DVec3::new(1.0, 2.0, 2.5),
+        DVec3::new(4.0, 4.5, 2.0),
+        DVec3::new(0.2, 0.1, 1.0),
+        1.3,
+    );
+    simple::cornell()
+        .expect("a scene")
+        .with_camera(camera)
+        .expect("a camera")
 }
 
-/// The whole is its pixels, each rendered as a window of its own or in another order of replications, by lanes or alone;
-/// films of replications apart merge to it.
+/// The whole is its pixels, each rendered as a window of its own or in another order of
+/// replications, by lanes or alone; films of replications apart merge to it.
 #[test]
 fn every_shape_is_its_pixels() {
     let scene = tilted();
@@ -37,8 +63,15 @@ fn every_shape_is_its_pixels() {
     for frame in FRAMES {
         for numbers in [Numbers::Independent, Numbers::Sobol(3)] {
             let sampling = sampling(numbers);
-            let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
-            let alone = ByRays { estimator: Path::new(OneByOne, Finds::Mis), sampling };
+            let lanes = ByLanes {
+                estimator: LaneEstimator::Path(path),
+                sampling,
+                precision: Precision::Double,
+            };
+            let alone = ByRays {
+                estimator: Path::new(OneByOne, Finds::Mis),
+                sampling,
+            };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");
             let mut whole = film(None);
             add(&scene, &lanes, &mut whole, 0..3);
@@ -51,27 +84,47 @@ fn every_shape_is_its_pixels() {
             first.merge(&rest).expect("alike");
             assert!(whole == first, "{frame:?}");
             let [width, height] = frame;
-            for [x, y] in [[0, 0], [width - 1, 0], [0, height - 1], [width - 1, height - 1], [width / 2, height / 3]] {
-                let mut part = film(Some(Window { corner: [x, y], size: [1, 1] }));
+            for [x, y] in [
+                [0, 0],
+                [width - 1, 0],
+                [0, height - 1],
+                [width - 1, height - 1],
+                [width / 2, height / 3],
+            ] {
+                let mut part = film(Some(Window {
+                    corner: [x, y],
+                    size: [1, 1],
+                }));
                 add(&scene, &lanes, &mut part, 0..3);
-                assert!(part.pixels()[0] == *whole.pixel(x, y), "{frame:?}: ({x}, {y})");
-                // Where it is in the frame, too: its samples are rays of the camera through that pixel.
+                assert!(
+                    part.pixels()[0] == *whole.pixel(x, y),
+                    "{frame:?}: ({x}, {y})"
+                );
+                // Where it is in the frame, too: its samples are rays of the camera through that
+                // pixel.
                 let mut rng = stream(master(), y * width + x, 0);
                 let [u, v] = Random.position(0, uniform2(&mut rng));
-                let ray = scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v);
-                let mut one = Film::new(frame, Some(part.window()), numbers.samples()).expect("a legal size");
+                let ray = scene
+                    .camera()
+                    .ray(frame, f64::from(x) + u, f64::from(y) + v);
+                let mut one =
+                    Film::new(frame, Some(part.window()), numbers.samples()).expect("a legal size");
                 add(&scene, &alone, &mut one, 0..1);
                 if numbers.samples() == 1 {
                     let light = path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
-                    assert_abs_diff_eq!(light, one.pixels()[0].mean(), epsilon = 1e-6 * (1.0 + light.max_element()));
+                    assert_abs_diff_eq!(
+                        light,
+                        one.pixels()[0].mean(),
+                        epsilon = 1e-6 * (1.0 + light.max_element())
+                    );
                 }
             }
         }
     }
 }
 
-/// Passes over frames of any shape are the same on any number of threads, and what the camera sees of a lamp lies in the
-/// pixels in which its rays meet it.
+/// Passes over frames of any shape are the same on any number of threads, and what the camera sees
+/// of a lamp lies in the pixels in which its rays meet it.
 #[test]
 fn particles_reach_their_pixels_in_every_shape() {
     // A lamp in the upper right of a frame that sees nothing else.
@@ -83,7 +136,11 @@ fn particles_reach_their_pixels_in_every_shape() {
         let passes = |threads| {
             on_threads(threads, || {
                 let mut film = Film::new(frame, None, 1).expect("a legal size");
-                let by = ByPasses { estimator: tracer, numbers: Numbers::Independent, seed: master() };
+                let by = ByPasses {
+                    estimator: tracer,
+                    numbers: Numbers::Independent,
+                    seed: master(),
+                };
                 add(&scene, &by, &mut film, 0..16);
                 film
             })
@@ -96,7 +153,13 @@ fn particles_reach_their_pixels_in_every_shape() {
             if pixel.mean().x > 0.0 {
                 let meets = |k: u32| {
                     let [u, v] = [k % 64, k / 64].map(|k| (f64::from(k) + 0.5) / 64.0);
-                    scene.intersect(&scene.camera().ray(frame, f64::from(x) + u, f64::from(y) + v)).is_some()
+                    scene
+                        .intersect(
+                            &scene
+                                .camera()
+                                .ray(frame, f64::from(x) + u, f64::from(y) + v),
+                        )
+                        .is_some()
                 };
                 assert!((0..64 * 64).any(meets), "{frame:?}: ({x}, {y})");
             }
@@ -108,17 +171,27 @@ fn particles_reach_their_pixels_in_every_shape() {
     }
 }
 
-/// More samples than 2¹⁶, and as many points of a scramble as there may be: in one piece, in shards, and merged.
+/// More samples than 2¹⁶, and as many points of a scramble as there may be: in one piece, in
+/// shards, and merged.
 #[test]
 fn many_samples_are_the_sum_of_their_parts() {
     let scene = scene(|s| s.background(DVec3::new(1.0, 0.5, 0.25)));
     let path = Path::new(Standard, Finds::Mis);
-    for (numbers, replications) in [(Numbers::Independent, (1 << 16) + 3), (Numbers::Sobol(LONGEST), 2)] {
+    for (numbers, replications) in [
+        (Numbers::Independent, (1 << 16) + 3),
+        (Numbers::Sobol(LONGEST), 2),
+    ] {
         let sampling = sampling(numbers);
-        let by = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
+        let by = ByLanes {
+            estimator: LaneEstimator::Path(path),
+            sampling,
+            precision: Precision::Double,
+        };
         let film = |ranges: &[Range<u32>]| {
             let mut film = Film::new([2, 1], None, numbers.samples()).expect("a legal size");
-            ranges.iter().for_each(|range| add(&scene, &by, &mut film, range.clone()));
+            ranges
+                .iter()
+                .for_each(|range| add(&scene, &by, &mut film, range.clone()));
             film
         };
         let whole = film(&[0..replications]);
@@ -128,28 +201,55 @@ fn many_samples_are_the_sum_of_their_parts() {
         merged.merge(&film(&[0..cut])).expect("alike");
         assert!(whole == merged);
         for pixel in whole.pixels() {
-            assert_eq!(u64::from(pixel.samples()), u64::from(replications) * u64::from(numbers.samples()));
+            assert_eq!(
+                u64::from(pixel.samples()),
+                u64::from(replications) * u64::from(numbers.samples())
+            );
             assert_abs_diff_eq!(pixel.mean(), DVec3::new(1.0, 0.5, 0.25), epsilon = 1e-9);
             assert_abs_diff_eq!(pixel.standard_error(), DVec3::ZERO, epsilon = 1e-9);
         }
     }
 }
 
-/// Images of any shape: every kind of place covers the frame once, each place has the mean of its pixels, and what is brighter
-/// in an area of one side is found in its pixels and in no place that it does not touch.
+/// Images of any shape: every kind of place covers the frame once, each place has the mean of its
+/// pixels, and what is brighter in an area of one side is found in its pixels and in no place that
+/// it does not touch.
 #[test]
 fn differences_are_found_where_they_are() {
-    for [width, height] in [[1, 40], [40, 1], [5, 33], [33, 5], [16, 17], [17, 16], [31, 32], [49, 3]] {
+    for [width, height] in [
+        [1, 40],
+        [40, 1],
+        [5, 33],
+        [33, 5],
+        [16, 17],
+        [17, 16],
+        [31, 32],
+        [49, 3],
+    ] {
         let count = width * height;
         // Noise of a pixel is ±1 % in as many images: skewness leaves all pixels judged.
         let sign = |k: u32, i: usize| {
-            if (k & (1 + (5 * i as u32 + 1) % 7)).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
+            if (k & (1 + (5 * i as u32 + 1) % 7))
+                .count_ones()
+                .is_multiple_of(2)
+            {
+                1.0
+            } else {
+                -1.0
+            }
         };
-        let images = || (0..8).map(|k| (0..count).map(|i| 1.0 + 0.01 * sign(k, i)).collect()).collect();
+        let images = || {
+            (0..8)
+                .map(|k| (0..count).map(|i| 1.0 + 0.01 * sign(k, i)).collect())
+                .collect()
+        };
         let [mut a, b]: [Vec<Vec<f64>>; 2] = [(); 2].map(|()| images());
         // Three columns and two rows, in the upper right.
         let corner = [width - 1 - width / 4, height / 3];
-        let [[left, top], [right, bottom]] = [corner, [(corner[0] + 3).min(width), (corner[1] + 2).min(height)]];
+        let [[left, top], [right, bottom]] = [
+            corner,
+            [(corner[0] + 3).min(width), (corner[1] + 2).min(height)],
+        ];
         for image in &mut a {
             (top..bottom).for_each(|y| (left..right).for_each(|x| image[y * width + x] += 5.0));
         }
@@ -165,16 +265,27 @@ fn differences_are_found_where_they_are() {
                 let [x0, y0, x1, y1] = place.area;
                 let inside = || (y0..y1).flat_map(|y| (x0..x1).map(move |x| y * width + x));
                 inside().for_each(|i| covered[i] += 1);
-                let sum =
-                    |images: &[Vec<f64>]| -> f64 { inside().flat_map(|i| images.iter().map(move |a| a[i])).sum() };
+                let sum = |images: &[Vec<f64>]| -> f64 {
+                    inside()
+                        .flat_map(|i| images.iter().map(move |a| a[i]))
+                        .sum()
+                };
                 let means = [&a, &b].map(|images| sum(images) / (8 * inside().count()) as f64);
                 assert_relative_eq!(place.means[..], means[..], max_relative = 1e-12);
                 let touches = x0 < right && left < x1 && y0 < bottom && top < y1;
                 // A difference of larger places that is in one pixel alone does not stand.
                 let found = kind.rejects(place);
-                assert!(found == touches || (touches && kind.name != "pixel"), "{width} × {height}: {:?}", place.area);
+                assert!(
+                    found == touches || (touches && kind.name != "pixel"),
+                    "{width} × {height}: {:?}",
+                    place.area
+                );
             }
-            assert!(covered.iter().all(|times| *times == 1), "{width} × {height}: {}", kind.name);
+            assert!(
+                covered.iter().all(|times| *times == 1),
+                "{width} × {height}: {}",
+                kind.name
+            );
         }
     }
 }

@@ -19,8 +19,15 @@ fn cases(name: &str) -> Vec<(Emitter, DVec3)> {
         let before = |normal: DVec3| normal.dot(from - corner) > 0.0;
         let edges = if before(x.cross(y)) { [x, y] } else { [y, x] };
         let slanted = y + between(&mut rng, -0.5, 0.5) * x;
-        let [b, c] = if before(x.cross(slanted)) { [x, slanted] } else { [slanted, x] };
-        let sphere = Sphere::new(from + (size * between(&mut rng, 1.001, 20.0)) * unit_vector(&mut rng), size);
+        let [b, c] = if before(x.cross(slanted)) {
+            [x, slanted]
+        } else {
+            [slanted, x]
+        };
+        let sphere = Sphere::new(
+            from + (size * between(&mut rng, 1.001, 20.0)) * unit_vector(&mut rng),
+            size,
+        );
         for shape in [
             EmitterShape::Rectangle { corner, edges },
             EmitterShape::Triangle([corner, corner + b, corner + c]),
@@ -34,14 +41,21 @@ fn cases(name: &str) -> Vec<(Emitter, DVec3)> {
 
 /// The solid angle of a triangle of unit vectors: tan(Ω/2) by Van Oosterom and Strackee, 1983.
 fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
-    2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+    2.0 * a
+        .dot(b.cross(c))
+        .abs()
+        .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
 /// The solid angle by a second route: from triangles, or 2π(1 − cos θ).
 fn reference(emitter: &Emitter, from: DVec3) -> f64 {
     match emitter.shape {
-        EmitterShape::Rectangle { corner, edges: [x, y] } => {
-            let [a, b, c, d] = [corner, corner + x, corner + x + y, corner + y].map(|v| (v - from).normalize());
+        EmitterShape::Rectangle {
+            corner,
+            edges: [x, y],
+        } => {
+            let [a, b, c, d] =
+                [corner, corner + x, corner + x + y, corner + y].map(|v| (v - from).normalize());
             triangle([a, b, c]) + triangle([a, c, d])
         }
         EmitterShape::Triangle(vertices) => triangle(vertices.map(|v| (v - from).normalize())),
@@ -57,16 +71,29 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
     for (emitter, from) in cases("solid angle") {
         let reference = reference(&emitter, from);
         let Some(view) = emitter.seen(from) else {
-            assert!(reference < 1.01 * SMALLEST, "{emitter:?} from {from} has {reference}");
+            assert!(
+                reference < 1.01 * SMALLEST,
+                "{emitter:?} from {from} has {reference}"
+            );
             continue;
         };
         seen += 1;
-        // The arc sine of R/d near 1 and angles between planes that nearly coincide lose half of the
-        // digits.
-        assert_abs_diff_eq!(view.solid_angle(), reference, epsilon = 1e-6 * reference.max(1e-2));
+        // The arc sine of R/d near 1 and angles between planes that nearly coincide lose half of
+        // the digits.
+        assert_abs_diff_eq!(
+            view.solid_angle(),
+            reference,
+            epsilon = 1e-6 * reference.max(1e-2)
+        );
         let pdf = emitter.pdf_solid_angle(from).expect("it is seen");
         assert_relative_eq!(pdf, 1.0 / view.solid_angle(), max_relative = 1e-15);
-        assert_eq!(pdf, emitter.sample_solid_angle(from, [0.3, 0.6]).expect("it is seen").1);
+        assert_eq!(
+            pdf,
+            emitter
+                .sample_solid_angle(from, [0.3, 0.6])
+                .expect("it is seen")
+                .1
+        );
     }
     assert!(2 * seen > 3 * TRIES, "only {seen} were seen");
 }
@@ -77,17 +104,33 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
         let Some(view) = emitter.seen(from) else {
             continue;
         };
-        for random in [[0.0, 0.0], [0.5, 0.5], [1.0 - f64::EPSILON, 1.0 - f64::EPSILON], [0.9, 0.1]] {
-            let (light, _) = emitter.sample_solid_angle(from, random).expect("it is seen");
+        for random in [
+            [0.0, 0.0],
+            [0.5, 0.5],
+            [1.0 - f64::EPSILON, 1.0 - f64::EPSILON],
+            [0.9, 0.1],
+        ] {
+            let (light, _) = emitter
+                .sample_solid_angle(from, random)
+                .expect("it is seen");
             assert_eq!(light.point, view.sample(random));
-            assert!(light.point.is_finite(), "{emitter:?} from {from} at {random:?}");
+            assert!(
+                light.point.is_finite(),
+                "{emitter:?} from {from} at {random:?}"
+            );
             let scale = light.point.length() + from.length() + emitter.area.sqrt();
             let facing = light.normal.dot(from - light.point);
-            assert!(facing > -1e-12 * scale, "{emitter:?} from {from} at {random:?}: {facing}");
+            assert!(
+                facing > -1e-12 * scale,
+                "{emitter:?} from {from} at {random:?}: {facing}"
+            );
             let (off, [u, v]) = match emitter.shape {
                 EmitterShape::Rectangle { corner, edges } => {
                     let p = light.point - corner;
-                    (p.dot(light.normal), edges.map(|e| e.dot(p) / e.length_squared()))
+                    (
+                        p.dot(light.normal),
+                        edges.map(|e| e.dot(p) / e.length_squared()),
+                    )
                 }
                 EmitterShape::Triangle([a, b, c]) => {
                     let (p, n) = (light.point - a, (b - a).cross(c - a));
@@ -95,16 +138,23 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
                     let [u, v] = [share(p, c - a), share(b - a, p)];
                     (p.dot(light.normal), [u, u + v])
                 }
-                EmitterShape::Sphere(sphere) => (light.point.distance(sphere.centre) - sphere.radius, [0.5; 2]),
+                EmitterShape::Sphere(sphere) => (
+                    light.point.distance(sphere.centre) - sphere.radius,
+                    [0.5; 2],
+                ),
             };
             assert!(off.abs() < 1e-14 * scale, "{off} off {emitter:?}");
             let inside = -1e-11..1.0 + 1e-11;
-            assert!(inside.contains(&u) && inside.contains(&v), "{emitter:?}: {u}, {v}");
+            assert!(
+                inside.contains(&u) && inside.contains(&v),
+                "{emitter:?}: {u}, {v}"
+            );
         }
     }
 }
 
-/// The map from the unit square to directions has the same ratio of areas everywhere: the solid angle.
+/// The map from the unit square to directions has the same ratio of areas everywhere: the solid
+/// angle.
 #[test]
 fn directions_are_uniform_in_solid_angle() {
     let mut rng = rng("uniform");
@@ -116,7 +166,11 @@ fn directions_are_uniform_in_solid_angle() {
         let ratio = area_ratio(|r| (view.sample(r) - from).normalize(), random);
         // Central differences: third derivatives grow as a point nears the plane of the shape.
         let grazing = 1.0 / (2.0 * PI - view.solid_angle()).max(1e-3);
-        assert_relative_eq!(ratio, view.solid_angle(), max_relative = 1e-6 * grazing.powi(3).max(1.0));
+        assert_relative_eq!(
+            ratio,
+            view.solid_angle(),
+            max_relative = 1e-6 * grazing.powi(3).max(1.0)
+        );
     }
 }
 
@@ -134,22 +188,39 @@ fn far_and_small_shapes_keep_their_digits() {
         let second_order = 2.0 * size * size;
         let area = size * size;
         assert_relative_eq!(rectangle.solid_angle, area, max_relative = second_order);
-        assert_relative_eq!(triangle.solid_angle, 0.5 * area, max_relative = second_order);
+        assert_relative_eq!(
+            triangle.solid_angle,
+            0.5 * area,
+            max_relative = second_order
+        );
         assert_relative_eq!(cap.solid_angle, PI * area, max_relative = second_order);
         // A rectangle is twice the triangle that half of it is, as seen from its axis.
-        assert_relative_eq!(rectangle.solid_angle, 2.0 * triangle.solid_angle, max_relative = 1e-11);
+        assert_relative_eq!(
+            rectangle.solid_angle,
+            2.0 * triangle.solid_angle,
+            max_relative = 1e-11
+        );
     }
 }
 
-/// [`whitefurnace::equation::SOLID_ANGLE`] and its kin where the value is a simple share of the sphere.
+/// [`whitefurnace::equation::SOLID_ANGLE`] and its kin where the value is a simple share of the
+/// sphere.
 #[test]
 fn exact_values() {
     // A face of a cube from its middle, an octant, a sphere that touches a cone of 60°.
     let corner = DVec3::new(-1.0, -1.0, 1.0);
     let face = SphericalRectangle::new(DVec3::ZERO, corner, [2.0 * DVec3::Y, 2.0 * DVec3::X]);
-    assert_relative_eq!(face.expect("in front").solid_angle, TAU / 3.0, max_relative = 1e-15);
+    assert_relative_eq!(
+        face.expect("in front").solid_angle,
+        TAU / 3.0,
+        max_relative = 1e-15
+    );
     let octant = SphericalTriangle::new(DVec3::ZERO, [DVec3::X, DVec3::Z, DVec3::Y]);
-    assert_relative_eq!(octant.expect("in front").solid_angle, PI / 2.0, max_relative = 1e-15);
+    assert_relative_eq!(
+        octant.expect("in front").solid_angle,
+        PI / 2.0,
+        max_relative = 1e-15
+    );
     let cap = VisibleCap::new(DVec3::ZERO, &Sphere::new(2.0 * DVec3::Z, 3f64.sqrt()));
     assert_relative_eq!(cap.expect("outside").solid_angle, PI, max_relative = 1e-15);
 }
@@ -161,7 +232,10 @@ fn what_cannot_be_sampled_says_so() {
     assert!(rectangle(DVec3::Z, edges));
     assert!(!rectangle(-DVec3::Z, edges), "from behind");
     assert!(!rectangle(2.0 * DVec3::X, edges), "in its plane");
-    assert!(!rectangle(DVec3::Z, [DVec3::X, DVec3::X + DVec3::Y]), "no right angle");
+    assert!(
+        !rectangle(DVec3::Z, [DVec3::X, DVec3::X + DVec3::Y]),
+        "no right angle"
+    );
     assert!(!rectangle(2e3 * DVec3::Z, edges), "too small");
     let triangle = |from| SphericalTriangle::new(from, [DVec3::ZERO, DVec3::X, DVec3::Y]).is_some();
     assert!(triangle(DVec3::Z));
@@ -179,6 +253,24 @@ fn what_cannot_be_sampled_says_so() {
         assert_eq!(ball.pdf_solid_angle(inside), None);
         assert_eq!(ball.sample_solid_angle(inside, [0.3, 0.7]), None);
     }
-    assert!(!cap(2.0 * DVec3::Z, Sphere { inward: true, ..whole }), "inward");
-    assert!(!cap(2.0 * DVec3::Z, Sphere { zone: [-0.5, 1.0], ..whole }), "a zone");
+    assert!(
+        !cap(
+            2.0 * DVec3::Z,
+            Sphere {
+                inward: true,
+                ..whole
+            }
+        ),
+        "inward"
+    );
+    assert!(
+        !cap(
+            2.0 * DVec3::Z,
+            Sphere {
+                zone: [-0.5, 1.0],
+                ..whole
+            }
+        ),
+        "a zone"
+    );
 }

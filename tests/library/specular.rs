@@ -9,7 +9,13 @@ const STREAMS: u32 = 200;
 /// Values of an estimator along a ray, a stream each.
 fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
-    (0..STREAMS).map(|i| estimator.radiance(scene, ray, hit, &mut stream(master(), i, 0)).x).collect()
+    (0..STREAMS)
+        .map(|i| {
+            estimator
+                .radiance(scene, ray, hit, &mut stream(master(), i, 0))
+                .x
+        })
+        .collect()
 }
 
 /// Glass that reflects all or nothing, and paths that end at their first diffuse surface.
@@ -40,8 +46,8 @@ impl Bidirectional for All {
     }
 }
 
-/// A floor and a tiny light within glass, seen from outside: n² less than without the glass, by shadow rays and by
-/// both strategies, and by paths from both ends.
+/// A floor and a tiny light within glass, seen from outside: n² less than without the glass, by
+/// shadow rays and by both strategies, and by paths from both ends.
 #[test]
 fn shadow_rays_in_glass_have_the_radiance_factor() {
     // A pixel so small that its rays are one.
@@ -50,7 +56,12 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
         scene(|s| {
             // Too dark for a survivor.
             square(s, 9.0, 0.0, true, diffuse(0.4));
-            panel(s, DVec3::new(1.0, 0.0, 0.2), [1e-6 * DVec3::Z, 1e-6 * DVec3::Y], lamp(4e9));
+            panel(
+                s,
+                DVec3::new(1.0, 0.0, 0.2),
+                [1e-6 * DVec3::Z, 1e-6 * DVec3::Y],
+                lamp(4e9),
+            );
             square(s, 9.0, 2.0, true, glass(index));
         })
     };
@@ -65,7 +76,8 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
     }
     let bdpt = Bdpt::new(All(0.0));
     for index in 0..20 {
-        let [found, known] = [&dense, &air].map(|scene| bdpt.pass(scene, [1, 1], master(), index).expect("legal")[0]);
+        let [found, known] = [&dense, &air]
+            .map(|scene| bdpt.pass(scene, [1, 1], master(), index).expect("legal")[0]);
         assert!(known.x > 0.0);
         assert_relative_eq!(2.25 * found.x, known.x, max_relative = 1e-4);
     }
@@ -83,14 +95,24 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
         parts: All(1.0),
         rays: 1,
         segments: 3,
-        rules: LightRules { shadows_pass_glass: true, ..LightRules::PHYSICAL },
+        rules: LightRules {
+            shadows_pass_glass: true,
+            ..LightRules::PHYSICAL
+        },
     };
-    let ray = Ray::new(DVec3::new(0.1, 0.0, 0.1), DVec3::new(-1.0, 0.0, -1.0).normalize());
-    assert!(values(&scene, &report, &ray).iter().any(|value| *value > 0.0));
+    let ray = Ray::new(
+        DVec3::new(0.1, 0.0, 0.1),
+        DVec3::new(-1.0, 0.0, -1.0).normalize(),
+    );
+    assert!(
+        values(&scene, &report, &ray)
+            .iter()
+            .any(|value| *value > 0.0)
+    );
 }
 
-/// Of particles that a mirror throws on a floor the map of caustics keeps each once, though the floor
-/// reflects them and the mirror throws them back.
+/// Of particles that a mirror throws on a floor the map of caustics keeps each once, though the
+/// floor reflects them and the mirror throws them back.
 #[test]
 fn a_caustic_ends_at_its_first_diffuse_surface() {
     let scene = scene(|s| {
@@ -103,8 +125,8 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
 
-/// Every method of the report sees the background straight, in a mirror what that reflects of it, and from within glass
-/// with n² if its rules are physical.
+/// Every method of the report sees the background straight, in a mirror what that reflects of it,
+/// and from within glass with n² if its rules are physical.
 #[test]
 fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
     let sky = |surface: Surface| {
@@ -117,14 +139,31 @@ fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
     let [up, down] = [1.0, -1.0].map(|z| Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize()));
     let within = Ray::new(-DVec3::Z, up.direction);
     for (rules, squared) in [(LightRules::PHYSICAL, 2.25), (LightRules::REPORT, 1.0)] {
-        let report = Report { rules, parts: All(0.0), rays: 1, segments: 7 };
-        let whitted = Whitted { rules, parts: All(0.0), segments: 7 };
-        for (scene, ray, seen) in [(&mirror, &up, 3.0), (&mirror, &down, 1.5), (&glass, &within, 3.0 * squared)] {
+        let report = Report {
+            rules,
+            parts: All(0.0),
+            rays: 1,
+            segments: 7,
+        };
+        let whitted = Whitted {
+            rules,
+            parts: All(0.0),
+            segments: 7,
+        };
+        for (scene, ray, seen) in [
+            (&mirror, &up, 3.0),
+            (&mirror, &down, 1.5),
+            (&glass, &within, 3.0 * squared),
+        ] {
             let all = [values(scene, &report, ray), values(scene, &whitted, ray)].concat();
             assert!(all.iter().all(|value| (value - seen).abs() <= 1e-12));
         }
     }
     for (ray, seen) in [(&up, 3.0), (&down, 1.5)] {
-        assert!(values(&mirror, &Published::default(), ray).iter().all(|value| *value == seen));
+        assert!(
+            values(&mirror, &Published::default(), ray)
+                .iter()
+                .all(|value| *value == seen)
+        );
     }
 }

@@ -7,7 +7,9 @@ use whitefurnace::rng::{Stream, seed_for, stream};
 
 /// The context of the environment for the test with this name.
 pub fn context(name: &str) -> Context {
-    Context::from_environment().expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE").named(name)
+    Context::from_environment()
+        .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
+        .named(name)
 }
 
 /// The master seed of the environment.
@@ -39,5 +41,8 @@ pub fn property<S: Strategy>(name: &str, cases: u32, strategy: &S, check: impl F
 }
 
 fn repeat() -> String {
-    format!("repeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test library", master())
+    format!(
+        "repeat with WHITEFURNACE_SEED={} cargo test -p whitefurnace --test library",
+        master()
+    )
 }

@@ -1,5 +1,5 @@
-//! Work that was stopped: what goes on makes the film of what was not stopped, through a file, too; and what is no such
-//! file is refused.
+//! Work that was stopped: what goes on makes the film of what was not stopped, through a file, too;
+//! and what is no such file is refused.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -8,7 +8,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::estimator::{Path as Paths, Strategy};
 use whitefurnace::image::read::decode;
-use whitefurnace::image::unfinished::{Notes, decode_unfinished, read_unfinished, write_unfinished};
+use whitefurnace::image::unfinished::{
+    Notes, decode_unfinished, read_unfinished, write_unfinished,
+};
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;
@@ -19,7 +21,11 @@ fn file(name: &str) -> PathBuf {
 
 fn notes() -> Notes {
     BTreeMap::from(
-        [("provenance", "seed=1\nspp=12\n"), ("replications", "0..3 of 9")].map(|(a, b)| (a.into(), b.into())),
+        [
+            ("provenance", "seed=1\nspp=12\n"),
+            ("replications", "0..3 of 9"),
+        ]
+        .map(|(a, b)| (a.into(), b.into())),
     )
 }
 
@@ -34,32 +40,69 @@ fn through(path: &Path, film: &Film) -> Film {
 #[test]
 fn files_keep_every_bit_of_the_sums() {
     let path = file("unfinished-sums.exr");
-    let radiance = prop_oneof![point(10.0), point(LARGEST), Just(DVec3::ZERO), Just(DVec3::splat(LARGEST))];
-    let pixel = (prop::collection::vec(radiance, 0..4), prop::collection::vec((point(1.0), 0.0..LARGEST), 0..3));
-    property("unfinished", 60, &prop::collection::vec(pixel, 2 * 35), |pixels| {
-        let window = Window { corner: [5, 7], size: [35, 2] };
-        let mut film = Film::new([40, 10], Some(window), 3).expect("a film");
-        for (pixel, (radiances, features)) in film.pixels_mut().iter_mut().zip(pixels) {
-            for radiance in radiances {
-                pixel.push(radiance.abs().min(DVec3::splat(LARGEST)), 3).expect("legal");
+    let radiance = prop_oneof![
+        point(10.0),
+        point(LARGEST),
+        Just(DVec3::ZERO),
+        Just(DVec3::splat(LARGEST))
+    ];
+    let pixel = (
+        prop::collection::vec(radiance, 0..4),
+        prop::collection::vec((point(1.0), 0.0..LARGEST), 0..3),
+    );
+    property(
+        "unfinished",
+        60,
+        &prop::collection::vec(pixel, 2 * 35),
+        |pixels| {
+            let window = Window {
+                corner: [5, 7],
+                size: [35, 2],
+            };
+            let mut film = Film::new([40, 10], Some(window), 3).expect("a film");
+            for (pixel, (radiances, features)) in film.pixels_mut().iter_mut().zip(pixels) {
+                for radiance in radiances {
+                    pixel
+                        .push(radiance.abs().min(DVec3::splat(LARGEST)), 3)
+                        .expect("legal");
+                }
+                for (vector, depth) in features {
+                    let normal = (vector + DVec3::splat(1e-3)).normalize();
+                    pixel
+                        .push_features(&Features {
+                            albedo: vector.abs().min(DVec3::ONE),
+                            normal,
+                            depth,
+                        })
+                        .expect("legal");
+                }
             }
-            for (vector, depth) in features {
-                let normal = (vector + DVec3::splat(1e-3)).normalize();
-                pixel.push_features(&Features { albedo: vector.abs().min(DVec3::ONE), normal, depth }).expect("legal");
-            }
-        }
-        assert!(through(&path, &film) == film);
-    });
+            assert!(through(&path, &film) == film);
+        },
+    );
 }
 
-/// Adds a range by calls of which each is stopped after so many calls of `done`, but for those after the last.
-fn in_pieces(renderer: &dyn Renderer, scene: &Scene, film: &mut Film, range: &Range<u32>, stops: &[u64], path: &Path) {
+/// Adds a range by calls of which each is stopped after so many calls of `done`, but for those
+/// after the last.
+fn in_pieces(
+    renderer: &dyn Renderer,
+    scene: &Scene,
+    film: &mut Film,
+    range: &Range<u32>,
+    stops: &[u64],
+    path: &Path,
+) {
     let mut stops = stops.iter();
     while !film.has_exactly(range.end - range.start) {
         let left = AtomicU64::new(stops.next().copied().unwrap_or(u64::MAX));
-        let done = |_| left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok();
+        let done = |_| {
+            left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1))
+                .is_ok()
+        };
         let had = film.replications();
-        renderer.add(scene, film, range.start + had..range.end, &done).expect("rendered");
+        renderer
+            .add(scene, film, range.start + had..range.end, &done)
+            .expect("rendered");
         *film = through(path, film);
     }
 }
@@ -67,10 +110,21 @@ fn in_pieces(renderer: &dyn Renderer, scene: &Scene, film: &mut Film, range: &Ra
 #[test]
 fn what_was_stopped_goes_on_to_the_same_film() {
     let scene = simple::cornell().expect("a scene");
-    let sampling = |points| Sampling { pixel: Random, numbers: Numbers::Sobol(points), seed: master(), outlines: true };
+    let sampling = |points| Sampling {
+        pixel: Random,
+        numbers: Numbers::Sobol(points),
+        seed: master(),
+        outlines: true,
+    };
     let path = Paths::new(Standard, Strategy::Mis);
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
-        ("rays", Box::new(ByRays { estimator: path, sampling: sampling(2) })),
+        (
+            "rays",
+            Box::new(ByRays {
+                estimator: path,
+                sampling: sampling(2),
+            }),
+        ),
         // A pixel at a time.
         (
             "lanes",
@@ -80,13 +134,24 @@ fn what_was_stopped_goes_on_to_the_same_film() {
                 precision: Precision::Double,
             }),
         ),
-        ("passes", Box::new(ByPasses { estimator: Bdpt::new(Standard), numbers: Numbers::Sobol(4), seed: master() })),
+        (
+            "passes",
+            Box::new(ByPasses {
+                estimator: Bdpt::new(Standard),
+                numbers: Numbers::Sobol(4),
+                seed: master(),
+            }),
+        ),
     ];
     let range = 2..4;
     for (name, renderer) in &renderers {
         let empty = Film::new([4, 3], None, renderer.samples_per_replication()).expect("a film");
         let mut whole = empty.clone();
-        assert!(renderer.add(&scene, &mut whole, range.clone(), &|_| true).expect("rendered"));
+        assert!(
+            renderer
+                .add(&scene, &mut whole, range.clone(), &|_| true)
+                .expect("rendered")
+        );
         let path = file(&format!("unfinished-{name}.exr"));
         property(name, 8, &prop::collection::vec(0..6_u64, 0..5), |stops| {
             let mut film = empty.clone();
@@ -95,26 +160,42 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         });
         // What is only begun is no part of a whole.
         let mut begun = empty.clone();
-        assert!(!renderer.add(&scene, &mut begun, range.clone(), &|_| false).expect("stopped"));
+        assert!(
+            !renderer
+                .add(&scene, &mut begun, range.clone(), &|_| false)
+                .expect("stopped")
+        );
         assert!(!begun.has_exactly(2) && begun.replications() == 0);
         assert_eq!(whole.merge(&begun).is_err(), *name == "passes");
     }
 }
 
-/// Every byte changed, and every length: the same film, where the byte is none of it, or one line that says what is wrong.
+/// Every byte changed, and every length: the same film, where the byte is none of it, or one line
+/// that says what is wrong.
 #[test]
 fn damaged_files_are_refused() {
     let path = file("unfinished-damaged.exr");
     let scene = simple::cornell().expect("a scene");
     let mut film = Film::new([2, 1], None, 4).expect("a film");
-    let renderer = ByPasses { estimator: Bdpt::new(Standard), numbers: Numbers::Sobol(4), seed: 1 };
-    renderer.add(&scene, &mut film, 0..2, &|_| true).expect("rendered");
-    renderer.add(&scene, &mut film, 2..3, &|_| false).expect("stopped");
+    let renderer = ByPasses {
+        estimator: Bdpt::new(Standard),
+        numbers: Numbers::Sobol(4),
+        seed: 1,
+    };
+    renderer
+        .add(&scene, &mut film, 0..2, &|_| true)
+        .expect("rendered");
+    renderer
+        .add(&scene, &mut film, 2..3, &|_| false)
+        .expect("stopped");
     assert!(through(&path, &film) == film);
     let good = std::fs::read(&path).expect("a file");
     // Viewers and other programs see an image.
     let picture = decode(&path, &good, None, "--layer").expect("an image");
-    assert_eq!(picture.values[1][1], f64::from(film.pixel(1, 0).mean().y as f32));
+    assert_eq!(
+        picture.values[1][1],
+        f64::from(film.pixel(1, 0).mean().y as f32)
+    );
     let mut refused = 0;
     let mut check = |bytes: &[u8]| match decode_unfinished(bytes) {
         Ok(read) => assert!(read == (film.clone(), notes())),
@@ -133,5 +214,8 @@ fn damaged_files_are_refused() {
     }
     // All lengths, and most of the bytes.
     assert!(refused > 2 * good.len(), "{refused} of {}", 4 * good.len());
-    assert!(read_unfinished(Path::new("nowhere.exr")).is_err_and(|error| error.to_string().contains("nowhere")));
+    assert!(
+        read_unfinished(Path::new("nowhere.exr"))
+            .is_err_and(|error| error.to_string().contains("nowhere"))
+    );
 }

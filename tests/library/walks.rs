@@ -11,19 +11,41 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [29, 23];
 
 /// Every number that walks of these parts make.
-fn made<P: Walking + Photons + Bidirectional + Copy>(parts: P, scene: &Scene, pass: Pass) -> Vec<(String, Vec<DVec3>)> {
-    let image = |name: &str, image: Result<Vec<DVec3>, Error>| (name.to_owned(), image.expect("legal values"));
-    let ends = Bdpt { parts, connections: Connections::Ends };
+fn made<P: Walking + Photons + Bidirectional + Copy>(
+    parts: P,
+    scene: &Scene,
+    pass: Pass,
+) -> Vec<(String, Vec<DVec3>)> {
+    let image = |name: &str, image: Result<Vec<DVec3>, Error>| {
+        (name.to_owned(), image.expect("legal values"))
+    };
+    let ends = Bdpt {
+        parts,
+        connections: Connections::Ends,
+    };
     let mut all = vec![
-        image("light tracer", LightTracer { parts }.image(scene, FRAME, pass)),
+        image(
+            "light tracer",
+            LightTracer { parts }.image(scene, FRAME, pass),
+        ),
         image("bdpt", Bdpt::new(parts).image(scene, FRAME, pass)),
         image("bdpt by ends", ends.image(scene, FRAME, pass)),
-        image("sppm", Sppm { parts, particles: 700, radius: 0.3 }.image(scene, FRAME, pass)),
+        image(
+            "sppm",
+            Sppm {
+                parts,
+                particles: 700,
+                radius: 0.3,
+            }
+            .image(scene, FRAME, pass),
+        ),
     ];
     // More than a pilot has, and than a thread takes at a time.
     for kept in [Kept::All, Kept::Caustic] {
         let map = PhotonMap::new(&parts, scene, kept, 2500, pass).expect("a map");
-        let photons = map.photons().flat_map(|photon| [photon.normal, photon.from, photon.flux]);
+        let photons = map
+            .photons()
+            .flat_map(|photon| [photon.normal, photon.from, photon.flux]);
         all.push((format!("photons, {kept:?}"), photons.collect()));
     }
     all
@@ -33,12 +55,27 @@ fn made<P: Walking + Photons + Bidirectional + Copy>(parts: P, scene: &Scene, pa
 fn frosted() -> Scene {
     let mut s = SceneBuilder::new("frosted");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-    let frosted = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass { index: 1.5, alpha: 0.3 })));
-    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let frosted = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass {
+        index: 1.5,
+        alpha: 0.3,
+    })));
+    let grey = s.surface(Surface::new(Bsdf::Lambert {
+        albedo: DVec3::splat(0.5),
+    }));
     s.rectangle(DVec3::new(-0.5, -0.5, 2.0), [DVec3::Y, DVec3::X], light);
-    s.rectangle(DVec3::new(-2.0, -2.0, -1.0), [4.0 * DVec3::X, 4.0 * DVec3::Y], grey);
+    s.rectangle(
+        DVec3::new(-2.0, -2.0, -1.0),
+        [4.0 * DVec3::X, 4.0 * DVec3::Y],
+        grey,
+    );
     s.sphere(Sphere::new(DVec3::ZERO, 0.6), frosted);
-    s.build(Camera::new(DVec3::new(0.0, -3.0, 0.5), DVec3::ZERO, DVec3::Z, 0.8)).expect("a legal scene")
+    s.build(Camera::new(
+        DVec3::new(0.0, -3.0, 0.5),
+        DVec3::ZERO,
+        DVec3::Z,
+        0.8,
+    ))
+    .expect("a legal scene")
 }
 
 #[test]
@@ -46,9 +83,21 @@ fn walks_have_the_same_bits() {
     let mut lit = 0;
     for scene in scenes().into_iter().chain([frosted()]) {
         for (numbers, index) in [(Numbers::Independent, 3), (Numbers::Sobol(4), 6)] {
-            let pass = Pass { numbers, seed: seed_for(master(), "walks"), index };
-            for (together, alone) in made(Standard, &scene, pass).iter().zip(made(OneByOne, &scene, pass)) {
-                assert!(*together == alone, "{} by {}, {numbers:?}", scene.name(), alone.0);
+            let pass = Pass {
+                numbers,
+                seed: seed_for(master(), "walks"),
+                index,
+            };
+            for (together, alone) in made(Standard, &scene, pass)
+                .iter()
+                .zip(made(OneByOne, &scene, pass))
+            {
+                assert!(
+                    *together == alone,
+                    "{} by {}, {numbers:?}",
+                    scene.name(),
+                    alone.0
+                );
                 lit += usize::from(alone.1.iter().any(|value| value.max_element() > 0.0));
             }
         }
@@ -61,13 +110,21 @@ fn walks_have_the_same_bits() {
 #[test]
 fn bidirectional_images_are_those_of_each_pixel_alone() {
     let scene = report_room();
-    let pass = Pass { numbers: Numbers::Sobol(4), seed: master(), index: 2 };
+    let pass = Pass {
+        numbers: Numbers::Sobol(4),
+        seed: master(),
+        index: 2,
+    };
     for connections in [Connections::All, Connections::Ends] {
-        let bdpt = Bdpt { parts: Standard, connections };
+        let bdpt = Bdpt {
+            parts: Standard,
+            connections,
+        };
         let alone = Splats::new(FRAME);
         for pixel in 0..FRAME[0] * FRAME[1] {
             let place = [pixel % FRAME[0], pixel / FRAME[0]];
-            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel(pixel)).expect("legal values");
+            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel(pixel))
+                .expect("legal values");
         }
         let image = on_threads(1, || bdpt.image(&scene, FRAME, pass)).expect("legal values");
         assert!(image == alone.into_values(), "{connections:?}");
@@ -80,11 +137,17 @@ fn features_have_the_same_bits() {
     for scene in scenes().into_iter().chain([frosted()]) {
         let tracer = LightTracer { parts: Standard };
         let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
-        let sampling = Sampling { pixel: Random, numbers: Numbers::Independent, seed: master(), outlines: false };
+        let sampling = Sampling {
+            pixel: Random,
+            numbers: Numbers::Independent,
+            seed: master(),
+            outlines: false,
+        };
         let whitted = Whitted::new(LightRules::PHYSICAL);
         let alone = rendered(&scene, &whitted, FRAME, sampling, &[0..3]).expect("legal values");
         for (together, alone) in together.pixels().iter().zip(alone.pixels()) {
-            let [together, alone] = [together, alone].map(|pixel| format!("{:?}", pixel.features()));
+            let [together, alone] =
+                [together, alone].map(|pixel| format!("{:?}", pixel.features()));
             assert_eq!(together, alone, "{}", scene.name());
         }
     }

@@ -9,7 +9,11 @@ const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
 
 /// Closed convex meshes around the origin, with the half width of a cube inside.
 fn meshes() -> Vec<(Mesh, f64)> {
-    vec![(Mesh::cube(), 0.99), (Mesh::globe(13, 17), 0.5), (Mesh::room_shell().map(|v| v - DVec3::X), 1.0)]
+    vec![
+        (Mesh::cube(), 0.99),
+        (Mesh::globe(13, 17), 0.5),
+        (Mesh::room_shell().map(|v| v - DVec3::X), 1.0),
+    ]
 }
 
 /// The ray from a hit's surface into the half space that it was hit from.
@@ -33,7 +37,10 @@ fn rays_from_inside_meet_every_edge_and_vertex() {
                 let target = border(&mut rng, &mesh);
                 // Aimed as exactly as numbers allow: not normalised.
                 let exact = Ray::new(origin, target - origin);
-                assert!(scene.bvh().closest(&exact, f64::INFINITY).is_some(), "lost {exact:?}");
+                assert!(
+                    scene.bvh().closest(&exact, f64::INFINITY).is_some(),
+                    "lost {exact:?}"
+                );
                 let ray = Ray::new(origin, (target - origin).normalize());
                 assert!(scene.intersect(&ray).is_some(), "lost {ray:?}");
             }
@@ -75,7 +82,9 @@ fn rays_from_surfaces_do_not_hit_their_own_triangle() {
             let triangle = mesh.corners(mesh.triangles[i % mesh.triangles.len()]);
             let [u, v] = sampling::triangle(uniform2(&mut rng));
             let target = triangle_point(triangle, u, v);
-            let hit = scene.intersect(&Ray::new(DVec3::ZERO, target.normalize())).expect("inside");
+            let hit = scene
+                .intersect(&Ray::new(DVec3::ZERO, target.normalize()))
+                .expect("inside");
             let ray = onward(&scene, &hit, target, uniform_hemisphere(uniform2(&mut rng)));
             let next = scene.intersect(&ray).expect("inside");
             // Faces of a cube are flat: whoever leaves one meets another.
@@ -91,14 +100,25 @@ fn assert_closed(scene: &Scene, start: DVec3, bounces: u32, rng: &mut impl Rng) 
         if bounce % 50 == 0 {
             ray = Ray::new(start, unit_vector(rng));
         }
-        let hit = scene.intersect(&ray).unwrap_or_else(|| panic!("{}: lost {ray:?}", scene.name()));
-        ray = onward(scene, &hit, ray.direction, uniform_hemisphere(uniform2(rng)));
+        let hit = scene
+            .intersect(&ray)
+            .unwrap_or_else(|| panic!("{}: lost {ray:?}", scene.name()));
+        ray = onward(
+            scene,
+            &hit,
+            ray.direction,
+            uniform_hemisphere(uniform2(rng)),
+        );
     }
 }
 
 #[test]
 fn no_ray_leaves_the_closed_scenes() {
-    for scene in [room::diffuse(), simple::furnace_box(0.75), simple::cavity_cap(0.75, Cap::Black)] {
+    for scene in [
+        room::diffuse(),
+        simple::furnace_box(0.75),
+        simple::cavity_cap(0.75, Cap::Black),
+    ] {
         let scene = scene.expect("a valid scene");
         assert_closed(&scene, scene.camera().eye, 200_000, &mut rng(scene.name()));
     }

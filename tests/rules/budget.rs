@@ -13,8 +13,8 @@ use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_tri
 use crate::calibration;
 use crate::shares::{ENOUGH, OUTSIDE};
 
-/// Tests of identities with random arguments, by their calls for them in the sources of the tests: a
-/// share each.
+/// Tests of identities with random arguments, by their calls for them in the sources of the tests:
+/// a share each.
 fn identities(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).expect("the tests' sources");
     let count = |path: &Path| {
@@ -25,38 +25,57 @@ fn identities(folder: &Path) -> usize {
         let calls = |line: &&str| line.contains("property(") || line.contains(" rng(");
         text.lines().filter(calls).count()
     };
-    entries.map(|entry| count(&entry.expect("an entry").path())).sum()
+    entries
+        .map(|entry| count(&entry.expect("an entry").path()))
+        .sum()
 }
 
-/// The outcomes of a trial on its right subject. At the smallest scale they are as many as at any other.
+/// The outcomes of a trial on its right subject. At the smallest scale they are as many as at any
+/// other.
 fn outcomes(trial: &Trial) -> Vec<Outcome> {
     let context = Context::new(DEFAULT_SEED, *SCALES.start()).expect("a legal scale");
-    run_trial(trial, &context).into_iter().map(|row| row.outcome).collect()
+    run_trial(trial, &context)
+        .into_iter()
+        .map(|row| row.outcome)
+        .collect()
 }
 
-/// One share for each random outcome, as what is rejected and what is not concluded are one event where δ is the
-/// minimum detectable effect; and one for an identity that is tried on random arguments.
+/// One share for each random outcome, as what is rejected and what is not concluded are one event
+/// where δ is the minimum detectable effect; and one for an identity that is tried on random
+/// arguments.
 fn shares(outcomes: &[Outcome]) -> usize {
-    outcomes.iter().filter(|outcome| outcome.is_random()).count().max(1)
+    outcomes
+        .iter()
+        .filter(|outcome| outcome.is_random())
+        .count()
+        .max(1)
 }
 
-/// The registry, its equivalent mutants and everything outside it: no more than was divided by. Faults of
-/// the registry are held by the guard to a thousandth of a share each.
+/// The registry, its equivalent mutants and everything outside it: no more than was divided by.
+/// Faults of the registry are held by the guard to a thousandth of a share each.
 #[test]
 fn the_error_budget_is_kept() {
     let trials = all();
-    let found: BTreeMap<&str, Vec<Outcome>> =
-        trials.par_iter().map(|trial| (trial.name.as_str(), outcomes(trial))).collect();
+    let found: BTreeMap<&str, Vec<Outcome>> = trials
+        .par_iter()
+        .map(|trial| (trial.name.as_str(), outcomes(trial)))
+        .collect();
     let right: usize = found.values().map(|outcomes| shares(outcomes)).sum();
     let controls = trials.iter().flat_map(|trial| &trial.controls);
-    let rejections: usize = controls.map(|control| control.rejected_by.len().max(1)).sum();
+    let rejections: usize = controls
+        .map(|control| control.rejected_by.len().max(1))
+        .sum();
     let faults = (rejections as f64 * FAR_MISS / ALPHA).ceil() as usize;
     // A graded control of cells is no consequence of their verdict, on either side.
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();
-    let accepted: usize = equivalents().iter().map(|pair| shares(&found[pair.trial.as_str()])).sum();
+    let accepted: usize = equivalents()
+        .iter()
+        .map(|pair| shares(&found[pair.trial.as_str()]))
+        .sum();
     let enough: usize = ENOUGH.iter().map(|(.., times)| times).sum();
-    let elsewhere = OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + enough + calibration::assertions();
+    let elsewhere =
+        OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + enough + calibration::assertions();
     let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
     let used = right + faults + graded + accepted + elsewhere + identities;
     let table = format!(

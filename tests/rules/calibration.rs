@@ -1,5 +1,6 @@
-//! Error rates and power of the statistics, measured at a small size over replications with streams of
-//! their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong statistics are seen.
+//! Error rates and power of the statistics, measured at a small size over replications with streams
+//! of their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong
+//! statistics are seen.
 
 use rayon::prelude::*;
 use registry::statistics::{LEVEL, N, continuous, promises};
@@ -16,22 +17,34 @@ const REPLICATIONS: u32 = 2000;
 
 /// One result per replication, each with a stream of its own.
 fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
-    let context = Context::from_environment().expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE").named(name);
+    let context = Context::from_environment()
+        .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
+        .named(name);
     let seed = context.seed_of("replications");
-    (0..REPLICATIONS).into_par_iter().map(|i| run(&mut stream(seed, i, 0))).collect()
+    (0..REPLICATIONS)
+        .into_par_iter()
+        .map(|i| run(&mut stream(seed, i, 0)))
+        .collect()
 }
 
 /// Whether the guard is asked in this run.
 fn planned() -> bool {
-    Context::from_environment().expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE").is_planned()
+    Context::from_environment()
+        .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
+        .is_planned()
 }
 
 /// An effect of this size on a law or a rate is seen for certain with so many replications.
 const SEEN: f64 = 0.15;
 
-/// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard lets it through.
+/// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard lets it
+/// through.
 fn assert_holds(outcome: &Outcome) {
-    assert!(!planned() || may_not_hold(outcome).is_none(), "{:?}", may_not_hold(outcome));
+    assert!(
+        !planned() || may_not_hold(outcome).is_none(),
+        "{:?}",
+        may_not_hold(outcome)
+    );
     assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
 }
 
@@ -58,11 +71,20 @@ fn p_values_of_true_hypotheses_are_uniform() {
 #[test]
 fn statistics_that_only_promise_a_bound_keep_it() {
     for promise in promises() {
-        let found = rate(promise.name, &replicate(promise.name, promise.happened), promise.rate);
+        let found = rate(
+            promise.name,
+            &replicate(promise.name, promise.happened),
+            promise.rate,
+        );
         // Fewer are no fault: the upper side alone is tested, where an effect is seen as well.
         assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", promise.name);
         let p = binomial_sf(found.value as u64, found.n, promise.rate);
-        assert!(p >= ALPHA, "{}, at most {} claimed", found.worst, promise.rate);
+        assert!(
+            p >= ALPHA,
+            "{}, at most {} claimed",
+            found.worst,
+            promise.rate
+        );
     }
 }
 
@@ -83,7 +105,11 @@ fn power_of_the_t_test_is_what_is_stated() {
         let effect = (normal_upper(level / 2.0) - normal_upper(power)) * t.unit;
         let name = format!("power {power} of {} with {N} values", t.name);
         let rejected = replicate(&name, |rng| (t.run)(rng, effect).p < level);
-        assert_holds(&rate(&name, &rejected, normal_sf(normal_upper(level / 2.0) - effect / t.unit)));
+        assert_holds(&rate(
+            &name,
+            &rejected,
+            normal_sf(normal_upper(level / 2.0) - effect / t.unit),
+        ));
     }
 }
 
@@ -97,13 +123,18 @@ fn repeated(rng: &mut Stream) -> Outcome {
     mean("repeated", &values, 0.5, Claim::Exact { delta: 1.0 })
 }
 
-/// The negative control: no seed takes its rejection back. One share of the budget is enough for both.
+/// The negative control: no seed takes its rejection back. One share of the budget is enough for
+/// both.
 #[test]
 fn a_wrong_statistic_is_seen() {
     let law = uniformity("calibration of repeated values", repeated);
     let happened = replicate("rate of repeated values", |rng| repeated(rng).p < LEVEL);
     for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome}");
-        assert!(!planned() || may_hold(&outcome).is_none(), "{:?}", may_hold(&outcome));
+        assert!(
+            !planned() || may_hold(&outcome).is_none(),
+            "{:?}",
+            may_hold(&outcome)
+        );
     }
 }

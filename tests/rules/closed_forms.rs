@@ -42,7 +42,10 @@ fn hemispherical_reflectances() {
 /// Where α is 1 facets look everywhere alike, and of light from the normal 1 − ln 2 is reflected.
 #[test]
 fn the_roughest_metal_reflects_a_third() {
-    let metal = Ggx { reflectance: DVec3::ONE, alpha: 1.0 };
+    let metal = Ggx {
+        reflectance: DVec3::ONE,
+        alpha: 1.0,
+    };
     assert_abs_diff_eq!(reflected(metal, DVec3::Z), 1.0 - 2f64.ln(), epsilon = 1e-7);
 }
 
@@ -73,9 +76,17 @@ fn form_factors_of_squares() {
 fn rectangles_agree_with_lambert_and_with_quadrature() {
     let (a, b, c) = (1.3, 0.7, 0.9);
     let flat = [[0.0, 0.0], [0.0, b], [a, b], [a, 0.0]].map(|[x, y]| DVec3::new(x, y, c));
-    assert_abs_diff_eq!(parallel_corner(a, b, c), polygon(DVec3::Z, &flat), epsilon = 1e-14);
+    assert_abs_diff_eq!(
+        parallel_corner(a, b, c),
+        polygon(DVec3::Z, &flat),
+        epsilon = 1e-14
+    );
     let upright = [[0.0, 0.0], [0.0, a], [b, a], [b, 0.0]].map(|[y, z]| DVec3::new(c, y, z));
-    assert_abs_diff_eq!(upright_corner(a, b, c), polygon(DVec3::Z, &upright), epsilon = 1e-14);
+    assert_abs_diff_eq!(
+        upright_corner(a, b, c),
+        polygon(DVec3::Z, &upright),
+        epsilon = 1e-14
+    );
     let integrand = |p: DVec3| {
         let [y, z] = [b * p.x, a * p.y];
         c * z / (PI * (c * c + y * y + z * z).powi(2))

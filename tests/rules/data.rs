@@ -47,6 +47,10 @@ fn faults_are_many_and_break_every_equation() {
         faults.len()
     );
     for equation in equation::ALL {
-        assert!(faults.iter().any(|f| f.equation.id == equation.id), "no fault breaks {}", equation.id);
+        assert!(
+            faults.iter().any(|f| f.equation.id == equation.id),
+            "no fault breaks {}",
+            equation.id
+        );
     }
 }

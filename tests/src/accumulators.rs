@@ -1,5 +1,5 @@
-//! The estimator (16) itself: mean, variance and standard error of values that are known, merged from
-//! two parts, and of samples of which some are lost.
+//! The estimator (16) itself: mean, variance and standard error of values that are known, merged
+//! from two parts, and of samples of which some are lost.
 
 use whitefurnace::moments::{ExactMoments, Moments};
 
@@ -31,7 +31,11 @@ fn exact_summary(a: &[f64], b: &[f64]) -> [f64; 3] {
         return [f64::NAN; 3];
     }
     let n = (a.len() + b.len()) as u32;
-    [moments.mean(n), moments.variance(n), moments.standard_error(n)]
+    [
+        moments.mean(n),
+        moments.variance(n),
+        moments.standard_error(n),
+    ]
 }
 
 /// Two passes over all values: mean, then squares about it.
@@ -46,8 +50,8 @@ const SETS: u64 = 2_000;
 /// Film accumulators round values to 2⁻³²; the smallest of these variances is about 1e-3.
 const TOLERANCE: f64 = 1e-6;
 
-/// Sets of 4 to 42 values, some of them lost samples that count as 0. Two of each part are never lost, so that
-/// a fault that leaves the lost ones out has finite moments.
+/// Sets of 4 to 42 values, some of them lost samples that count as 0. Two of each part are never
+/// lost, so that a fault that leaves the lost ones out has finite moments.
 fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
     let mut rng = context.rng("values");
     let (mut worst, mut lost) = (0.0_f64, 0);
@@ -56,7 +60,11 @@ fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
             (0..2 + (20.0 * uniform(&mut rng)) as usize)
                 .map(|i| {
                     let keep = uniform(&mut rng) < 0.8;
-                    if keep || i < 2 { 1.0 + 2.0 * uniform(&mut rng) } else { 0.0 }
+                    if keep || i < 2 {
+                        1.0 + 2.0 * uniform(&mut rng)
+                    } else {
+                        0.0
+                    }
                 })
                 .collect()
         };
@@ -66,11 +74,21 @@ fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
         let [expected, found] = [two_passes(&all), summary(&a, &b)];
         for (e, f) in expected.iter().zip(found) {
             let error = (e - f).abs();
-            worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
+            worst = if error.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(error)
+            };
         }
     }
     let note = format!("{lost} lost samples among the values");
-    vec![Outcome::exact("mean, variance, standard error", SETS, worst, TOLERANCE, note)]
+    vec![Outcome::exact(
+        "mean, variance, standard error",
+        SETS,
+        worst,
+        TOLERANCE,
+        note,
+    )]
 }
 
 fn moments_of(a: &[f64], b: &[f64], keep: fn(f64) -> bool) -> Moments {
@@ -83,30 +101,48 @@ fn faults() -> Vec<Fault<Summary>> {
         fault(name, &ESTIMATOR, wrong, summary, caught_by)
     };
     vec![
-        fault("divided-by-n", "the variance is divided by n for n − 1", |a, b| {
-            let n = (a.len() + b.len()) as f64;
-            let [mean, variance, _] = summary(a, b);
-            let variance = variance * (n - 1.0) / n;
-            [mean, variance, (variance / n).sqrt()]
-        }),
-        fault("lost-renormalised", "the mean is divided by the samples that were not lost", |a, b| {
-            of(moments_of(a, b, |v| v != 0.0))
-        }),
-        fault("mean-of-means", "two parts of different size count alike", |a, b| {
-            let [_, variance, error] = summary(a, b);
-            let mean = 0.5 * (summary(a, &[])[0] + summary(b, &[])[0]);
-            [mean, variance, error]
-        }),
-        fault("merge-without-shift", "merging forgets the difference of the means", |a, b| {
-            let n = (a.len() + b.len()) as f64;
-            let squares = |v: &[f64]| two_passes(v)[1] * (v.len() as f64 - 1.0);
-            let variance = (squares(a) + squares(b)) / (n - 1.0);
-            [summary(a, b)[0], variance, (variance / n).sqrt()]
-        }),
-        fault("error-not-divided", "the standard deviation for the standard error", |a, b| {
-            let [mean, variance, _] = summary(a, b);
-            [mean, variance, variance.sqrt()]
-        }),
+        fault(
+            "divided-by-n",
+            "the variance is divided by n for n − 1",
+            |a, b| {
+                let n = (a.len() + b.len()) as f64;
+                let [mean, variance, _] = summary(a, b);
+                let variance = variance * (n - 1.0) / n;
+                [mean, variance, (variance / n).sqrt()]
+            },
+        ),
+        fault(
+            "lost-renormalised",
+            "the mean is divided by the samples that were not lost",
+            |a, b| of(moments_of(a, b, |v| v != 0.0)),
+        ),
+        fault(
+            "mean-of-means",
+            "two parts of different size count alike",
+            |a, b| {
+                let [_, variance, error] = summary(a, b);
+                let mean = 0.5 * (summary(a, &[])[0] + summary(b, &[])[0]);
+                [mean, variance, error]
+            },
+        ),
+        fault(
+            "merge-without-shift",
+            "merging forgets the difference of the means",
+            |a, b| {
+                let n = (a.len() + b.len()) as f64;
+                let squares = |v: &[f64]| two_passes(v)[1] * (v.len() as f64 - 1.0);
+                let variance = (squares(a) + squares(b)) / (n - 1.0);
+                [summary(a, b)[0], variance, (variance / n).sqrt()]
+            },
+        ),
+        fault(
+            "error-not-divided",
+            "the standard deviation for the standard error",
+            |a, b| {
+                let [mean, variance, _] = summary(a, b);
+                [mean, variance, variance.sqrt()]
+            },
+        ),
     ]
 }
 
@@ -121,8 +157,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             known_values,
         )],
         faults: faults(),
-        equivalents: vec![fault!("exact-moments", ESTIMATOR, "the film's integers in place of floating point",
-            = exact_summary as Summary, "accumulator/known-values")],
+        equivalents: vec![
+            fault!("exact-moments", ESTIMATOR, "the film's integers in place of floating point",
+            = exact_summary as Summary, "accumulator/known-values"),
+        ],
         ..Family::new("accumulator", summary as Summary)
     })]
 }

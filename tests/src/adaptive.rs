@@ -23,31 +23,41 @@ pub struct Adaptation {
     pub value: fn(&Pixel, &Pixel) -> DVec3,
 }
 
-const RIGHT: Adaptation =
-    Adaptation { pilot: adaptive::pilot, counts: adaptive::counts, value: |_, pixel| pixel.mean() };
+const RIGHT: Adaptation = Adaptation {
+    pilot: adaptive::pilot,
+    counts: adaptive::counts,
+    value: |_, pixel| pixel.mean(),
+};
 
 /// A row of pixels.
 const SIZE: [u32; 2] = [24, 1];
 /// Samples of a replication, in the mean.
 const SAMPLES: u32 = 4;
 
-/// Which pixel a ray passes, from the left. The camera of [`nothing`] looks along y at pixels of side 1 at distance 1.
+/// Which pixel a ray passes, from the left. The camera of [`nothing`] looks along y at pixels of
+/// side 1 at distance 1.
 fn column(ray: &Ray) -> f64 {
     (ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0])).floor()
 }
 
 /// An empty scene.
 fn nothing() -> Arc<Scene> {
-    seen_by(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])), "nothing", |_| {})
+    seen_by(
+        Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])),
+        "nothing",
+        |_| {},
+    )
 }
 
-/// Noise, the brighter the more: light that one sample of sixteen finds in the first channel, an even number in the second.
+/// Noise, the brighter the more: light that one sample of sixteen finds in the first channel, an
+/// even number in the second.
 struct Noise;
 
 impl Estimator for Noise {
     fn radiance<R: Sampler>(&self, _: &Scene, ray: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
         let [rare, even] = uniform2(rng);
-        brightness(column(ray)) * DVec3::new(if rare < 0.0625 { 16.0 } else { 0.0 }, 2.0 * even, 0.0)
+        brightness(column(ray))
+            * DVec3::new(if rare < 0.0625 { 16.0 } else { 0.0 }, 2.0 * even, 0.0)
     }
 }
 
@@ -69,7 +79,12 @@ fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome>
     means(about, context.n(IMAGES), || {
         let seed = seeds.next_u64();
         let numbers = Numbers::Sobol(SAMPLES);
-        let sampling = Sampling { pixel: PixelSampling::Random, numbers, seed, outlines: false };
+        let sampling = Sampling {
+            pixel: PixelSampling::Random,
+            numbers,
+            seed,
+            outlines: false,
+        };
         image(scene, sampling, subject).unwrap_or([f64::NAN; 2])
     })
 }
@@ -81,12 +96,24 @@ fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64;
         if let Some(counts) = counts {
             film.set_sample_counts(counts);
         }
-        render(scene, &Noise, sampling, &mut film, &(0..REPLICATIONS), &|_| true).ok()?;
+        render(
+            scene,
+            &Noise,
+            sampling,
+            &mut film,
+            &(0..REPLICATIONS),
+            &|_| true,
+        )
+        .ok()?;
         Some(film)
     };
     let pilot = rendered((subject.pilot)(sampling, REPLICATIONS), None)?;
     let film = rendered(sampling, Some((subject.counts)(&pilot, SAMPLES)))?;
-    let values = pilot.pixels().iter().zip(film.pixels()).map(|(pilot, own)| (subject.value)(pilot, own));
+    let values = pilot
+        .pixels()
+        .iter()
+        .zip(film.pixels())
+        .map(|(pilot, own)| (subject.value)(pilot, own));
     let mean = values.sum::<DVec3>() / f64::from(SIZE[0]);
     Some([mean.x, mean.y])
 }

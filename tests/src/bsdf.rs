@@ -31,7 +31,8 @@ pub(super) use at_every_angle;
 
 const RHO: f64 = 0.75;
 const SIGMA: f64 = 0.5;
-/// The largest directional albedo of correct Oren-Nayar with ρ = 1 (at σ = 0.1985, grazing) is 1.01518.
+/// The largest directional albedo of correct Oren-Nayar with ρ = 1 (at σ = 0.1985, grazing) is
+/// 1.01518.
 const OREN_NAYAR_BOUND: f64 = 1.0152;
 
 fn oren_nayar(form: OrenNayarForm) -> Bsdf {
@@ -59,7 +60,11 @@ fn uniform_sampled(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
 
 fn first_channel(sample: bsdf::BsdfSample) -> SampledDirection {
     let pdf = sample.pdf.unwrap_or(f64::NAN);
-    SampledDirection { wi: sample.direction, weight: sample.weight.x, pdf }
+    SampledDirection {
+        wi: sample.direction,
+        weight: sample.weight.x,
+        pdf,
+    }
 }
 
 /// Directional albedo of correct Oren-Nayar, ρ = 1: A + (2B/π)[sin t (t − sin t cos t)/2 +
@@ -79,21 +84,28 @@ fn inclination(wo: DVec3) -> f64 {
     wo.x.hypot(wo.y).atan2(wo.z)
 }
 
-/// The largest error of an integral over the hemisphere against what it should be, over two parameters of a model
-/// and three inclinations of wo in degrees.
+/// The largest error of an integral over the hemisphere against what it should be, over two
+/// parameters of a model and three inclinations of wo in degrees.
 pub(super) fn integrals(
     name: &str,
     (symbol, parameters, angles): (&str, [f64; 2], [f64; 3]),
     f: impl Fn(f64, DVec3, DVec3) -> f64,
     known: impl Fn(f64, DVec3) -> f64,
 ) -> Vec<Outcome> {
-    let cases = parameters.into_iter().flat_map(|parameter| angles.map(|degrees| (parameter, degrees)));
+    let cases = parameters
+        .into_iter()
+        .flat_map(|parameter| angles.map(|degrees| (parameter, degrees)));
     let errors = cases.map(|(parameter, degrees)| {
         let wo = from_spherical(degrees.to_radians(), 0.0);
-        let found = Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &|w| f(parameter, wo, w)).value;
+        let found = Domain::Hemisphere
+            .integrate_all(MASS_TOLERANCE, &|w| f(parameter, wo, w))
+            .value;
         let error = (found - known(parameter, wo)).abs();
         let error = if error.is_nan() { f64::INFINITY } else { error };
-        (error, format!("{found:.9} at {symbol} = {parameter}, {degrees} degrees"))
+        (
+            error,
+            format!("{found:.9} at {symbol} = {parameter}, {degrees} degrees"),
+        )
     });
     let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
     let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
@@ -111,8 +123,8 @@ fn oren_nayar_check(
     form: OrenNayarForm,
     albedo: fn(OrenNayar, f64) -> f64,
 ) -> Vec<Outcome> {
-    let subject =
-        as_rendered(parts, oren_nayar(form)).albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
+    let subject = as_rendered(parts, oren_nayar(form))
+        .albedo(move |wo| RHO * albedo(OrenNayar::new(SIGMA), inclination(wo)));
     check_up(&subject, &CheckUp::default(), context)
 }
 
@@ -124,7 +136,10 @@ pub(super) fn squared(normal: DVec3, direction: DVec3) -> f64 {
 /// (14) as printed with 0.57 for 0.33 in A.
 fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
     let s2 = SIGMA * SIGMA;
-    let constants = OrenNayar { a: 1.0 - s2 / (2.0 * (s2 + 0.57)), ..OrenNayar::new(SIGMA) };
+    let constants = OrenNayar {
+        a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
+        ..OrenNayar::new(SIGMA)
+    };
     RHO * FRAC_1_PI * bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
@@ -132,17 +147,34 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
     // At so many inclinations all weights are the same, and no chance is in the furnace.
     let own = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
         let subject = "bsdf::Scattering::sample_rough, sample_uniform";
-        trial(format!("bsdf/{name}"), property, equation, [subject, "BSDF check-up"], on)
+        trial(
+            format!("bsdf/{name}"),
+            property,
+            equation,
+            [subject, "BSDF check-up"],
+            on,
+        )
     };
     vec![
-        own("lambert", "Lambert passes the check-up and its directional albedo is ρ", &LAMBERT, |c, parts| {
-            lambert_check(c, as_rendered(parts, lambert(RHO)), &CheckUp::default())
-        }),
-        own("cosine", "f_r, not f_r cos θ, is what eval returns and what is reciprocal", &COSINE, |c, parts| {
-            // Twice the usual size: relative standard deviation 1/√3.
-            let size = CheckUp { samples: 2 * CheckUp::default().samples, ..CheckUp::default() };
-            lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)
-        }),
+        own(
+            "lambert",
+            "Lambert passes the check-up and its directional albedo is ρ",
+            &LAMBERT,
+            |c, parts| lambert_check(c, as_rendered(parts, lambert(RHO)), &CheckUp::default()),
+        ),
+        own(
+            "cosine",
+            "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
+            &COSINE,
+            |c, parts| {
+                // Twice the usual size: relative standard deviation 1/√3.
+                let size = CheckUp {
+                    samples: 2 * CheckUp::default().samples,
+                    ..CheckUp::default()
+                };
+                lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)
+            },
+        ),
         own(
             "oren-nayar",
             "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
@@ -153,7 +185,9 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
             "oren-nayar-printed",
             "the printed form has its own closed-form albedo: it is not Oren-Nayar",
             &OREN_NAYAR_CONSTANTS,
-            |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo),
+            |c, parts| {
+                oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)
+            },
         ),
     ]
 }
@@ -192,5 +226,9 @@ fn faults() -> Vec<Fault<PartTable>> {
 
 /// The diffuse models.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("bsdf", CORRECT) })]
+    vec![Box::new(Family {
+        trials: trials(),
+        faults: faults(),
+        ..Family::new("bsdf", CORRECT)
+    })]
 }

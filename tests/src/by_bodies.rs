@@ -1,4 +1,5 @@
-//! Shadow rays by way of one mirror or glass body: the radiance in a closed furnace is the same whatever stands in it.
+//! Shadow rays by way of one mirror or glass body: the radiance in a closed furnace is the same
+//! whatever stands in it.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -31,7 +32,11 @@ fn furnace_with(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene>
 fn with_glass() -> Arc<Scene> {
     furnace_with("furnace with glass", |s| {
         for (x, radius, index) in [(-0.65, 0.2, 1.5), (0.65, 0.3, 2.0)] {
-            ball(s, Sphere::new(DVec3::new(x, 0.1, 0.2), radius), Surface::new(Bsdf::Glass { index }));
+            ball(
+                s,
+                Sphere::new(DVec3::new(x, 0.1, 0.2), radius),
+                Surface::new(Bsdf::Glass { index }),
+            );
         }
     })
 }
@@ -39,22 +44,38 @@ fn with_glass() -> Arc<Scene> {
 /// A ball and a box of mirrors.
 fn with_mirrors() -> Arc<Scene> {
     furnace_with("furnace with mirrors", |s| {
-        ball(s, Sphere::new(DVec3::new(0.1, -0.7, 0.0), 0.2), Surface::new(mirror(1.0)));
+        ball(
+            s,
+            Sphere::new(DVec3::new(0.1, -0.7, 0.0), 0.2),
+            Surface::new(mirror(1.0)),
+        );
         let [a, b] = [DVec3::new(0.2, 0.1, 0.0), DVec3::new(-0.05, 0.1, 0.2)];
         let surface = s.surface(Surface::new(mirror(1.0)));
         for z in [-0.65, 0.55] {
-            s.rectangle(DVec3::new(0.0, 0.0, z), if z < 0.0 { [a, b] } else { [b, a] }, surface);
+            s.rectangle(
+                DVec3::new(0.0, 0.0, z),
+                if z < 0.0 { [a, b] } else { [b, a] },
+                surface,
+            );
         }
     })
 }
 
-/// A ball of glass over a small patch at the origin, from where its centre is 1.3 radii away, and a cap of the sphere of
-/// two radii around the ball, which lights the patch through the ball alone.
+/// A ball of glass over a small patch at the origin, from where its centre is 1.3 radii away, and a
+/// cap of the sphere of two radii around the ball, which lights the patch through the ball alone.
 pub(super) fn add_lens(s: &mut SceneBuilder) {
     square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
     ball(s, lens(), Surface::new(GLASS));
     let zone = [ABOVE * CAP.cos(), f64::INFINITY];
-    ball(s, Sphere { zone, inward: true, ..Sphere::new(lens().centre, ABOVE) }, light(LIGHT));
+    ball(
+        s,
+        Sphere {
+            zone,
+            inward: true,
+            ..Sphere::new(lens().centre, ABOVE)
+        },
+        light(LIGHT),
+    );
 }
 
 /// Where this ball is.
@@ -67,9 +88,9 @@ const BELOW: f64 = 1.3;
 const ABOVE: f64 = 2.0;
 const CAP: f64 = 0.4;
 
-/// What of the radiance of the cap the patch has as irradiance, over π: the sum over angles of incidence at the ball, and
-/// over these numbers of reflections within it, of what arrives from the cap. The cap lies where light ends that is turned by
-/// less than its angle.
+/// What of the radiance of the cap the patch has as irradiance, over π: the sum over angles of
+/// incidence at the ball, and over these numbers of reflections within it, of what arrives from the
+/// cap. The cap lies where light ends that is turned by less than its angle.
 fn through_lens(reflections: Range<i32>) -> f64 {
     const STEPS: u32 = 200_000;
     let arriving = |i: u32| {
@@ -93,21 +114,37 @@ fn through_lens(reflections: Range<i32>) -> f64 {
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let level = 1.0 / (1.0 - ALBEDO);
     let furnace = |name, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
-        let property = format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
-        radiance(name, equation, (scene, kind, ray)).says(property).is((level, BOUNCES), samples)
+        let property =
+            format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
+        radiance(name, equation, (scene, kind, ray))
+            .says(property)
+            .is((level, BOUNCES), samples)
     };
-    let (glass, mirrors, lens) = (with_glass(), with_mirrors(), scene("under a lens", add_lens));
-    let [lit, straight] = [0..12, 0..1].map(|reflections| FLOOR * LIGHT * through_lens(reflections));
+    let (glass, mirrors, lens) = (
+        with_glass(),
+        with_mirrors(),
+        scene("under a lens", add_lens),
+    );
+    let [lit, straight] =
+        [0..12, 0..1].map(|reflections| FLOOR * LIGHT * through_lens(reflections));
     vec![
-        radiance("irradiance/by-bodies/lens", &SPECULAR_ANGLE, (&lens, BY_BODIES, near_origin))
-            .says(format!("a patch reflects {lit:.6} of a light that it sees through a ball of glass only"))
-            .by_points((lit, BOUNCES), 140_000),
+        radiance(
+            "irradiance/by-bodies/lens",
+            &SPECULAR_ANGLE,
+            (&lens, BY_BODIES, near_origin),
+        )
+        .says(format!(
+            "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
+        ))
+        .by_points((lit, BOUNCES), 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
             (&lens, EstimatorKind::PathWithin(4), near_origin),
         )
-        .says(format!("without reflections within the ball it reflects {straight:.6}"))
+        .says(format!(
+            "without reflections within the ball it reflects {straight:.6}"
+        ))
         .by_points((straight, BOUNCES), 140_000),
         furnace(
             "furnace/by-bodies/glass",

@@ -1,25 +1,33 @@
-//! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray finds it:
-//! whole estimators count it once.
+//! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray
+//! finds it: whole estimators count it once.
 
 use crate::by_bodies::BY_BODIES;
 use crate::fresnel::walsh;
 use crate::glass::{GLASS, INDEX};
 use crate::irradiance::reflected;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, corners, lambert, light, mirror, polygon_irradiance, scene, square};
+use crate::scenes::{
+    FLOOR, LIGHT, corners, lambert, light, mirror, polygon_irradiance, scene, square,
+};
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
 /// From the eye to the patch, to the mirror or glass, to the light.
 const REPORT: EstimatorKind = EstimatorKind::Report(3);
 
-/// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a mirror
-/// only. The patch is so small that its own image is 1e-6 of the light.
+/// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a
+/// mirror only. The patch is so small that its own image is 1e-6 of the light.
 fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
         square(s, -0.2 * DVec3::Z, 6.0, true, light(LIGHT));
-        square(s, 0.4 * DVec3::Z, 50.0, false, Surface::new(mirror(REFLECTANCE)));
+        square(
+            s,
+            0.4 * DVec3::Z,
+            50.0,
+            false,
+            Surface::new(mirror(REFLECTANCE)),
+        );
     })
 }
 
@@ -40,18 +48,58 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let glass = light_in_glass();
     // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
-    let family_trial = |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
-        let property = format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-        radiance(name, equation, (scene, kind, near_origin)).says(property).by_points((*reference, SINGLE), n)
-    };
+    let family_trial =
+        |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
+            let property =
+                format!("a patch reflects {reference:.6} of a light that it sees {how} only");
+            radiance(name, equation, (scene, kind, near_origin))
+                .says(property)
+                .by_points((*reference, SINGLE), n)
+        };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);
     vec![
-        family_trial("irradiance/after-mirror/light", &mirror, LIGHT_ANGLE, &MIS, 73_000),
-        family_trial("irradiance/after-mirror/mis", &mirror, MIS_ANGLE, &MIS, 73_000),
-        family_trial("irradiance/after-mirror/by-bodies", &mirror, BY_BODIES, &SPECULAR_SPREAD, 59_000),
-        family_trial("irradiance/after-mirror/report", &mirror, REPORT, &RENDERING, 11_000),
-        family_trial("irradiance/after-glass/mis", &glass, MIS_ANGLE, &REFRACTION, 140_000),
-        family_trial("irradiance/after-glass/report", &glass, REPORT, &RENDERING, 90_000),
+        family_trial(
+            "irradiance/after-mirror/light",
+            &mirror,
+            LIGHT_ANGLE,
+            &MIS,
+            73_000,
+        ),
+        family_trial(
+            "irradiance/after-mirror/mis",
+            &mirror,
+            MIS_ANGLE,
+            &MIS,
+            73_000,
+        ),
+        family_trial(
+            "irradiance/after-mirror/by-bodies",
+            &mirror,
+            BY_BODIES,
+            &SPECULAR_SPREAD,
+            59_000,
+        ),
+        family_trial(
+            "irradiance/after-mirror/report",
+            &mirror,
+            REPORT,
+            &RENDERING,
+            11_000,
+        ),
+        family_trial(
+            "irradiance/after-glass/mis",
+            &glass,
+            MIS_ANGLE,
+            &REFRACTION,
+            140_000,
+        ),
+        family_trial(
+            "irradiance/after-glass/report",
+            &glass,
+            REPORT,
+            &RENDERING,
+            90_000,
+        ),
     ]
 }

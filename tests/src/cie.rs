@@ -1,13 +1,13 @@
 //! Rooms in the manner of CIE 171:2006 (test cases to assess the accuracy of lighting computer
-//! programs), with closed forms derived here: a luminous rectangle over a floor and beside a wall, a roof
-//! opening and a window under a uniform sky, an obstruction before the window. The CIE overcast
-//! sky is in the module `sky`.
+//! programs), with closed forms derived here: a luminous rectangle over a floor and beside a wall,
+//! a roof opening and a window under a uniform sky, an obstruction before the window. The CIE
+//! overcast sky is in the module `sky`.
 
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, panel, scene};
 
-/// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner is
-/// on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.
+/// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner
+/// is on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.
 pub fn parallel_corner(a: f64, b: f64, c: f64) -> f64 {
     let part = |a: f64, b: f64| {
         let r = a.hypot(c);
@@ -16,16 +16,16 @@ pub fn parallel_corner(a: f64, b: f64, c: f64) -> f64 {
     (part(a, b) + part(b, a)) / TAU
 }
 
-/// F from a point to an upright rectangle of width `b` and height `a` that stands in the point's own
-/// plane at distance `c`, its lower corner at the foot of the perpendicular:
-/// ∫∫ cz/(π(c² + y² + z²)²) dy dz by elementary steps.
+/// F from a point to an upright rectangle of width `b` and height `a` that stands in the point's
+/// own plane at distance `c`, its lower corner at the foot of the perpendicular: ∫∫ cz/(π(c² + y² +
+/// z²)²) dy dz by elementary steps.
 pub fn upright_corner(a: f64, b: f64, c: f64) -> f64 {
     let r = a.hypot(c);
     ((b / c).atan() - c / r * (b / r).atan()) / TAU
 }
 
-/// Of a quantity for rectangles with a corner at the foot, that for a rectangle anywhere: x and y are the
-/// ranges of its sides. Odd in each side.
+/// Of a quantity for rectangles with a corner at the foot, that for a rectangle anywhere: x and y
+/// are the ranges of its sides. Odd in each side.
 fn anywhere([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], corner: impl Fn(f64, f64) -> f64) -> f64 {
     let odd = |x: f64, y: f64| corner(x.abs(), y.abs()) * x.signum() * y.signum();
     odd(x1, y1) - odd(x0, y1) - odd(x1, y0) + odd(x0, y0)
@@ -69,15 +69,20 @@ fn sheet(s: &mut SceneBuilder, height: f64) {
         ([HALF, -HALF], [rest, 2.0 * HALF]),
     ] {
         let corner = DVec3::new(corner[0], corner[1], height);
-        panel(s, corner, [x * DVec3::X, y * DVec3::Y], Surface::new(Bsdf::Black));
+        panel(
+            s,
+            corner,
+            [x * DVec3::X, y * DVec3::Y],
+            Surface::new(Bsdf::Black),
+        );
     }
 }
 
 /// How far over the floor the obstruction is, and up to which x it reaches.
 const OBSTRUCTION: [f64; 2] = [4.0, -3.0];
 
-/// A floor below a roof with a square opening under a sky of radiance 1; beyond the opening a black half
-/// plane, if `obstructed`.
+/// A floor below a roof with a square opening under a sky of radiance 1; beyond the opening a black
+/// half plane, if `obstructed`.
 fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
     scene(name, |s| {
         s.background(DVec3::ONE);
@@ -86,7 +91,12 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
         if obstructed {
             let [height, edge] = OBSTRUCTION;
             let corner = DVec3::new(-100.0, -100.0, height);
-            panel(s, corner, [(edge + 100.0) * DVec3::X, 200.0 * DVec3::Y], Surface::new(Bsdf::Black));
+            panel(
+                s,
+                corner,
+                [(edge + 100.0) * DVec3::X, 200.0 * DVec3::Y],
+                Surface::new(Bsdf::Black),
+            );
         }
     })
 }
@@ -96,7 +106,9 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         let probe = (scene, EstimatorKind::Path, ray);
-        radiance(name, &GEOMETRY, probe).says(property).by_points((reference, SINGLE), n)
+        radiance(name, &GEOMETRY, probe)
+            .says(property)
+            .by_points((reference, SINGLE), n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
@@ -108,16 +120,26 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(
             "cie/panel-floor",
             "a luminous rectangle over a floor",
-            &lit("luminous panel over a floor", DVec3::new(0.0, -4.0, 0.0), [4.0 * DVec3::X, 8.0 * DVec3::Y]),
+            &lit(
+                "luminous panel over a floor",
+                DVec3::new(0.0, -4.0, 0.0),
+                [4.0 * DVec3::X, 8.0 * DVec3::Y],
+            ),
             |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
             LIGHT,
-            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| parallel_corner(a, b, CEILING)),
+            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
+                parallel_corner(a, b, CEILING)
+            }),
             83_000,
         ),
         family_trial(
             "cie/panel-wall",
             "a luminous rectangle beside a wall",
-            &lit("luminous panel beside a wall", DVec3::new(0.0, -4.0, 0.0), [8.0 * DVec3::Y, CEILING * DVec3::Z]),
+            &lit(
+                "luminous panel beside a wall",
+                DVec3::new(0.0, -4.0, 0.0),
+                [8.0 * DVec3::Y, CEILING * DVec3::Z],
+            ),
             |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
             anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),

@@ -4,7 +4,9 @@
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
+};
 
 use crate::hemisphere::Method;
 use crate::prelude::*;
@@ -17,11 +19,12 @@ const EDGE_SAMPLES: u64 = 8_000_000;
 const GROUPS: u64 = 2 * NEARLY_SYMMETRIC;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
-/// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small and
-/// large N, which moves the slope by up to 0.005.
+/// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small
+/// and large N, which moves the slope by up to 0.005.
 const SLOPE_MARGIN: f64 = 0.05;
 
-/// Incoming radiance, its mean over cos θ/π, and the variances of (16) with uniform and cosine samples.
+/// Incoming radiance, its mean over cos θ/π, and the variances of (16) with uniform and cosine
+/// samples.
 #[derive(Clone, Copy)]
 pub struct Profile {
     /// Its name.
@@ -46,14 +49,50 @@ impl Profile {
 
 /// By ∫ over cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c dc − m².
 pub const PROFILES: [Profile; 4] = [
-    profile("cos", |w| w.z, 2.0 / 3.0, 4.0 / 5.0 - 4.0 / 9.0, 1.0 / 2.0 - 4.0 / 9.0),
-    profile("1-cos", |w| 1.0 - w.z, 1.0 / 3.0, 2.0 / 15.0 - 1.0 / 9.0, 1.0 / 6.0 - 1.0 / 9.0),
-    profile("cos2", |w| w.z * w.z, 1.0 / 2.0, 4.0 / 7.0 - 1.0 / 4.0, 1.0 / 3.0 - 1.0 / 4.0),
-    profile("cap", |w| if w.z > 0.9 { 1.0 } else { 0.0 }, 0.19, 4.0 / 3.0 * (1.0 - 0.729) - 0.0361, 0.19 - 0.0361),
+    profile(
+        "cos",
+        |w| w.z,
+        2.0 / 3.0,
+        4.0 / 5.0 - 4.0 / 9.0,
+        1.0 / 2.0 - 4.0 / 9.0,
+    ),
+    profile(
+        "1-cos",
+        |w| 1.0 - w.z,
+        1.0 / 3.0,
+        2.0 / 15.0 - 1.0 / 9.0,
+        1.0 / 6.0 - 1.0 / 9.0,
+    ),
+    profile(
+        "cos2",
+        |w| w.z * w.z,
+        1.0 / 2.0,
+        4.0 / 7.0 - 1.0 / 4.0,
+        1.0 / 3.0 - 1.0 / 4.0,
+    ),
+    profile(
+        "cap",
+        |w| if w.z > 0.9 { 1.0 } else { 0.0 },
+        0.19,
+        4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
+        0.19 - 0.0361,
+    ),
 ];
 
-const fn profile(name: &'static str, radiance: fn(DVec3) -> f64, mean: f64, uniform: f64, cosine: f64) -> Profile {
-    Profile { name, radiance, mean, uniform, cosine }
+const fn profile(
+    name: &'static str,
+    radiance: fn(DVec3) -> f64,
+    mean: f64,
+    uniform: f64,
+    cosine: f64,
+) -> Profile {
+    Profile {
+        name,
+        radiance,
+        mean,
+        uniform,
+        cosine,
+    }
 }
 
 /// Uniform directions and their pdf.
@@ -78,11 +117,13 @@ fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcom
     )]
 }
 
-/// The squared error of a pixel whose part left of x = c is bright, c uniform in [0, 1): its coverage
-/// is c.
+/// The squared error of a pixel whose part left of x = c is bright, c uniform in [0, 1): its
+/// coverage is c.
 pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
     let c = uniform(rng);
-    let bright = (0..samples).filter(|&i| strategy.position(i, uniform2(rng))[0] < c).count();
+    let bright = (0..samples)
+        .filter(|&i| strategy.position(i, uniform2(rng))[0] < c)
+        .count();
     (bright as f64 / f64::from(samples) - c).powi(2)
 }
 
@@ -91,27 +132,44 @@ pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) ->
 fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outcome> {
     let mut rng = context.rng("edge");
     let value = || squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE);
-    vec![mean_of("mean squared error", (reference, VARIANCE_DELTA), context.n(EDGE_SAMPLES), value)]
+    vec![mean_of(
+        "mean squared error",
+        (reference, VARIANCE_DELTA),
+        context.n(EDGE_SAMPLES),
+        value,
+    )]
 }
 
 /// n of the trials of one size.
 const EDGE_SIDE: u32 = 4;
 
 /// The slope of ln(mean squared error) against ln N, N = n² samples, n = 1 to 16.
-fn edge_slope(context: &Context, strategy: fn(u32) -> PixelSampling, reference: f64) -> Vec<Outcome> {
+fn edge_slope(
+    context: &Context,
+    strategy: fn(u32) -> PixelSampling,
+    reference: f64,
+) -> Vec<Outcome> {
     const SIDES: [u32; 5] = [1, 2, 4, 8, 16];
     let mut rng = context.rng("slope");
     let groups: Vec<Vec<f64>> = (0..context.n(GROUPS))
         .map(|_| {
             let error = |n: u32| {
-                let sum: f64 = (0..REPLICATIONS).map(|_| squared_error(&mut rng, strategy(n), n * n)).sum();
+                let sum: f64 = (0..REPLICATIONS)
+                    .map(|_| squared_error(&mut rng, strategy(n), n * n))
+                    .sum();
                 sum / f64::from(REPLICATIONS)
             };
             SIDES.map(error).to_vec()
         })
         .collect();
     let sizes = SIDES.map(|n| f64::from(n * n));
-    vec![slope("slope of the error", &sizes, &groups, reference, SLOPE_MARGIN)]
+    vec![slope(
+        "slope of the error",
+        &sizes,
+        &groups,
+        reference,
+        SLOPE_MARGIN,
+    )]
 }
 
 fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
@@ -120,7 +178,10 @@ fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
         format!("convergence/ratio-{}", profile.name),
         format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
         &COSINE_HEMISPHERE,
-        ["sampling::uniform_hemisphere, sampling::cosine_hemisphere", "variance ratio"],
+        [
+            "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
+            "variance ratio",
+        ],
         move |c, methods| ratio(c, profile, methods),
     )
 }
@@ -140,7 +201,11 @@ fn ratios() -> Family<[Method; 2]> {
 type Strategy = fn(u32) -> PixelSampling;
 
 fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTrial<Strategy>> {
-    let equation = if name == "grid" { &SUPERSAMPLING } else { &RANDOMISATION };
+    let equation = if name == "grid" {
+        &SUPERSAMPLING
+    } else {
+        &RANDOMISATION
+    };
     let subject = "pixel::PixelSampling::position";
     vec![
         trial(
@@ -179,8 +244,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         }),
         Box::new(Family {
             trials: trials("random", 1.0 / 96.0, -1.0),
-            faults: vec![fault!("jitter", RANDOMISATION, "one random point in each sub-pixel",
-                = PixelSampling::Jitter, "convergence/random-error", "convergence/random-slope")],
+            faults: vec![
+                fault!("jitter", RANDOMISATION, "one random point in each sub-pixel",
+                = PixelSampling::Jitter, "convergence/random-error", "convergence/random-slope"),
+            ],
             ..Family::new("random", RANDOM)
         }),
         Box::new(Family {

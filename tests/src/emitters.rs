@@ -25,7 +25,13 @@ fn on(shape: EmitterShape, random: [f64; 2]) -> DVec3 {
 }
 
 fn unit_square(random: [f64; 2]) -> DVec3 {
-    on(EmitterShape::Rectangle { corner: DVec3::ZERO, edges: [DVec3::X, DVec3::Y] }, random)
+    on(
+        EmitterShape::Rectangle {
+            corner: DVec3::ZERO,
+            edges: [DVec3::X, DVec3::Y],
+        },
+        random,
+    )
 }
 
 const CORRECT: Points = Points {
@@ -42,20 +48,38 @@ const SAMPLES: u64 = 5_600_000;
 fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
     let mut rng = context.rng("cells");
     let partition = Partition::equal(domain, 3, 4);
-    vec![sampler_against_partition("cells of equal area", &partition, context.n(SAMPLES), || {
-        Some(map(uniform2(&mut rng)))
-    })]
+    vec![sampler_against_partition(
+        "cells of equal area",
+        &partition,
+        context.n(SAMPLES),
+        || Some(map(uniform2(&mut rng))),
+    )]
 }
 
 fn trials() -> Vec<FamilyTrial<Points>> {
     let own = |name: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
         let property = format!("points of a {name} are uniform in area");
-        trial(format!("emitter/{name}"), property, equation, [subject, "chi-square"], on)
+        trial(
+            format!("emitter/{name}"),
+            property,
+            equation,
+            [subject, "chi-square"],
+            on,
+        )
     };
     vec![
-        own("triangle", &TRIANGLE_POINT, "sampling::triangle", |c, p| cells(c, Domain::Triangle, p.triangle)),
-        own("rectangle", &GEOMETRY, "emitter::Emitter::sample", |c, p| cells(c, Domain::Square, p.rectangle)),
-        own("sphere", &GEOMETRY, "sampling::sphere_zone", |c, p| cells(c, Domain::Sphere, p.sphere)),
+        own("triangle", &TRIANGLE_POINT, "sampling::triangle", |c, p| {
+            cells(c, Domain::Triangle, p.triangle)
+        }),
+        own(
+            "rectangle",
+            &GEOMETRY,
+            "emitter::Emitter::sample",
+            |c, p| cells(c, Domain::Square, p.rectangle),
+        ),
+        own("sphere", &GEOMETRY, "sampling::sphere_zone", |c, p| {
+            cells(c, Domain::Sphere, p.sphere)
+        }),
     ]
 }
 

@@ -1,7 +1,8 @@
 //! EON under check-ups by sampling and in furnaces by quadrature.
 
 use whitefurnace::bsdf::eon::{
-    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale, single_scattering,
+    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
+    single_scattering,
 };
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
@@ -36,7 +37,11 @@ fn material(rho: f64, roughness: f64) -> Bsdf {
 }
 
 /// The program's parts.
-const CORRECT: EonParts = EonParts { lobes: subject::CORRECT, single: single_scattering, albedo };
+const CORRECT: EonParts = EonParts {
+    lobes: subject::CORRECT,
+    single: single_scattering,
+    albedo,
+};
 
 /// Both lobes with another albedo of the second.
 fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
@@ -47,15 +52,15 @@ fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
 }
 
 const ROUGHNESS: [f64; 2] = [0.3, 1.0];
-/// Roughness, and inclinations of wo in degrees. Its azimuth is 0: there s changes sign where the quadrature's
-/// parts meet.
+/// Roughness, and inclinations of wo in degrees. Its azimuth is 0: there s changes sign where the
+/// quadrature's parts meet.
 const CASES: (&str, [f64; 2], [f64; 3]) = ("r", ROUGHNESS, [0.0, 50.0, 85.0]);
 
 /// Albedo of the coloured furnace and of the check-up.
 const RHO: f64 = 0.5;
 
-/// What both lobes reflect of a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a series: of light
-/// that was reflected once, the share 1 − Ē stays and is reflected with ρ again.
+/// What both lobes reflect of a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a series: of
+/// light that was reflected once, the share 1 − Ē stays and is reflected with ρ again.
 fn reflected(roughness: f64, wo: DVec3) -> f64 {
     let [e, average] = [albedo(roughness, wo.z), average_albedo(roughness)];
     let mut multiple = 0.0;
@@ -68,12 +73,28 @@ fn reflected(roughness: f64, wo: DVec3) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<EonParts>> {
-    let own = |name: &str, property: &str, equation: &'static Equation, subject, on: TrialFn<EonParts>| {
-        trial(format!("bsdf/{name}"), property, equation, [subject, "exact"], on)
+    let own = |name: &str,
+               property: &str,
+               equation: &'static Equation,
+               subject,
+               on: TrialFn<EonParts>| {
+        trial(
+            format!("bsdf/{name}"),
+            property,
+            equation,
+            [subject, "exact"],
+            on,
+        )
     };
-    let (lobes, single, closed) = ("bsdf::Bsdf::eval", "bsdf::eon::single_scattering", "bsdf::eon::albedo");
-    let grazes = "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
-    let is_integral = "the closed form of the directional albedo is the integral of single scattering";
+    let (lobes, single, closed) = (
+        "bsdf::Bsdf::eval",
+        "bsdf::eon::single_scattering",
+        "bsdf::eon::albedo",
+    );
+    let grazes =
+        "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
+    let is_integral =
+        "the closed form of the directional albedo is the integral of single scattering";
     vec![
         trial(
             "bsdf/eon",
@@ -81,7 +102,9 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             &EON_MULTIPLE,
             ["bsdf::Scattering::sample_rough", "BSDF check-up"],
             |context, parts: EonParts| {
-                let subject = as_rendered(parts.lobes, material(1.0, 0.3)).energy_bound(1.0).albedo(|_| 1.0);
+                let subject = as_rendered(parts.lobes, material(1.0, 0.3))
+                    .energy_bound(1.0)
+                    .albedo(|_| 1.0);
                 check_up(&subject, &CheckUp::default(), context)
             },
         ),
@@ -90,20 +113,44 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "white EON reflects all light, at every angle and roughness",
             &EON_MULTIPLE,
             lobes,
-            |_, parts| integrals("white furnace", CASES, |r, wo, wi| parts.eval(1.0, r, wo, wi) * wi.z, |_, _| 1.0),
+            |_, parts| {
+                integrals(
+                    "white furnace",
+                    CASES,
+                    |r, wo, wi| parts.eval(1.0, r, wo, wi) * wi.z,
+                    |_, _| 1.0,
+                )
+            },
         ),
         own(
             "eon-coloured",
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             &EON_MULTIPLE,
             lobes,
-            |_, parts| integrals("coloured furnace", CASES, |r, wo, wi| parts.eval(RHO, r, wo, wi) * wi.z, reflected),
+            |_, parts| {
+                integrals(
+                    "coloured furnace",
+                    CASES,
+                    |r, wo, wi| parts.eval(RHO, r, wo, wi) * wi.z,
+                    reflected,
+                )
+            },
         ),
-        own("eon-single", grazes, &EON_SINGLE, single, |_, parts| grazing(parts)),
-        own("eon-albedo", is_integral, &EON_ALBEDO, closed, |_, parts| {
-            let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
-            integrals("single scattering", CASES, f, |r, wo| (parts.albedo)(r, wo.z))
+        own("eon-single", grazes, &EON_SINGLE, single, |_, parts| {
+            grazing(parts)
         }),
+        own(
+            "eon-albedo",
+            is_integral,
+            &EON_ALBEDO,
+            closed,
+            |_, parts| {
+                let f = |r, wo, wi: DVec3| FRAC_1_PI * (parts.single)(r, wo, wi) * wi.z;
+                integrals("single scattering", CASES, f, |r, wo| {
+                    (parts.albedo)(r, wo.z)
+                })
+            },
+        ),
     ]
 }
 
@@ -125,7 +172,11 @@ macro_rules! with {
         EonParts {
             lobes: PartTable {
                 brdf: |bsdf, $wo, $wi| {
-                    let &Bsdf::Eon { albedo: DVec3 { x: $rho, .. }, roughness: $r } = bsdf else {
+                    let &Bsdf::Eon {
+                        albedo: DVec3 { x: $rho, .. },
+                        roughness: $r,
+                    } = bsdf
+                    else {
                         return DVec3::ZERO;
                     };
                     DVec3::splat($f)
@@ -190,5 +241,9 @@ fn faults() -> Vec<Fault<EonParts>> {
 
 /// The parts of EON.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("eon", CORRECT) })]
+    vec![Box::new(Family {
+        trials: trials(),
+        faults: faults(),
+        ..Family::new("eon", CORRECT)
+    })]
 }

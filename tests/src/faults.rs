@@ -1,9 +1,9 @@
 //! Named faults, each with the trials that must reject it.
 //!
-//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's parts ...), the right
-//! subject of that type, trials that take any subject of it, and faulty subjects. From it come the
-//! registry's trials (a fault is the negative control of each trial that names it), the list of faults,
-//! and the table of every fault under every trial of its family.
+//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's parts ...), the
+//! right subject of that type, trials that take any subject of it, and faulty subjects. From it
+//! come the registry's trials (a fault is the negative control of each trial that names it), the
+//! list of faults, and the table of every fault under every trial of its family.
 
 use std::sync::Arc;
 
@@ -36,8 +36,19 @@ pub fn trial<S>(
 ) -> FamilyTrial<S> {
     let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
     let (name, property, source) = (name.into(), property.into(), equation.id);
-    let trial = Trial { name, property, source, subject, statistic, run, controls };
-    FamilyTrial { trial, on: Arc::new(on) }
+    let trial = Trial {
+        name,
+        property,
+        source,
+        subject,
+        statistic,
+        run,
+        controls,
+    };
+    FamilyTrial {
+        trial,
+        on: Arc::new(on),
+    }
 }
 
 /// A subject that differs from the right one.
@@ -50,8 +61,8 @@ pub struct Fault<S> {
     pub wrong: &'static str,
     /// The faulty subject.
     pub subject: S,
-    /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome | outcome"
-    /// (see [`meant`]). Of an equivalent mutant, the trials that must accept it.
+    /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome |
+    /// outcome" (see [`meant`]). Of an equivalent mutant, the trials that must accept it.
     pub caught_by: &'static [&'static str],
 }
 
@@ -65,7 +76,11 @@ fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
 
 /// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
-    let mut entries = caught_by.iter().map(|text| entry(text)).filter(|(name, _)| *name == trial).peekable();
+    let mut entries = caught_by
+        .iter()
+        .map(|text| entry(text))
+        .filter(|(name, _)| *name == trial)
+        .peekable();
     entries.peek()?;
     Some(entries.flat_map(|(_, outcomes)| outcomes).collect())
 }
@@ -78,7 +93,13 @@ pub fn fault<S>(
     subject: S,
     caught_by: &'static [&'static str],
 ) -> Fault<S> {
-    Fault { name, equation, wrong, subject, caught_by }
+    Fault {
+        name,
+        equation,
+        wrong,
+        subject,
+        caught_by,
+    }
 }
 
 /// Trials of one type of subject, and faults of that type.
@@ -126,7 +147,8 @@ pub struct Pair {
     pub named: bool,
     /// The outcomes that must reject it, as in [`Control::rejected_by`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function on the fault: from small to large if it must be rejected, else at the trial's size.
+    /// The trial's function on the fault: from small to large if it must be rejected, else at the
+    /// trial's size.
     pub run: Run,
 }
 
@@ -143,12 +165,22 @@ pub trait AnyFamily {
 impl<S: Copy + Send + Sync + 'static> Family<S> {
     /// A family with the right subject `right`, without trials and faults.
     pub fn new(name: &'static str, right: S) -> Self {
-        Self { name, whole_estimator: false, right, trials: Vec::new(), faults: Vec::new(), equivalents: Vec::new() }
+        Self {
+            name,
+            whole_estimator: false,
+            right,
+            trials: Vec::new(),
+            faults: Vec::new(),
+            equivalents: Vec::new(),
+        }
     }
 
     /// The same of a family whose subjects act through a whole estimator.
     pub fn whole(name: &'static str, right: S) -> Self {
-        Self { whole_estimator: true, ..Self::new(name, right) }
+        Self {
+            whole_estimator: true,
+            ..Self::new(name, right)
+        }
     }
 
     fn all(&self) -> impl Iterator<Item = (&Fault<S>, bool)> {
@@ -163,7 +195,8 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             equation: mutant.equation,
             wrong: mutant.wrong,
             caught_by: {
-                let mut trials: Vec<_> = mutant.caught_by.iter().map(|text| entry(text).0).collect();
+                let mut trials: Vec<_> =
+                    mutant.caught_by.iter().map(|text| entry(text).0).collect();
                 trials.dedup();
                 trials
             },
@@ -172,14 +205,21 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         }
     }
 
-    /// A trial's function on a fault that it must reject by these outcomes. Most effects are many times δ:
-    /// the fault runs at a part of the trial's size first, and at a larger one only if that does not
-    /// [settle](guard::settled) it.
-    fn reject(family_trial: &FamilyTrial<S>, mutant: &Fault<S>, rejected_by: Vec<&'static str>) -> Run {
+    /// A trial's function on a fault that it must reject by these outcomes. Most effects are many
+    /// times δ: the fault runs at a part of the trial's size first, and at a larger one only if
+    /// that does not [settle](guard::settled) it.
+    fn reject(
+        family_trial: &FamilyTrial<S>,
+        mutant: &Fault<S>,
+        rejected_by: Vec<&'static str>,
+    ) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| {
             let settled = |share: &f64| {
-                let part = Context { scale: context.scale * share, ..context.clone() };
+                let part = Context {
+                    scale: context.scale * share,
+                    ..context.clone()
+                };
                 let outcomes = on(&part, subject);
                 let meant = meant(&rejected_by, &outcomes);
                 let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
@@ -205,10 +245,9 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
         let trial = |family_trial: &FamilyTrial<S>| {
             let (on, right) = (Arc::clone(&family_trial.on), self.right);
             let data = &family_trial.trial;
-            let named = self
-                .faults
-                .iter()
-                .filter_map(|fault| outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes)));
+            let named = self.faults.iter().filter_map(|fault| {
+                outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
+            });
             Trial {
                 name: data.name.clone(),
                 property: data.property.clone(),
@@ -228,7 +267,9 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     }
 
     fn faults(&self) -> Vec<FaultData> {
-        self.all().map(|(mutant, equivalent)| self.fault(mutant, equivalent)).collect()
+        self.all()
+            .map(|(mutant, equivalent)| self.fault(mutant, equivalent))
+            .collect()
     }
 
     fn pairs(&self) -> Vec<Pair> {
@@ -237,7 +278,9 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                 self.trials.iter().map(move |family_trial| {
                     let outcomes = outcomes_of(mutant.caught_by, &family_trial.trial.name);
                     let run = match &outcomes {
-                        Some(outcomes) if !equivalent => Self::reject(family_trial, mutant, outcomes.clone()),
+                        Some(outcomes) if !equivalent => {
+                            Self::reject(family_trial, mutant, outcomes.clone())
+                        }
                         _ => Self::at_full_size(family_trial, mutant),
                     };
                     Pair {

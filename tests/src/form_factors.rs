@@ -1,5 +1,5 @@
-//! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting square
-//! that a square light of radiance L illuminates see ρ L F on average.
+//! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting
+//! square that a square light of radiance L illuminates see ρ L F on average.
 
 use whitefurnace::frame::from_spherical;
 
@@ -16,8 +16,8 @@ pub fn parallel(x: f64, y: f64) -> f64 {
     2.0 / (PI * x * y) * (logarithm + far(x, y2.sqrt()) + far(y, x2.sqrt()) - near(x) - near(y))
 }
 
-/// The form factor from a rectangle of width w to one of height h at right angles to it, with a common
-/// edge of length 1 (Howell, C-14).
+/// The form factor from a rectangle of width w to one of height h at right angles to it, with a
+/// common edge of length 1 (Howell, C-14).
 pub fn perpendicular(h: f64, w: f64) -> f64 {
     let [h2, w2] = [h * h, w * w];
     let (sum, all) = (h2 + w2, 1.0 + h2 + w2);
@@ -30,7 +30,13 @@ pub fn perpendicular(h: f64, w: f64) -> f64 {
 /// The reflecting square [0, 1]² at z = 0, its front up, and a light.
 fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     scene(name, |s| {
-        square(s, DVec3::new(0.5, 0.5, 0.0), 0.5, true, Surface::new(lambert(FLOOR)));
+        square(
+            s,
+            DVec3::new(0.5, 0.5, 0.0),
+            0.5,
+            true,
+            Surface::new(lambert(FLOOR)),
+        );
         light(s);
     })
 }
@@ -53,12 +59,20 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         let probe = (scene, EstimatorKind::Path, anywhere as Rays);
-        radiance(name, &GEOMETRY, probe).says(property).is((reference, SINGLE), samples)
+        radiance(name, &GEOMETRY, probe)
+            .says(property)
+            .is((reference, SINGLE), samples)
     };
     vec![
-        family_trial("irradiance/parallel-squares", "opposite", &opposite, parallel(1.0, 1.0), 4_500_000),
-        // Shadow rays alone would have infinite variance at the common edge; the weights of multiple
-        // importance sampling bound every value.
+        family_trial(
+            "irradiance/parallel-squares",
+            "opposite",
+            &opposite,
+            parallel(1.0, 1.0),
+            4_500_000,
+        ),
+        // Shadow rays alone would have infinite variance at the common edge; the weights of
+        // multiple importance sampling bound every value.
         family_trial(
             "irradiance/perpendicular-squares",
             "perpendicular, adjacent",

@@ -1,4 +1,5 @@
-//! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical averages.
+//! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical
+//! averages.
 
 use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s, squared_cos_refracted};
 use whitefurnace::harness::pointwise::Largest;
@@ -21,18 +22,24 @@ fn indices(rng: &mut Stream) -> [f64; 2] {
     [1.0 + 2.0 * uniform(rng), 1.0 + 2.0 * uniform(rng)]
 }
 
-/// The largest error of an identity over random angles and indices. Angles whose refracted cosine is
-/// below 1e-3 are left out: there R has a square-root singularity and loses digits by conditioning.
+/// The largest error of an identity over random angles and indices. Angles whose refracted cosine
+/// is below 1e-3 are left out: there R has a square-root singularity and loses digits by
+/// conditioning.
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
-    let mut largest = Largest { place: String::from("no error"), ..Largest::default() };
+    let mut largest = Largest {
+        place: String::from("no error"),
+        ..Largest::default()
+    };
     for _ in 0..context.arguments(ARGUMENTS) {
         let [n1, n2] = indices(&mut rng);
         let cos_1 = uniform(&mut rng);
         let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
             continue;
         };
-        largest.see(error(cos_1, cos_2, n1, n2), || format!("cos θ = {cos_1}, n = {n1} to {n2}"));
+        largest.see(error(cos_1, cos_2, n1, n2), || {
+            format!("cos θ = {cos_1}, n = {n1} to {n2}")
+        });
     }
     Outcome::exact(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
 }
@@ -46,8 +53,9 @@ fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
 /// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
 /// Wolf, 1.5.2), not as 1 − R.
 fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
-    let flux =
-        |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| amplitude * amplitude * n2 * cos_2 / (n1 * cos_1);
+    let flux = |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| {
+        amplitude * amplitude * n2 * cos_2 / (n1 * cos_1)
+    };
     vec![
         identity(context, "R + T = 1, perpendicular", |c1, c2, n1, n2| {
             let t = 2.0 * n1 * c1 / (n1 * c1 + n2 * c2);
@@ -60,17 +68,24 @@ fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Out
     ]
 }
 
-/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error of ε/cos θ₁ in
-/// the cosine, and R changes by up to 1/cos θ₂ as much.
-fn reversible(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
-    vec![identity(context, "reversibility", |c1, c2, n1, n2| (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2)]
+/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error
+/// of ε/cos θ₁ in the cosine, and R changes by up to 1/cos θ₂ as much.
+fn reversible(
+    context: &Context,
+    Reflectances { unpolarised: r, .. }: Reflectances,
+) -> Vec<Outcome> {
+    vec![identity(context, "reversibility", |c1, c2, n1, n2| {
+        (r(c1, n1, n2) - r(c2, n2, n1)).abs() * c1 * c2
+    })]
 }
 
 /// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
 fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
     vec![
-        identity(context, "R_p at Brewster's angle", |_, _, n1, n2| p(at_brewster(n1, n2), n1, n2)),
+        identity(context, "R_p at Brewster's angle", |_, _, n1, n2| {
+            p(at_brewster(n1, n2), n1, n2)
+        }),
         identity(context, "R_s at Brewster's angle", |_, _, n1, n2| {
             let r = (n1 * n1 - n2 * n2) / (n1 * n1 + n2 * n2);
             (s(at_brewster(n1, n2), n1, n2) - r * r).abs()
@@ -81,8 +96,12 @@ fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<O
 /// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
 fn limits(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![
-        identity(context, "normal incidence", |_, _, n1, n2| (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()),
-        identity(context, "grazing incidence", |_, _, n1, n2| (r(0.0, n1, n2) - 1.0).abs()),
+        identity(context, "normal incidence", |_, _, n1, n2| {
+            (r(1.0, n1, n2) - ((n1 - n2) / (n1 + n2)).powi(2)).abs()
+        }),
+        identity(context, "grazing incidence", |_, _, n1, n2| {
+            (r(0.0, n1, n2) - 1.0).abs()
+        }),
     ]
 }
 
@@ -96,7 +115,11 @@ fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);
         let reflected = r(past.cos(), n, 1.0);
         // No number at all is no better than no reflection.
-        let error = if reflected.is_finite() { (reflected - 1.0).abs() } else { 1.0 };
+        let error = if reflected.is_finite() {
+            (reflected - 1.0).abs()
+        } else {
+            1.0
+        };
         beyond = beyond.max(error);
         // A little before it some light still leaves.
         let leaves = 1.0 - r((angle * 0.999).cos(), n, 1.0);
@@ -105,12 +128,25 @@ fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         }
     }
     vec![
-        Outcome::exact("total reflection", ARGUMENTS, beyond, 0.0, "past the critical angle"),
-        Outcome::exact("critical angle times 0.999", ARGUMENTS, before, 0.0, "before the critical angle"),
+        Outcome::exact(
+            "total reflection",
+            ARGUMENTS,
+            beyond,
+            0.0,
+            "past the critical angle",
+        ),
+        Outcome::exact(
+            "critical angle times 0.999",
+            ARGUMENTS,
+            before,
+            0.0,
+            "before the critical angle",
+        ),
     ]
 }
 
-/// The hemispherical (cosine-weighted) reflectance from outside, for n > 1: Walsh's closed form (1926).
+/// The hemispherical (cosine-weighted) reflectance from outside, for n > 1: Walsh's closed form
+/// (1926).
 pub fn walsh(n: f64) -> f64 {
     let n2 = n * n;
     let n4 = n2 * n2;
@@ -128,7 +164,8 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
     let inside = 1.0 - (1.0 - outside) / (N * N);
     let mut outcomes = Vec::new();
     for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
-        let integral = Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / PI);
+        let integral =
+            Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / PI);
         outcomes.push(Outcome::exact(
             format!("average by quadrature, {name}"),
             1,
@@ -139,7 +176,12 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         let mut rng = context.rng(name);
         let value = || r(cosine_hemisphere(uniform2(&mut rng)).z, n1, n2);
         let name = format!("average by sampling, {name}");
-        outcomes.push(mean_of(&name, (reference, AVERAGE_DELTA), context.n(SAMPLES), value));
+        outcomes.push(mean_of(
+            &name,
+            (reference, AVERAGE_DELTA),
+            context.n(SAMPLES),
+            value,
+        ));
     }
     outcomes
 }
@@ -155,7 +197,11 @@ pub struct Reflectances {
     pub unpolarised: Reflectance,
 }
 
-const CORRECT: Reflectances = Reflectances { s: reflectance_s, p: reflectance_p, unpolarised: reflectance };
+const CORRECT: Reflectances = Reflectances {
+    s: reflectance_s,
+    p: reflectance_p,
+    unpolarised: reflectance,
+};
 
 /// Schlick's approximation in place of (12).
 pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
@@ -180,14 +226,45 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 fn trials() -> Vec<FamilyTrial<Reflectances>> {
     let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
         let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
-        trial(format!("fresnel/{name}"), property, equation, [subject, "exact"], on)
+        trial(
+            format!("fresnel/{name}"),
+            property,
+            equation,
+            [subject, "exact"],
+            on,
+        )
     };
     vec![
-        own("energy", "reflected and transmitted flux sum to one for each polarisation", &FRESNEL_S, energy),
-        own("brewster", "R_p vanishes at Brewster's angle and R_s has its closed form", &FRESNEL_P, brewster),
-        own("reversible", "R is the same from both sides along one ray", &FRESNEL, reversible),
-        own("limits", "R at normal and at grazing incidence", &FRESNEL, limits),
-        own("critical", "reflection is total past the critical angle and not before", &FRESNEL, critical),
+        own(
+            "energy",
+            "reflected and transmitted flux sum to one for each polarisation",
+            &FRESNEL_S,
+            energy,
+        ),
+        own(
+            "brewster",
+            "R_p vanishes at Brewster's angle and R_s has its closed form",
+            &FRESNEL_P,
+            brewster,
+        ),
+        own(
+            "reversible",
+            "R is the same from both sides along one ray",
+            &FRESNEL,
+            reversible,
+        ),
+        own(
+            "limits",
+            "R at normal and at grazing incidence",
+            &FRESNEL,
+            limits,
+        ),
+        own(
+            "critical",
+            "reflection is total past the critical angle and not before",
+            &FRESNEL,
+            critical,
+        ),
         trial(
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
@@ -199,7 +276,10 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
 }
 
 fn faults() -> Vec<Fault<Reflectances>> {
-    let whole = |r: Reflectance| Reflectances { unpolarised: r, ..CORRECT };
+    let whole = |r: Reflectance| Reflectances {
+        unpolarised: r,
+        ..CORRECT
+    };
     vec![
         fault!("amplitude", FRESNEL_S, "R_s without its square",
             Reflectances: { s: |c, n1, n2| reflectance_s(c, n1, n2).sqrt() },
@@ -228,5 +308,9 @@ fn faults() -> Vec<Fault<Reflectances>> {
 
 /// The reflectances.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("fresnel", CORRECT) })]
+    vec![Box::new(Family {
+        trials: trials(),
+        faults: faults(),
+        ..Family::new("fresnel", CORRECT)
+    })]
 }

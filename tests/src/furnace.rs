@@ -8,8 +8,8 @@ use crate::bsdf::oren_nayar_albedo;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    SIGMA, WALL, at_origin, ball, eon_floor, lambert, mirror, polygon_irradiance, rough_floor, scene, sphere_furnace,
-    towards_origin, valid, walled_sky,
+    SIGMA, WALL, at_origin, ball, eon_floor, lambert, mirror, polygon_irradiance, rough_floor,
+    scene, sphere_furnace, towards_origin, valid, walled_sky,
 };
 use crate::strategies::by;
 use crate::{infinite_variance, rays_per_hit, survival};
@@ -63,13 +63,32 @@ pub fn in_box(rng: &mut Stream) -> Ray {
 
 fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
-    // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring little.
+    // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring
+    // little.
     let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
     let sphere = |kind| (sphere_furnace(lambert(0.9), 0.0), kind, inside as Rays);
     [
-        ("furnace/path/albedo-0.5", "closed furnace box", 0.5, cube(0.5), 1_500_000),
-        ("furnace/path/albedo-0.75", "closed furnace box", 0.75, cube(0.75), 1_500_000),
-        ("furnace/path/albedo-0.9", "spherical furnace", 0.9, sphere(hits), 2_800_000),
+        (
+            "furnace/path/albedo-0.5",
+            "closed furnace box",
+            0.5,
+            cube(0.5),
+            1_500_000,
+        ),
+        (
+            "furnace/path/albedo-0.75",
+            "closed furnace box",
+            0.75,
+            cube(0.75),
+            1_500_000,
+        ),
+        (
+            "furnace/path/albedo-0.9",
+            "spherical furnace",
+            0.9,
+            sphere(hits),
+            2_800_000,
+        ),
         (
             "furnace/path/early",
             "spherical furnace without early roulette",
@@ -82,14 +101,16 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, what, a, (scene, kind, ray), samples)| {
         let m = 1.0 / (1.0 - a);
         let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
-        radiance(name, &RENDERING, (&scene, kind, ray)).says(property).is((m, BOUNCES), samples)
+        radiance(name, &RENDERING, (&scene, kind, ray))
+            .says(property)
+            .is((m, BOUNCES), samples)
     })
     .collect()
 }
 
 /// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
-/// corners bring points as near to each other as one likes; by solid angle their weight is bounded, and
-/// in a sphere, which is sampled by area, it is constant.
+/// corners bring points as near to each other as one likes; by solid angle their weight is bounded,
+/// and in a sphere, which is sampled by area, it is constant.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
@@ -99,15 +120,19 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
     .into_iter()
     .map(|(name, scene, strategy, samples)| {
-        let property = format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
+        let property =
+            format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(name, &RENDERING, (scene, kind, in_box)).says(property).is((2.0, BOUNCES), samples)
+        radiance(name, &RENDERING, (scene, kind, in_box))
+            .says(property)
+            .is((2.0, BOUNCES), samples)
     })
     .collect()
 }
 
-/// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is infinite). A
-/// Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is one more.
+/// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is
+/// infinite). A Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is
+/// one more.
 fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
@@ -126,11 +151,14 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             (property, &ROULETTE)
         } else {
             let bias = -a.powi(segments as i32 + 1);
-            let property = format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
+            let property =
+                format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
         let probe = (&scene, EstimatorKind::Report(segments), inside as Rays);
-        radiance(name, equation, probe).says(property).is((m, BOUNCES), samples)
+        radiance(name, equation, probe)
+            .says(property)
+            .is((m, BOUNCES), samples)
     })
     .collect()
 }
@@ -138,28 +166,47 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// A path of s segments has s terms: its shadow rays are its last segment.
 fn within() -> FamilyTrial<EstimatorSubject> {
     let (a, segments) = (0.9, 3u32);
-    let m = (0..segments).map(|bounces| f64::powi(a, bounces as i32)).sum();
+    let m = (0..segments)
+        .map(|bounces| f64::powi(a, bounces as i32))
+        .sum();
     radiance(
         "furnace/path/three-segments",
         &PATH_LENGTH,
-        (&sphere_furnace(lambert(a), 0.0), EstimatorKind::PathWithin(segments), inside),
+        (
+            &sphere_furnace(lambert(a), 0.0),
+            EstimatorKind::PathWithin(segments),
+            inside,
+        ),
     )
-    .says(format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"))
+    .says(format!(
+        "light of at most {segments} segments in a furnace of albedo {a} is {m}"
+    ))
     .is((m, BOUNCES), 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
     [
-        ("furnace/cavity/reflecting", "reflecting", Cap::Reflecting, 2_100_000),
+        (
+            "furnace/cavity/reflecting",
+            "reflecting",
+            Cap::Reflecting,
+            2_100_000,
+        ),
         ("furnace/cavity/black", "black", Cap::Black, 970_000),
     ]
     .into_iter()
     .map(|(name, what, cap, samples)| {
         let reference = off_cap_radiance(rho, cap);
-        radiance(name, &RENDERING, (&valid(cavity_cap(rho, cap)), EstimatorKind::Path, off_cap))
-            .says(format!("off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"))
-            .is((reference, BOUNCES), samples)
+        radiance(
+            name,
+            &RENDERING,
+            (&valid(cavity_cap(rho, cap)), EstimatorKind::Path, off_cap),
+        )
+        .says(format!(
+            "off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"
+        ))
+        .is((reference, BOUNCES), samples)
     })
     .collect()
 }
@@ -173,18 +220,36 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let grazing = |_: &mut Stream| towards_origin(75f64.to_radians());
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), 75f64.to_radians());
     vec![
-        radiance("furnace/sky/path", &COSINE_HEMISPHERE, (&walled, EstimatorKind::Path, |_| at_origin()))
-            .says(property.clone())
-            .by_points((visible, SINGLE), 140_000),
-        radiance("furnace/sky/report", &HEMISPHERE_PHI, (&walled, EstimatorKind::Report(2), |_| at_origin()))
-            .says(property)
-            .by_points((visible, SINGLE), 330_000),
-        radiance("furnace/sky/oren-nayar", &OREN_NAYAR, (&rough, EstimatorKind::Path, grazing))
-            .says(format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"))
-            .by_points((albedo, SINGLE), 38_000),
-        radiance("furnace/sky/eon", &EON_MULTIPLE, (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()))
-            .says("a white floor of EON with roughness 1 reflects all of a white sky")
-            .is((1.0, SINGLE), 2_400_000),
+        radiance(
+            "furnace/sky/path",
+            &COSINE_HEMISPHERE,
+            (&walled, EstimatorKind::Path, |_| at_origin()),
+        )
+        .says(property.clone())
+        .by_points((visible, SINGLE), 140_000),
+        radiance(
+            "furnace/sky/report",
+            &HEMISPHERE_PHI,
+            (&walled, EstimatorKind::Report(2), |_| at_origin()),
+        )
+        .says(property)
+        .by_points((visible, SINGLE), 330_000),
+        radiance(
+            "furnace/sky/oren-nayar",
+            &OREN_NAYAR,
+            (&rough, EstimatorKind::Path, grazing),
+        )
+        .says(format!(
+            "at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"
+        ))
+        .by_points((albedo, SINGLE), 38_000),
+        radiance(
+            "furnace/sky/eon",
+            &EON_MULTIPLE,
+            (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
+        )
+        .says("a white floor of EON with roughness 1 reflects all of a white sky")
+        .is((1.0, SINGLE), 2_400_000),
     ]
 }
 
@@ -195,14 +260,24 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let facing = scene("facing mirrors", |s| {
         s.background(DVec3::ONE);
         for z in [-1.0, 1.0] {
-            ball(s, Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0), Surface::new(mirror(1.0)));
+            ball(
+                s,
+                Sphere::new(DVec3::new(0.0, 0.0, 11.0 * z), 10.0),
+                Surface::new(mirror(1.0)),
+            );
         }
     });
     let hall_mean = 1.0 / (1.0 - reflectance);
     vec![
-        radiance("furnace/mirrors/hall", &RENDERING, (&hall, EstimatorKind::Path, inside))
-            .says(format!("in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"))
-            .is((hall_mean, BOUNCES), 1_700_000),
+        radiance(
+            "furnace/mirrors/hall",
+            &RENDERING,
+            (&hall, EstimatorKind::Path, inside),
+        )
+        .says(format!(
+            "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
+        ))
+        .is((hall_mean, BOUNCES), 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
@@ -212,7 +287,9 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
                 Ray::new(DVec3::ZERO, slanted.normalize())
             }),
         )
-        .says("between two facing perfect mirrors under a white sky paths end and the radiance is 1")
+        .says(
+            "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
+        )
         .is((1.0, BOUNCES), 1_200_000),
     ]
 }

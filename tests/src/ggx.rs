@@ -1,7 +1,10 @@
-//! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is rendered.
+//! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is
+//! rendered.
 
 use whitefurnace::bsdf::Model;
-use whitefurnace::bsdf::ggx::{Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals};
+use whitefurnace::bsdf::ggx::{
+    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
+};
 use whitefurnace::estimator::Sample;
 use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
@@ -28,8 +31,13 @@ pub struct GgxParts {
 }
 
 /// The program's functions.
-const CORRECT: GgxParts =
-    GgxParts { normals, visible: visible_normals, eval: Ggx::eval, sample: Ggx::sample, pdf: Ggx::pdf };
+const CORRECT: GgxParts = GgxParts {
+    normals,
+    visible: visible_normals,
+    eval: Ggx::eval,
+    sample: Ggx::sample,
+    pdf: Ggx::pdf,
+};
 
 /// The model of these functions.
 #[derive(Debug)]
@@ -51,7 +59,10 @@ impl Model for Assembled {
 }
 
 fn ggx(reflectance: f64, alpha: f64) -> Ggx {
-    Ggx { reflectance: DVec3::splat(reflectance), alpha }
+    Ggx {
+        reflectance: DVec3::splat(reflectance),
+        alpha,
+    }
 }
 
 /// Λ from the tangent of the inclination.
@@ -60,8 +71,8 @@ pub(super) fn lambda(alpha: f64, w: DVec3) -> f64 {
     0.5 * ((alpha * tan).hypot(1.0) - 1.0)
 }
 
-/// The directional albedo as an integral over facets, not over directions, so that no half vector's Jacobian
-/// has a part in it: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
+/// The directional albedo as an integral over facets, not over directions, so that no half vector's
+/// Jacobian has a part in it: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
 pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
     let f0 = reflectance.x;
     let of_facet = |m: DVec3| {
@@ -75,7 +86,9 @@ pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
         let seen = 1.0 / (1.0 + lambda(alpha, wo) + lambda(alpha, wi));
         (f0 + (1.0 - f0) * (1.0 - cosine).powi(5)) * seen * d * cosine / wo.z
     };
-    Domain::Hemisphere.integrate_all(MASS_TOLERANCE, &of_facet).value
+    Domain::Hemisphere
+        .integrate_all(MASS_TOLERANCE, &of_facet)
+        .value
 }
 
 /// Inclinations of wo in degrees, and α.
@@ -86,7 +99,8 @@ const SAMPLES: u64 = 7_000_000;
 /// From where it is seen.
 const INCLINATION: f64 = 1.0;
 
-/// A white floor under a sky of radiance 1, by the path tracer: what is reflected once, and no more.
+/// A white floor under a sky of radiance 1, by the path tracer: what is reflected once, and no
+/// more.
 fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let metal = ggx(1.0, 0.8);
     let scene = scene("GGX floor", |s| {
@@ -98,9 +112,21 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
     let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
-        path.radiances(&scene, rngs.map(|rng| Sample { ray, hit: None, rng }))
+        path.radiances(
+            &scene,
+            rngs.map(|rng| Sample {
+                ray,
+                hit: None,
+                rng,
+            }),
+        )
     });
-    vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), || radiance().x)]
+    vec![mean_of(
+        "radiance",
+        (reference, BOUNCES),
+        context.n(SAMPLES),
+        || radiance().x,
+    )]
 }
 
 fn trials() -> Vec<FamilyTrial<GgxParts>> {
@@ -109,7 +135,10 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "bsdf/ggx",
             "white GGX passes the check-up and reflects what its facets do",
             &GGX_VISIBLE,
-            ["bsdf::ggx::Ggx, bsdf::Scattering::sample_rough", "BSDF check-up"],
+            [
+                "bsdf::ggx::Ggx, bsdf::Scattering::sample_rough",
+                "BSDF check-up",
+            ],
             |context, parts: GgxParts| {
                 let metal = ggx(1.0, 0.4);
                 let model = Bsdf::model(Assembled(metal, parts));
@@ -125,14 +154,28 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "the facets' areas, projected, are the surface's area",
             &GGX_NORMALS,
             ["bsdf::ggx::normals", "exact"],
-            |_, parts: GgxParts| integrals("facets", CASES, |alpha, _, m| (parts.normals)(alpha, m) * m.z, |_, _| 1.0),
+            |_, parts: GgxParts| {
+                integrals(
+                    "facets",
+                    CASES,
+                    |alpha, _, m| (parts.normals)(alpha, m) * m.z,
+                    |_, _| 1.0,
+                )
+            },
         ),
         trial(
             "bsdf/ggx-visible",
             "the density of visible normals integrates to 1 from every side",
             &GGX_VISIBLE,
             ["bsdf::ggx::visible_normals", "exact"],
-            |_, parts: GgxParts| integrals("visible", CASES, |alpha, wo, m| (parts.visible)(alpha, wo, m), |_, _| 1.0),
+            |_, parts: GgxParts| {
+                integrals(
+                    "visible",
+                    CASES,
+                    |alpha, wo, m| (parts.visible)(alpha, wo, m),
+                    |_, _| 1.0,
+                )
+            },
         ),
         trial(
             "bsdf/ggx-coloured",
@@ -141,7 +184,9 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             ["bsdf::ggx::Ggx", "exact"],
             |_, parts: GgxParts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
-                integrals("coloured furnace", CASES, f, |alpha, wo| reflected(ggx(0.5, alpha), wo))
+                integrals("coloured furnace", CASES, f, |alpha, wo| {
+                    reflected(ggx(0.5, alpha), wo)
+                })
             },
         ),
         trial(
@@ -211,5 +256,9 @@ fn faults() -> Vec<Fault<GgxParts>> {
 
 /// The functions of GGX.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("ggx", CORRECT) })]
+    vec![Box::new(Family {
+        trials: trials(),
+        faults: faults(),
+        ..Family::new("ggx", CORRECT)
+    })]
 }

@@ -1,5 +1,5 @@
-//! Mirrors and glass through whole estimators: directions, shares of reflected light, radiance factors,
-//! total reflection, and glass that must not be seen.
+//! Mirrors and glass through whole estimators: directions, shares of reflected light, radiance
+//! factors, total reflection, and glass that must not be seen.
 
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::scene::simple::glass_cube;
@@ -8,8 +8,8 @@ use crate::irradiance::reflected;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, ball, floor, lambert, light, mirror, polygon_irradiance, scene, square,
-    towards_origin, valid,
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, ball, floor, lambert, light, mirror,
+    polygon_irradiance, scene, square, towards_origin, valid,
 };
 
 pub(super) const INDEX: f64 = 1.5;
@@ -17,7 +17,8 @@ pub(super) const GLASS: Bsdf = Bsdf::Glass { index: INDEX };
 /// Where the probe rays of the aim trials meet the surface: 50° from the normal.
 const AIM: f64 = 50.0;
 
-/// R of (12) by Fresnel's tangent and sine laws, in the angles θ₁ and θ₂: a second route to (10), (11).
+/// R of (12) by Fresnel's tangent and sine laws, in the angles θ₁ and θ₂: a second route to (10),
+/// (11).
 pub(super) fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
     let theta_2 = (n1 / n2 * theta_1.sin()).asin();
     let s = (theta_1 - theta_2).sin() / (theta_1 + theta_2).sin();
@@ -55,7 +56,10 @@ fn beyond(inclination: f64) -> DVec3 {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [aims(), lobes(), cubes(), vec![vanishing()]].into_iter().flatten().collect()
+    [aims(), lobes(), cubes(), vec![vanishing()]]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -65,15 +69,27 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
     let probe: Rays = |_| towards_origin(AIM.to_radians());
     vec![
-        radiance("glass/mirror-aim", &REFRACTION, (&aim(mirror(0.9), back), EstimatorKind::Whitted(3), probe))
-            .says("a small light lies where the law of reflection says, and is seen in the mirror")
-            .is((0.9 * LIGHT, 0.0), 1000),
-        radiance("glass/snell-aim", &REFRACTION, (&aim(GLASS, refracted), EstimatorKind::Whitted(3), probe))
-            .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
-            .is((transmitted, 0.0), 1000),
-        radiance("glass/lit-from-below", &REFRACTION, (&lit_from_below(), EstimatorKind::Path, probe))
-            .says("light from within glass arrives as (1 − R)/n² of its radiance")
-            .is((transmitted / LIGHT, SINGLE), 2_400_000),
+        radiance(
+            "glass/mirror-aim",
+            &REFRACTION,
+            (&aim(mirror(0.9), back), EstimatorKind::Whitted(3), probe),
+        )
+        .says("a small light lies where the law of reflection says, and is seen in the mirror")
+        .is((0.9 * LIGHT, 0.0), 1000),
+        radiance(
+            "glass/snell-aim",
+            &REFRACTION,
+            (&aim(GLASS, refracted), EstimatorKind::Whitted(3), probe),
+        )
+        .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
+        .is((transmitted, 0.0), 1000),
+        radiance(
+            "glass/lit-from-below",
+            &REFRACTION,
+            (&lit_from_below(), EstimatorKind::Path, probe),
+        )
+        .says("light from within glass arrives as (1 − R)/n² of its radiance")
+        .is((transmitted / LIGHT, SINGLE), 2_400_000),
     ]
 }
 
@@ -86,7 +102,11 @@ struct Lobe {
 }
 
 impl Property for Lobe {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut radiance = self.probe.radiances(setup, context.seed_of("lobes"));
         let n = context.n(self.samples);
         let k = (0..n).filter(|_| radiance().x > 0.0).count() as u64;
@@ -98,14 +118,41 @@ fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let lobe = |name: &str, (theta, ray): (f64, Rays), samples| {
         let r = reflectance_by_angles(theta.to_radians(), 1.0, INDEX);
         let property = format!("at {theta}° glass reflects with probability R = {r:.6}");
-        let probe = Probe { scene: pane(), kind: EstimatorKind::Report(3), ray };
-        let lobe = Lobe { probe, probability: r, delta: CELL * r, samples };
-        trial(name, property, &FRESNEL, ["estimator::Report", "binomial"], with_parts(lobe))
+        let probe = Probe {
+            scene: pane(),
+            kind: EstimatorKind::Report(3),
+            ray,
+        };
+        let lobe = Lobe {
+            probe,
+            probability: r,
+            delta: CELL * r,
+            samples,
+        };
+        trial(
+            name,
+            property,
+            &FRESNEL,
+            ["estimator::Report", "binomial"],
+            with_parts(lobe),
+        )
     };
     vec![
-        lobe("glass/reflects-60", (60.0, |_| towards_origin(60f64.to_radians())), 4_500_000),
-        lobe("glass/reflects-75", (75.0, |_| towards_origin(75f64.to_radians())), 1_500_000),
-        lobe("glass/reflects-85", (85.0, |_| towards_origin(85f64.to_radians())), 500_000),
+        lobe(
+            "glass/reflects-60",
+            (60.0, |_| towards_origin(60f64.to_radians())),
+            4_500_000,
+        ),
+        lobe(
+            "glass/reflects-75",
+            (75.0, |_| towards_origin(75f64.to_radians())),
+            1_500_000,
+        ),
+        lobe(
+            "glass/reflects-85",
+            (85.0, |_| towards_origin(85f64.to_radians())),
+            500_000,
+        ),
         total_reflection(),
     ]
 }
@@ -119,9 +166,13 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
         let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
         Ray::new(-0.5 * d, d)
     };
-    radiance("glass/total-reflection", &FRESNEL, (&lit_from_below(), EstimatorKind::Report(3), up))
-        .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
-        .is((1.0, 0.0), 2_000_000)
+    radiance(
+        "glass/total-reflection",
+        &FRESNEL,
+        (&lit_from_below(), EstimatorKind::Report(3), up),
+    )
+    .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
+    .is((1.0, 0.0), 2_000_000)
 }
 
 /// From within a glass cube in a direction whose cosine to one of its faces is wanted.
@@ -134,8 +185,8 @@ fn within_cube(rng: &mut Stream, wanted: impl Fn(f64) -> bool) -> Ray {
     }
 }
 
-/// A direction in which light can leave: well within the critical angle of a face. Just within it R is near 1,
-/// a path outlives any roulette, and the variance is infinite.
+/// A direction in which light can leave: well within the critical angle of a face. Just within it R
+/// is near 1, a path outlives any roulette, and the variance is infinite.
 fn leaving(rng: &mut Stream) -> Ray {
     within_cube(rng, |cosine| cosine > 0.85)
 }
@@ -156,15 +207,27 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let [outside, inside] = [false, true].map(|inside| valid(glass_cube(inside)));
     let n2 = INDEX * INDEX;
     vec![
-        radiance("glass/cube-outside", &FRESNEL, (&outside, EstimatorKind::Path, from_outside))
-            .says("a glass cube under a white sky shows 1 from outside")
-            .is((1.0, BOUNCES), 1_000_000),
-        radiance("glass/cube-inside", &REFRACTION, (&inside, EstimatorKind::Path, leaving))
-            .says("from inside it shows n² in directions that can leave")
-            .is((n2, BOUNCES), 2_400_000),
-        radiance("glass/cube-trapped", &FRESNEL, (&inside, EstimatorKind::Path, trapped))
-            .says("and nothing in directions that total reflection traps")
-            .is((0.0, 0.0), 1_600_000),
+        radiance(
+            "glass/cube-outside",
+            &FRESNEL,
+            (&outside, EstimatorKind::Path, from_outside),
+        )
+        .says("a glass cube under a white sky shows 1 from outside")
+        .is((1.0, BOUNCES), 1_000_000),
+        radiance(
+            "glass/cube-inside",
+            &REFRACTION,
+            (&inside, EstimatorKind::Path, leaving),
+        )
+        .says("from inside it shows n² in directions that can leave")
+        .is((n2, BOUNCES), 2_400_000),
+        radiance(
+            "glass/cube-trapped",
+            &FRESNEL,
+            (&inside, EstimatorKind::Path, trapped),
+        )
+        .says("and nothing in directions that total reflection traps")
+        .is((0.0, 0.0), 1_600_000),
     ]
 }
 
@@ -173,10 +236,18 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
-        ball(s, Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5), Surface::new(Bsdf::Glass { index: 1.0 }));
+        ball(
+            s,
+            Sphere::new(DVec3::new(0.1, 0.0, 1.3), 0.5),
+            Surface::new(Bsdf::Glass { index: 1.0 }),
+        );
     });
     let reference = reflected(polygon_irradiance(&RECTANGLE));
-    radiance("glass/index-matched", &REFRACTION, (&scene, EstimatorKind::Path, |_| at_origin()))
-        .says("a sphere of index 1 before a light changes nothing")
-        .is((reference, IMAGE), 5_800_000)
+    radiance(
+        "glass/index-matched",
+        &REFRACTION,
+        (&scene, EstimatorKind::Path, |_| at_origin()),
+    )
+    .says("a sphere of index 1 before a light changes nothing")
+    .is((reference, IMAGE), 5_800_000)
 }

@@ -1,5 +1,5 @@
-//! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns light
-//! by total reflection, a sphere of index 1 that must not be seen.
+//! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns
+//! light by total reflection, a sphere of index 1 that must not be seen.
 
 use crate::glass::{GLASS, INDEX, reflectance_by_angles};
 use crate::mean_radiance::any_direction;
@@ -15,8 +15,8 @@ fn slab() -> Arc<Scene> {
     })
 }
 
-/// A prism over the right isosceles triangle (0, 0), (1, 0), (0, 1) of the xz plane, and a light below
-/// its lower leg: a ray along x meets the hypotenuse at 45° from within and is turned down.
+/// A prism over the right isosceles triangle (0, 0), (1, 0), (0, 1) of the xz plane, and a light
+/// below its lower leg: a ray along x meets the hypotenuse at 45° from within and is turned down.
 fn prism() -> Arc<Scene> {
     scene("glass prism", |s| {
         let [x, y, z] = [DVec3::X, 2.0 * DVec3::Y, DVec3::Z];
@@ -36,7 +36,11 @@ fn lights(sphere: bool) -> Arc<Scene> {
             square(s, centre, 0.4, true, light(radiance));
         }
         if sphere {
-            ball(s, Sphere::new(DVec3::ZERO, 1.0), Surface::new(Bsdf::Glass { index: 1.0 }));
+            ball(
+                s,
+                Sphere::new(DVec3::ZERO, 1.0),
+                Surface::new(Bsdf::Glass { index: 1.0 }),
+            );
         }
     })
 }
@@ -49,18 +53,29 @@ struct Vanishing {
 const RAYS: u64 = 2_000;
 
 impl Property for Vanishing {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
         let mut worst = 0.0_f64;
         for _ in 0..RAYS {
             let aim = 0.9 * any_direction(&mut rng);
             let origin = DVec3::new(0.2, -0.3, 3.0);
             let ray = Ray::new(origin, (aim - origin).normalize());
-            let [with, without] =
-                [0, 1].map(|i| EstimatorKind::Whitted(5).radiance(setup, &self.scenes[i], &ray, &mut rng));
+            let [with, without] = [0, 1].map(|i| {
+                EstimatorKind::Whitted(5).radiance(setup, &self.scenes[i], &ray, &mut rng)
+            });
             worst = worst.max((with - without).abs().max_element());
         }
-        vec![Outcome::exact("difference", RAYS, worst, 1e-12, "the worst ray")]
+        vec![Outcome::exact(
+            "difference",
+            RAYS,
+            worst,
+            1e-12,
+            "the worst ray",
+        )]
     }
 }
 
@@ -69,26 +84,39 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
-        radiance("glass/slab", &FRESNEL, (&slab(), EstimatorKind::Path, |_| towards_origin(60f64.to_radians())))
-            .says(format!(
-                "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
+        radiance(
+            "glass/slab",
+            &FRESNEL,
+            (&slab(), EstimatorKind::Path, |_| {
+                towards_origin(60f64.to_radians())
+            }),
+        )
+        .says(format!(
+            "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                  anew for light without polarisation at each face, as (12) has it",
-                through(r)
-            ))
-            .by_points((through(r), SINGLE), 170_000),
+            through(r)
+        ))
+        .by_points((through(r), SINGLE), 170_000),
         radiance(
             "glass/prism",
             &FRESNEL,
-            (&prism(), EstimatorKind::Path, |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)),
+            (&prism(), EstimatorKind::Path, |_| {
+                Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)
+            }),
         )
-        .says(format!("a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs", through(r0)))
+        .says(format!(
+            "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
+            through(r0)
+        ))
         .by_points((through(r0) * LIGHT, SINGLE), 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",
             &REFRACTION,
             ["estimator::Whitted", "exact"],
-            with_parts(Vanishing { scenes: [lights(true), lights(false)] }),
+            with_parts(Vanishing {
+                scenes: [lights(true), lights(false)],
+            }),
         ),
     ]
 }

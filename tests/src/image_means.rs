@@ -1,5 +1,5 @@
-//! Trials of estimators of whole images: the means of their passes, against a closed form or against the
-//! path tracer.
+//! Trials of estimators of whole images: the means of their passes, against a closed form or
+//! against the path tracer.
 
 use whitefurnace::estimator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
@@ -21,11 +21,20 @@ pub enum ImageEstimatorKind {
 
 impl ImageEstimatorKind {
     /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
-    fn pass<P: EstimatorParts>(self, parts: P, (scene, frame): (&Scene, [u32; 2]), pass: Pass) -> Option<Vec<DVec3>> {
+    fn pass<P: EstimatorParts>(
+        self,
+        parts: P,
+        (scene, frame): (&Scene, [u32; 2]),
+        pass: Pass,
+    ) -> Option<Vec<DVec3>> {
         let image = match self {
             Self::LightTracer => LightTracer { parts }.image(scene, frame, pass),
             Self::Bdpt => Bdpt::new(parts).image(scene, frame, pass),
-            Self::BdptEnds => Bdpt { parts, connections: Connections::Ends }.image(scene, frame, pass),
+            Self::BdptEnds => Bdpt {
+                parts,
+                connections: Connections::Ends,
+            }
+            .image(scene, frame, pass),
         };
         image.ok()
     }
@@ -51,11 +60,15 @@ pub struct Region {
 
 /// The whole image.
 pub const fn whole(delta: f64) -> Region {
-    Region { name: "image mean", holds: |_, _| true, delta }
+    Region {
+        name: "image mean",
+        holds: |_, _| true,
+        delta,
+    }
 }
 
-/// A scene, an estimator of whole images, the frame, where its numbers come from, and the replications at scale 1. A
-/// replication is one value: the mean of many pixels, nearly normal.
+/// A scene, an estimator of whole images, the frame, where its numbers come from, and the
+/// replications at scale 1. A replication is one value: the mean of many pixels, nearly normal.
 #[derive(Clone)]
 pub struct Passes {
     /// The scene.
@@ -71,7 +84,8 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// The mean [`level`] of each region, replication by replication; cubes are summed about `centre`.
+    /// The mean [`level`] of each region, replication by replication; cubes are summed about
+    /// `centre`.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -85,15 +99,32 @@ impl Passes {
             .iter()
             .map(|region| {
                 let holds = |(_, pixel): &(usize, [u32; 2])| (region.holds)(*pixel, self.frame);
-                pixels.clone().enumerate().filter(holds).map(|(i, _)| i).collect()
+                pixels
+                    .clone()
+                    .enumerate()
+                    .filter(holds)
+                    .map(|(i, _)| i)
+                    .collect()
             })
             .collect();
         let mut values = vec![Values::new(centre); regions.len()];
-        let (numbers, seed, passes) = (self.numbers, context.seed_of("passes"), self.numbers.samples());
+        let (numbers, seed, passes) = (
+            self.numbers,
+            context.seed_of("passes"),
+            self.numbers.samples(),
+        );
         for replication in 0..context.n(self.count) as u32 {
             let mut sums = vec![DVec3::ZERO; regions.len()];
             for index in replication * passes..(replication + 1) * passes {
-                let image = self.kind.pass(parts, (&self.scene, self.frame), Pass { numbers, seed, index })?;
+                let image = self.kind.pass(
+                    parts,
+                    (&self.scene, self.frame),
+                    Pass {
+                        numbers,
+                        seed,
+                        index,
+                    },
+                )?;
                 for (sum, inside) in sums.iter_mut().zip(&inside) {
                     *sum += inside.iter().map(|&i| image[i]).sum::<DVec3>();
                 }
@@ -120,21 +151,29 @@ struct MeanImage {
 }
 
 impl Property for MeanImage {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let means = self.passes.means(context, setup.parts, &self.regions, self.reference);
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
+        let means = self
+            .passes
+            .means(context, setup.parts, &self.regions, self.reference);
         let Some(means) = means else {
             return not_an_image();
         };
         let outcome = |(region, values): (&Region, &Values)| {
-            let claim = Claim::Exact { delta: region.delta * self.reference };
+            let claim = Claim::Exact {
+                delta: region.delta * self.reference,
+            };
             mean(region.name, values, self.reference, claim)
         };
         self.regions.iter().zip(&means).map(outcome).collect()
     }
 }
 
-/// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it of
-/// every single pass.
+/// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it
+/// of every single pass.
 pub fn image(
     name: &'static str,
     property: impl Into<String>,
@@ -143,8 +182,18 @@ pub fn image(
     reference: f64,
     regions: &[Region],
 ) -> FamilyTrial<EstimatorSubject> {
-    let same = MeanImage { passes: passes.clone(), reference, regions: regions.to_vec() };
-    trial(name, property, equation, [passes.kind.path(), "t"], with_parts(same))
+    let same = MeanImage {
+        passes: passes.clone(),
+        reference,
+        regions: regions.to_vec(),
+    };
+    trial(
+        name,
+        property,
+        equation,
+        [passes.kind.path(), "t"],
+        with_parts(same),
+    )
 }
 
 /// The image has the mean of the path tracer's.
@@ -172,7 +221,11 @@ impl SameAsPath {
 }
 
 impl Property for SameAsPath {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut rng = context.rng("path tracer");
         let frames = context.n(self.frames);
         let path = Values::collect(0.0, frames, || self.frame(&mut rng));
@@ -182,13 +235,15 @@ impl Property for SameAsPath {
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
         };
-        let claim = Claim::Exact { delta: self.delta * mean };
+        let claim = Claim::Exact {
+            delta: self.delta * mean,
+        };
         vec![welch("image mean", image, &path, claim)]
     }
 }
 
-/// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel; `delta`
-/// is relative to its mean.
+/// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel;
+/// `delta` is relative to its mean.
 pub fn same_as_path(
     name: &'static str,
     property: impl Into<String>,
@@ -196,8 +251,18 @@ pub fn same_as_path(
     passes: &Passes,
     (frames, delta): (u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
-    let same = SameAsPath { passes: passes.clone(), frames, delta };
-    trial(name, property, equation, [passes.kind.path(), "Welch"], with_parts(same))
+    let same = SameAsPath {
+        passes: passes.clone(),
+        frames,
+        delta,
+    };
+    trial(
+        name,
+        property,
+        equation,
+        [passes.kind.path(), "Welch"],
+        with_parts(same),
+    )
 }
 
 /// A trial whose subject is changed first, whatever else is wrong with it.
@@ -206,5 +271,8 @@ pub fn altered(
     alter: impl Fn(EstimatorSubject) -> EstimatorSubject + Send + Sync + 'static,
 ) -> FamilyTrial<EstimatorSubject> {
     let inner = Arc::clone(&family_trial.on);
-    FamilyTrial { on: Arc::new(move |context, subject| inner(context, alter(subject))), ..family_trial }
+    FamilyTrial {
+        on: Arc::new(move |context, subject| inner(context, alter(subject))),
+        ..family_trial
+    }
 }

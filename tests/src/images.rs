@@ -12,8 +12,8 @@ use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, ball, light, scene, seen_by, square, valid};
 
-/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if the estimator
-/// returns what no film can hold, which is a fault.
+/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if
+/// the estimator returns what no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,
@@ -31,8 +31,8 @@ pub(super) fn film<E: Estimator>(
     Some(film)
 }
 
-/// By how much each channel counts in the one number that stands for a pixel: unequally, so that channels
-/// that are exchanged or mixed change it.
+/// By how much each channel counts in the one number that stands for a pixel: unequally, so that
+/// channels that are exchanged or mixed change it.
 pub(super) const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
 
 /// What the statistics of images ask for, of all channels in one by their [`SHARES`].
@@ -44,7 +44,8 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    /// Renders replication by replication: a film keeps neither covariances of channels nor third moments.
+    /// Renders replication by replication: a film keeps neither covariances of channels nor third
+    /// moments.
     pub fn render<E: Estimator>(
         context: &Context,
         part: &str,
@@ -69,7 +70,11 @@ impl Levels {
     }
 
     pub fn statistics(&self) -> PixelStatistics<'_> {
-        PixelStatistics { mean: &self.mean, variance: &self.variance, count: &self.count }
+        PixelStatistics {
+            mean: &self.mean,
+            variance: &self.variance,
+            count: &self.count,
+        }
     }
 }
 
@@ -81,7 +86,10 @@ fn with_path<E: Estimator>(
     estimator: &E,
 ) -> Option<[Levels; 2]> {
     let image = Levels::render(context, part, frame.clone(), estimator)?;
-    Some([image, Levels::render(context, "path", frame, &Path::<Standard>::default())?])
+    Some([
+        image,
+        Levels::render(context, "path", frame, &Path::<Standard>::default())?,
+    ])
 }
 
 /// The test of the means of two images within a relative margin.
@@ -92,11 +100,17 @@ pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outc
 
 /// The outcome of an estimator whose values no film can hold.
 fn not_a_film() -> Vec<Outcome> {
-    vec![Outcome::exact("film", 0, f64::NAN, 0.0, "a radiance that no film holds")]
+    vec![Outcome::exact(
+        "film",
+        0,
+        f64::NAN,
+        0.0,
+        "a radiance that no film holds",
+    )]
 }
 
-/// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the sky's
-/// radiance.
+/// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the
+/// sky's radiance.
 struct WhiteFurnace(Arc<Scene>);
 
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
@@ -105,7 +119,11 @@ const FURNACE_SIZE: [u32; 2] = [48, 16];
 const FURNACE_REPLICATIONS: u64 = 24_000;
 
 impl Property for WhiteFurnace {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let parts = setup.parts;
         // One value per replication of the whole film: a mean of many pixels, nearly normal.
         let mut values = Values::new(1.0);
@@ -130,19 +148,25 @@ struct SameImage(Arc<Scene>);
 
 const ROOM_SIZE: [u32; 2] = [32, 24];
 const ROOM_REPLICATIONS: u64 = 1_200;
-/// Segments of the report's estimator: what it leaves out is below 2⁻²⁰ of the whole, a thousandth of the
-/// margin and less, as no albedo exceeds 1/2.
+/// Segments of the report's estimator: what it leaves out is below 2⁻²⁰ of the whole, a thousandth
+/// of the margin and less, as no albedo exceeds 1/2.
 const ROOM_SEGMENTS: u32 = 20;
 /// Absorption of all surfaces, by which the report's paths end.
 const ROOM_ABSORPTION: f64 = 0.25;
 
 /// Coloured balls in a coloured cube, without its light in sight.
 ///
-/// A bounce multiplies the report's radiance by 2ρ cos θ/(1 − α), if the path survives. The third moment of
-/// that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one: else samples never know
-/// their own skewness. With albedos of 3/4, as in the report's room, it is 1.5.
+/// A bounce multiplies the report's radiance by 2ρ cos θ/(1 − α), if the path survives. The third
+/// moment of that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one:
+/// else samples never know their own skewness. With albedos of 3/4, as in the report's room, it is
+/// 1.5.
 fn coloured_room() -> Arc<Scene> {
-    let camera = Camera::new(DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.6, 0.5, -0.7), DVec3::Z, 0.5);
+    let camera = Camera::new(
+        DVec3::new(-0.8, -0.7, 0.4),
+        DVec3::new(0.6, 0.5, -0.7),
+        DVec3::Z,
+        0.5,
+    );
     seen_by(camera, "coloured room", |s| {
         let surface = |albedo| Surface::new(Bsdf::Lambert { albedo }).absorbing(ROOM_ABSORPTION);
         let wall = s.surface(surface(DVec3::new(0.5, 0.4, 0.25)));
@@ -158,7 +182,11 @@ fn coloured_room() -> Arc<Scene> {
 const FLATNESS: f64 = 0.25;
 
 impl Property for SameImage {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let n = context.n(ROOM_REPLICATIONS) as u32;
         let report = Report {
             parts: setup.parts,
@@ -186,12 +214,21 @@ const CONVEX_SIZE: [u32; 2] = [32, 32];
 const CONVEX_REPLICATIONS: u64 = 2_600;
 
 impl Property for Convex {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let n = context.n(CONVEX_REPLICATIONS) as u32;
-        let whitted = Whitted { parts: setup.parts, segments: setup.segments.unwrap_or(1), rules: setup.rules };
+        let whitted = Whitted {
+            parts: setup.parts,
+            segments: setup.segments.unwrap_or(1),
+            rules: setup.rules,
+        };
         let frame = (&*self.0, CONVEX_SIZE, 0..n);
-        with_path(context, "whitted", frame, &whitted)
-            .map_or_else(not_a_film, |[a, b]| vec![same_mean("image mean", &a, &b, BOUNCES)])
+        with_path(context, "whitted", frame, &whitted).map_or_else(not_a_film, |[a, b]| {
+            vec![same_mean("image mean", &a, &b, BOUNCES)]
+        })
     }
 }
 
@@ -200,20 +237,28 @@ fn convex() -> Arc<Scene> {
     scene("convex object", |s| {
         // In other proportions than the light, so that no exchange of channels undoes the other's.
         let albedo = FLOOR * DVec3::new(0.9, 1.0, 0.5);
-        ball(s, Sphere::new(DVec3::ZERO, 0.5), Surface::new(Bsdf::Lambert { albedo }));
+        ball(
+            s,
+            Sphere::new(DVec3::ZERO, 0.5),
+            Surface::new(Bsdf::Lambert { albedo }),
+        );
         square(s, 1.5 * DVec3::Z, 0.2, false, light(LIGHT));
     })
 }
 
-/// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths: most find
-/// it, which keeps the variance of hits low.
+/// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths:
+/// most find it, which keeps the variance of hits low.
 struct SameStrategies(Arc<Scene>);
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
 const CAVITY_REPLICATIONS: u64 = 5_200;
 
 impl Property for SameStrategies {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
         let frame = (&*self.0, CAVITY_SIZE, 0..n);
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
@@ -223,7 +268,10 @@ impl Property for SameStrategies {
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
             return not_a_film();
         };
-        vec![same_mean("bsdf and mis", &bsdf, &mis, IMAGE), same_mean("light and mis", &light, &mis, IMAGE)]
+        vec![
+            same_mean("bsdf and mis", &bsdf, &mis, IMAGE),
+            same_mean("light and mis", &light, &mis, IMAGE),
+        ]
     }
 }
 
@@ -243,14 +291,20 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "images/diffuse-room",
             "the path tracer and the report's estimator, unlimited, make the same image",
             &RENDERING,
-            ["render::render, estimator::Path, estimator::Report", "Welch, equivalence"],
+            [
+                "render::render, estimator::Path, estimator::Report",
+                "Welch, equivalence",
+            ],
             with_parts(same),
         ),
         trial(
             "images/convex-object",
             "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
             &WHITTED,
-            ["render::render, estimator::Whitted, estimator::Path", "Welch"],
+            [
+                "render::render, estimator::Whitted, estimator::Path",
+                "Welch",
+            ],
             with_parts(Convex(convex())),
         ),
         trial(

@@ -1,9 +1,9 @@
 //! Roulette where its variance is infinite: survival at most the squared albedo.
 //!
-//! The mean is still right, but the second moment does not exist: a t test of the mean is valid for no
-//! number of samples, and no equivalence of means follows from it. Two things can be tested instead.
-//! The whole law is known: with albedo a and survival q a walk of k bounces is worth
-//! x_k = Σ (a/q)^j over j ≤ k and has probability (1 − q) q^k, from which the mean follows by summation.
+//! The mean is still right, but the second moment does not exist: a t test of the mean is valid for
+//! no number of samples, and no equivalence of means follows from it. Two things can be tested
+//! instead. The whole law is known: with albedo a and survival q a walk of k bounces is worth x_k =
+//! Σ (a/q)^j over j ≤ k and has probability (1 − q) q^k, from which the mean follows by summation.
 //! And min(X, x_c) is bounded, with a closed form of its mean, so that the empirical Bernstein
 //! inequality holds for it.
 
@@ -34,7 +34,10 @@ struct Law {
     survival: f64,
 }
 
-const LAW: Law = Law { albedo: ALBEDO, survival: SURVIVAL };
+const LAW: Law = Law {
+    albedo: ALBEDO,
+    survival: SURVIVAL,
+};
 
 impl Law {
     /// x_k = (r^(k+1) − 1)/(r − 1) with r = a/q.
@@ -70,10 +73,14 @@ impl Law {
     }
 }
 
-/// Values of `draw` against the law: their frequencies (any other value is forbidden), and the mean of
-/// min(X, x_c) by empirical Bernstein.
+/// Values of `draw` against the law: their frequencies (any other value is forbidden), and the mean
+/// of min(X, x_c) by empirical Bernstein.
 fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome> {
-    let mut counts = Counts { n, observed: vec![0; CELLS], ..Counts::default() };
+    let mut counts = Counts {
+        n,
+        observed: vec![0; CELLS],
+        ..Counts::default()
+    };
     let (highest, reference) = (LAW.value(c), LAW.mean_up_to(c));
     let mut values = Values::new(reference);
     for _ in 0..n {
@@ -97,7 +104,13 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
     let delta = BOUNCES * reference;
     vec![
         chi_square("values of the law", &partition, &counts, CELL_DELTA),
-        bounded_mean("radiance", &values, reference, [0.0, highest], Claim::Exact { delta }),
+        bounded_mean(
+            "radiance",
+            &values,
+            reference,
+            [0.0, highest],
+            Claim::Exact { delta },
+        ),
     ]
 }
 
@@ -106,7 +119,9 @@ const WALKS: u64 = 9_000_000;
 /// Walks follow the law.
 fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("law");
-    against_the_law(context.n(WALKS), 8, || walk(&mut rng, parts, ALBEDO, SURVIVAL))
+    against_the_law(context.n(WALKS), 8, || {
+        walk(&mut rng, parts, ALBEDO, SURVIVAL)
+    })
 }
 
 /// Squared albedos times these are the survivals on both sides of the boundary.
@@ -116,9 +131,10 @@ const TERMS: u32 = 400;
 /// Tolerance of those sums, relative.
 const SUMMED: f64 = 1e-9;
 
-/// The mean and the second moment by summation over the number of bounces, with the values that walks
-/// of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second moment is
-/// the closed form's where survival exceeds the squared albedo, and elsewhere its terms never fall.
+/// The mean and the second moment by summation over the number of bounces, with the values that
+/// walks of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second
+/// moment is the closed form's where survival exceeds the squared albedo, and elsewhere its terms
+/// never fall.
 fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("walks of given length");
     let [mut mean_error, mut moment_error] = [Largest::default(), Largest::default()];
@@ -127,7 +143,11 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
         for q in SIDES.map(|side| side * a * a) {
             pairs += 1;
             let mut value = |bounces| {
-                let certain = WalkParts { survives: |_, _| true, longest: Some(bounces), ..parts };
+                let certain = WalkParts {
+                    survives: |_, _| true,
+                    longest: Some(bounces),
+                    ..parts
+                };
                 walk(&mut rng, certain, a, q)
             };
             let term = |(k, x): (i32, f64)| (1.0 - q) * q.powi(k) * x;
@@ -150,8 +170,12 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
             moment_error.see(error, place);
         }
     }
-    let exact = |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUMMED, worst.place);
-    vec![exact("mean by summation", mean_error), exact("second moment by summation", moment_error)]
+    let exact =
+        |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUMMED, worst.place);
+    vec![
+        exact("mean by summation", mean_error),
+        exact("second moment by summation", moment_error),
+    ]
 }
 
 /// The trials of the abstract furnace.
@@ -176,18 +200,26 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
 
 const PATHS: u64 = 3_800_000;
 
-/// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its radiance
-/// has the same law, as no direction changes it.
+/// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its
+/// radiance has the same law, as no direction changes it.
 pub fn hall() -> FamilyTrial<EstimatorSubject> {
-    let probe = Probe { scene: sphere_furnace(mirror(ALBEDO), 0.0), kind: EstimatorKind::Path, ray: inside };
+    let probe = Probe {
+        scene: sphere_furnace(mirror(ALBEDO), 0.0),
+        kind: EstimatorKind::Path,
+        ray: inside,
+    };
     trial(
         "furnace/mirrors/infinite-variance",
-        format!("in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"),
+        format!(
+            "in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"
+        ),
         &ROULETTE,
         ["estimator::Path", "chi-square, empirical Bernstein"],
         move |context: &Context, subject: EstimatorSubject| {
-            let setup =
-                subject.with(PartTable { survival_by_throughput: |_, _| SURVIVAL, ..subject.parts.unwrap_or(CORRECT) });
+            let setup = subject.with(PartTable {
+                survival_by_throughput: |_, _| SURVIVAL,
+                ..subject.parts.unwrap_or(CORRECT)
+            });
             let mut radiance = probe.radiances(setup, context.seed_of("radiance"));
             against_the_law(context.n(PATHS), 4, || radiance().x)
         },

@@ -1,5 +1,5 @@
-//! Direct light through whole estimators: irradiance of lights of every shape in closed form, by each
-//! strategy alone and by both.
+//! Direct light through whole estimators: irradiance of lights of every shape in closed form, by
+//! each strategy alone and by both.
 
 use whitefurnace::estimator::Heuristic;
 use whitefurnace::harness::chi_square::Counts;
@@ -9,8 +9,9 @@ use crate::form_factors;
 use crate::mean_radiance::{Draws, MeanRadiance};
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light, near_light,
-    polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights, triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light,
+    near_light, polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights,
+    triangle_light,
 };
 use crate::streams::frequencies;
 
@@ -27,7 +28,16 @@ pub fn three() -> f64 {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [lights(), strategies(), form_factors::trials(), vec![weights()], picks()].into_iter().flatten().collect()
+    [
+        lights(),
+        strategies(),
+        form_factors::trials(),
+        vec![weights()],
+        picks(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// A light over the floor: the scene, E/L at the origin, and what it is.
@@ -43,26 +53,70 @@ pub(super) fn lit(
 ) -> FamilyTrial<EstimatorSubject> {
     let reference = reflected(*irradiance);
     let property = format!("a floor reflects {reference:.6} of {light}");
-    radiance(name, equation, (scene, kind, ray)).says(property).drawn((reference, SINGLE), draws)
+    radiance(name, equation, (scene, kind, ray))
+        .says(property)
+        .drawn((reference, SINGLE), draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     use EstimatorKind::{Path, Report, Whitted};
     let [a, b, ..] = RECTANGLE;
     let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let square = (rectangle_light(false), polygon_irradiance(&RECTANGLE), "a square light's radiance");
-    let hidden = (half_hidden_light(), polygon_irradiance(&visible_half), "a square light that a wall hides by half");
-    let away = (rectangle_light(true), 0.0, "a light that shines the other way");
-    let triangle = (triangle_light(), polygon_irradiance(&TRIANGLE), "a slanted triangular light");
-    let sphere = (sphere_light(), sphere_irradiance(0.5, 2.0, 1.0), "a spherical light");
-    let three = (three_lights(), three(), "three lights of different size and radiance");
+    let square = (
+        rectangle_light(false),
+        polygon_irradiance(&RECTANGLE),
+        "a square light's radiance",
+    );
+    let hidden = (
+        half_hidden_light(),
+        polygon_irradiance(&visible_half),
+        "a square light that a wall hides by half",
+    );
+    let away = (
+        rectangle_light(true),
+        0.0,
+        "a light that shines the other way",
+    );
+    let triangle = (
+        triangle_light(),
+        polygon_irradiance(&TRIANGLE),
+        "a slanted triangular light",
+    );
+    let sphere = (
+        sphere_light(),
+        sphere_irradiance(0.5, 2.0, 1.0),
+        "a spherical light",
+    );
+    let three = (
+        three_lights(),
+        three(),
+        "three lights of different size and radiance",
+    );
     let by = |name, light, kind, equation, scrambles| {
-        lit(name, light, (kind, |_| at_origin()), equation, Draws::Scrambles(scrambles))
+        lit(
+            name,
+            light,
+            (kind, |_| at_origin()),
+            equation,
+            Draws::Scrambles(scrambles),
+        )
     };
     vec![
         by("irradiance/rectangle", &square, Path, &GEOMETRY, 32_000),
-        by("irradiance/rectangle-report", &square, Report(2), &GEOMETRY, 11_000),
-        by("irradiance/rectangle-whitted", &square, Whitted(7), &WHITTED, 11_000),
+        by(
+            "irradiance/rectangle-report",
+            &square,
+            Report(2),
+            &GEOMETRY,
+            11_000,
+        ),
+        by(
+            "irradiance/rectangle-whitted",
+            &square,
+            Whitted(7),
+            &WHITTED,
+            11_000,
+        ),
         by("irradiance/half-hidden", &hidden, Path, &GEOMETRY, 980_000),
         by("irradiance/behind", &away, Path, &GEOMETRY, 11_000),
         by("irradiance/triangle", &triangle, Path, &GEOMETRY, 70_000),
@@ -76,32 +130,86 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let alone = |name, how, scene, polygon: &[_], scrambles, alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
-        let probe = Probe { scene, kind: EstimatorKind::Path, ray: |_| at_origin() };
-        let mean = MeanRadiance { probe, claim: (reference, SINGLE), draws: Draws::Scrambles(scrambles) };
-        trial(name, property, &MIS, ["estimator::Path", "t"], move |context: &Context, subject: EstimatorSubject| {
-            mean.run(context, subject.with(alone(subject.parts.unwrap_or(CORRECT))))
-        })
+        let probe = Probe {
+            scene,
+            kind: EstimatorKind::Path,
+            ray: |_| at_origin(),
+        };
+        let mean = MeanRadiance {
+            probe,
+            claim: (reference, SINGLE),
+            draws: Draws::Scrambles(scrambles),
+        };
+        trial(
+            name,
+            property,
+            &MIS,
+            ["estimator::Path", "t"],
+            move |context: &Context, subject: EstimatorSubject| {
+                mean.run(
+                    context,
+                    subject.with(alone(subject.parts.unwrap_or(CORRECT))),
+                )
+            },
+        )
     };
     // A horizontal direction has no density: the path ends after its shadow ray.
-    let shadow_rays = |table| PartTable { cosine_hemisphere: |_| DVec3::X, mis_weight: |_, _| 1.0, ..table };
-    let hits = |table| PartTable { visible: |_, _, _, _| false, mis_weight: |_, _| 1.0, ..table };
+    let shadow_rays = |table| PartTable {
+        cosine_hemisphere: |_| DVec3::X,
+        mis_weight: |_, _| 1.0,
+        ..table
+    };
+    let hits = |table| PartTable {
+        visible: |_, _, _, _| false,
+        mis_weight: |_, _| 1.0,
+        ..table
+    };
     let far = rectangle_light(false);
     vec![
-        alone("irradiance/shadow-rays-alone", "by shadow rays", far, &RECTANGLE, 11_000, shadow_rays),
-        alone("irradiance/hits-alone", "by hits", near_light(), &NEAR, 47_000, hits),
+        alone(
+            "irradiance/shadow-rays-alone",
+            "by shadow rays",
+            far,
+            &RECTANGLE,
+            11_000,
+            shadow_rays,
+        ),
+        alone(
+            "irradiance/hits-alone",
+            "by hits",
+            near_light(),
+            &NEAR,
+            47_000,
+            hits,
+        ),
     ]
 }
 
 const ARGUMENTS: u64 = 10_000;
 
-/// The weights of both strategies sum to one, and are in proportion to the densities or to their squares.
+/// The weights of both strategies sum to one, and are in proportion to the densities or to their
+/// squares.
 pub(super) struct Weights(pub Heuristic);
 
 impl Property for Weights {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let (power, parts) = (self.0 == Heuristic::Power, setup.parts);
-        let (stream, proportion) = if power { ("power weights", "squares") } else { ("weights", "balance") };
-        let weight = |p, q| if power { parts.mis_power_weight(p, q) } else { parts.mis_weight(p, q) };
+        let (stream, proportion) = if power {
+            ("power weights", "squares")
+        } else {
+            ("weights", "balance")
+        };
+        let weight = |p, q| {
+            if power {
+                parts.mis_power_weight(p, q)
+            } else {
+                parts.mis_weight(p, q)
+            }
+        };
         let times = |weight: f64, p: f64| if power { weight * p * p } else { weight * p };
         let mut rng = context.rng(stream);
         let (mut sum, mut unlike) = (0.0_f64, 0.0_f64);
@@ -111,7 +219,15 @@ impl Property for Weights {
             sum = sum.max((a + b - 1.0).abs());
             unlike = unlike.max((times(a, q) - times(b, p)).abs());
         }
-        let exact = |name, error| Outcome::exact(name, ARGUMENTS, error, 1e-12, "the worst of random densities");
+        let exact = |name, error| {
+            Outcome::exact(
+                name,
+                ARGUMENTS,
+                error,
+                1e-12,
+                "the worst of random densities",
+            )
+        };
         vec![exact("sum of weights", sum), exact(proportion, unlike)]
     }
 }
@@ -119,7 +235,13 @@ impl Property for Weights {
 fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
     let judged = ["radiometry::balance", "exact"];
-    trial("irradiance/weights", property, &MIS, judged, with_parts(Weights(Heuristic::Balance)))
+    trial(
+        "irradiance/weights",
+        property,
+        &MIS,
+        judged,
+        with_parts(Weights(Heuristic::Balance)),
+    )
 }
 
 /// Emitters are picked with the probabilities that they say: by given shares, or by flux.
@@ -129,8 +251,16 @@ struct Picks {
 }
 
 impl Property for Picks {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
-        let mut rng = context.rng(if self.by_flux.is_some() { "picks" } else { "picks by share" });
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
+        let mut rng = context.rng(if self.by_flux.is_some() {
+            "picks"
+        } else {
+            "picks by share"
+        });
         let n = context.n(1_300_000);
         // Shares that are given are handed on as they are.
         let rounding = if self.by_flux.is_some() { 1e-15 } else { 0.0 };
@@ -148,10 +278,25 @@ impl Property for Picks {
             observed[pick] += 1;
             unlike = unlike.max((share - self.shares[pick]).abs());
         }
-        let counts = Counts { n, observed, ..Counts::default() };
+        let counts = Counts {
+            n,
+            observed,
+            ..Counts::default()
+        };
         vec![
-            frequencies("picks", self.shares.to_vec(), |i| format!("emitter {i}"), &counts),
-            Outcome::exact("share of the pick", n, unlike, rounding, "the worst of all picks"),
+            frequencies(
+                "picks",
+                self.shares.to_vec(),
+                |i| format!("emitter {i}"),
+                &counts,
+            ),
+            Outcome::exact(
+                "share of the pick",
+                n,
+                unlike,
+                rounding,
+                "the worst of all picks",
+            ),
         ]
     }
 }
@@ -160,14 +305,46 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
     const SHARES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
     const FLUXES: [f64; 4] = [3.0, 2.0, 0.0, 3.0];
     let picks = |name, of, equation, part, picks| {
-        let property = format!("each of four emitters is picked with its share {of} as probability, never without one");
-        trial(name, property, equation, [part, "chi-square"], with_parts(picks))
+        let property = format!(
+            "each of four emitters is picked with its share {of} as probability, never without one"
+        );
+        trial(
+            name,
+            property,
+            equation,
+            [part, "chi-square"],
+            with_parts(picks),
+        )
     };
-    let of_flux = FLUXES.map(|flux| if flux > 0.0 { 0.5 * flux / 8.0 + 0.5 / 3.0 } else { 0.0 });
-    let by_flux = Picks { shares: of_flux, by_flux: Some(FluxPicks::new(&FLUXES)) };
-    let by_share = Picks { shares: SHARES, by_flux: None };
+    let of_flux = FLUXES.map(|flux| {
+        if flux > 0.0 {
+            0.5 * flux / 8.0 + 0.5 / 3.0
+        } else {
+            0.0
+        }
+    });
+    let by_flux = Picks {
+        shares: of_flux,
+        by_flux: Some(FluxPicks::new(&FLUXES)),
+    };
+    let by_share = Picks {
+        shares: SHARES,
+        by_flux: None,
+    };
     vec![
-        picks("irradiance/picks", "by flux", &ESTIMATOR, "light_pick::FluxPicks", by_flux),
-        picks("irradiance/picks-by-share", "of what may come", &LIGHT_PICK, "light_pick::pick", by_share),
+        picks(
+            "irradiance/picks",
+            "by flux",
+            &ESTIMATOR,
+            "light_pick::FluxPicks",
+            by_flux,
+        ),
+        picks(
+            "irradiance/picks-by-share",
+            "of what may come",
+            &LIGHT_PICK,
+            "light_pick::pick",
+            by_share,
+        ),
     ]
 }

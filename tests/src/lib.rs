@@ -1,6 +1,7 @@
 //! The registry: every property on trial, each with faulty subjects that must be rejected.
 //!
-//! The tests and the experiments only loop over [`all`]; the faults are listed in [`crate::faults`].
+//! The tests and the experiments only loop over [`all`]; the faults are listed in
+//! [`crate::faults`].
 
 mod accumulators;
 mod adaptive;
@@ -93,17 +94,27 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 
 /// Every trial of the suite.
 pub fn all() -> Vec<Trial> {
-    families().iter().flat_map(|family| family.trials()).collect()
+    families()
+        .iter()
+        .flat_map(|family| family.trials())
+        .collect()
 }
 
 /// Every fault and every equivalent mutant.
 pub fn all_faults() -> Vec<FaultData> {
-    families().iter().flat_map(|family| family.faults()).collect()
+    families()
+        .iter()
+        .flat_map(|family| family.faults())
+        .collect()
 }
 
-/// The full table: every fault and equivalent mutant under every trial that takes its type of subject.
+/// The full table: every fault and equivalent mutant under every trial that takes its type of
+/// subject.
 pub fn matrix() -> Vec<Pair> {
-    families().iter().flat_map(|family| family.pairs()).collect()
+    families()
+        .iter()
+        .flat_map(|family| family.pairs())
+        .collect()
 }
 
 /// The equivalent mutants under the trials that must accept them.

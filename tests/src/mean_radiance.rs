@@ -13,19 +13,35 @@ pub const BOUNCES: f64 = 0.005;
 /// δ of image means, relative.
 pub const IMAGE: f64 = 0.01;
 
-/// The mean of so many values against a reference; δ is relative to it, and 0 if every value is the reference.
-pub fn mean_of(name: &str, (reference, delta): (f64, f64), n: u64, value: impl FnMut() -> f64) -> Outcome {
+/// The mean of so many values against a reference; δ is relative to it, and 0 if every value is the
+/// reference.
+pub fn mean_of(
+    name: &str,
+    (reference, delta): (f64, f64),
+    n: u64,
+    value: impl FnMut() -> f64,
+) -> Outcome {
     let values = Values::collect(reference, n, value);
-    mean(name, &values, reference, Claim::Exact { delta: delta * reference })
+    mean(
+        name,
+        &values,
+        reference,
+        Claim::Exact {
+            delta: delta * reference,
+        },
+    )
 }
 
-/// The same of several values that are drawn together: each has a name, a reference and an absolute δ.
+/// The same of several values that are drawn together: each has a name, a reference and an absolute
+/// δ.
 pub fn means<S: AsRef<str>, const N: usize>(
     about: [(S, f64, f64); N],
     n: u64,
     mut draw: impl FnMut() -> [f64; N],
 ) -> Vec<Outcome> {
-    let mut all = about.each_ref().map(|(_, reference, _)| Values::new(*reference));
+    let mut all = about
+        .each_ref()
+        .map(|(_, reference, _)| Values::new(*reference));
     for _ in 0..n {
         for (values, value) in all.iter_mut().zip(draw()) {
             values.push(value);
@@ -52,8 +68,9 @@ pub struct MeanRadiance {
 pub enum Draws {
     /// So many rays, by independent numbers.
     Rays(u64),
-    /// So many means of [`POINTS`] rays, by the points of a scramble of a Sobol' sequence. Each point alone is uniform,
-    /// whence the expectation is the same whatever an estimator does with it, and a smooth estimate varies much less.
+    /// So many means of [`POINTS`] rays, by the points of a scramble of a Sobol' sequence. Each
+    /// point alone is uniform, whence the expectation is the same whatever an estimator does with
+    /// it, and a smooth estimate varies much less.
     Scrambles(u64),
 }
 
@@ -63,30 +80,44 @@ const POINTS: u16 = 16;
 const TOGETHER: u32 = 16;
 
 impl Property for MeanRadiance {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let Probe { scene, kind, .. } = &self.probe;
         let outcome = match self.draws {
             Draws::Rays(n) => {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
-                mean_of("radiance", self.claim, context.n(n), || level(scene, radiance()))
+                mean_of("radiance", self.claim, context.n(n), || {
+                    level(scene, radiance())
+                })
             }
             Draws::Scrambles(n) => {
                 let (mut rng, seed) = (context.rng("radiance"), context.seed_of("points"));
                 let (mut means, mut next) = (Vec::new().into_iter(), 0);
                 let value = || {
                     means.next().unwrap_or_else(|| {
-                        let names =
-                            (next..next + TOGETHER).flat_map(|scramble| (0..POINTS).map(move |i| (scramble, i)));
+                        let names = (next..next + TOGETHER)
+                            .flat_map(|scramble| (0..POINTS).map(move |i| (scramble, i)));
                         next += TOGETHER;
                         let rays = names.map(|(number, index)| {
                             let fill = stream(seed, index.into(), number);
-                            ((self.probe.ray)(&mut rng), Sobol::new(index, scramble(seed, 0, number), fill))
+                            (
+                                (self.probe.ray)(&mut rng),
+                                Sobol::new(index, scramble(seed, 0, number), fill),
+                            )
                         });
                         let radiances = kind.radiances(setup, scene, rays);
                         let mean = |points: &[DVec3]| {
-                            points.iter().map(|point| level(scene, *point)).sum::<f64>() / f64::from(POINTS)
+                            points.iter().map(|point| level(scene, *point)).sum::<f64>()
+                                / f64::from(POINTS)
                         };
-                        means = radiances.chunks(POINTS.into()).map(mean).collect::<Vec<_>>().into_iter();
+                        means = radiances
+                            .chunks(POINTS.into())
+                            .map(mean)
+                            .collect::<Vec<_>>()
+                            .into_iter();
                         means.next().expect("a mean of each scramble")
                     })
                 };
@@ -119,10 +150,20 @@ pub fn radiance(
     equation: &'static Equation,
     (scene, kind, ray): (&Arc<Scene>, EstimatorKind, Rays),
 ) -> Radiance {
-    Radiance { name, equation, probe: Probe { scene: Arc::clone(scene), kind, ray }, property: String::new() }
+    Radiance {
+        name,
+        equation,
+        probe: Probe {
+            scene: Arc::clone(scene),
+            kind,
+            ray,
+        },
+        property: String::new(),
+    }
 }
 
-/// A trial of a mean radiance that is still to be told its [property](Self::says) and [reference](Self::is).
+/// A trial of a mean radiance that is still to be told its [property](Self::says) and
+/// [reference](Self::is).
 pub struct Radiance {
     name: &'static str,
     equation: &'static Equation,
@@ -133,7 +174,10 @@ pub struct Radiance {
 impl Radiance {
     /// With its property in words.
     pub fn says(self, property: impl Into<String>) -> Self {
-        Self { property: property.into(), ..self }
+        Self {
+            property: property.into(),
+            ..self
+        }
     }
 
     /// The trial: reference and relative δ as in [`mean_of`], and the number of rays at scale 1.
@@ -148,9 +192,24 @@ impl Radiance {
 
     /// The same by rays or scrambles.
     pub fn drawn(self, claim: (f64, f64), draws: Draws) -> FamilyTrial<EstimatorSubject> {
-        let Self { name, equation, probe, property } = self;
+        let Self {
+            name,
+            equation,
+            probe,
+            property,
+        } = self;
         let judged = [path(probe.kind), "t"];
-        trial(name, property, equation, judged, with_parts(MeanRadiance { probe, claim, draws }))
+        trial(
+            name,
+            property,
+            equation,
+            judged,
+            with_parts(MeanRadiance {
+                probe,
+                claim,
+                draws,
+            }),
+        )
     }
 }
 

@@ -1,5 +1,6 @@
-//! Surfaces just farther apart than those that a scene refuses because they coincide: each estimator meets the one in front,
-//! and shadow rays find what paths find, in whatever order the scene has them.
+//! Surfaces just farther apart than those that a scene refuses because they coincide: each
+//! estimator meets the one in front, and shadow rays find what paths find, in whatever order the
+//! scene has them.
 
 use whitefurnace::scene::COINCIDENT;
 
@@ -7,7 +8,8 @@ use crate::by_bodies::{BY_BODIES, add_lens, lens};
 use crate::irradiance::reflected;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, ball, corners, floor, lambert, light, mirror, polygon_irradiance, scene, square,
+    FLOOR, LIGHT, NEAR, ball, corners, floor, lambert, light, mirror, polygon_irradiance, scene,
+    square,
 };
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
@@ -20,17 +22,25 @@ const REFLECTANCE: f64 = 0.9;
 const MIRROR: f64 = 0.4;
 const LAMP: f64 = -0.2;
 
-const BLACK: Surface = Surface { bsdf: Bsdf::Black, emission: DVec3::ZERO, absorption: 0.0 };
+const BLACK: Surface = Surface {
+    bsdf: Bsdf::Black,
+    emission: DVec3::ZERO,
+    absorption: 0.0,
+};
 
 /// Adds parts in this order or the other.
 fn in_order(s: &mut SceneBuilder, is_reversed: bool, parts: [&dyn Fn(&mut SceneBuilder); 2]) {
-    let [first, second] = if is_reversed { [parts[1], parts[0]] } else { parts };
+    let [first, second] = if is_reversed {
+        [parts[1], parts[0]]
+    } else {
+        parts
+    };
     first(s);
     second(s);
 }
 
-/// A patch at the origin under a mirror in which alone it sees a light, and black sheets at distance [`GAP`] to mirror and
-/// light: before the mirror, or behind both.
+/// A patch at the origin under a mirror in which alone it sees a light, and black sheets at
+/// distance [`GAP`] to mirror and light: before the mirror, or behind both.
 fn mirror_with_sheets(covers: bool, is_reversed: bool) -> Arc<Scene> {
     scene("mirror with sheets", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
@@ -40,7 +50,13 @@ fn mirror_with_sheets(covers: bool, is_reversed: bool) -> Arc<Scene> {
             [
                 &|s| {
                     square(s, LAMP * DVec3::Z, 6.0, true, light(LIGHT));
-                    square(s, MIRROR * DVec3::Z, EXTENT, false, Surface::new(mirror(REFLECTANCE)));
+                    square(
+                        s,
+                        MIRROR * DVec3::Z,
+                        EXTENT,
+                        false,
+                        Surface::new(mirror(REFLECTANCE)),
+                    );
                 },
                 &|s| {
                     square(s, (LAMP - GAP) * DVec3::Z, EXTENT, true, BLACK);
@@ -60,9 +76,12 @@ fn covered_light(is_reversed: bool) -> Arc<Scene> {
         in_order(
             s,
             is_reversed,
-            [&|s| square(s, height * DVec3::Z, 2.0, false, light(LIGHT)), &|s| {
-                square(s, (height - GAP) * DVec3::Z, 2.0 + 1e-6, false, BLACK);
-            }],
+            [
+                &|s| square(s, height * DVec3::Z, 2.0, false, light(LIGHT)),
+                &|s| {
+                    square(s, (height - GAP) * DVec3::Z, 2.0 + 1e-6, false, BLACK);
+                },
+            ],
         );
     })
 }
@@ -70,7 +89,20 @@ fn covered_light(is_reversed: bool) -> Arc<Scene> {
 /// A patch that sees a light through a ball of glass alone, and this ball in a black one.
 fn covered_lens(is_reversed: bool) -> Arc<Scene> {
     scene("covered lens", |s| {
-        in_order(s, is_reversed, [&|s| add_lens(s), &|s| ball(s, Sphere { radius: 1.0 + GAP, ..lens() }, BLACK)]);
+        in_order(
+            s,
+            is_reversed,
+            [&|s| add_lens(s), &|s| {
+                ball(
+                    s,
+                    Sphere {
+                        radius: 1.0 + GAP,
+                        ..lens()
+                    },
+                    BLACK,
+                );
+            }],
+        );
     })
 }
 
@@ -78,12 +110,20 @@ fn covered_lens(is_reversed: bool) -> Arc<Scene> {
 struct Covered([(&'static str, [Probe; 2]); 5]);
 
 impl Property for Covered {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let n = context.arguments(5_000);
         let outcome = |(name, probes): &(&str, [Probe; 2])| {
-            let mut radiances = probes.each_ref().map(|probe| probe.radiances(setup, context.seed_of(name)));
+            let mut radiances = probes
+                .each_ref()
+                .map(|probe| probe.radiances(setup, context.seed_of(name)));
             let brightest = (0..n).flat_map(|_| radiances.each_mut().map(|radiance| radiance()));
-            let brightest = brightest.fold(0.0, |brightest: f64, radiance| brightest.max(radiance.max_element()));
+            let brightest = brightest.fold(0.0, |brightest: f64, radiance| {
+                brightest.max(radiance.max_element())
+            });
             Outcome::exact(*name, n, brightest, 0.0, "the brightest of all rays")
         };
         self.0.iter().map(outcome).collect()
@@ -93,14 +133,25 @@ impl Property for Covered {
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror: fn(bool) -> Arc<Scene> = |is_reversed| mirror_with_sheets(true, is_reversed);
     let covered = [
-        ("light by light", covered_light as fn(bool) -> Arc<Scene>, LIGHT_ANGLE),
+        (
+            "light by light",
+            covered_light as fn(bool) -> Arc<Scene>,
+            LIGHT_ANGLE,
+        ),
         ("light by mis", covered_light, MIS_ANGLE),
         ("light by bodies", covered_light, BY_BODIES),
         ("mirror by bodies", mirror, BY_BODIES),
         ("lens by bodies", covered_lens, BY_BODIES),
     ];
     let covered = covered.map(|(name, scene, kind)| {
-        (name, [false, true].map(|is_reversed| Probe { scene: scene(is_reversed), kind, ray: near_origin }))
+        (
+            name,
+            [false, true].map(|is_reversed| Probe {
+                scene: scene(is_reversed),
+                kind,
+                ray: near_origin,
+            }),
+        )
     });
     let image = polygon_irradiance(&corners((2.0 * MIRROR - LAMP) * DVec3::Z, 6.0));
     let in_mirror = REFLECTANCE * reflected(image);
@@ -117,7 +168,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &SPECULAR_SPREAD,
             (&mirror_with_sheets(false, true), BY_BODIES, near_origin),
         )
-        .says(format!("a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"))
+        .says(format!(
+            "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
+        ))
         .by_points((in_mirror, SINGLE), 59_000),
     ]
 }

@@ -1,5 +1,5 @@
-//! More points for the outlines of lights, and camera rays that follow mirrors first: they leave the mean of a pixel as it
-//! is.
+//! More points for the outlines of lights, and camera rays that follow mirrors first: they leave
+//! the mean of a pixel as it is.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -8,8 +8,8 @@ use whitefurnace::outline::{self, POINTS, View};
 use crate::mean_radiance::means;
 use crate::prelude::*;
 
-/// How a pixel takes the points of an outline: their places, what it makes of what they show, and what rays show that
-/// follow mirrors.
+/// How a pixel takes the points of an outline: their places, what it makes of what they show, and
+/// what rays show that follow mirrors.
 #[derive(Clone, Copy)]
 pub struct OutlinePoints {
     /// By seed, pixel, replication and sample.
@@ -20,12 +20,24 @@ pub struct OutlinePoints {
     pub in_mirrors: fn(View, &Scene) -> View,
 }
 
-const RIGHT: OutlinePoints =
-    OutlinePoints { points: outline::points, replaced: outline::replaced, in_mirrors: View::in_mirrors };
+const RIGHT: OutlinePoints = OutlinePoints {
+    points: outline::points,
+    replaced: outline::replaced,
+    in_mirrors: View::in_mirrors,
+};
 
-/// What three lights show through a point of the pixel, one in each channel: a part of a disc, a triangle, a strip.
+/// What three lights show through a point of the pixel, one in each channel: a part of a disc, a
+/// triangle, a strip.
 fn shown([x, y]: [f64; 2]) -> DVec3 {
-    RADIANCE * DVec3::from([x * x + y * y < 1.0, x + 2.0 * y < 1.0, (x - 0.37).abs() < 0.01].map(f64::from))
+    RADIANCE
+        * DVec3::from(
+            [
+                x * x + y * y < 1.0,
+                x + 2.0 * y < 1.0,
+                (x - 0.37).abs() < 0.01,
+            ]
+            .map(f64::from),
+        )
 }
 
 /// Of the lights.
@@ -58,7 +70,8 @@ fn channels(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
     })
 }
 
-/// What the mirror reflects, and the share of the pixel in which a light is seen in it before a bright background.
+/// What the mirror reflects, and the share of the pixel in which a light is seen in it before a
+/// bright background.
 const REFLECTANCE: [f64; 3] = [0.25, 0.5, 1.0];
 const AREA_IN_MIRROR: f64 = 0.375;
 
@@ -66,29 +79,52 @@ fn light_in_mirror() -> Scene {
     let mut s = SceneBuilder::new("light in a mirror");
     s.background(DVec3::ONE);
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(RADIANCE)));
-    let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: REFLECTANCE.into() }));
-    s.rectangle(DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z], mirror);
+    let mirror = s.surface(Surface::new(Bsdf::Mirror {
+        reflectance: REFLECTANCE.into(),
+    }));
+    s.rectangle(
+        DVec3::new(-1.0, 1.0, -1.0),
+        [2.0 * DVec3::X, 2.0 * DVec3::Z],
+        mirror,
+    );
     // Its image in the mirror is twice as far behind it as it is behind the eye.
-    s.rectangle(DVec3::new(-3.0, -2.0, -3.0), [3.5 * DVec3::Z, 3.0 * DVec3::X], light);
-    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25)).expect("a legal scene")
+    s.rectangle(
+        DVec3::new(-3.0, -2.0, -3.0),
+        [3.5 * DVec3::Z, 3.0 * DVec3::X],
+        light,
+    );
+    s.build(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.25))
+        .expect("a legal scene")
 }
 
 /// The mean of each channel through a mirror, over replications of one sample.
 fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
-    let (mut rng, seed, scene) = (context.rng("samples"), context.seed_of("points"), light_in_mirror());
+    let (mut rng, seed, scene) = (
+        context.rng("samples"),
+        context.seed_of("points"),
+        light_in_mirror(),
+    );
     let path = Path::new(Standard, Strategy::Mis);
     let view = |[x, y]: [f64; 2]| {
         let ray = scene.camera().ray([1, 1], x, y);
         (subject.in_mirrors)(View::new(ray, scene.intersect(&ray)), &scene)
     };
-    let mean = |reflectance: f64| reflectance * (AREA_IN_MIRROR * RADIANCE + (1.0 - AREA_IN_MIRROR));
+    let mean =
+        |reflectance: f64| reflectance * (AREA_IN_MIRROR * RADIANCE + (1.0 - AREA_IN_MIRROR));
     let mut replication = 0;
-    let about = [0, 1, 2].map(|i| (["red", "green", "blue"][i], mean(REFLECTANCE[i]), REFLECTANCE[i] * EFFECT));
+    let about = [0, 1, 2].map(|i| {
+        (
+            ["red", "green", "blue"][i],
+            mean(REFLECTANCE[i]),
+            REFLECTANCE[i] * EFFECT,
+        )
+    });
     // As many samples as replications of two have.
     means(about, context.n(2 * REPLICATIONS), || {
         let seen = view(uniform2(&mut rng));
         let radiance = seen.weight * path.radiance(&scene, &seen.ray, seen.hit, &mut rng);
-        let shown = (subject.points)(seed, 7, replication, 0).map(|point| view(point).emitted(&scene));
+        let shown =
+            (subject.points)(seed, 7, replication, 0).map(|point| view(point).emitted(&scene));
         replication += 1;
         (subject.replaced)(radiance, seen.emitted(&scene), shown).to_array()
     })

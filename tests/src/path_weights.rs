@@ -1,5 +1,5 @@
-//! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates: one
-//! path at a time, with chosen random numbers, against densities in closed form.
+//! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates:
+//! one path at a time, with chosen random numbers, against densities in closed form.
 
 use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::estimator::Heuristic;
@@ -10,10 +10,13 @@ use whitefurnace::sampling::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{FLOOR, LIGHT, NEAR, ball, lambert, light, panel, scene, shares_of_picks, square, triangle};
+use crate::scenes::{
+    FLOOR, LIGHT, NEAR, ball, lambert, light, panel, scene, shares_of_picks, square, triangle,
+};
 use crate::script::Scripted;
 
-/// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked for.
+/// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked
+/// for.
 #[derive(Clone, Copy)]
 pub struct Side {
     parts: PartTable,
@@ -30,23 +33,51 @@ pub struct Sides {
     pub shadows: Side,
 }
 
-const SIDE: Side = Side { parts: CORRECT, heuristic: |heuristic| heuristic, lights: |lights| lights };
-const SIDES: Sides = Sides { hits: SIDE, shadows: SIDE };
+const SIDE: Side = Side {
+    parts: CORRECT,
+    heuristic: |heuristic| heuristic,
+    lights: |lights| lights,
+};
+const SIDES: Sides = Sides {
+    hits: SIDE,
+    shadows: SIDE,
+};
 
-/// A floor that shines, a square so near that most directions hit it, and farther lights of every shape: few of the
-/// densities agree.
+/// A floor that shines, a square so near that most directions hit it, and farther lights of every
+/// shape: few of the densities agree.
 fn lights() -> Arc<Scene> {
     scene("lights near and far", |s| {
         // Points on it are neither before nor behind this one, by rounding the one or the other.
-        square(s, DVec3::ZERO, 2.0, true, Surface::new(lambert(FLOOR)).emitting(DVec3::splat(0.1 * LIGHT)));
+        square(
+            s,
+            DVec3::ZERO,
+            2.0,
+            true,
+            Surface::new(lambert(FLOOR)).emitting(DVec3::splat(0.1 * LIGHT)),
+        );
         square(s, NEAR[0].z * DVec3::Z, 2.0, false, light(LIGHT));
         let corner = DVec3::new(3.0, -1.0, 0.5);
-        triangle(s, &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE], light(3.0 * LIGHT));
-        ball(s, Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5), light(5.0 * LIGHT));
+        triangle(
+            s,
+            &[corner, corner + 2.0 * DVec3::Y, corner + DVec3::ONE],
+            light(3.0 * LIGHT),
+        );
+        ball(
+            s,
+            Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5),
+            light(5.0 * LIGHT),
+        );
         // These two have no sampling by solid angle: it falls back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
         panel(s, DVec3::new(3.0, 3.0, 0.4), skewed, light(LIGHT));
-        ball(s, Sphere { zone: [-0.2, 0.4], ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6) }, light(LIGHT));
+        ball(
+            s,
+            Sphere {
+                zone: [-0.2, 0.4],
+                ..Sphere::new(DVec3::new(-1.0, -4.0, 0.8), 0.6)
+            },
+            light(LIGHT),
+        );
     })
 }
 
@@ -71,8 +102,10 @@ fn area(shape: &EmitterShape) -> f64 {
 /// The probability with which a shadow ray from a point picks each of the emitters.
 pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
     if lights != LightSampling::ByContribution {
-        let fluxes: Vec<f64> =
-            emitters.iter().map(|emitter| area(&emitter.shape) * emitter.radiance.element_sum()).collect();
+        let fluxes: Vec<f64> = emitters
+            .iter()
+            .map(|emitter| area(&emitter.shape) * emitter.radiance.element_sum())
+            .collect();
         return shares_of_picks(&fluxes);
     }
     let irradiance = |emitter: &Emitter| {
@@ -80,28 +113,42 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
             let (d, a) = (middle.distance(from), (area * FRAC_1_PI).sqrt());
             let height = (from - middle).dot(across.normalize());
             // A point on the light is not in front of it.
-            if height > 1e-9 { area * (height + a).powi(2) / (d * d + a * a).powi(2) } else { 0.0 }
+            if height > 1e-9 {
+                area * (height + a).powi(2) / (d * d + a * a).powi(2)
+            } else {
+                0.0
+            }
         };
         let of_one = match emitter.shape {
-            EmitterShape::Rectangle { corner, edges: [a, b] } => {
-                flat(corner + 0.5 * a + 0.5 * b, a.cross(b), a.cross(b).length())
-            }
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => flat(corner + 0.5 * a + 0.5 * b, a.cross(b), a.cross(b).length()),
             EmitterShape::Triangle([a, b, c]) => {
                 let across = (b - a).cross(c - a);
                 flat((a + b + c) / 3.0, across, 0.5 * across.length())
             }
-            EmitterShape::Sphere(sphere) => emitter.area / (4.0 * sphere.centre.distance_squared(from)),
+            EmitterShape::Sphere(sphere) => {
+                emitter.area / (4.0 * sphere.centre.distance_squared(from))
+            }
         };
         of_one * emitter.radiance.element_sum()
     };
     let each: Vec<f64> = emitters.iter().map(irradiance).collect();
     let sum: f64 = each.iter().sum();
     let facing = each.iter().filter(|&&one| one > 0.0).count() as f64;
-    let probability = |one| if one > 0.0 { (1.0 - EVEN) * one / sum + EVEN / facing } else { 0.0 };
+    let probability = |one| {
+        if one > 0.0 {
+            (1.0 - EVEN) * one / sum + EVEN / facing
+        } else {
+            0.0
+        }
+    };
     each.into_iter().map(probability).collect()
 }
 
-/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this probability.
+/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this
+/// probability.
 pub(crate) fn density(
     emitter: &Emitter,
     lights: LightSampling,
@@ -112,18 +159,29 @@ pub(crate) fn density(
     let away = to.0 - from;
     // None where the shape has no sampling by it.
     let angle = match emitter.shape {
-        EmitterShape::Rectangle { corner, edges: [a, b] } => (a.dot(b).abs() < 1e-9).then(|| {
-            girard(from, [corner, corner + a, corner + b]) + girard(from, [corner + a + b, corner + a, corner + b])
+        EmitterShape::Rectangle {
+            corner,
+            edges: [a, b],
+        } => (a.dot(b).abs() < 1e-9).then(|| {
+            girard(from, [corner, corner + a, corner + b])
+                + girard(from, [corner + a + b, corner + a, corner + b])
         }),
         EmitterShape::Triangle(corners) => Some(girard(from, corners)),
         EmitterShape::Sphere(sphere) => {
             let sine = sphere.radius / sphere.centre.distance(from);
-            let whole = area(&emitter.shape) == area(&EmitterShape::Sphere(Sphere::new(sphere.centre, sphere.radius)));
+            let whole = area(&emitter.shape)
+                == area(&EmitterShape::Sphere(Sphere::new(
+                    sphere.centre,
+                    sphere.radius,
+                )));
             whole.then(|| TAU * (1.0 - (1.0 - sine * sine).sqrt()))
         }
     };
     let by_area = || away.length().powi(3) / (area(&emitter.shape) * -away.dot(to.1));
-    probability * angle.filter(|_| by_angle(lights, emitter)).map_or_else(by_area, f64::recip)
+    probability
+        * angle
+            .filter(|_| by_angle(lights, emitter))
+            .map_or_else(by_area, f64::recip)
 }
 
 /// Whether an emitter is sampled by solid angle where it can be.
@@ -164,47 +222,71 @@ fn one(
         left < 0.0
     })?;
     let emitter = &emitters[picked];
-    let seen = emitter.sample_solid_angle(first.point, random).filter(|_| by_angle(lights, emitter));
+    let seen = emitter
+        .sample_solid_angle(first.point, random)
+        .filter(|_| by_angle(lights, emitter));
     let point = seen.map_or_else(|| emitter.sample(random), |(point, _)| point);
-    let free = scene.visible((first.point, first.normal), (point.point, point.normal), false);
+    let free = scene.visible(
+        (first.point, first.normal),
+        (point.point, point.normal),
+        false,
+    );
     let towards = (point.point - first.point).normalize();
     if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
         return None;
     }
     let local = Frame::new(first.normal).local(towards);
     let onward = cosine_hemisphere_inverse(local);
-    // After the light's numbers and the direction's, the roulette's: one ends the path, one does not.
+    // After the light's numbers and the direction's, the roulette's: one ends the path, one does
+    // not.
     let direction = |roulette: f64| [onward[0], onward[1], roulette];
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
     let estimate = |side: &Side, strategy, numbers: &[f64]| {
         let path = Path::new(side.parts, strategy);
-        Path { lights: (side.lights)(lights), heuristic: (side.heuristic)(heuristic), ..path }
-            .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
-            .x
-            - scene.emitted(&first, ray.direction).x
+        Path {
+            lights: (side.lights)(lights),
+            heuristic: (side.heuristic)(heuristic),
+            ..path
+        }
+        .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
+        .x - scene.emitted(&first, ray.direction).x
     };
     let both = |roulette| [shadow, direction(roulette)].concat();
     let shadows = |strategy| estimate(&sides.shadows, strategy, &both(ENDS));
-    let hits = |strategy| estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS));
+    let hits = |strategy| {
+        estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS))
+    };
     Some(Found {
         hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
         shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
         bsdf: local.z * FRAC_1_PI,
-        light: density(emitter, lights, first.point, (point.point, point.normal), probabilities[picked]),
+        light: density(
+            emitter,
+            lights,
+            first.point,
+            (point.point, point.normal),
+            probabilities[picked],
+        ),
     })
 }
 
-const WAYS: [LightSampling; 4] =
-    [LightSampling::Area, LightSampling::SolidAngle, LightSampling::ByShape, LightSampling::ByContribution];
+const WAYS: [LightSampling; 4] = [
+    LightSampling::Area,
+    LightSampling::SolidAngle,
+    LightSampling::ByShape,
+    LightSampling::ByContribution,
+];
 const PATHS: u64 = 4000;
-/// Of weights: a path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here. Where it grazes a sphere, that
-/// moves the cosine there by as much over radius and cosine, and a weight of at most half the cosine by 5·10⁻⁹.
+/// Of weights: a path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here. Where it
+/// grazes a sphere, that moves the cosine there by as much over radius and cosine, and a weight of
+/// at most half the cosine by 5·10⁻⁹.
 const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
-    let (mut sum, mut hits, mut shadows) = (Largest::default(), Largest::default(), Largest::default());
+    let (mut sum, mut hits, mut shadows) =
+        (Largest::default(), Largest::default(), Largest::default());
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
         for lights in WAYS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -223,28 +305,47 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
             }
             // Weights near a half would prove nothing.
             if least > 1.0 / 3.0 || most < 3.0 {
-                sum.see(1.0, || format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}"));
+                sum.see(1.0, || {
+                    format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}")
+                });
             }
         }
     }
     let n = 2 * WAYS.len() as u64 * PATHS;
-    let exact = |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
-    vec![exact("weight of a hit", hits), exact("weight of a shadow ray", shadows), exact("sum of both", sum)]
+    let exact =
+        |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
+    vec![
+        exact("weight of a hit", hits),
+        exact("weight of a shadow ray", shadows),
+        exact("sum of both", sum),
+    ]
 }
 
 /// The weights.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = lights();
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
-    let hits = |side| Sides { hits: side, ..SIDES };
-    let shadows = |side| Sides { shadows: side, ..SIDES };
-    let both = |side| Sides { hits: side, shadows: side };
+    let hits = |side| Sides {
+        hits: side,
+        ..SIDES
+    };
+    let shadows = |side| Sides {
+        shadows: side,
+        ..SIDES
+    };
+    let both = |side| Sides {
+        hits: side,
+        shadows: side,
+    };
     let with = |parts| Side { parts, ..SIDE };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         _ => LightSampling::Area,
     };
-    let balance = Side { heuristic: |_| Heuristic::Balance, ..SIDE };
+    let balance = Side {
+        heuristic: |_| Heuristic::Balance,
+        ..SIDE
+    };
     const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
     const BY_SHADOW: &str = "irradiance/path-weights: weight of a shadow ray | sum of both";
     vec![Box::new(Family {

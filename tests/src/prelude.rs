@@ -1,4 +1,5 @@
-//! What trials and faults are written with: equations by name, the harness, the registry's own types.
+//! What trials and faults are written with: equations by name, the harness, the registry's own
+//! types.
 
 pub(crate) use std::f64::consts::{FRAC_1_PI, PI, TAU};
 pub(crate) use std::sync::Arc;
@@ -19,6 +20,6 @@ pub(crate) use whitefurnace::shape::{Ray, Sphere};
 pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
 pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, Rays, SINGLE, mean_of, means, radiance};
 pub(crate) use crate::subject::{
-    CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe, Property, STANDARD,
-    fault, parts, with_parts,
+    CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe,
+    Property, STANDARD, fault, parts, with_parts,
 };

@@ -1,5 +1,5 @@
-//! The reconstruction of the program behind the published figure 6, in a furnace that shows each of its
-//! quirks.
+//! The reconstruction of the program behind the published figure 6, in a furnace that shows each of
+//! its quirks.
 
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::estimator::{Published, Quirks};
@@ -17,14 +17,16 @@ const SAMPLES: u64 = 2_800_000;
 /// A sphere of radius 1 whose rough wall emits inwards.
 fn furnace() -> Arc<Scene> {
     let rough = Bsdf::oren_nayar(DVec3::splat(ALBEDO), 0.5, OrenNayarForm::Corrected);
-    let wall = Surface::new(rough).emitting(DVec3::splat(RADIANCE)).absorbing(1.0 - SURVIVAL);
+    let wall = Surface::new(rough)
+        .emitting(DVec3::splat(RADIANCE))
+        .absorbing(1.0 - SURVIVAL);
     scene("rough furnace", |s| hollow(s, 1.0, wall))
 }
 
-/// The mean with all quirks after so many segments: with z = cos θ uniform in [0, 1), the path goes on
-/// where z ≤ q. A wall shows 1, whatever it emits; a shadow ray within a sphere brings L exactly, as
-/// cos θ cos θ' / d² is the same for all pairs of points; survivors reflect z (a/q) L of it, on average
-/// a L q/2 per hit; and they go on with 2 z² a/q², on average 2 a q/3.
+/// The mean with all quirks after so many segments: with z = cos θ uniform in [0, 1), the path goes
+/// on where z ≤ q. A wall shows 1, whatever it emits; a shadow ray within a sphere brings L
+/// exactly, as cos θ cos θ' / d² is the same for all pairs of points; survivors reflect z (a/q) L
+/// of it, on average a L q/2 per hit; and they go on with 2 z² a/q², on average 2 a q/3.
 fn known(segments: u32) -> f64 {
     let direct = ALBEDO * RADIANCE * SURVIVAL / 2.0;
     let onward = 2.0 * ALBEDO * SURVIVAL / 3.0;
@@ -37,11 +39,16 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let reference = known(SEGMENTS);
     let on = move |context: &Context, quirks: Quirks| -> Vec<Outcome> {
         let mut rng = context.rng("radiance");
-        vec![mean_of("radiance", (reference, BOUNCES), context.n(SAMPLES), || {
-            let ray = inside(&mut rng);
-            let hit = scene.intersect(&ray);
-            Published { quirks }.radiance(&scene, &ray, hit, &mut rng).x
-        })]
+        vec![mean_of(
+            "radiance",
+            (reference, BOUNCES),
+            context.n(SAMPLES),
+            || {
+                let ray = inside(&mut rng);
+                let hit = scene.intersect(&ray);
+                Published { quirks }.radiance(&scene, &ray, hit, &mut rng).x
+            },
+        )]
     };
     let right = Quirks::default();
     vec![Box::new(Family {

@@ -28,12 +28,21 @@ struct SampleRays {
 
 impl SampleRays {
     fn new(absorption: f64, (rays, samples): (u32, u64)) -> Self {
-        Self { scene: sphere_furnace(lambert(ALBEDO), absorption), rays, samples }
+        Self {
+            scene: sphere_furnace(lambert(ALBEDO), absorption),
+            rays,
+            samples,
+        }
     }
 
     fn report<P: EstimatorParts + Copy>(&self, setup: Configuration<P>) -> Report<P> {
         let segments = setup.segments.unwrap_or(SEGMENTS);
-        Report { parts: setup.parts, rays: self.rays, segments, rules: setup.rules }
+        Report {
+            parts: setup.parts,
+            rays: self.rays,
+            segments,
+            rules: setup.rules,
+        }
     }
 }
 
@@ -41,13 +50,26 @@ impl SampleRays {
 struct Mean(SampleRays);
 
 impl Property for Mean {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let reference = (1.0 - ALBEDO.powi(SEGMENTS as i32 + 1)) / (1.0 - ALBEDO);
         let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
-            let samples = rngs.map(|mut rng| Sample { ray: inside(&mut rng), hit: None, rng });
+            let samples = rngs.map(|mut rng| Sample {
+                ray: inside(&mut rng),
+                hit: None,
+                rng,
+            });
             self.0.report(setup).radiances(&self.0.scene, samples)
         });
-        vec![mean_of("radiance", (reference, BOUNCES), context.n(self.0.samples), || radiance().x)]
+        vec![mean_of(
+            "radiance",
+            (reference, BOUNCES),
+            context.n(self.0.samples),
+            || radiance().x,
+        )]
     }
 }
 
@@ -85,16 +107,25 @@ const ESTIMATES: u64 = 100;
 struct Cost(SampleRays);
 
 impl Property for Cost {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let rays = u64::from(self.0.rays);
         let expected: u64 = (1..SEGMENTS).map(|bounce| rays.pow(bounce)).sum();
         let mut rng = context.rng("rays");
         let mut worst = expected;
         for _ in 0..ESTIMATES {
             let directions = AtomicU64::new(0);
-            let counting = setup.with(Counting { parts: setup.parts, directions: &directions });
+            let counting = setup.with(Counting {
+                parts: setup.parts,
+                directions: &directions,
+            });
             let ray = inside(&mut rng);
-            self.0.report(counting).radiance(&self.0.scene, &ray, None, &mut rng);
+            self.0
+                .report(counting)
+                .radiance(&self.0.scene, &ray, None, &mut rng);
             let counted = directions.into_inner();
             if counted.abs_diff(expected) > worst.abs_diff(expected) {
                 worst = counted;

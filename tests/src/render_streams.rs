@@ -1,5 +1,5 @@
-//! Random streams as [`render`] hands them out: an estimator that returns the numbers that it receives
-//! is rendered, and the film read as a table of random numbers.
+//! Random streams as [`render`] hands them out: an estimator that returns the numbers that it
+//! receives is rendered, and the film read as a table of random numbers.
 
 use whitefurnace::film::Film;
 use whitefurnace::pixel::PixelSampling;
@@ -34,11 +34,15 @@ impl Estimator for FirstNumbers {
 
 /// An empty scene whose image has pixels of side 1 at distance 1.
 fn nothing() -> Arc<Scene> {
-    seen_by(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])), "nothing", |_| {})
+    seen_by(
+        Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])),
+        "nothing",
+        |_| {},
+    )
 }
 
-/// The numbers of every pixel, row by row, from a master seed and the number of the sample: first and
-/// second number of the estimator, and the number that placed the ray in its pixel.
+/// The numbers of every pixel, row by row, from a master seed and the number of the sample: first
+/// and second number of the estimator, and the number that placed the ray in its pixel.
 pub type Numbers = fn(&Scene, u64, u32) -> Vec<DVec3>;
 
 /// Numbers that every trial rejects.
@@ -48,13 +52,22 @@ fn failed() -> Vec<DVec3> {
 
 /// What `render` gives.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
-    let sampling = Sampling { numbers: Source::Independent, pixel: PixelSampling::Random, seed, outlines: false };
+    let sampling = Sampling {
+        numbers: Source::Independent,
+        pixel: PixelSampling::Random,
+        seed,
+        outlines: false,
+    };
     let Ok(mut film) = Film::new(SIZE, None, 1) else {
         return failed();
     };
     let range = sample..sample + 1;
     match render(scene, &FirstNumbers, sampling, &mut film, &range, &|_| true) {
-        Ok(true) => film.pixels().iter().map(|p| p.mean() / BITS_TO_UNITS).collect(),
+        Ok(true) => film
+            .pixels()
+            .iter()
+            .map(|p| p.mean() / BITS_TO_UNITS)
+            .collect(),
         _ => failed(),
     }
 }
@@ -88,7 +101,10 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
             }
             for two in frame.chunks_exact(2 * WIDTH) {
                 let (upper, lower) = two.split_at(WIDTH);
-                upper.iter().zip(lower).for_each(|(a, b)| rows.push([a.x, b.x]));
+                upper
+                    .iter()
+                    .zip(lower)
+                    .for_each(|(a, b)| rows.push([a.x, b.x]));
             }
         }
         for (a, b) in frames[0].iter().zip(&frames[1]) {
@@ -98,7 +114,9 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
         }
     }
     let named = pairs.iter().zip(KINDS);
-    named.flat_map(|(pairs, kind)| pairs.outcomes(kind)).collect()
+    named
+        .flat_map(|(pairs, kind)| pairs.outcomes(kind))
+        .collect()
 }
 
 // The faults: what a careless `render` or estimator would give, made from what the right one gives.
@@ -106,7 +124,9 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
 /// `render`'s numbers, with those of another pixel in the place of each.
 fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize) -> Vec<DVec3> {
     let frame = right(scene, seed, sample);
-    (0..frame.len()).map(|k| frame[from(k % WIDTH, k / WIDTH)]).collect()
+    (0..frame.len())
+        .map(|k| frame[from(k % WIDTH, k / WIDTH)])
+        .collect()
 }
 
 /// The numbers with some of each pixel's changed.
@@ -122,11 +142,22 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family_trial = |name: &str, property: &str, statistic, on: On| {
         let (name, scene) = (format!("streams/render/{name}"), Arc::clone(&scene));
         let on = move |context: &Context, numbers| on(context, &scene, numbers);
-        trial(name, property, &ESTIMATOR, ["render::render", statistic], on)
+        trial(
+            name,
+            property,
+            &ESTIMATOR,
+            ["render::render", statistic],
+            on,
+        )
     };
     vec![Box::new(Family {
         trials: vec![
-            family_trial("distinct", "the first numbers of all pixels and samples are distinct", "Poisson", distinct),
+            family_trial(
+                "distinct",
+                "the first numbers of all pixels and samples are distinct",
+                "Poisson",
+                distinct,
+            ),
             family_trial(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",

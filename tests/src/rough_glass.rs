@@ -1,5 +1,5 @@
-//! Rough glass: its check-up from both sides, its reciprocity, the limit of smooth glass, and a surface of it under a sky
-//! and before lights as it is rendered.
+//! Rough glass: its check-up from both sides, its reciprocity, the limit of smooth glass, and a
+//! surface of it under a sky and before lights as it is rendered.
 
 use std::array;
 use std::sync::LazyLock;
@@ -42,9 +42,13 @@ const CORRECT: RoughGlassParts = RoughGlassParts {
     pdf: RoughGlass::pdf,
 };
 
-const GLASS: RoughGlass = RoughGlass { index: INDEX, alpha: 0.4 };
-/// Inclinations of wo from both sides, degrees from the outer normal. Not along it, where cells are cut by azimuth alone,
-/// which does not tell above from below, nor near the critical angle, where quadrature is slow.
+const GLASS: RoughGlass = RoughGlass {
+    index: INDEX,
+    alpha: 0.4,
+};
+/// Inclinations of wo from both sides, degrees from the outer normal. Not along it, where cells are
+/// cut by azimuth alone, which does not tell above from below, nor near the critical angle, where
+/// quadrature is slow.
 const BOTH_SIDES: [f64; 5] = [10.0, 40.0, 75.0, 105.0, 165.0];
 
 /// Upside down.
@@ -52,25 +56,38 @@ fn flipped(w: DVec3) -> DVec3 {
     w.with_z(-w.z)
 }
 
-/// The surface for directions relative to the outer normal: wo and what else there is, relative to the side of wo.
-fn seen<const N: usize>(parts: RoughGlassParts, wo: DVec3, others: [DVec3; N]) -> (RoughGlass, DVec3, [DVec3; N]) {
+/// The surface for directions relative to the outer normal: wo and what else there is, relative to
+/// the side of wo.
+fn seen<const N: usize>(
+    parts: RoughGlassParts,
+    wo: DVec3,
+    others: [DVec3; N],
+) -> (RoughGlass, DVec3, [DVec3; N]) {
     let outside = wo.z > 0.0;
     let turned = |w| if outside { w } else { flipped(w) };
-    ((parts.facing)(GLASS, outside), turned(wo), others.map(turned))
+    (
+        (parts.facing)(GLASS, outside),
+        turned(wo),
+        others.map(turned),
+    )
 }
 
-/// B(1 + a, 1 + b) as the integral of u^a (1 − u)^b over u, by the trapezoidal rule in s = ln(u/(1 − u)), whose error
-/// of some exp(−2π²/step) is below 1e-8.
+/// B(1 + a, 1 + b) as the integral of u^a (1 − u)^b over u, by the trapezoidal rule in s = ln(u/(1
+/// − u)), whose error of some exp(−2π²/step) is below 1e-8.
 fn beta(a: f64, b: f64) -> f64 {
     /// −ln u and −ln(1 − u) at s = −20, −19, ..., 20.
-    static LOGARITHMS: LazyLock<[[f64; 2]; 41]> =
-        LazyLock::new(|| array::from_fn(|k| [20.0 - k as f64, k as f64 - 20.0].map(|s| s.exp().ln_1p())));
-    LOGARITHMS.iter().map(|[u, v]| (-(a + 1.0) * u - (b + 1.0) * v).exp()).sum()
+    static LOGARITHMS: LazyLock<[[f64; 2]; 41]> = LazyLock::new(|| {
+        array::from_fn(|k| [20.0 - k as f64, k as f64 - 20.0].map(|s| s.exp().ln_1p()))
+    });
+    LOGARITHMS
+        .iter()
+        .map(|[u, v]| (-(a + 1.0) * u - (b + 1.0) * v).exp())
+        .sum()
 }
 
-/// The shares of flux that are reflected and transmitted, as integrals over facets, not over directions, so that no half
-/// vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet;
-/// each within the tolerance.
+/// The shares of flux that are reflected and transmitted, as integrals over facets, not over
+/// directions, so that no half vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o
+/// dm, with D in the slope of the facet; each within the tolerance.
 pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64) -> [f64; 2] {
     let of_facets = |is_reflected: bool| {
         let of_facet = |m: DVec3| {
@@ -83,7 +100,11 @@ pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64
             let fresnel = reflectance(cosine, 1.0, index);
             let share = if is_reflected {
                 let wi = 2.0 * cosine * m - wo;
-                if wi.z > 0.0 { fresnel / (1.0 + lambda(alpha, wo) + lambda(alpha, wi)) } else { 0.0 }
+                if wi.z > 0.0 {
+                    fresnel / (1.0 + lambda(alpha, wo) + lambda(alpha, wi))
+                } else {
+                    0.0
+                }
             } else {
                 // Snell's law for the part along the facet.
                 let along = (cosine * m - wo) / index;
@@ -123,16 +144,30 @@ fn on_both_sides(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         let local = (parts.sample)(&glass, above, random)?;
         let wi = if wo.z > 0.0 { local } else { flipped(local) };
         let pdf = pdf(wo, wi);
-        (pdf != 0.0).then(|| SampledDirection { wi, weight: eval(wo, wi) * wi.z.abs() / pdf, pdf })
+        (pdf != 0.0).then(|| SampledDirection {
+            wi,
+            weight: eval(wo, wi) * wi.z.abs() / pdf,
+            pdf,
+        })
     };
-    let subject =
-        BsdfSubject::new(eval, sample, pdf).transmits(true).reciprocal(false).loss(Loss::Allowed).albedo(|wo| {
+    let subject = BsdfSubject::new(eval, sample, pdf)
+        .transmits(true)
+        .reciprocal(false)
+        .loss(Loss::Allowed)
+        .albedo(|wo| {
             let is_seen = |degrees: &f64| (degrees.to_radians().cos() - wo.z).abs() < 1e-9;
-            BOTH_SIDES.iter().position(is_seen).map_or(f64::NAN, |place| ALBEDOS[place])
+            BOTH_SIDES
+                .iter()
+                .position(is_seen)
+                .map_or(f64::NAN, |place| ALBEDOS[place])
         });
     check_up(
         &subject,
-        &CheckUp { inclinations: BOTH_SIDES.to_vec(), samples: 5_000_000, ..CheckUp::default() },
+        &CheckUp {
+            inclinations: BOTH_SIDES.to_vec(),
+            samples: 5_000_000,
+            ..CheckUp::default()
+        },
         context,
     )
 }
@@ -149,8 +184,8 @@ fn above(rng: &mut Stream) -> DVec3 {
     }
 }
 
-/// Of radiance divided by n², f is f/n² of the medium that light comes from: f(o, i) n_o²/n_i² = f(i, o) across the
-/// surface, f(o, i) = f(i, o) on one side.
+/// Of radiance divided by n², f is f/n² of the medium that light comes from: f(o, i) n_o²/n_i² =
+/// f(i, o) across the surface, f(o, i) = f(i, o) on one side.
 fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("pairs");
     let mut largest = [Largest::default(), Largest::default()];
@@ -160,23 +195,41 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         let within = (parts.facing)(GLASS, false);
         let pairs = [
             [(parts.eval)(&GLASS, wo, wi), (parts.eval)(&GLASS, wi, wo)],
-            [(parts.eval)(&GLASS, wo, back) / (INDEX * INDEX), (parts.eval)(&within, wi, flipped(wo))],
+            [
+                (parts.eval)(&GLASS, wo, back) / (INDEX * INDEX),
+                (parts.eval)(&within, wi, flipped(wo)),
+            ],
         ];
         // Next to the critical angle 1 − F loses digits by conditioning, as R does in `fresnel`.
-        let critical = refracting(INDEX, wo, back).is_some_and(|(m, _)| wo.dot(m).min(-back.dot(m)) < 1e-2);
-        for (largest, [there, back]) in largest.iter_mut().zip(pairs).take(if critical { 1 } else { 2 }) {
-            largest.see(relative(there, back), || format!("f = {there} and {back} with wo = {wo}, wi = {wi}"));
+        let critical =
+            refracting(INDEX, wo, back).is_some_and(|(m, _)| wo.dot(m).min(-back.dot(m)) < 1e-2);
+        for (largest, [there, back]) in
+            largest
+                .iter_mut()
+                .zip(pairs)
+                .take(if critical { 1 } else { 2 })
+        {
+            largest.see(relative(there, back), || {
+                format!("f = {there} and {back} with wo = {wo}, wi = {wi}")
+            });
         }
     }
-    let outcome = |(name, found): (&str, Largest)| Outcome::exact(name, PAIRS, found.error, POINTWISE, found.place);
-    ["reflection", "transmission"].into_iter().zip(largest).map(outcome).collect()
+    let outcome = |(name, found): (&str, Largest)| {
+        Outcome::exact(name, PAIRS, found.error, POINTWISE, found.place)
+    };
+    ["reflection", "transmission"]
+        .into_iter()
+        .zip(largest)
+        .map(outcome)
+        .collect()
 }
 
-/// α of a surface that is all but smooth, and by how much its directions may differ from those of smooth glass.
+/// α of a surface that is all but smooth, and by how much its directions may differ from those of
+/// smooth glass.
 const SMOOTH: (f64, f64) = (1e-7, 1e-4);
 
-/// From both sides, the third number decides between reflection and refraction as that of smooth glass does, the
-/// directions are the same, and the weight is 1.
+/// From both sides, the third number decides between reflection and refraction as that of smooth
+/// glass does, the directions are the same, and the weight is 1.
 fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [mut direction, mut weight] = [(); 2].map(|()| Largest::default());
@@ -184,24 +237,49 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         let wo = above(&mut rng);
         let [r1, r2, r3] = uniform3(&mut rng);
         let outside = uniform(&mut rng) < 0.5;
-        let glass = (parts.facing)(RoughGlass { alpha: SMOOTH.0, ..GLASS }, outside);
+        let glass = (parts.facing)(
+            RoughGlass {
+                alpha: SMOOTH.0,
+                ..GLASS
+            },
+            outside,
+        );
         let index = if outside { INDEX } else { 1.0 / INDEX };
         let share = reflectance(wo.z, 1.0, index);
-        // Next to the critical angle, and where the choice is a matter of rounding, nothing is asked.
+        // Next to the critical angle, and where the choice is a matter of rounding, nothing is
+        // asked.
         if (r3 - share).abs() < 1e-3 || (wo.z * wo.z - 1.0 + index * index).abs() < 1e-2 {
             continue;
         }
-        let expected = if r3 < share { None } else { refract(-wo, DVec3::Z, 1.0, index) };
+        let expected = if r3 < share {
+            None
+        } else {
+            refract(-wo, DVec3::Z, 1.0, index)
+        };
         let expected = expected.unwrap_or(mirror(-wo, DVec3::Z));
         // Not the few facets that are steep all the same.
         let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
         let place = || format!("{found:?} for {expected} from {wo}, {outside}");
-        direction.see(found.map_or(f64::INFINITY, |wi| wi.distance(expected)), place);
-        let error = |wi: DVec3| relative((parts.eval)(&glass, wo, wi) * wi.z.abs(), (parts.pdf)(&glass, wo, wi));
+        direction.see(
+            found.map_or(f64::INFINITY, |wi| wi.distance(expected)),
+            place,
+        );
+        let error = |wi: DVec3| {
+            relative(
+                (parts.eval)(&glass, wo, wi) * wi.z.abs(),
+                (parts.pdf)(&glass, wo, wi),
+            )
+        };
         weight.see(found.map_or(f64::INFINITY, error), place);
     }
     vec![
-        Outcome::exact("directions", PAIRS, direction.error, SMOOTH.1, direction.place),
+        Outcome::exact(
+            "directions",
+            PAIRS,
+            direction.error,
+            SMOOTH.1,
+            direction.place,
+        ),
         Outcome::exact("weights", PAIRS, weight.error, SMOOTH.1, weight.place),
     ]
 }
@@ -234,19 +312,31 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
 
 /// f with another masking.
 fn masked(glass: &RoughGlass, wo: DVec3, wi: DVec3, share: f64) -> f64 {
-    let right = if wi.z > 0.0 { seen_from_both } else { seen_from_opposite }(glass.alpha, wo, wi);
+    let right = if wi.z > 0.0 {
+        seen_from_both
+    } else {
+        seen_from_opposite
+    }(glass.alpha, wo, wi);
     glass.eval(wo, wi) * share / right
 }
 
 /// The normal of the facet between two directions.
 fn facet(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> Option<DVec3> {
-    if wi.z > 0.0 { Some((wo + wi).normalize()) } else { refracting(glass.index, wo, wi).map(|(m, _)| m) }
+    if wi.z > 0.0 {
+        Some((wo + wi).normalize())
+    } else {
+        refracting(glass.index, wo, wi).map(|(m, _)| m)
+    }
 }
 
 /// The share of a facet that is reflected, or transmitted, if its cosine to wo is this.
 fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
     let reflected = reflectance(cosine, 1.0, glass.index);
-    if wi.z > 0.0 { reflected } else { 1.0 - reflected }
+    if wi.z > 0.0 {
+        reflected
+    } else {
+        1.0 - reflected
+    }
 }
 
 /// What f is if pdf and masking are these.
@@ -254,7 +344,11 @@ fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
     if pdf == 0.0 {
         return 0.0;
     }
-    let seen = if wi.z > 0.0 { seen_from_both } else { seen_from_opposite }(glass.alpha, wo, wi);
+    let seen = if wi.z > 0.0 {
+        seen_from_both
+    } else {
+        seen_from_opposite
+    }(glass.alpha, wo, wi);
     pdf * seen * (1.0 + hidden(glass.alpha, wo)) / wi.z.abs()
 }
 
@@ -263,13 +357,18 @@ fn index_on_the_wrong_side(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
     if wi.z > 0.0 {
         return glass.pdf(wo, wi);
     }
-    refracting(1.0 / glass.index, wo, wi)
-        .map_or(0.0, |(m, jacobian)| share(glass, wo.dot(m), wi) * visible_normals(glass.alpha, wo, m) * jacobian)
+    refracting(1.0 / glass.index, wo, wi).map_or(0.0, |(m, jacobian)| {
+        share(glass, wo.dot(m), wi) * visible_normals(glass.alpha, wo, m) * jacobian
+    })
 }
 
 /// The same with the half vector always on one side.
 fn one_sign(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
-    if wi.z < 0.0 && glass.index < 1.0 { 0.0 } else { glass.pdf(wo, wi) }
+    if wi.z < 0.0 && glass.index < 1.0 {
+        0.0
+    } else {
+        glass.pdf(wo, wi)
+    }
 }
 
 /// An outcome of the check-up at each of its inclinations.
@@ -370,10 +469,13 @@ fn mirror_jacobian(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
 const INCLINATION: f64 = 1.0;
 
 /// So rough that shadow rays to all sides have a bounded variance.
-const ROUGHEST: RoughGlass = RoughGlass { index: INDEX, alpha: 1.0 };
+const ROUGHEST: RoughGlass = RoughGlass {
+    index: INDEX,
+    alpha: 1.0,
+};
 
-/// Radiance that leaves a surface of rough glass under a sky of radiance 1 on both sides: seen from within, and from
-/// outside.
+/// Radiance that leaves a surface of rough glass under a sky of radiance 1 on both sides: seen from
+/// within, and from outside.
 static UNDER_A_SKY: LazyLock<[f64; 2]> = LazyLock::new(|| {
     [false, true].map(|outside| {
         let glass = ROUGHEST.facing(outside);
@@ -401,23 +503,43 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
     let from_outside: Rays = |_| towards_origin(INCLINATION);
     let from_within: Rays = |_| {
-        let Ray { origin, direction, .. } = towards_origin(INCLINATION);
+        let Ray {
+            origin, direction, ..
+        } = towards_origin(INCLINATION);
         Ray::new(flipped(origin), flipped(direction))
     };
     vec![
-        radiance("furnace/rough-glass", &ROUGH_GLASS_MASKING, (&uniform_sky, EstimatorKind::Path, from_outside))
-            .says("under a sky rough glass loses what meets a second facet, and no more")
-            .is((seen_from_outside, BOUNCES), 3_000_000),
-        radiance("glass/rough-by-both", &ROUGH_GLASS, (&lights, by(Strategy::Mis), from_within))
-            .says("from within, directions and shadow rays find the light before and behind rough glass")
-            .is((LIGHT * seen_from_within, IMAGE), 1_400_000),
-        radiance("sky/rough-glass", &ROUGH_GLASS, (&map, by(Strategy::Mis), from_outside))
-            .says("they find an environment map before and behind rough glass")
-            .is((LIGHT * seen_from_outside, IMAGE), 350_000),
+        radiance(
+            "furnace/rough-glass",
+            &ROUGH_GLASS_MASKING,
+            (&uniform_sky, EstimatorKind::Path, from_outside),
+        )
+        .says("under a sky rough glass loses what meets a second facet, and no more")
+        .is((seen_from_outside, BOUNCES), 3_000_000),
+        radiance(
+            "glass/rough-by-both",
+            &ROUGH_GLASS,
+            (&lights, by(Strategy::Mis), from_within),
+        )
+        .says(
+            "from within, directions and shadow rays find the light before and behind rough glass",
+        )
+        .is((LIGHT * seen_from_within, IMAGE), 1_400_000),
+        radiance(
+            "sky/rough-glass",
+            &ROUGH_GLASS,
+            (&map, by(Strategy::Mis), from_outside),
+        )
+        .says("they find an environment map before and behind rough glass")
+        .is((LIGHT * seen_from_outside, IMAGE), 350_000),
     ]
 }
 
 /// The functions of rough glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: of_model(), faults: faults(), ..Family::new("rough-glass", CORRECT) })]
+    vec![Box::new(Family {
+        trials: of_model(),
+        faults: faults(),
+        ..Family::new("rough-glass", CORRECT)
+    })]
 }

@@ -1,5 +1,5 @@
-//! Russian roulette and path length in an abstract closed furnace: a walk in which every surface emits
-//! 1 and reflects the share a, so that the radiance is 1/(1 − a).
+//! Russian roulette and path length in an abstract closed furnace: a walk in which every surface
+//! emits 1 and reflects the share a, so that the radiance is 1/(1 − a).
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette;
@@ -30,10 +30,16 @@ pub struct WalkParts {
 }
 
 /// The program's parts.
-pub const CORRECT: WalkParts =
-    WalkParts { survives: roulette::survives, weight: roulette::weight, longest: None, emission: |_| 1.0, slip: 0 };
+pub const CORRECT: WalkParts = WalkParts {
+    survives: roulette::survives,
+    weight: roulette::weight,
+    longest: None,
+    emission: |_| 1.0,
+    slip: 0,
+};
 
-/// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 = 3e-45).
+/// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 =
+/// 3e-45).
 const GIVE_UP: u32 = 2_000;
 
 /// One estimate of the furnace's radiance.
@@ -53,11 +59,16 @@ pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f
 fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("mean");
     let claim = (1.0 / (1.0 - a), MEAN_DELTA);
-    vec![mean_of("furnace radiance", claim, context.n(SAMPLES), || walk(&mut rng, parts, a, q))]
+    vec![mean_of(
+        "furnace radiance",
+        claim,
+        context.n(SAMPLES),
+        || walk(&mut rng, parts, a, q),
+    )]
 }
 
-/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors. Infinite for
-/// q ≤ a².
+/// Var = (1 + 2a m)/(1 − a²/q) − m² with m = 1/(1 − a): from X = 1 + (a/q) X′ for survivors.
+/// Infinite for q ≤ a².
 pub fn variance(a: f64, q: f64) -> f64 {
     let m = 1.0 / (1.0 - a);
     if q <= a * a {
@@ -70,17 +81,29 @@ pub fn variance(a: f64, q: f64) -> f64 {
 fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("variance");
     let square = || (walk(&mut rng, parts, a, q) - 1.0 / (1.0 - a)).powi(2);
-    vec![mean_of("variance", (variance(a, q), VARIANCE_DELTA), context.n(VARIANCE_SAMPLES), square)]
+    vec![mean_of(
+        "variance",
+        (variance(a, q), VARIANCE_DELTA),
+        context.n(VARIANCE_SAMPLES),
+        square,
+    )]
 }
 
 /// Two survival policies have the same mean.
 fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
     let [first, second] = [0, 1].map(|i| {
         let mut rng = context.rng(["first", "second"][i]);
-        Values::collect(1.0 / (1.0 - a), context.n(SAMPLES), || walk(&mut rng, parts[i], a, q[i]))
+        Values::collect(1.0 / (1.0 - a), context.n(SAMPLES), || {
+            walk(&mut rng, parts[i], a, q[i])
+        })
     });
     let delta = MEAN_DELTA / (1.0 - a);
-    vec![welch("difference of means", &first, &second, Claim::Exact { delta })]
+    vec![welch(
+        "difference of means",
+        &first,
+        &second,
+        Claim::Exact { delta },
+    )]
 }
 
 /// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
@@ -88,19 +111,31 @@ fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> V
 fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
     let cut = |b: u32| {
         let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
-        let parts = WalkParts { longest: Some(b + parts.slip), ..parts };
+        let parts = WalkParts {
+            longest: Some(b + parts.slip),
+            ..parts
+        };
         let name = format!("{b} bounces");
         let mut rng = context.rng(&name);
-        let values = Values::collect(1.0 / (1.0 - a), context.n(SAMPLES / 4), || walk(&mut rng, parts, a, 0.95));
-        mean(&name, &values, reference, Claim::Exact { delta: MEAN_DELTA * reference })
+        let values = Values::collect(1.0 / (1.0 - a), context.n(SAMPLES / 4), || {
+            walk(&mut rng, parts, a, 0.95)
+        });
+        mean(
+            &name,
+            &values,
+            reference,
+            Claim::Exact {
+                delta: MEAN_DELTA * reference,
+            },
+        )
     };
     (1..=12).map(cut).collect()
 }
 
-/// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all moments
-/// exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6), enough for the
-/// mean. For survival at or below the squared albedo, where the variance is infinite, see
-/// [`super::infinite_variance`].
+/// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all
+/// moments exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6),
+/// enough for the mean. For survival at or below the squared albedo, where the variance is
+/// infinite, see [`super::infinite_variance`].
 const PAIRS: [[f64; 2]; 9] = [
     [0.5, 0.45],
     [0.5, 0.5],

@@ -1,4 +1,5 @@
-//! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form answer.
+//! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form
+//! answer.
 
 use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::emitter::Emitter;
@@ -16,15 +17,20 @@ pub const FLOOR: f64 = 0.8;
 
 /// Lambert of one albedo in all channels.
 pub fn lambert(albedo: f64) -> Bsdf {
-    Bsdf::Lambert { albedo: DVec3::splat(albedo) }
+    Bsdf::Lambert {
+        albedo: DVec3::splat(albedo),
+    }
 }
 
 /// A mirror of one reflectance in all channels.
 pub fn mirror(reflectance: f64) -> Bsdf {
-    Bsdf::Mirror { reflectance: DVec3::splat(reflectance) }
+    Bsdf::Mirror {
+        reflectance: DVec3::splat(reflectance),
+    }
 }
 
-/// The colour of lights: powers of two, so that every channel is exactly that of a white light times its own.
+/// The colour of lights: powers of two, so that every channel is exactly that of a white light
+/// times its own.
 pub const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
 
 /// A black surface that emits; `radiance` is that of the first channel.
@@ -32,8 +38,9 @@ pub fn light(radiance: f64) -> Surface {
     Surface::new(Bsdf::Black).emitting(radiance * TINT)
 }
 
-/// A radiance (or flux) in one number that every channel enters: the mean of the channels in units of the colour
-/// of the scene's first emitter, white if there is none. Channels that are exchanged or mixed raise it.
+/// A radiance (or flux) in one number that every channel enters: the mean of the channels in units
+/// of the colour of the scene's first emitter, white if there is none. Channels that are exchanged
+/// or mixed raise it.
 pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
     let tint = |emitter: &Emitter| emitter.radiance / emitter.radiance.x;
     let tint = scene.emitters().first().map_or(DVec3::ONE, tint);
@@ -84,13 +91,25 @@ pub fn ball(builder: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
 
 /// A sphere around the origin of which one sees the inside.
 pub fn hollow(builder: &mut SceneBuilder, radius: f64, surface: Surface) {
-    ball(builder, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, radius) }, surface);
+    ball(
+        builder,
+        Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, radius)
+        },
+        surface,
+    );
 }
 
 /// A horizontal square of half side `half` around (x, y, z); its front is above or below.
 pub fn square(builder: &mut SceneBuilder, centre: DVec3, half: f64, up: bool, surface: Surface) {
     let [x, y] = [DVec3::X, DVec3::Y].map(|axis| 2.0 * half * axis);
-    panel(builder, centre - 0.5 * (x + y), if up { [x, y] } else { [y, x] }, surface);
+    panel(
+        builder,
+        centre - 0.5 * (x + y),
+        if up { [x, y] } else { [y, x] },
+        surface,
+    );
 }
 
 /// A floor that reflects by `bsdf`, its front up.
@@ -115,7 +134,12 @@ pub const NEAR: [DVec3; 4] = level_square(2.0, 0.6);
 /// The corners of a horizontal square around the z axis.
 const fn level_square(half: f64, z: f64) -> [DVec3; 4] {
     let corner = DVec3::new;
-    [corner(-half, -half, z), corner(half, -half, z), corner(half, half, z), corner(-half, half, z)]
+    [
+        corner(-half, -half, z),
+        corner(half, -half, z),
+        corner(half, half, z),
+        corner(-half, half, z),
+    ]
 }
 
 /// The light [`NEAR`] over the floor.
@@ -127,7 +151,11 @@ pub fn near_light() -> Arc<Scene> {
 }
 
 /// A slanted triangle that faces the origin's side.
-pub const TRIANGLE: [DVec3; 3] = [DVec3::new(1.0, -0.5, 1.5), DVec3::new(0.5, 1.0, 2.0), DVec3::new(2.0, 0.5, 1.0)];
+pub const TRIANGLE: [DVec3; 3] = [
+    DVec3::new(1.0, -0.5, 1.5),
+    DVec3::new(0.5, 1.0, 2.0),
+    DVec3::new(2.0, 0.5, 1.0),
+];
 
 /// The triangle as a light over the floor.
 pub fn triangle_light() -> Arc<Scene> {
@@ -143,7 +171,8 @@ pub fn triangle(builder: &mut SceneBuilder, vertices: &[DVec3; 3], surface: Surf
     builder.mesh(vertices, &[[0, 1, 2]], surface);
 }
 
-/// A sphere of radius 1/2 at distance 2 overhead; only the zone that the origin sees emits and exists.
+/// A sphere of radius 1/2 at distance 2 overhead; only the zone that the origin sees emits and
+/// exists.
 pub fn sphere_light() -> Arc<Scene> {
     scene("sphere light", |s| {
         floor(s, lambert(FLOOR));
@@ -153,7 +182,14 @@ pub fn sphere_light() -> Arc<Scene> {
 
 fn add_sphere(builder: &mut SceneBuilder, centre: DVec3, radiance: f64) {
     let zone = [f64::NEG_INFINITY, -0.5 * 0.5 / centre.length()];
-    ball(builder, Sphere { zone, ..Sphere::new(centre, 0.5) }, light(radiance));
+    ball(
+        builder,
+        Sphere {
+            zone,
+            ..Sphere::new(centre, 0.5)
+        },
+        light(radiance),
+    );
 }
 
 /// π R²/d² times the cosine at the receiver: E/L of a sphere wholly above the horizon.
@@ -171,10 +207,14 @@ pub fn three_lights() -> Arc<Scene> {
     })
 }
 
-/// How often white lights of these fluxes are picked: one half of the picks by flux, the other evenly.
+/// How often white lights of these fluxes are picked: one half of the picks by flux, the other
+/// evenly.
 pub fn shares_of_picks(fluxes: &[f64]) -> Vec<f64> {
     let (sum, count) = (fluxes.iter().sum::<f64>(), fluxes.len() as f64);
-    fluxes.iter().map(|flux| 0.5 * flux / sum + 0.5 / count).collect()
+    fluxes
+        .iter()
+        .map(|flux| 0.5 * flux / sum + 0.5 / count)
+        .collect()
 }
 
 /// Where the small square light of [`three_lights`] is.
@@ -182,7 +222,8 @@ pub const SMALL_LIGHT: DVec3 = DVec3::new(-1.5, -0.5, 1.5);
 
 /// The corners of a horizontal square.
 pub fn corners(centre: DVec3, half: f64) -> [DVec3; 4] {
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
 }
 
 /// The rectangle light with a black wall that hides its half y > 0 from the origin exactly.
@@ -190,7 +231,12 @@ pub fn half_hidden_light() -> Arc<Scene> {
     scene("half hidden light", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, false, light(LIGHT));
-        panel(s, DVec3::new(-2.0, 0.0, 1.0), [4.0 * DVec3::X, 2.0 * DVec3::Y], Surface::new(Bsdf::Black));
+        panel(
+            s,
+            DVec3::new(-2.0, 0.0, 1.0),
+            [4.0 * DVec3::X, 2.0 * DVec3::Y],
+            Surface::new(Bsdf::Black),
+        );
     })
 }
 
@@ -199,13 +245,22 @@ pub fn walled_sky() -> Arc<Scene> {
     scene("walled sky", |s| {
         s.background(DVec3::ONE);
         floor(s, lambert(1.0));
-        panel(s, WALL[0], [4.0 * DVec3::X, 3.0 * DVec3::Z], Surface::new(Bsdf::Black));
+        panel(
+            s,
+            WALL[0],
+            [4.0 * DVec3::X, 3.0 * DVec3::Z],
+            Surface::new(Bsdf::Black),
+        );
     })
 }
 
 /// The wall of [`walled_sky`].
-pub const WALL: [DVec3; 4] =
-    [DVec3::new(-1.0, 1.0, 0.0), DVec3::new(3.0, 1.0, 0.0), DVec3::new(3.0, 1.0, 3.0), DVec3::new(-1.0, 1.0, 3.0)];
+pub const WALL: [DVec3; 4] = [
+    DVec3::new(-1.0, 1.0, 0.0),
+    DVec3::new(3.0, 1.0, 0.0),
+    DVec3::new(3.0, 1.0, 3.0),
+    DVec3::new(-1.0, 1.0, 3.0),
+];
 
 /// σ of [`rough_floor`], radians.
 pub const SIGMA: f64 = 0.5;
@@ -214,7 +269,10 @@ pub const SIGMA: f64 = 0.5;
 pub fn rough_floor() -> Arc<Scene> {
     scene("rough floor", |s| {
         s.background(DVec3::ONE);
-        floor(s, Bsdf::oren_nayar(DVec3::ONE, SIGMA, OrenNayarForm::Corrected));
+        floor(
+            s,
+            Bsdf::oren_nayar(DVec3::ONE, SIGMA, OrenNayarForm::Corrected),
+        );
     })
 }
 
@@ -222,7 +280,13 @@ pub fn rough_floor() -> Arc<Scene> {
 pub fn eon_floor(albedo: f64) -> Arc<Scene> {
     scene("EON floor", |s| {
         s.background(DVec3::ONE);
-        floor(s, Bsdf::Eon { albedo: DVec3::splat(albedo), roughness: 1.0 });
+        floor(
+            s,
+            Bsdf::Eon {
+                albedo: DVec3::splat(albedo),
+                roughness: 1.0,
+            },
+        );
     })
 }
 
@@ -243,9 +307,9 @@ pub fn towards_origin(inclination: f64) -> Ray {
     Ray::new(0.5 * w, -w)
 }
 
-/// E/L of a polygon seen from the origin with normal z, wholly above the horizon: half the angle of each
-/// side times the height of its plane's normal, summed (Lambert 1760). Written here, not taken from the code
-/// under test.
+/// E/L of a polygon seen from the origin with normal z, wholly above the horizon: half the angle of
+/// each side times the height of its plane's normal, summed (Lambert 1760). Written here, not taken
+/// from the code under test.
 pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
     let seen: Vec<DVec3> = vertices.iter().map(|v| v.normalize()).collect();
     let side = |i: usize| {
@@ -259,6 +323,8 @@ pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
 
 /// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
 pub fn sphere_furnace(bsdf: Bsdf, absorption: f64) -> Arc<Scene> {
-    let wall = Surface::new(bsdf).emitting(DVec3::ONE).absorbing(absorption);
+    let wall = Surface::new(bsdf)
+        .emitting(DVec3::ONE)
+        .absorbing(absorption);
     scene("sphere furnace", |s| hollow(s, 1.0, wall))
 }

@@ -1,16 +1,21 @@
-//! The engine in single precision: by the same random numbers its image has the mean of that in double precision.
+//! The engine in single precision: by the same random numbers its image has the mean of that in
+//! double precision.
 //!
-//! Most samples differ by rounding alone. A few in a million meet something else, for an edge or a decision lay between
-//! the roundings, and then differ by all that a sample can be worth: no skewness is known of what is so rare. So the trials
-//! are of scenes whose samples are bounded, every sample is a value, and the interval is one for bounded values. It holds
-//! for samples of different pixels, too: the variance of independent values is on average at least what each has of its own.
+//! Most samples differ by rounding alone. A few in a million meet something else, for an edge or a
+//! decision lay between the roundings, and then differ by all that a sample can be worth: no
+//! skewness is known of what is so rare. So the trials are of scenes whose samples are bounded,
+//! every sample is a value, and the interval is one for bounded values. It holds for samples of
+//! different pixels, too: the variance of independent values is on average at least what each has
+//! of its own.
 
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
 use whitefurnace::pixel::PixelSampling;
 use whitefurnace::real::SINGLES;
-use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, render_lanes};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, render_lanes,
+};
 use whitefurnace::scene::file::{Description, Object};
 
 use crate::images::SHARES;
@@ -32,8 +37,13 @@ pub struct Roundings {
     pub pixel: fn(usize, DVec3) -> DVec3,
 }
 
-const RIGHT: Roundings =
-    Roundings { length: |x| x, albedo: |x| x, radiance: |x| x, index: |x| x, pixel: |_, value| value };
+const RIGHT: Roundings = Roundings {
+    length: |x| x,
+    albedo: |x| x,
+    radiance: |x| x,
+    index: |x| x,
+    pixel: |_, value| value,
+};
 
 /// The nearest number of so many significant bits.
 fn rounded<const BITS: i32>(x: f64) -> f64 {
@@ -49,7 +59,8 @@ fn in_units<const BITS: i32>(x: f64, whole: fn(f64) -> f64) -> f64 {
     whole(x / unit) * unit
 }
 
-/// So many significant bits has a number of bfloat16, which is half as long, and one of an RGBE file.
+/// So many significant bits has a number of bfloat16, which is half as long, and one of an RGBE
+/// file.
 const BFLOAT: i32 = 8;
 
 /// A scene whose numbers can be rounded, and what is rendered of it.
@@ -63,7 +74,8 @@ struct Image {
 impl Image {
     fn scene(&self, rounded: &Roundings) -> Arc<Scene> {
         let mut scene = self.description.clone();
-        let vector = |v: &mut DVec3, of: fn(f64) -> f64| *v = DVec3::from_array(v.to_array().map(of));
+        let vector =
+            |v: &mut DVec3, of: fn(f64) -> f64| *v = DVec3::from_array(v.to_array().map(of));
         for (_, surface) in &mut scene.materials {
             vector(&mut surface.emission, rounded.radiance);
             match &mut surface.bsdf {
@@ -76,13 +88,18 @@ impl Image {
         for object in &mut scene.objects {
             match object {
                 Object::Rectangle { corner, edges, .. } => {
-                    [corner].into_iter().chain(edges).for_each(|v| vector(v, rounded.length));
+                    [corner]
+                        .into_iter()
+                        .chain(edges)
+                        .for_each(|v| vector(v, rounded.length));
                 }
                 Object::Sphere { sphere, .. } => {
                     vector(&mut sphere.centre, rounded.length);
                     sphere.radius = (rounded.length)(sphere.radius);
                 }
-                Object::Mesh { vertices, .. } => vertices.iter_mut().for_each(|v| vector(v, rounded.length)),
+                Object::Mesh { vertices, .. } => {
+                    vertices.iter_mut().for_each(|v| vector(v, rounded.length));
+                }
             }
         }
         valid(scene.build())
@@ -94,27 +111,57 @@ impl Image {
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
-                return vec![Outcome::exact("film", 0, f64::NAN, 0.0, "a radiance that no film holds")];
+                return vec![Outcome::exact(
+                    "film",
+                    0,
+                    f64::NAN,
+                    0.0,
+                    "a radiance that no film holds",
+                )];
             };
-            for (number, (double, single)) in films[0].pixels().iter().zip(films[1].pixels()).enumerate() {
+            for (number, (double, single)) in
+                films[0].pixels().iter().zip(films[1].pixels()).enumerate()
+            {
                 let difference = (subject.pixel)(number, single.mean()) - double.mean();
                 differences.push(difference.dot(SHARES));
             }
         }
-        let claim = Claim::Exact { delta: DELTA * bound };
-        vec![bounded_mean("difference", &differences, 0.0, [-bound, bound], claim)]
+        let claim = Claim::Exact {
+            delta: DELTA * bound,
+        };
+        vec![bounded_mean(
+            "difference",
+            &differences,
+            0.0,
+            [-bound, bound],
+            claim,
+        )]
     }
 
     /// The same samples in double and in single precision.
     fn films(&self, context: &Context, scenes: [&Scene; 2], replication: u32) -> Option<[Film; 2]> {
         let seed = context.seed_of("image");
-        let sampling = Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed, outlines: false };
+        let sampling = Sampling {
+            pixel: PixelSampling::Random,
+            numbers: Numbers::Independent,
+            seed,
+            outlines: false,
+        };
         let path = LaneEstimator::Path(self.path);
-        let mut films = [Film::new(SIZE, None, 1).ok()?, Film::new(SIZE, None, 1).ok()?];
+        let mut films = [
+            Film::new(SIZE, None, 1).ok()?,
+            Film::new(SIZE, None, 1).ok()?,
+        ];
         let range = replication..replication + 1;
         render_lanes(scenes[0], path, sampling, &mut films[0], &range, &|_| true).ok()?;
-        let singles = ByLanes { estimator: path, sampling, precision: Precision::Single };
-        singles.add(scenes[1], &mut films[1], range, &|_| true).ok()?;
+        let singles = ByLanes {
+            estimator: path,
+            sampling,
+            precision: Precision::Single,
+        };
+        singles
+            .add(scenes[1], &mut films[1], range, &|_| true)
+            .ok()?;
         Some(films)
     }
 }
@@ -132,10 +179,15 @@ const LAMP: f64 = 2.0 + 0.5 / 64.0 - 1e-5;
 
 /// Paths that end at lights only, and by roulette if they are fainter than the half: none grows.
 fn until_light(strategy: Strategy) -> Path {
-    Path { early: 1_000, lights: LightSampling::ByContribution, ..Path::new(Standard, strategy) }
+    Path {
+        early: 1_000,
+        lights: LightSampling::ByContribution,
+        ..Path::new(Standard, strategy)
+    }
 }
 
-/// A cube whose ceiling and one wall shine, with a ball, coloured, and all of it in numbers between those of 8 bits.
+/// A cube whose ceiling and one wall shine, with a ball, coloured, and all of it in numbers between
+/// those of 8 bits.
 const ROOM: &str = r#"
     camera = { eye = [0.06, 0, 0], target = [0.9, 0.5, -0.4], up = [0, 0, 1], fov_deg = 70 }
     materials.lamp = { model = "black", emission = 1 }
@@ -223,13 +275,21 @@ fn lit(mut description: Description) -> Description {
 }
 
 fn coloured_room() -> Image {
-    Image { description: described("coloured room", ROOM), path: until_light(Strategy::Bsdf), most: 1.0 }
+    Image {
+        description: described("coloured room", ROOM),
+        path: until_light(Strategy::Bsdf),
+        most: 1.0,
+    }
 }
 
 /// The radiance grows by the square of the index on its way in.
 fn within_glass() -> Image {
     let description = described("within glass", &format!("{ROOM}{GLASS}"));
-    Image { description, path: until_light(Strategy::Bsdf), most: 1.5116 * 1.5116 }
+    Image {
+        description,
+        path: until_light(Strategy::Bsdf),
+        most: 1.5116 * 1.5116,
+    }
 }
 
 /// The report's room with mirror and glass under a lamp that is as large as the ceiling allows.
@@ -237,15 +297,27 @@ fn report_room() -> Image {
     let mut description = described("report", include_str!("../../src/scene/files/report.toml"));
     for object in &mut description.objects {
         if let Object::Rectangle { corner, edges, .. } = object {
-            (*corner, *edges) = (DVec3::new(0.0, -5.9, 4.999), [11.8 * DVec3::Y, 10.01 * DVec3::X]);
+            (*corner, *edges) = (
+                DVec3::new(0.0, -5.9, 4.999),
+                [11.8 * DVec3::Y, 10.01 * DVec3::X],
+            );
         }
     }
-    Image { description, path: until_light(Strategy::Bsdf), most: 1.0 }
+    Image {
+        description,
+        path: until_light(Strategy::Bsdf),
+        most: 1.0,
+    }
 }
 
-/// Each point of the ball finds at most its albedo of a light's radiance by a shadow ray, and as much by going on.
+/// Each point of the ball finds at most its albedo of a light's radiance by a shadow ray, and as
+/// much by going on.
 fn several_lights() -> Image {
-    Image { description: described("several lights", LIGHTS), path: until_light(Strategy::Mis), most: 2.0 * 0.9004 }
+    Image {
+        description: described("several lights", LIGHTS),
+        path: until_light(Strategy::Mis),
+        most: 2.0 * 0.9004,
+    }
 }
 
 /// Images in single precision.
@@ -255,16 +327,31 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             format!("images/single-precision/{name}"),
             format!("{what} have the same mean in single as in double precision"),
             &SINGLE_PRECISION,
-            ["render::ByLanes, render::render_lanes", "empirical Bernstein"],
+            [
+                "render::ByLanes, render::render_lanes",
+                "empirical Bernstein",
+            ],
             move |context: &Context, subject| image.run(context, &subject),
         )
     };
     vec![Box::new(Family {
         trials: vec![
-            same("coloured-room", "paths in a room of coloured walls", coloured_room()),
+            same(
+                "coloured-room",
+                "paths in a room of coloured walls",
+                coloured_room(),
+            ),
             same("within-glass", "paths from within glass", within_glass()),
-            same("report", "paths in the report's room, with mirror and glass", report_room()),
-            same("several-lights", "hits and shadow rays to a sphere, a rectangle and a triangle", several_lights()),
+            same(
+                "report",
+                "paths in the report's room, with mirror and glass",
+                report_room(),
+            ),
+            same(
+                "several-lights",
+                "hits and shadow rays to a sphere, a rectangle and a triangle",
+                several_lights(),
+            ),
         ],
         faults: vec![
             fault!("albedos-in-bfloat", SINGLE_PRECISION, "albedos and reflectances are rounded to 8 bits",

@@ -1,30 +1,47 @@
-//! Environment maps through the path tracer: the CIE overcast sky over a floor, a sky that varies by azimuth beside a
-//! wall, and a sky of which a light hides a part, each in closed form.
+//! Environment maps through the path tracer: the CIE overcast sky over a floor, a sky that varies
+//! by azimuth beside a wall, and a sky of which a light hides a part, each in closed form.
 
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::environment::{Environment, EnvironmentMap};
 use whitefurnace::estimator::Heuristic;
 
 use crate::prelude::*;
-use crate::scenes::{FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, at_origin, floor, lambert, light, panel};
+use crate::scenes::{
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, at_origin, floor, lambert, light, panel,
+};
 use crate::scenes::{polygon_irradiance, scene, square};
 
 /// A sky of these radiances, row by row from the zenith; the middle of each row is towards x.
 pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {
     let map = EnvironmentMap::new(size, pixels, DVec3::Z, DVec3::X);
-    builder.environment(Environment::Map(map.unwrap_or_else(|error| panic!("{error}"))));
+    builder.environment(Environment::Map(
+        map.unwrap_or_else(|error| panic!("{error}")),
+    ));
 }
 
 /// Bands of the overcast sky: linear between their middles it is known to 10⁻⁴.
 const BANDS: usize = 180;
 
-/// L(θ) = L_z (1 + 2 cos θ)/3 above the horizon (CIE S 011), darkness below. A horizontal plane receives 7π/9 L_z.
+/// L(θ) = L_z (1 + 2 cos θ)/3 above the horizon (CIE S 011), darkness below. A horizontal plane
+/// receives 7π/9 L_z.
 fn overcast() -> Arc<Scene> {
     scene("overcast", |s| {
         floor(s, lambert(FLOOR));
         let cosine = |band: usize| (PI * (band as f64 + 0.5) / BANDS as f64).cos();
-        let radiance = |cosine: f64| if cosine > 0.0 { LIGHT * (1.0 + 2.0 * cosine) / 3.0 } else { 0.0 };
-        sky(s, [1, BANDS], (0..BANDS).map(|band| DVec3::splat(radiance(cosine(band)))).collect());
+        let radiance = |cosine: f64| {
+            if cosine > 0.0 {
+                LIGHT * (1.0 + 2.0 * cosine) / 3.0
+            } else {
+                0.0
+            }
+        };
+        sky(
+            s,
+            [1, BANDS],
+            (0..BANDS)
+                .map(|band| DVec3::splat(radiance(cosine(band))))
+                .collect(),
+        );
     })
 }
 
@@ -40,7 +57,12 @@ fn towards_third() -> DVec3 {
 fn wall() -> Arc<Scene> {
     scene("wall", |s| {
         let edges = [100.0 * DVec3::Z, 100.0 * towards_third().cross(DVec3::Z)];
-        panel(s, -0.5 * (edges[0] + edges[1]), edges, Surface::new(lambert(FLOOR)));
+        panel(
+            s,
+            -0.5 * (edges[0] + edges[1]),
+            edges,
+            Surface::new(lambert(FLOOR)),
+        );
         sky(s, [4, 1], SIDES.map(DVec3::splat).to_vec());
     })
 }
@@ -62,15 +84,29 @@ fn behind_light() -> Arc<Scene> {
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
-    let of = |name, scene: &Arc<Scene>, (kind, ray): (EstimatorKind, Rays), what: &str, irradiance: f64, n| {
+    let of = |name,
+              scene: &Arc<Scene>,
+              (kind, ray): (EstimatorKind, Rays),
+              what: &str,
+              irradiance: f64,
+              n| {
         let reference = FLOOR * FRAC_1_PI * irradiance;
         let property = format!("{what} reflects {reference:.6}");
-        radiance(name, &MIS, (scene, kind, ray)).says(property).is((reference, BOUNCES), n)
+        radiance(name, &MIS, (scene, kind, ray))
+            .says(property)
+            .is((reference, BOUNCES), n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
     let floor = |name, kind, n| {
         let irradiance = 7.0 / 9.0 * PI * LIGHT;
-        of(name, &overcast, (kind, |_| at_origin()), "a floor under the CIE overcast sky", irradiance, n)
+        of(
+            name,
+            &overcast,
+            (kind, |_| at_origin()),
+            "a floor under the CIE overcast sky",
+            irradiance,
+            n,
+        )
     };
     let panel = polygon_irradiance(&RECTANGLE);
     let panelled = PI - panel + LIGHT * panel;

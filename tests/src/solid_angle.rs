@@ -12,8 +12,8 @@ use crate::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
 /// A point of an emitter from a place and two numbers, and its pdf with respect to solid angle.
 type Sample = fn(&Emitter, DVec3, [f64; 2]) -> Option<(EmitterPoint, f64)>;
 
-/// The solid angle of a convex polygon seen from the origin: the sum of the angles between the planes
-/// through its edges, less (n − 2)π. Loses digits for small polygons.
+/// The solid angle of a convex polygon seen from the origin: the sum of the angles between the
+/// planes through its edges, less (n − 2)π. Loses digits for small polygons.
 pub fn excess(vertices: &[DVec3]) -> f64 {
     let n = vertices.len();
     let normal = |i: usize| vertices[i % n].cross(vertices[(i + 1) % n]);
@@ -31,7 +31,8 @@ const RADIUS: f64 = 1.0;
 /// Cells per coordinate.
 const GRID: [usize; 2] = [3, 2];
 
-/// A shape with two coordinates in [0, 1] whose lines are straight or equally spaced in solid angle.
+/// A shape with two coordinates in [0, 1] whose lines are straight or equally spaced in solid
+/// angle.
 struct Shape {
     emitter: Emitter,
     /// The coordinates of a point.
@@ -55,7 +56,10 @@ fn on_triangle([s, share]: [f64; 2]) -> DVec3 {
 
 fn rectangle() -> Shape {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(on_rectangle);
-    let shape = EmitterShape::Rectangle { corner: CORNER, edges: EDGES };
+    let shape = EmitterShape::Rectangle {
+        corner: CORNER,
+        edges: EDGES,
+    };
     Shape {
         emitter: Emitter::new(shape, DVec3::ONE),
         place: |p| EDGES.map(|edge| edge.dot(p - CORNER) / edge.length_squared()),
@@ -86,7 +90,10 @@ fn sphere() -> Shape {
     let distance = CENTRE.length();
     let cosine = (RADIUS / distance).asin().cos();
     Shape {
-        emitter: Emitter::new(EmitterShape::Sphere(Sphere::new(CENTRE, RADIUS)), DVec3::ONE),
+        emitter: Emitter::new(
+            EmitterShape::Sphere(Sphere::new(CENTRE, RADIUS)),
+            DVec3::ONE,
+        ),
         place: |p| {
             let local = Frame::new(CENTRE.normalize()).local(p.normalize());
             let cosine = (RADIUS / CENTRE.length()).asin().cos();
@@ -107,8 +114,13 @@ fn masses(shape: &Shape) -> Vec<f64> {
             return 1.0 / (rows * columns) as f64;
         };
         let [i, j] = [k / columns, k % columns];
-        let (u, v) = ([i, i + 1].map(|i| share(i, rows)), [j, j + 1].map(|j| share(j, columns)));
-        let mut outline: Vec<DVec3> = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]].map(point).to_vec();
+        let (u, v) = (
+            [i, i + 1].map(|i| share(i, rows)),
+            [j, j + 1].map(|j| share(j, columns)),
+        );
+        let mut outline: Vec<DVec3> = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]
+            .map(point)
+            .to_vec();
         // At a triangle's vertex two corners of a cell are one.
         outline.dedup();
         excess(&outline) / shape.solid_angle
@@ -124,7 +136,11 @@ const DELTA: f64 = 0.003;
 fn seen(context: &Context, subject: Sample, shape: &Shape) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [rows, columns] = GRID;
-    let mut counts = Counts { n: context.n(SAMPLES), observed: vec![0; rows * columns], ..Counts::default() };
+    let mut counts = Counts {
+        n: context.n(SAMPLES),
+        observed: vec![0; rows * columns],
+        ..Counts::default()
+    };
     let expected = shape.irradiance / shape.solid_angle;
     let mut cosines = Values::new(expected);
     let mut worst = 0.0_f64;
@@ -139,35 +155,67 @@ fn seen(context: &Context, subject: Sample, shape: &Shape) -> Vec<Outcome> {
         cosines.push(light.point.normalize().z);
         worst = worst.max((pdf * shape.solid_angle - 1.0).abs());
     }
-    let places = (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
+    let places =
+        (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
     let partition = Partition::of_masses(masses(shape), places.collect());
-    let claim = Claim::Exact { delta: DELTA * expected };
+    let claim = Claim::Exact {
+        delta: DELTA * expected,
+    };
     vec![
         chi_square("cells of the solid angle", &partition, &counts, CELL_DELTA),
         mean("mean cosine", &cosines, expected, claim),
-        Outcome::exact("pdf", counts.n, worst, 1e-12, "pdf times solid angle, less one"),
+        Outcome::exact(
+            "pdf",
+            counts.n,
+            worst,
+            1e-12,
+            "pdf times solid angle, less one",
+        ),
     ]
 }
 
 fn trials() -> Vec<FamilyTrial<Sample>> {
-    let family_trial = |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
-        trial(
-            format!("emitter/{name}"),
-            format!("directions to {what} are uniform in its solid angle"),
-            equation,
-            [subject, "chi-square, t"],
-            move |context: &Context, subject| seen(context, subject, &shape()),
-        )
-    };
+    let family_trial =
+        |name: &str, what: &str, equation: &'static Equation, subject, shape: fn() -> Shape| {
+            trial(
+                format!("emitter/{name}"),
+                format!("directions to {what} are uniform in its solid angle"),
+                equation,
+                [subject, "chi-square, t"],
+                move |context: &Context, subject| seen(context, subject, &shape()),
+            )
+        };
     vec![
-        family_trial("seen-rectangle", "a rectangle", &LIGHT_RECTANGLE, "solid_angle::SphericalRectangle", rectangle),
-        family_trial("seen-triangle", "a triangle", &LIGHT_TRIANGLE, "solid_angle::SphericalTriangle", triangle),
-        family_trial("seen-sphere", "a sphere", &LIGHT_SPHERE, "solid_angle::VisibleCap", sphere),
+        family_trial(
+            "seen-rectangle",
+            "a rectangle",
+            &LIGHT_RECTANGLE,
+            "solid_angle::SphericalRectangle",
+            rectangle,
+        ),
+        family_trial(
+            "seen-triangle",
+            "a triangle",
+            &LIGHT_TRIANGLE,
+            "solid_angle::SphericalTriangle",
+            triangle,
+        ),
+        family_trial(
+            "seen-sphere",
+            "a sphere",
+            &LIGHT_SPHERE,
+            "solid_angle::VisibleCap",
+            sphere,
+        ),
     ]
 }
 
 /// Points uniform in area under the pdf of directions uniform in solid angle.
-pub fn uniform_in_area(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+pub fn uniform_in_area(
+    emitter: &Emitter,
+    from: DVec3,
+    random: [f64; 2],
+) -> Option<(EmitterPoint, f64)> {
     Some((emitter.sample(random), emitter.pdf_solid_angle(from)?))
 }
 
@@ -183,7 +231,11 @@ pub fn with_pdf(
 }
 
 /// Cells of equal angle θ in the cone of a sphere, for cells of equal solid angle.
-fn linear_in_angle(emitter: &Emitter, from: DVec3, [r1, r2]: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+fn linear_in_angle(
+    emitter: &Emitter,
+    from: DVec3,
+    [r1, r2]: [f64; 2],
+) -> Option<(EmitterPoint, f64)> {
     let pdf = emitter.pdf_solid_angle(from)?;
     let lost = 1.0 / (TAU * pdf);
     let angle = r1 * (1.0 - lost).acos();
@@ -227,9 +279,11 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
         faults: faults(),
-        equivalents: vec![fault!("mirrored-numbers", LIGHT_SPHERE, "1 − r for r: as uniform as r",
+        equivalents: vec![
+            fault!("mirrored-numbers", LIGHT_SPHERE, "1 − r for r: as uniform as r",
             = |emitter, from, [r1, r2]| emitter.sample_solid_angle(from, [1.0 - r1, 1.0 - r2]),
-            "emitter/seen-sphere")],
+            "emitter/seen-sphere"),
+        ],
         ..Family::new("solid-angle", Emitter::sample_solid_angle as Sample)
     })]
 }

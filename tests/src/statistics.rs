@@ -1,5 +1,5 @@
-//! The harness's statistics at small sizes, under a true hypothesis and under effects of known size:
-//! what the tests and the experiments `calibration` and `power` examine.
+//! The harness's statistics at small sizes, under a true hypothesis and under effects of known
+//! size: what the tests and the experiments `calibration` and `power` examine.
 
 use rand_distr::{Distribution, Poisson};
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
@@ -52,11 +52,18 @@ impl Statistic {
 pub fn is_bound(sensitivity: &Sensitivity) -> bool {
     // In many cells losses may reject, too.
     use Sensitivity::{Bernstein, Cells, Distance};
-    matches!(sensitivity, Distance { .. } | Bernstein { .. } | Cells { tests: 2.., .. })
+    matches!(
+        sensitivity,
+        Distance { .. } | Bernstein { .. } | Cells { tests: 2.., .. }
+    )
 }
 
 fn normal(standard_error: f64, dof: f64) -> Sensitivity {
-    Sensitivity::Normal { standard_error, dof, tests: 1 }
+    Sensitivity::Normal {
+        standard_error,
+        dof,
+        tests: 1,
+    }
 }
 
 /// The standard error of a mean of [`N`] uniform numbers.
@@ -64,8 +71,8 @@ fn mean_error() -> f64 {
     (1.0 / 12.0 / N as f64).sqrt()
 }
 
-/// The standard error of the ratio of the mean squares of uniform numbers, those of the first scaled:
-/// the relative standard deviation of (u − ½)² is √0.8.
+/// The standard error of the ratio of the mean squares of uniform numbers, those of the first
+/// scaled: the relative standard deviation of (u − ½)² is √0.8.
 fn ratio_error(scale: f64) -> f64 {
     (0.8 * (scale * scale + 1.0) / N as f64).sqrt()
 }
@@ -75,7 +82,15 @@ pub fn continuous() -> [Statistic; 6] {
     [
         Statistic {
             name: "z",
-            run: |rng, effect| mean_known_sigma("z", &uniforms(rng, N, effect), 0.5, (1.0f64 / 12.0).sqrt(), ANY),
+            run: |rng, effect| {
+                mean_known_sigma(
+                    "z",
+                    &uniforms(rng, N, effect),
+                    0.5,
+                    (1.0f64 / 12.0).sqrt(),
+                    ANY,
+                )
+            },
             unit: mean_error(),
             sensitivity: |_| normal(mean_error(), f64::INFINITY),
         },
@@ -98,12 +113,21 @@ pub fn continuous() -> [Statistic; 6] {
         Statistic {
             name: "chi-square",
             run: |rng, effect| {
-                let mut counts = Counts { n: N, observed: vec![0; CELLS], ..Counts::default() };
+                let mut counts = Counts {
+                    n: N,
+                    observed: vec![0; CELLS],
+                    ..Counts::default()
+                };
                 for _ in 0..N {
                     counts.observed[skewed_cell(rng, effect)] += 1;
                 }
                 let places = (0..CELLS).map(|i| format!("cell {i}")).collect();
-                chi_square("cells", &Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places), &counts, 1.0)
+                chi_square(
+                    "cells",
+                    &Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places),
+                    &counts,
+                    1.0,
+                )
             },
             unit: ((CELLS as f64 - 1.0) / N as f64).sqrt(),
             sensitivity: |_| Sensitivity::Cells {
@@ -146,7 +170,10 @@ fn shares() -> Statistic {
             binomial("share", k, N, SHARE, 1.0)
         },
         unit: (SHARE * (1.0 - SHARE) / N as f64).sqrt(),
-        sensitivity: |_| Sensitivity::Binomial { n: N, probability: SHARE },
+        sensitivity: |_| Sensitivity::Binomial {
+            n: N,
+            probability: SHARE,
+        },
     }
 }
 
@@ -182,7 +209,17 @@ fn bounded() -> Statistic {
 /// Every kind of statistic whose power is stated: those of sums first.
 pub fn with_power() -> Vec<Statistic> {
     let [z, t, welch, cells, distance, ratio] = continuous();
-    vec![z, t, welch, ratio, bounded(), cells, distance, shares(), events()]
+    vec![
+        z,
+        t,
+        welch,
+        ratio,
+        bounded(),
+        cells,
+        distance,
+        shares(),
+        events(),
+    ]
 }
 
 /// An event with a promised probability: at most `rate`.
@@ -196,7 +233,11 @@ pub struct Promise {
 }
 
 fn promise(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> Promise {
-    Promise { name, rate, happened }
+    Promise {
+        name,
+        rate,
+        happened,
+    }
 }
 
 /// The level at which promises are checked.
@@ -208,7 +249,9 @@ pub fn promises() -> [Promise; 6] {
         promise("empirical Bernstein rejects a true mean", LEVEL, |rng| {
             bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL
         }),
-        promise("binomial test rejects a true share", LEVEL, |rng| (shares().run)(rng, 0.0).p < LEVEL),
+        promise("binomial test rejects a true share", LEVEL, |rng| {
+            (shares().run)(rng, 0.0).p < LEVEL
+        }),
         promise("confidence sequence ever excludes the mean", LEVEL, |rng| {
             let mut sequence = ConfidenceSequence::new(LEVEL, [0.0, 1.0]);
             (0..1000).any(|_| {
@@ -216,10 +259,21 @@ pub fn promises() -> [Promise; 6] {
                 sequence.decide(0.5, 0.0) == Decision::Alternative
             })
         }),
-        promise("SPRT rejects a true hypothesis", LEVEL, |rng| sprt(rng, 0.5) == Decision::Alternative),
-        promise("SPRT accepts a false hypothesis", LEVEL, |rng| sprt(rng, 0.6) == Decision::Null),
+        promise("SPRT rejects a true hypothesis", LEVEL, |rng| {
+            sprt(rng, 0.5) == Decision::Alternative
+        }),
+        promise("SPRT accepts a false hypothesis", LEVEL, |rng| {
+            sprt(rng, 0.6) == Decision::Null
+        }),
         promise("equivalence concluded at the very margin", ALPHA, |rng| {
-            mean("e", &uniforms(rng, N, 0.0), 0.45, Claim::Approximate { margin: 0.05 }).verdict() == Verdict::Holds
+            mean(
+                "e",
+                &uniforms(rng, N, 0.0),
+                0.45,
+                Claim::Approximate { margin: 0.05 },
+            )
+            .verdict()
+                == Verdict::Holds
         }),
     ]
 }
@@ -234,15 +288,19 @@ fn sprt(rng: &mut Stream, truth: f64) -> Decision {
     test.decision()
 }
 
-/// The value of a law that is uniform on either half of [0, 1] and has 1/2 + effect in the lower: its
-/// distribution function differs most at one point, the middle.
+/// The value of a law that is uniform on either half of [0, 1] and has 1/2 + effect in the lower:
+/// its distribution function differs most at one point, the middle.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = 0.5 + effect;
-    if u < lower { 0.5 * u / lower } else { 0.5 + 0.5 * (u - lower) / (1.0 - lower) }
+    if u < lower {
+        0.5 * u / lower
+    } else {
+        0.5 + 0.5 * (u - lower) / (1.0 - lower)
+    }
 }
 
-/// The first cell with probability (1 + effect)/[`CELLS`], the others alike: of all laws that are off by
-/// the effect in some cell, the one that shows least.
+/// The first cell with probability (1 + effect)/[`CELLS`], the others alike: of all laws that are
+/// off by the effect in some cell, the one that shows least.
 fn skewed_cell(rng: &mut Stream, effect: f64) -> usize {
     let first = (1.0 + effect) / CELLS as f64;
     let u = uniform(rng);

@@ -47,11 +47,17 @@ pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
     bits.sort_unstable();
     let n = bits.len() as u64;
     let equal = bits.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
-    poisson("equal pairs", equal, n, equal_pairs(n, BITS), equal_pairs(n, COARSE_BITS))
+    poisson(
+        "equal pairs",
+        equal,
+        n,
+        equal_pairs(n, BITS),
+        equal_pairs(n, COARSE_BITS),
+    )
 }
 
-/// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more with
-/// probabilities 1/2, 1/4, 1/8, 1/8.
+/// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more
+/// with probabilities 1/2, 1/4, 1/8, 1/8.
 pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("gaps");
     let n = context.n(GAPS);
@@ -71,16 +77,29 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
         }
     }
     let masses = vec![0.5, 0.25, 0.125, 0.125];
-    let counts = Counts { n, observed, ..Counts::default() };
-    vec![frequencies("gaps", masses, |length| format!("gap of {length}"), &counts)]
+    let counts = Counts {
+        n,
+        observed,
+        ..Counts::default()
+    };
+    vec![frequencies(
+        "gaps",
+        masses,
+        |length| format!("gap of {length}"),
+        &counts,
+    )]
 }
 
 /// Which two numbers are neighbours.
 type Neighbours = fn(Numbers, u64, u32) -> [f64; 2];
 
 const NEIGHBOURS: [(&str, Neighbours); 3] = [
-    ("pixels", |f, seed, i| [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]),
-    ("samples", |f, seed, i| [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]),
+    ("pixels", |f, seed, i| {
+        [f(seed, 2 * i, 0, 0), f(seed, 2 * i + 1, 0, 0)]
+    }),
+    ("samples", |f, seed, i| {
+        [f(seed, 5, 2 * i, 0), f(seed, 5, 2 * i + 1, 0)]
+    }),
     ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
 ];
 
@@ -96,7 +115,10 @@ impl Default for Pairs {
     fn default() -> Self {
         let partition = Partition::equal(Domain::Square, 4, 4);
         Self {
-            counts: Counts { observed: vec![0; partition.masses.len()], ..Counts::default() },
+            counts: Counts {
+                observed: vec![0; partition.masses.len()],
+                ..Counts::default()
+            },
             partition,
             products: Values::new(0.0),
         }
@@ -116,18 +138,40 @@ impl Pairs {
 
     /// The tests of both, for neighbours of this kind.
     pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
-        let claim = Claim::Exact { delta: CORRELATION_DELTA };
+        let claim = Claim::Exact {
+            delta: CORRELATION_DELTA,
+        };
         [
-            chi_square(&format!("pairs of neighbouring {name}"), &self.partition, &self.counts, CELL_DELTA),
-            mean(&format!("correlation of neighbouring {name}"), &self.products, 0.0, claim),
+            chi_square(
+                &format!("pairs of neighbouring {name}"),
+                &self.partition,
+                &self.counts,
+                CELL_DELTA,
+            ),
+            mean(
+                &format!("correlation of neighbouring {name}"),
+                &self.products,
+                0.0,
+                claim,
+            ),
         ]
     }
 }
 
 /// Counts in cells of these probabilities, which are called by their numbers.
-pub fn frequencies(name: &str, masses: Vec<f64>, place: impl Fn(usize) -> String, counts: &Counts) -> Outcome {
+pub fn frequencies(
+    name: &str,
+    masses: Vec<f64>,
+    place: impl Fn(usize) -> String,
+    counts: &Counts,
+) -> Outcome {
     let places = (0..masses.len()).map(place).collect();
-    chi_square(name, &Partition::of_masses(masses, places), counts, CELL_DELTA)
+    chi_square(
+        name,
+        &Partition::of_masses(masses, places),
+        counts,
+        CELL_DELTA,
+    )
 }
 
 /// Pairs of neighbouring pixels, samples and draws.
@@ -153,12 +197,33 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 fn trials() -> Vec<FamilyTrial<Numbers>> {
     let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
         let subject = "rng::stream, rng::uniform";
-        trial(format!("streams/{name}"), property, &ESTIMATOR, [subject, statistic], on)
+        trial(
+            format!("streams/{name}"),
+            property,
+            &ESTIMATOR,
+            [subject, statistic],
+            on,
+        )
     };
     vec![
-        own("distinct", "numbers of different pixels are distinct: 53 random bits", "Poisson", distinct),
-        own("gaps", "gaps between visits of [0, 1/2) are geometric", "chi-square", gaps),
-        own("neighbours", "neighbouring pixels, samples and draws are independent", "chi-square and t", neighbours),
+        own(
+            "distinct",
+            "numbers of different pixels are distinct: 53 random bits",
+            "Poisson",
+            distinct,
+        ),
+        own(
+            "gaps",
+            "gaps between visits of [0, 1/2) are geometric",
+            "chi-square",
+            gaps,
+        ),
+        own(
+            "neighbours",
+            "neighbouring pixels, samples and draws are independent",
+            "chi-square and t",
+            neighbours,
+        ),
     ]
 }
 

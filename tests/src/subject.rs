@@ -10,8 +10,8 @@ use whitefurnace::camera::Camera;
 use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::environment::EnvironmentMap;
 use whitefurnace::estimator::{
-    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path, Photons, Report, Sample,
-    Standard, Strategy, Whitted,
+    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path,
+    Photons, Report, Sample, Standard, Strategy, Whitted,
 };
 use whitefurnace::form_factor::Polygon;
 use whitefurnace::harness::outcome::Outcome;
@@ -54,9 +54,15 @@ macro_rules! table {
 }
 
 /// All parts of all estimators.
-pub trait EstimatorParts: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
+pub trait EstimatorParts:
+    Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
+{
+}
 
-impl<P> EstimatorParts for P where P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements {}
+impl<P> EstimatorParts for P where
+    P: Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
+{
+}
 
 table! {
     Scattering {
@@ -127,7 +133,8 @@ table! {
 pub struct Configuration<P> {
     /// The parts.
     pub parts: P,
-    /// The longest path in segments, in place of the trial's own choice (not of [`Path`] without a limit).
+    /// The longest path in segments, in place of the trial's own choice (not of [`Path`] without a
+    /// limit).
     pub segments: Option<u32>,
     /// The light rules (not of [`Path`], which is always physical).
     pub rules: LightRules,
@@ -136,7 +143,11 @@ pub struct Configuration<P> {
 impl<P> Configuration<P> {
     /// The same with other parts.
     pub fn with<Q>(self, parts: Q) -> Configuration<Q> {
-        Configuration { parts, segments: self.segments, rules: self.rules }
+        Configuration {
+            parts,
+            segments: self.segments,
+            rules: self.rules,
+        }
     }
 }
 
@@ -145,15 +156,23 @@ impl<P> Configuration<P> {
 pub type EstimatorSubject = Configuration<Option<PartTable>>;
 
 /// The right subject.
-pub const STANDARD: EstimatorSubject = Configuration { parts: None, segments: None, rules: LightRules::PHYSICAL };
+pub const STANDARD: EstimatorSubject = Configuration {
+    parts: None,
+    segments: None,
+    rules: LightRules::PHYSICAL,
+};
 
 /// The right subject with other parts.
 pub const fn parts(table: PartTable) -> EstimatorSubject {
-    Configuration { parts: Some(table), ..STANDARD }
+    Configuration {
+        parts: Some(table),
+        ..STANDARD
+    }
 }
 
-/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of `CORRECT`'s, and
-/// the trials that must reject it. Fields without a type are parts of an estimator.
+/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of
+/// `CORRECT`'s, and the trials that must reject it. Fields without a type are parts of an
+/// estimator.
 macro_rules! fault {
     ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
         use $crate::subject::{CORRECT, PartTable, parts};
@@ -172,11 +191,17 @@ pub(crate) use fault;
 /// What a trial does with any estimator's parts.
 pub trait Property: Send + Sync + 'static {
     /// The trial's function.
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome>;
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome>;
 }
 
 /// A property as a function of the subject.
-pub fn with_parts<Q: Property>(property: Q) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
+pub fn with_parts<Q: Property>(
+    property: Q,
+) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
     move |context, subject| match subject.parts {
         None => property.run(context, subject.with(Standard)),
         Some(parts) => property.run(context, subject.with(parts)),
@@ -211,28 +236,58 @@ impl EstimatorKind {
         rays: impl Iterator<Item = (Ray, R)>,
     ) -> Vec<DVec3> {
         let Configuration { parts, rules, .. } = setup;
-        let samples = rays.map(|(ray, rng)| Sample { ray, hit: None, rng });
+        let samples = rays.map(|(ray, rng)| Sample {
+            ray,
+            hit: None,
+            rng,
+        });
         let path = |strategy| Path::new(parts, strategy);
         match self {
             Self::Path => path(Strategy::Mis).radiances(scene, samples),
-            Self::PathBy(strategy, lights, heuristic) => {
-                Path { lights, heuristic, ..path(strategy) }.radiances(scene, samples)
+            Self::PathBy(strategy, lights, heuristic) => Path {
+                lights,
+                heuristic,
+                ..path(strategy)
             }
-            Self::PathByBodies(heuristic) => {
-                Path { heuristic, by_bodies: true, ..path(Strategy::Mis) }.radiances(scene, samples)
+            .radiances(scene, samples),
+            Self::PathByBodies(heuristic) => Path {
+                heuristic,
+                by_bodies: true,
+                ..path(Strategy::Mis)
             }
+            .radiances(scene, samples),
             Self::PathWithin(segments) => {
                 let bounces = Some(setup.segments.unwrap_or(segments) - 1);
-                Path { by_bodies: true, bounces, ..path(Strategy::Mis) }.radiances(scene, samples)
+                Path {
+                    by_bodies: true,
+                    bounces,
+                    ..path(Strategy::Mis)
+                }
+                .radiances(scene, samples)
             }
-            Self::PathEarly => Path { early: EARLY, ..path(Strategy::Bsdf) }.radiances(scene, samples),
+            Self::PathEarly => Path {
+                early: EARLY,
+                ..path(Strategy::Bsdf)
+            }
+            .radiances(scene, samples),
             Self::Report(segments) => {
                 let segments = setup.segments.unwrap_or(segments);
-                Report { parts, rays: 1, segments, rules }.radiances(scene, samples)
+                Report {
+                    parts,
+                    rays: 1,
+                    segments,
+                    rules,
+                }
+                .radiances(scene, samples)
             }
             Self::Whitted(segments) => {
                 let segments = setup.segments.unwrap_or(segments);
-                Whitted { parts, segments, rules }.radiances(scene, samples)
+                Whitted {
+                    parts,
+                    segments,
+                    rules,
+                }
+                .radiances(scene, samples)
             }
         }
     }
@@ -261,8 +316,8 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Estimates along rays, one at each call, each by a stream of its own under this seed; so many are made at once that
-    /// all lanes are busy.
+    /// Estimates along rays, one at each call, each by a stream of its own under this seed; so many
+    /// are made at once that all lanes are busy.
     pub fn radiances<P: EstimatorParts + Copy>(
         &self,
         setup: Configuration<P>,
@@ -278,7 +333,8 @@ impl Probe {
 /// Estimates that are made together.
 const BATCH: u64 = 256;
 
-/// Values, one at each call, which are made in batches, each by a stream of its own under this seed.
+/// Values, one at each call, which are made in batches, each by a stream of its own under this
+/// seed.
 pub fn in_batches(
     seed: u64,
     mut batch: impl FnMut(&mut dyn Iterator<Item = Stream>) -> Vec<DVec3>,

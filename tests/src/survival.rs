@@ -1,5 +1,5 @@
-//! Survival policies of Russian roulette: the path tracer's own under a microscope, and three of them
-//! in one scene. Whatever decides the survival, the mean stays.
+//! Survival policies of Russian roulette: the path tracer's own under a microscope, and three of
+//! them in one scene. Whatever decides the survival, the mean stays.
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
@@ -21,10 +21,13 @@ pub struct Policy {
     pub weight: fn(f64) -> f64,
 }
 
-const BY_THROUGHPUT: Policy = Policy { survival: roulette::by_throughput, weight: roulette::weight };
+const BY_THROUGHPUT: Policy = Policy {
+    survival: roulette::by_throughput,
+    weight: roulette::weight,
+};
 
-/// Albedos of the two surfaces that a walk meets with equal probability. One reflects all of a channel,
-/// so that the highest survival matters, and nothing of another.
+/// Albedos of the two surfaces that a walk meets with equal probability. One reflects all of a
+/// channel, so that the highest survival matters, and nothing of another.
 const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6)];
 
 /// The early hits of a walk.
@@ -33,8 +36,9 @@ const EARLY: u32 = 2;
 /// A walk that has not ended here is a fault's.
 const GIVE_UP: u32 = 2_000;
 
-/// A walk between surfaces that emit 1, the throughput handled as by [`whitefurnace::estimator::Path`]; `see`
-/// is told every decision: throughput before it, the highest survival that there may be, survival, throughput of a survivor.
+/// A walk between surfaces that emit 1, the throughput handled as by
+/// [`whitefurnace::estimator::Path`]; `see` is told every decision: throughput before it, the
+/// highest survival that there may be, survival, throughput of a survivor.
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
     for hit in 0..GIVE_UP {
@@ -42,7 +46,12 @@ fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, D
         let before = throughput * COLOURS[usize::from(uniform(rng) < 0.5)];
         let survival = (policy.survival)(before, early);
         throughput = before * (policy.weight)(survival);
-        see(before, if early { 1.0 } else { HIGHEST_SURVIVAL }, survival, throughput);
+        see(
+            before,
+            if early { 1.0 } else { HIGHEST_SURVIVAL },
+            survival,
+            throughput,
+        );
         if !roulette::survives(uniform(rng), survival) {
             break;
         }
@@ -56,19 +65,25 @@ const WALKS: u64 = 4_500_000;
 /// The mean of each channel is 1/(1 − ā) with the mean albedo ā.
 fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
     let [x, y, z] = (DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]))).to_array();
-    let about = [("first channel", x), ("second channel", y), ("third channel", z)];
+    let about = [
+        ("first channel", x),
+        ("second channel", y),
+        ("third channel", z),
+    ];
     let mut rng = context.rng("walks");
-    means(about.map(|(name, reference)| (name, reference, BOUNCES * reference)), context.n(WALKS), || {
-        walk(&mut rng, policy, |_, _, _, _| ()).to_array()
-    })
+    means(
+        about.map(|(name, reference)| (name, reference, BOUNCES * reference)),
+        context.n(WALKS),
+        || walk(&mut rng, policy, |_, _, _, _| ()).to_array(),
+    )
 }
 
 const BOUNDED_WALKS: u64 = 100_000;
 /// Rounding of a division and a product.
 const ROUNDING: f64 = 1e-15;
 
-/// Survival is at most 1 at early hits and [`HIGHEST_SURVIVAL`] at others, and a survivor's largest channel is 1, or what
-/// it was divided by the highest survival.
+/// Survival is at most 1 at early hits and [`HIGHEST_SURVIVAL`] at others, and a survivor's largest
+/// channel is 1, or what it was divided by the highest survival.
 fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     let mut rng = context.rng("bounds");
     let [mut excess, mut largest] = [0.0_f64; 2];
@@ -83,8 +98,20 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
         });
     }
     vec![
-        Outcome::exact("survival above the highest", n, excess, 0.0, "the worst of all decisions"),
-        Outcome::exact("largest channel of a survivor", n, largest, ROUNDING, "the worst of all decisions, relative"),
+        Outcome::exact(
+            "survival above the highest",
+            n,
+            excess,
+            0.0,
+            "the worst of all decisions",
+        ),
+        Outcome::exact(
+            "largest channel of a survivor",
+            n,
+            largest,
+            ROUNDING,
+            "the worst of all decisions, relative",
+        ),
     ]
 }
 
@@ -128,17 +155,27 @@ fn faults() -> Vec<Fault<Policy>> {
 
 /// The path tracer's policy.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family { trials: trials(), faults: faults(), ..Family::new("survival", BY_THROUGHPUT) })]
+    vec![Box::new(Family {
+        trials: trials(),
+        faults: faults(),
+        ..Family::new("survival", BY_THROUGHPUT)
+    })]
 }
 
 /// Albedo of the cavity in which the policies are compared.
 const RHO: f64 = 0.6;
 const PATHS: u64 = 3_700_000;
 
-/// The policies that must give the mean of [`roulette::by_throughput`] in the cavity, and their paths: a
-/// constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
-const OTHERS: [(&str, Survival, u64); 2] =
-    [("survival 0.9", |_, _| 0.9, 780_000), ("survival 1 − α", |_, _| roulette::by_absorption(1.0 - RHO), PATHS)];
+/// The policies that must give the mean of [`roulette::by_throughput`] in the cavity, and their
+/// paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
+const OTHERS: [(&str, Survival, u64); 2] = [
+    ("survival 0.9", |_, _| 0.9, 780_000),
+    (
+        "survival 1 − α",
+        |_, _| roulette::by_absorption(1.0 - RHO),
+        PATHS,
+    ),
+];
 
 /// The path tracer as programs run it against the path tracer under the other policies, with the
 /// subject's parts.
@@ -147,11 +184,16 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     let own = STANDARD.with(Standard);
     let mut radiance = probe.radiances(own, context.seed_of("survival by throughput"));
     let own = Values::collect(reference, context.n(PATHS), || radiance().x);
-    let claim = Claim::Exact { delta: BOUNCES * reference };
+    let claim = Claim::Exact {
+        delta: BOUNCES * reference,
+    };
     OTHERS
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
-            let setup = subject.with(PartTable { survival_by_throughput, ..subject.parts.unwrap_or(CORRECT) });
+            let setup = subject.with(PartTable {
+                survival_by_throughput,
+                ..subject.parts.unwrap_or(CORRECT)
+            });
             let mut radiance = probe.radiances(setup, context.seed_of(name));
             let other = Values::collect(reference, context.n(paths), || radiance().x);
             welch(name, &own, &other, claim)
@@ -161,7 +203,11 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
 
 /// The trial of the policies in a scene.
 pub fn cavity() -> FamilyTrial<EstimatorSubject> {
-    let probe = Probe { scene: valid(cavity_cap(RHO, Cap::Black)), kind: EstimatorKind::Path, ray: off_cap };
+    let probe = Probe {
+        scene: valid(cavity_cap(RHO, Cap::Black)),
+        kind: EstimatorKind::Path,
+        ray: off_cap,
+    };
     trial(
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",

@@ -13,7 +13,9 @@ impl<'a> Weaver<'a> {
         name: &str,
         caption: &str,
     ) -> Result<String, String> {
-        self.captioned(current, &[name], caption, |pictures| format!("<div class=\"picture\">{}</div>", pictures[0]))
+        self.captioned(current, &[name], caption, |pictures| {
+            format!("<div class=\"picture\">{}</div>", pictures[0])
+        })
     }
 
     /// Two pictures of one size, one over the other, and a slider that shows more of either.
@@ -47,13 +49,18 @@ impl<'a> Weaver<'a> {
         for file in files {
             let file_name = file.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("{}/{file_name}", recorded.id);
-            addresses.push(format!("{}figures/{}", to_root(current.path), escape(&name)));
+            addresses.push(format!(
+                "{}figures/{}",
+                to_root(current.path),
+                escape(&name)
+            ));
             self.figures.insert(name, file);
         }
         Ok((recorded, addresses))
     }
 
-    /// A numbered figure with its caption and where it comes from. `body` arranges the pictures of these names.
+    /// A numbered figure with its caption and where it comes from. `body` arranges the pictures of
+    /// these names.
     fn captioned(
         &mut self,
         current: &mut CurrentPage<'_>,
@@ -61,13 +68,19 @@ impl<'a> Weaver<'a> {
         caption: &str,
         body: impl Fn(&[String]) -> String,
     ) -> Result<String, String> {
-        let found = names.iter().map(|name| self.picture(current, name)).collect::<Result<Vec<_>, _>>()?;
+        let found = names
+            .iter()
+            .map(|name| self.picture(current, name))
+            .collect::<Result<Vec<_>, _>>()?;
         if caption.trim().is_empty() {
             return Err("a figure needs a caption that can be read alone".to_owned());
         }
         let id = format!("figure-{}", names.join("-").replace(['/', '.'], "-"));
         if !current.shown.insert(id.clone()) {
-            return Err(format!("{} is already shown on this page", names.join(" beside ")));
+            return Err(format!(
+                "{} is already shown on this page",
+                names.join(" beside ")
+            ));
         }
         let html = self.caption(current, caption)?;
         current.figures += 1;
@@ -75,11 +88,18 @@ impl<'a> Weaver<'a> {
             Some(chapter) => format!("Figure {chapter}.{}", current.figures),
             None => format!("Figure {}", current.figures),
         };
-        let image = |address: &String| format!("<img src=\"{address}\" alt=\"{label}, described below\">");
-        let pictures: Vec<String> = found.iter().map(|(_, addresses)| addresses.iter().map(image).collect()).collect();
+        let image =
+            |address: &String| format!("<img src=\"{address}\" alt=\"{label}, described below\">");
+        let pictures: Vec<String> = found
+            .iter()
+            .map(|(_, addresses)| addresses.iter().map(image).collect())
+            .collect();
         let source = |(recorded, _): &(&ExperimentResult, Vec<String>)| {
             let link = self.experiment_link(current.path, &recorded.id);
-            format!("Experiment {link}; repeat with <code>{}</code>.", escape(&recorded.command))
+            format!(
+                "Experiment {link}; repeat with <code>{}</code>.",
+                escape(&recorded.command)
+            )
         };
         let mut sources: Vec<String> = found.iter().map(source).collect();
         sources.dedup();
@@ -98,7 +118,10 @@ impl<'a> Weaver<'a> {
         }
         let mut edits = Vec::new();
         for formula in page.formulas {
-            edits.push((formula.span, self.math.block(&formula.latex, formula.display)?));
+            edits.push((
+                formula.span,
+                self.math.block(&formula.latex, formula.display)?,
+            ));
         }
         for directive in page.directives {
             if !directives::find(&directive.name)?.inline {

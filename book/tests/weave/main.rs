@@ -81,7 +81,8 @@ impl Small {
         message
     }
 
-    /// Asserts that the message names the page's third line and all of `parts`, and that nothing is written.
+    /// Asserts that the message names the page's third line and all of `parts`, and that nothing is
+    /// written.
     fn refused(&self, parts: &[&str]) {
         self.says(&[parts, &["pages/page.md:3: "]].concat());
         assert!(!self.path("out/page.html").exists(), "nothing is written");
@@ -90,7 +91,9 @@ impl Small {
 
 /// A figure of the size that the books need.
 fn svg(body: &str) -> String {
-    format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>")
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>"
+    )
 }
 
 const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncreate-missing = false\n\
@@ -110,7 +113,9 @@ fn small(text: &str) -> Small {
 fn what_is_missing_broken_or_misused_is_refused() {
     let is_case = |line: &&str| !line.is_empty() && !line.starts_with("# ");
     for case in include_str!("refused.txt").lines().filter(is_case) {
-        let (line, said) = case.split_once(" => ").expect("a line, and what is said of it");
+        let (line, said) = case
+            .split_once(" => ")
+            .expect("a line, and what is said of it");
         small(line).refused(&said.split(" && ").collect::<Vec<_>>());
     }
 }
@@ -142,7 +147,10 @@ fn a_damaged_figure_is_refused() {
         assert!(!book.path("out/page.html").exists(), "nothing is written");
     }
     let book = Small::new(&page.replace("svg", "png"));
-    book.write("recorded/demo/result.json", &RESULT.replace("plot.svg", "plot.png"));
+    book.write(
+        "recorded/demo/result.json",
+        &RESULT.replace("plot.svg", "plot.png"),
+    );
     book.write("recorded/demo/plot.png", "no picture");
     book.says(&["plot.png:1: not a whole PNG"]);
     // So it is with the figures of a reader's own run.
@@ -158,7 +166,10 @@ fn a_link_to_a_missing_heading_is_refused() {
 
 #[test]
 fn raw_html_cannot_reach_outside() {
-    for html in ["<img src=\"https://example.org/a.png\">", "<a href=\"gone.html\">x</a>"] {
+    for html in [
+        "<img src=\"https://example.org/a.png\">",
+        "<a href=\"gone.html\">x</a>",
+    ] {
         small(html).says(&["page.html:"]);
     }
 }
@@ -170,7 +181,8 @@ fn what_a_merge_leaves_is_refused() {
         small(mark).refused(&["merge"]);
     }
     let figure = "{{#figure demo/plot.svg \"A plot.\"}}";
-    Small::new(&format!("{figure}\n\n{figure}\n")).refused(&["demo/plot.svg is already shown on this page"]);
+    Small::new(&format!("{figure}\n\n{figure}\n"))
+        .refused(&["demo/plot.svg is already shown on this page"]);
 }
 
 #[test]
@@ -186,7 +198,10 @@ fn an_equation_is_shown_once() {
 #[test]
 fn a_missing_page_is_refused() {
     let book = Small::new("# Page\n");
-    book.write("book/pages/SUMMARY.md", "- [Page](page.md)\n- [Lost](lost.md)\n");
+    book.write(
+        "book/pages/SUMMARY.md",
+        "- [Page](page.md)\n- [Lost](lost.md)\n",
+    );
     book.says(&["SUMMARY.md:2: there is no page lost.md"]);
 }
 
@@ -196,8 +211,14 @@ fn a_damaged_record_is_refused() {
     for (text, part) in [
         ("{\n  \"id\": \"demo\",\n", "result.json:"),
         (&RESULT.replace("31.41592", "null"), "result.json:"),
-        (&RESULT.replace("\"demo\"", "\"other\""), "the folder \"demo\""),
-        (&RESULT.replace("plot.svg", "../plot.svg"), "beside this one"),
+        (
+            &RESULT.replace("\"demo\"", "\"other\""),
+            "the folder \"demo\"",
+        ),
+        (
+            &RESULT.replace("plot.svg", "../plot.svg"),
+            "beside this one",
+        ),
     ] {
         book.write("recorded/demo/result.json", text);
         book.says(&[part]);
@@ -260,13 +281,17 @@ fn figures_carry_number_caption_and_command() {
 
 #[test]
 fn citations_lead_to_the_bibliography() {
-    let parts = ["page.html#cite-kajiya1986\">Kajiya 1986</a>", "id=\"cite-kajiya1986\""];
+    let parts = [
+        "page.html#cite-kajiya1986\">Kajiya 1986</a>",
+        "id=\"cite-kajiya1986\"",
+    ];
     small("As {{#cite kajiya1986}}.\n\n{{#bibliography}}").shows(&parts);
 }
 
 #[test]
 fn formulas_survive_markdown_and_code_does_not_change() {
-    let html = small("$a_1 * b_2 * [c]$ costs `$5_1$`.\n\n| $|x|$ | b |\n|---|---|\n| 1 | $y_1$ |").html();
+    let html =
+        small("$a_1 * b_2 * [c]$ costs `$5_1$`.\n\n| $|x|$ | b |\n|---|---|\n| 1 | $y_1$ |").html();
     assert!(html.contains("<code>$5_1$</code>"), "code is left alone");
     assert!(!html.contains("<em>"), "no emphasis inside formulas");
     assert!(html.matches("<math").count() >= 2);
@@ -311,13 +336,19 @@ fn a_run_stands_beside_the_record() {
     book.shows(&["<a href=\"run.html\">Your run beside the record</a>"]);
     let page = fs::read_to_string(book.path("out/run.html")).expect("the page of the run");
     // Hold, fail, undecided: in the record and in the run; tier, seed and shrink of both.
-    assert!(page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"), "{page}");
+    assert!(
+        page.contains("<td>2, 0, 0</td><td>1, <strong>1</strong>, 1</td>"),
+        "{page}"
+    );
     assert_eq!(page.matches("<td>quick, 7, 4</td>").count(), 2);
     let row = "<td>worse</td><td><strong>holds</strong> 2</td><td><strong>fails</strong> 9</td>";
     assert!(page.contains(row), "{page}");
     assert!(page.contains("judged differently (2)") && page.contains("judged alike (1)"));
     assert!(!page.contains("a note"));
-    for (file, text) in [("figures/demo/plot.svg", "recorded"), ("figures/run/demo/plot.svg", "run")] {
+    for (file, text) in [
+        ("figures/demo/plot.svg", "recorded"),
+        ("figures/run/demo/plot.svg", "run"),
+    ] {
         assert!(page.contains(&format!("src=\"{file}\"")), "{page}");
         let figure = fs::read_to_string(book.path("out").join(file)).expect("a figure");
         assert!(figure.contains(text));
@@ -333,14 +364,17 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
              \"r.estimate\": {x}, \"r.reference\": {plain}, \"r.low\": 0.0, \"r.high\": 1.0 }}, \"findings\": []"
         )
     };
-    // Half widths of 3 each explain 4.24; standard errors count five times. Not judged: plain, z, whose half
-    // width is nil, and r, which estimates something else.
+    // Half widths of 3 each explain 4.24; standard errors count five times. Not judged: plain, z,
+    // whose half width is nil, and r, which estimates something else.
     let within = run_page(&body(10.0, 1.0), &body(14.2, 5.0));
     assert!(within.contains("<td>0 of 3</td>"), "{within}");
     assert!(within.contains("without an interval that differ (4)"));
     let beyond = run_page(&body(10.0, 1.0), &body(14.3, 1.0));
     assert!(beyond.contains("<td>2 of 4</td>"), "{beyond}");
-    assert!(beyond.contains("<td><code>x</code></td><td>10 ± 3</td><td>14.30 ± 3</td>"), "{beyond}");
+    assert!(
+        beyond.contains("<td><code>x</code></td><td>10 ± 3</td><td>14.30 ± 3</td>"),
+        "{beyond}"
+    );
 }
 
 #[test]

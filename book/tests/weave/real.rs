@@ -10,7 +10,10 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let bytes = |name: &str| {
         let out = folder.path().join(name);
-        let first = weave(&Options { out: out.clone(), ..Options::default() });
+        let first = weave(&Options {
+            out: out.clone(),
+            ..Options::default()
+        });
         let first = first.unwrap_or_else(|error| panic!("{error}"));
         assert!(first.is_file());
         check::output(&out).unwrap_or_else(|error| panic!("{error}"));
@@ -18,7 +21,11 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
             let content = fs::read(&file).expect("a written file");
             (file.strip_prefix(&out).map(Path::to_owned), content)
         };
-        check::files(&out).expect("the written files").into_iter().map(read).collect::<Vec<_>>()
+        check::files(&out)
+            .expect("the written files")
+            .into_iter()
+            .map(read)
+            .collect::<Vec<_>>()
     };
     let (files, again) = std::thread::scope(|scope| {
         let again = scope.spawn(|| bytes("two"));
@@ -33,10 +40,18 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
             let html = without_comments(&html).replace("http://www.w3.org/2000/svg", "");
             assert!(!html.contains("://"), "{} has an address", name.display());
             assert!(!html.contains("{{#"), "{} has a directive", name.display());
-            assert!(!html.contains("\"playground\""), "{} may call out", name.display());
+            assert!(
+                !html.contains("\"playground\""),
+                "{} may call out",
+                name.display()
+            );
         }
     }
-    let has = |name: &str| files.iter().any(|(file, _)| file.as_deref() == Ok(Path::new(name)));
+    let has = |name: &str| {
+        files
+            .iter()
+            .any(|(file, _)| file.as_deref() == Ok(Path::new(name)))
+    };
     assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
 }
 
@@ -44,7 +59,9 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
 fn without_comments(html: &str) -> String {
     let mut parts = html.split("<!--");
     let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| text + part.split_once("-->").map_or("", |(_, rest)| rest))
+    parts.fold(first, |text, part| {
+        text + part.split_once("-->").map_or("", |(_, rest)| rest)
+    })
 }
 
 #[test]
@@ -58,32 +75,49 @@ fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
         shown.extend(equations.map(|id| id.trim_end_matches("}}").to_owned()));
         if shown.len() > before {
             assert!(text.contains("\n\n> "), "{} asks nothing", file.display());
-            assert!(text.contains("\n## Exercise\n"), "{} has no exercise", file.display());
+            assert!(
+                text.contains("\n## Exercise\n"),
+                "{} has no exercise",
+                file.display()
+            );
             let words = text.split_whitespace().count();
             assert!(words < 2000, "{} has {words} words", file.display());
         }
     }
     shown.sort();
-    let mut all: Vec<_> = whitefurnace::equation::ALL.iter().map(|e| e.id.to_owned()).collect();
+    let mut all: Vec<_> = whitefurnace::equation::ALL
+        .iter()
+        .map(|e| e.id.to_owned())
+        .collect();
     all.sort();
     assert_eq!(shown, all);
 }
 
-/// The picture of the README is a recorded one in bands, every one of them, at a size without seams.
+/// The picture of the README is a recorded one in bands, every one of them, at a size without
+/// seams.
 #[test]
 fn the_readme_shows_all_bands_of_its_picture() {
     let options = Options::default();
     let readme = fs::read_to_string(options.sources.join("README.md")).expect("the README");
     let images = readme.split("<img src=\"").skip(1);
-    let shown: Vec<&str> = images.map(|image| image.split(" align").next().unwrap_or_default()).collect();
+    let shown: Vec<&str> = images
+        .map(|image| image.split(" align").next().unwrap_or_default())
+        .collect();
     let results = book::results::Results::load(&options.results).expect("recorded results");
-    let (_, bands) = results.figure("fig6/physical.png").expect("a recorded picture");
+    let (_, bands) = results
+        .figure("fig6/physical.png")
+        .expect("a recorded picture");
     let bands: Vec<String> = bands
         .iter()
         .map(|band| {
             let png = fs::read(band).expect("a band");
-            // Width and height stand in the header of every PNG; three quarters of these are shown, whole pixels.
-            let number = |at: usize| png[at..at + 4].iter().fold(0, |n, &b| 256 * n + u32::from(b));
+            // Width and height stand in the header of every PNG; three quarters of these are shown,
+            // whole pixels.
+            let number = |at: usize| {
+                png[at..at + 4]
+                    .iter()
+                    .fold(0, |n, &b| 256 * n + u32::from(b))
+            };
             let [width, height] = [16, 20].map(|at| {
                 assert!(number(at).is_multiple_of(4), "{}", band.display());
                 number(at) / 4 * 3

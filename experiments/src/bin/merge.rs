@@ -17,7 +17,8 @@ use whitefurnace::image::{check_writable, write_exr, write_png};
 ///   render --scene cornell --shard 2/2 --out part-2.exr
 ///   merge --out whole.exr part-1.exr part-2.exr
 ///
-/// A part that is missing, there twice, not finished or of another image is refused: exit code 2 and its name.
+/// A part that is missing, there twice, not finished or of another image is refused: exit code 2
+/// and its name.
 #[derive(Parser)]
 #[command(name = "merge", version, verbatim_doc_comment)]
 struct Merge {
@@ -35,36 +36,65 @@ fn main() -> ExitCode {
 
 fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     if out.extension().is_none_or(|extension| extension != "exr") {
-        return Err(Error::Option(format!("--out {} must end in .exr; the PNG gets the same name", out.display())));
+        return Err(Error::Option(format!(
+            "--out {} must end in .exr; the PNG gets the same name",
+            out.display()
+        )));
     }
     let png = out.with_extension("png");
     check_writable(out)?;
     check_writable(&png)?;
     let mut paths = parts.iter();
-    let Some(first) = paths.next() else { return Ok(Ending::Done) };
+    let Some(first) = paths.next() else {
+        return Ok(Ending::Done);
+    };
     let mut whole = Unfinished::read(first)?;
     let mut read: Vec<(&Path, Part)> = Vec::new();
     add(&mut read, first, &whole)?;
     for path in paths {
         let part = Unfinished::read(path)?;
-        let total = (whole.part.of != part.part.of).then(|| format!("{} there, {} here", part.part, whole.part));
+        let total = (whole.part.of != part.part.of)
+            .then(|| format!("{} there, {} here", part.part, whole.part));
         if let Some(difference) = difference(&part.job, &whole.job).or(total) {
-            return refuse(format!("{} is of another image than {}: {difference}", path.display(), first.display()));
+            return refuse(format!(
+                "{} is of another image than {}: {difference}",
+                path.display(),
+                first.display()
+            ));
         }
         add(&mut read, path, &part)?;
         whole.film.merge(&part.film)?;
     }
     read.sort_by_key(|(_, part)| part.range.start);
     let mut end = 0;
-    for (_, Part { range, .. }) in read.iter().chain([&(first.as_path(), Part { range: whole.part.of..0, of: 0 })]) {
+    for (_, Part { range, .. }) in read.iter().chain([&(
+        first.as_path(),
+        Part {
+            range: whole.part.of..0,
+            of: 0,
+        },
+    )]) {
         if range.start > end {
-            return refuse(format!("no part has the replications {end}..{} of {}", range.start, whole.part.of));
+            return refuse(format!(
+                "no part has the replications {end}..{} of {}",
+                range.start, whole.part.of
+            ));
         }
         end = range.end;
     }
-    write_exr(out, &whole.film, &whole.camera, &whole.job.replace("\ncomplete=no\n", "\ncomplete=yes\n"))?;
+    write_exr(
+        out,
+        &whole.film,
+        &whole.camera,
+        &whole.job.replace("\ncomplete=no\n", "\ncomplete=yes\n"),
+    )?;
     write_png(&png, &whole.film, whole.display, 1)?;
-    say!("{} and {}: {} parts", out.display(), png.display(), parts.len());
+    say!(
+        "{} and {}: {} parts",
+        out.display(),
+        png.display(),
+        parts.len()
+    );
     Ok(Ending::Done)
 }
 
@@ -75,11 +105,19 @@ fn add<'a>(
     Unfinished { film, part, .. }: &Unfinished,
 ) -> Result<(), Error> {
     if !film.has_exactly(part.range.end - part.range.start) {
-        return refuse(format!("{} is not finished: go on by render --resume", path.display()));
+        return refuse(format!(
+            "{} is not finished: go on by render --resume",
+            path.display()
+        ));
     }
-    let overlaps = |other: &Part| other.range.start < part.range.end && part.range.start < other.range.end;
+    let overlaps =
+        |other: &Part| other.range.start < part.range.end && part.range.start < other.range.end;
     if let Some((other, _)) = read.iter().find(|(_, other)| overlaps(other)) {
-        return refuse(format!("{} and {} have the same replications", other.display(), path.display()));
+        return refuse(format!(
+            "{} and {} have the same replications",
+            other.display(),
+            path.display()
+        ));
     }
     read.push((path, part.clone()));
     Ok(())

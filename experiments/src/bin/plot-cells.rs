@@ -9,7 +9,8 @@ use experiments::plot::trial_cells;
 use experiments::run::cli::{self, Ending};
 use whitefurnace::error::Error;
 
-/// Plot the cells of a failed trial: residuals in standard deviations, expected and observed values.
+/// Plot the cells of a failed trial: residuals in standard deviations, expected and observed
+/// values.
 #[derive(Parser)]
 #[command(name = "plot-cells", version)]
 struct PlotCells {
@@ -26,12 +27,26 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &PlotCells) -> Result<Ending, Error> {
-    let out = options.out.clone().unwrap_or_else(|| options.file.with_extension("svg"));
+    let out = options
+        .out
+        .clone()
+        .unwrap_or_else(|| options.file.with_extension("svg"));
     if out.extension().is_none_or(|extension| extension != "svg") {
-        return Err(Error::Option(format!("--out {} must end in .svg", out.display())));
+        return Err(Error::Option(format!(
+            "--out {} must end in .svg",
+            out.display()
+        )));
     }
     let cells = trial_cells::read(&options.file)?;
-    trial_cells::plot(&cells, &options.file.file_stem().unwrap_or_default().to_string_lossy(), &out)?;
+    trial_cells::plot(
+        &cells,
+        &options
+            .file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy(),
+        &out,
+    )?;
     say!("{} cells: {}", cells.len(), out.display());
     Ok(Ending::Done)
 }

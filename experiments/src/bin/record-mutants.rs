@@ -49,10 +49,17 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &RecordMutants) -> Result<Ending, Error> {
-    let folder = options.folder.clone().unwrap_or_else(record::recorded_folder);
-    let mut known =
-        if folder.join(FILE).exists() { Record::read(&folder).map_err(Error::Option)? } else { Record::default() };
-    // By file and name; names sort by line only within digits of one length, so the order is kept apart.
+    let folder = options
+        .folder
+        .clone()
+        .unwrap_or_else(record::recorded_folder);
+    let mut known = if folder.join(FILE).exists() {
+        Record::read(&folder).map_err(Error::Option)?
+    } else {
+        Record::default()
+    };
+    // By file and name; names sort by line only within digits of one length, so the order is kept
+    // apart.
     let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in &options.outcomes {
         let run: Run = read_json(path)?;
@@ -91,7 +98,9 @@ fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
                 missed.push(name.clone());
             }
             other => {
-                return Err(Error::Option(format!("{name} ended with {other}: run it again")));
+                return Err(Error::Option(format!(
+                    "{name} ended with {other}: run it again"
+                )));
             }
         }
     }

@@ -22,7 +22,11 @@ fn main() -> ExitCode {
         let start = Instant::now();
         let matches = cli::matches(Render::command());
         let mut options = cli::or_one_line(Render::of(&matches));
-        cli::exit(options.check(&matches).and_then(|()| run(&mut options, start)))
+        cli::exit(
+            options
+                .check(&matches)
+                .and_then(|()| run(&mut options, start)),
+        )
     })
 }
 
@@ -36,7 +40,11 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         check_writable(exr)?;
         check_writable(&exr.with_extension("png"))?;
     }
-    let saved = if options.resume && partial.exists() { Some(Unfinished::read(&partial)?) } else { None };
+    let saved = if options.resume && partial.exists() {
+        Some(Unfinished::read(&partial)?)
+    } else {
+        None
+    };
     cli::begin();
     options.job.scene.print_notes();
     decide(options, saved.as_ref(), start)?;
@@ -69,10 +77,15 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let shown = written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1));
     shown.inspect_err(|_| {
         if partial.exists() {
-            eprintln!("{} holds what was saved: --resume goes on from there", partial.display());
+            eprintln!(
+                "{} holds what was saved: --resume goes on from there",
+                partial.display()
+            );
         }
     })?;
-    previews.into_iter().for_each(|preview| preview.finish(&film));
+    previews
+        .into_iter()
+        .for_each(|preview| preview.finish(&film));
     say(exr, &film, samples(&film) - before, start);
     if let Some(note) = too_faint(&film) {
         eprintln!("note: {note}");
@@ -97,7 +110,12 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
     let Some(aim) = time.or(options.target_error.map(Aim::Error)) else {
         return Ok(());
     };
-    let decided = saved.and_then(|saved| saved.job.lines().find_map(|line| line.strip_prefix("spp=")?.parse().ok()));
+    let decided = saved.and_then(|saved| {
+        saved
+            .job
+            .lines()
+            .find_map(|line| line.strip_prefix("spp=")?.parse().ok())
+    });
     let (spp, how) = match decided {
         Some(spp) => (spp, "was decided when this run began"),
         None => (options.job.decide(aim)?, "a pilot says"),
@@ -109,11 +127,18 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
 
 /// The film that was saved, if it is of this very image.
 fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
-    let (here, part) = (options.job.provenance(&options.job.camera()?, false), options.part()?);
-    let parts = (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
+    let (here, part) = (
+        options.job.provenance(&options.job.camera()?, false),
+        options.part()?,
+    );
+    let parts =
+        (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
         None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
-        None => Err(Error::Option(format!("--resume: {} has another size than it says", path.display()))),
+        None => Err(Error::Option(format!(
+            "--resume: {} has another size than it says",
+            path.display()
+        ))),
         Some(difference) => Err(Error::Option(format!(
             "--resume: {} is of another run: {difference}; repeat its options, choose another --out, or begin afresh without \
              --resume",
@@ -123,7 +148,10 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
 }
 
 fn samples(film: &Film) -> u64 {
-    film.pixels().iter().map(|pixel| u64::from(pixel.samples())).sum()
+    film.pixels()
+        .iter()
+        .map(|pixel| u64::from(pixel.samples()))
+        .sum()
 }
 
 /// Notes an image so faint that the rounding of its pixels shows, and the factor that mends it.
@@ -159,7 +187,11 @@ fn say(exr: &Path, film: &Film, new: u64, start: Instant) {
         "no standard error: a pixel has fewer than two replications, or all is black".to_owned()
     };
     let samples = samples(film);
-    let earlier = if new < samples { format!(" ({new} of them now)") } else { String::new() };
+    let earlier = if new < samples {
+        format!(" ({new} of them now)")
+    } else {
+        String::new()
+    };
     say!(
         "{} and {}: {samples} samples{earlier} in {seconds:.1} s, {:.2} million/s, {error}",
         exr.display(),

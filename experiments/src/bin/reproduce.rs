@@ -16,12 +16,12 @@ use whitefurnace::shard::Shard;
 
 /// Reproduce the report: render its figures, measure its claims, say what was found.
 ///
-/// Takes about two minutes on two cores. Everything goes to one folder, with results.json for machines. A run that was
-/// interrupted goes on where it stopped. Experiments on the test suite itself are left out unless --tier full or --only
-/// asks for them; --list shows which.
+/// Takes about two minutes on two cores. Everything goes to one folder, with results.json for
+/// machines. A run that was interrupted goes on where it stopped. Experiments on the test suite
+/// itself are left out unless --tier full or --only asks for them; --list shows which.
 ///
-/// Exit codes: 0 if no claim fails, 1 if one does, 2 for a wrong option or a file that cannot be written,
-/// 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+/// Exit codes: 0 if no claim fails, 1 if one does, 2 for a wrong option or a file that cannot be
+/// written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
 #[command(name = "reproduce", version)]
 struct Reproduce {
@@ -30,7 +30,8 @@ struct Reproduce {
     /// Run this experiment only; may be repeated
     #[arg(long, value_name = "ID")]
     only: Vec<String>,
-    /// Run part i of n of them, in one folder --out with the others; then the same command without --shard joins them
+    /// Run part i of n of them, in one folder --out with the others; then the same command without
+    /// --shard joins them
     #[arg(long, value_name = "i/n", allow_hyphen_values = true, conflicts_with = "update_book", value_parser = Shard::from_str)]
     shard: Option<Shard>,
     /// List the experiments and end
@@ -42,8 +43,8 @@ struct Reproduce {
     /// Fail where a number differs from the record beyond the noise of both
     #[arg(long, conflicts_with_all = ["shard", "shrink", "only", "update_book"])]
     against_record: bool,
-    /// Record the results and figures of a full run in book/recorded; of the default run its time (with --fresh) and
-    /// numbers, which runs of other seeds add to
+    /// Record the results and figures of a full run in book/recorded; of the default run its time
+    /// (with --fresh) and numbers, which runs of other seeds add to
     #[arg(long)]
     update_book: bool,
 }
@@ -63,23 +64,35 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         }
         return Ok(Ending::Done);
     }
-    let is_default = options.only.is_empty() && options.shared.tier == Tier::Quick && options.shared.shrink == 1;
+    let is_default =
+        options.only.is_empty() && options.shared.tier == Tier::Quick && options.shared.shrink == 1;
     if options.against_record && !is_default {
-        return Err(Error::Option("--against-record compares the default run: leave out --only and --tier".to_owned()));
+        return Err(Error::Option(
+            "--against-record compares the default run: leave out --only and --tier".to_owned(),
+        ));
     }
-    if options.update_book && !is_default && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1) {
-        let refusal =
-            "--update-book records a full run or the default run: add --tier full, or leave out --only; no --shrink";
+    if options.update_book
+        && !is_default
+        && (options.shared.tier, options.shared.shrink) != (Tier::Full, 1)
+    {
+        let refusal = "--update-book records a full run or the default run: add --tier full, or leave out --only; no --shrink";
         return Err(Error::Option(refusal.to_owned()));
     }
     cli::use_threads(options.shared.threads)?;
     cli::begin();
     if let Some(Shard { index, count }) = options.shard {
-        let outcomes = record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?.outcomes;
-        say!("\nshard {index}/{count} is done: when all are, the same command without --shard joins them");
+        let outcomes =
+            record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?.outcomes;
+        say!(
+            "\nshard {index}/{count} is done: when all are, the same command without --shard joins them"
+        );
         let (text, none_fails) = summary::verdicts(&outcomes);
         say!("{text}");
-        return Ok(if none_fails { Ending::Done } else { Ending::ClaimFails });
+        return Ok(if none_fails {
+            Ending::Done
+        } else {
+            Ending::ClaimFails
+        });
     }
     let ran = record::run_all(&chosen, &options.shared, options.fresh)?;
     if options.update_book && is_default {
@@ -93,7 +106,9 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     }
     if options.only.is_empty() && options.shared.tier == Tier::Quick {
         say!("not in this run: {}", NOT_BY_DEFAULT.join(", "));
-        say!("(the test suite on trial, differences of variance, timings: --only ID, or --tier full for all)");
+        say!(
+            "(the test suite on trial, differences of variance, timings: --only ID, or --tier full for all)"
+        );
     }
     if options.only.is_empty() {
         weave_book(&options.shared)?;
@@ -103,33 +118,57 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
 
 /// Those of this part: in turn, but experiments that write to the same folder go together.
 fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Experiment>, Error> {
-    let name = |experiment: &Experiment| if TOGETHER.contains(&experiment.id) { TOGETHER[0] } else { experiment.id };
+    let name = |experiment: &Experiment| {
+        if TOGETHER.contains(&experiment.id) {
+            TOGETHER[0]
+        } else {
+            experiment.id
+        }
+    };
     let mut names: Vec<&str> = chosen.iter().map(|experiment| name(experiment)).collect();
-    names.sort_by_key(|name| EXPERIMENTS.iter().position(|experiment| experiment.id == *name));
+    names.sort_by_key(|name| {
+        EXPERIMENTS
+            .iter()
+            .position(|experiment| experiment.id == *name)
+    });
     names.dedup();
     if shard.count as usize > names.len() {
         let (Shard { index, count }, parts) = (shard, names.len());
-        let refusal =
-            format!("--shard {index}/{count}: the experiments are {parts} parts: take as many shards at most");
+        let refusal = format!(
+            "--shard {index}/{count}: the experiments are {parts} parts: take as many shards at most"
+        );
         return Err(Error::Option(refusal));
     }
-    let number = |experiment: &&Experiment| names.iter().position(|other| *other == name(experiment));
-    Ok(chosen.iter().copied().filter(|experiment| number(experiment).is_some_and(|at| shard.has(at))).collect())
+    let number =
+        |experiment: &&Experiment| names.iter().position(|other| *other == name(experiment));
+    Ok(chosen
+        .iter()
+        .copied()
+        .filter(|experiment| number(experiment).is_some_and(|at| shard.has(at)))
+        .collect())
 }
 
 /// Prints the numbers that differ from the record beyond noise; whether there are any.
 fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
     let Beside { compared, beyond } = default_run::beside_record(outcomes)?;
-    beyond.iter().for_each(|line| say!("DIFFERS FROM THE RECORD: {line}"));
-    say!("{} of {compared} numbers differ from the record beyond noise", beyond.len());
+    beyond
+        .iter()
+        .for_each(|line| say!("DIFFERS FROM THE RECORD: {line}"));
+    say!(
+        "{} of {compared} numbers differ from the record beyond noise",
+        beyond.len()
+    );
     Ok(!beyond.is_empty())
 }
 
-/// Weaves the book from the recorded results, with a page that sets this run beside them, and says where it
-/// begins.
+/// Weaves the book from the recorded results, with a page that sets this run beside them, and says
+/// where it begins.
 fn weave_book(options: &run::Options) -> Result<(), Error> {
-    let book =
-        book::Options { out: options.out.join("book"), run: Some(options.out.clone()), ..book::Options::default() };
+    let book = book::Options {
+        out: options.out.join("book"),
+        run: Some(options.out.clone()),
+        ..book::Options::default()
+    };
     let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
     say!(
         "the book begins at {}; your run beside the record: {}",
@@ -139,11 +178,14 @@ fn weave_book(options: &run::Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// The experiments that are named, each once; else all, at the quick tier but for [`NOT_BY_DEFAULT`].
+/// The experiments that are named, each once; else all, at the quick tier but for
+/// [`NOT_BY_DEFAULT`].
 fn choose(options: &Reproduce) -> Result<Vec<&'static Experiment>, Error> {
     if options.only.is_empty() {
         let all = options.list || options.shared.tier == Tier::Full;
-        let chosen = EXPERIMENTS.iter().filter(|experiment| all || !NOT_BY_DEFAULT.contains(&experiment.id));
+        let chosen = EXPERIMENTS
+            .iter()
+            .filter(|experiment| all || !NOT_BY_DEFAULT.contains(&experiment.id));
         return Ok(chosen.copied().collect());
     }
     let mut chosen: Vec<&Experiment> = Vec::new();

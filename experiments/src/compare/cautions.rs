@@ -1,4 +1,5 @@
-//! Assumptions about the noise of images that cannot be tested, and the signs that one of them may fail.
+//! Assumptions about the noise of images that cannot be tested, and the signs that one of them may
+//! fail.
 
 use clap::ValueEnum as _;
 use whitefurnace::error::Error;
@@ -10,9 +11,16 @@ use crate::render::{EstimatorName, name};
 
 /// The value of a key in the provenance of an image that `render` made.
 fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
-    let lines = || input.provenance.iter().flat_map(|text| text.lines().filter_map(|line| line.split_once('=')));
+    let lines = || {
+        input
+            .provenance
+            .iter()
+            .flat_map(|text| text.lines().filter_map(|line| line.split_once('=')))
+    };
     let of = |key: &str| lines().find(|(k, _)| *k == key).map(|(_, value)| value);
-    of("program").filter(|program| *program == "whitefurnace").and_then(|_| of(key))
+    of("program")
+        .filter(|program| *program == "whitefurnace")
+        .and_then(|_| of(key))
 }
 
 /// Whether `render` made it, which adds samples exactly.
@@ -20,10 +28,12 @@ pub(super) fn is_ours(input: &Input) -> bool {
     said(input, "estimator").is_some()
 }
 
-/// Refuses a single image whose pixels share paths or photons: its standard errors leave out what they have in common.
+/// Refuses a single image whose pixels share paths or photons: its standard errors leave out what
+/// they have in common.
 pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     let [one] = inputs else { return Ok(()) };
-    let estimator = said(one, "estimator").and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
+    let estimator =
+        said(one, "estimator").and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
     match estimator.filter(|estimator| estimator.shares_paths()) {
         Some(estimator) => Err(Error::Option(format!(
             "{option} has one image, {}, of --estimator {}, whose pixels share paths, which standard errors of pixels leave \
@@ -36,14 +46,25 @@ pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
 }
 
 impl Trial<'_> {
-    /// Lines on the assumptions about the images, and a warning where a few values carry much of the noise.
+    /// Lines on the assumptions about the images, and a warning where a few values carry much of
+    /// the noise.
     pub(super) fn cautions(&self) -> Vec<String> {
         let second: &[Input] = if self.exact { &[] } else { self.b };
         let sides = [self.a, second];
         let mut lines = Vec::new();
-        let has_noise =
-            |input: &Input| input.picture.standard_errors.iter().flatten().flatten().any(|error| *error > 0.0);
-        if sides.iter().any(|side| side.len() == 1 && !is_ours(&side[0]) && has_noise(&side[0])) {
+        let has_noise = |input: &Input| {
+            input
+                .picture
+                .standard_errors
+                .iter()
+                .flatten()
+                .flatten()
+                .any(|error| *error > 0.0)
+        };
+        if sides
+            .iter()
+            .any(|side| side.len() == 1 && !is_ours(&side[0]) && has_noise(&side[0]))
+        {
             lines.push(
                 "taken for granted: pixels of a single image are independent, its standard errors complete".to_owned(),
             );
@@ -51,7 +72,9 @@ impl Trial<'_> {
         let all = self.found.brightest.iter().enumerate();
         let all = all.flat_map(|(channel, both)| [0, 1].map(|side| (channel, side, both[side])));
         let most = all.filter(|(.., brightest)| brightest.share > LARGEST_BRIGHT_SHARE);
-        if let Some((channel, side, brightest)) = most.max_by(|x, y| x.2.share.total_cmp(&y.2.share)) {
+        if let Some((channel, side, brightest)) =
+            most.max_by(|x, y| x.2.share.total_cmp(&y.2.share))
+        {
             let [image, pixel] = brightest.at;
             let width = self.a[0].picture.size[0];
             lines.push(format!(

@@ -42,12 +42,17 @@ pub(super) fn read(option: &str, patterns: &[String], layer: &Layer) -> Result<V
             continue;
         }
         let fault = |error: String| Error::Option(format!("{option} {pattern}: {error}"));
-        let mut paths = glob::glob(pattern).map_err(|error| fault(error.to_string()))?.peekable();
+        let mut paths = glob::glob(pattern)
+            .map_err(|error| fault(error.to_string()))?
+            .peekable();
         if paths.peek().is_none() {
             return Err(fault("no such file".to_owned()));
         }
         for path in paths {
-            inputs.push(read_one(&path.map_err(|error| fault(error.to_string()))?, layer)?);
+            inputs.push(read_one(
+                &path.map_err(|error| fault(error.to_string()))?,
+                layer,
+            )?);
         }
     }
     Ok(inputs)
@@ -56,13 +61,23 @@ pub(super) fn read(option: &str, patterns: &[String], layer: &Layer) -> Result<V
 /// Reads one file.
 pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
     let bytes = std::fs::read(path).map_err(Error::file("read", path))?;
-    let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = Sha256::digest(&bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
     let picture = decode(path, &bytes, layer.name.as_deref(), layer.option)?;
     if bytes.starts_with(b"#?") {
         let path = path.display();
-        return Err(Error::Option(format!("{path} has eight bits a value, too few to judge: write EXR or PFM")));
+        return Err(Error::Option(format!(
+            "{path} has eight bits a value, too few to judge: write EXR or PFM"
+        )));
     }
-    Ok(Input { path: path.to_owned(), digest, picture, provenance: provenance(&bytes) })
+    Ok(Input {
+        path: path.to_owned(),
+        digest,
+        picture,
+        provenance: provenance(&bytes),
+    })
 }
 
 /// The channels that were read of the images of a side, each way once.
@@ -79,7 +94,11 @@ pub(super) fn readings(inputs: &[Input]) -> String {
 
 /// An error that names two files.
 fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
-    Err(Error::Option(format!("{} and {} {what}", one.path.display(), other.path.display())))
+    Err(Error::Option(format!(
+        "{} and {} {what}",
+        one.path.display(),
+        other.path.display()
+    )))
 }
 
 /// Leaves of all images the part of the frame that all of them have, if they differ there.
@@ -89,29 +108,62 @@ fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
 pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
     let frame = |p: &Picture| (p.size, p.corner);
     let first = &a[0];
-    let Some(other) = a.iter().chain(&*b).find(|input| frame(&input.picture) != frame(&first.picture)) else {
+    let Some(other) = a
+        .iter()
+        .chain(&*b)
+        .find(|input| frame(&input.picture) != frame(&first.picture))
+    else {
         return Ok(());
     };
-    let [left, top] = [0, 1].map(|i| a.iter().chain(&*b).map(|input| i64::from(input.picture.corner[i])).max());
+    let [left, top] = [0, 1].map(|i| {
+        a.iter()
+            .chain(&*b)
+            .map(|input| i64::from(input.picture.corner[i]))
+            .max()
+    });
     let [right, bottom] = [0, 1].map(|i| {
         let end = |input: &Input| i64::from(input.picture.corner[i]) + input.picture.size[i] as i64;
         a.iter().chain(&*b).map(end).min()
     });
-    let side = |low: Option<i64>, high: Option<i64>| (high? - low?).try_into().ok().filter(|side: &usize| *side > 0);
-    let words =
-        |size: [usize; 2], corner: [i32; 2]| format!("{} × {} at ({}, {})", size[0], size[1], corner[0], corner[1]);
+    let side = |low: Option<i64>, high: Option<i64>| {
+        (high? - low?)
+            .try_into()
+            .ok()
+            .filter(|side: &usize| *side > 0)
+    };
+    let words = |size: [usize; 2], corner: [i32; 2]| {
+        format!(
+            "{} × {} at ({}, {})",
+            size[0], size[1], corner[0], corner[1]
+        )
+    };
     let frames = |what: &str| {
-        let [one, two] = [first, other].map(|input| words(input.picture.size, input.picture.corner));
-        fault(first, other, &format!("differ in size or place: {one}, {two}{what}"))
+        let [one, two] =
+            [first, other].map(|input| words(input.picture.size, input.picture.corner));
+        fault(
+            first,
+            other,
+            &format!("differ in size or place: {one}, {two}{what}"),
+        )
     };
     let (Some(width), Some(height)) = (side(left, right), side(top, bottom)) else {
         return frames("; no pixel is common to all");
     };
-    let (size, corner) = ([width, height], [left, top].map(|edge| edge.unwrap_or_default() as i32));
+    let (size, corner) = (
+        [width, height],
+        [left, top].map(|edge| edge.unwrap_or_default() as i32),
+    );
     if !common {
         let moved = first.picture.corner != other.picture.corner;
-        let place = if moved { "; --ignore-place lays their upper left pixels on one another" } else { "" };
-        return frames(&format!("; --common judges the part that all have, {}{place}", words(size, corner)));
+        let place = if moved {
+            "; --ignore-place lays their upper left pixels on one another"
+        } else {
+            ""
+        };
+        return frames(&format!(
+            "; --common judges the part that all have, {}{place}",
+            words(size, corner)
+        ));
     }
     for input in a.iter_mut().chain(b) {
         input.picture = input.picture.cropped(corner, size);
@@ -119,14 +171,25 @@ pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<()
     Ok(())
 }
 
-/// Refuses images that cannot be compared: other channels, other primaries, or the same noise twice.
+/// Refuses images that cannot be compared: other channels, other primaries, or the same noise
+/// twice.
 pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     for (i, input) in all.iter().enumerate() {
         let (picture, first) = (&input.picture, &all[0].picture);
         let any = picture.meaning == Meaning::Three || first.meaning == Meaning::Three;
-        if picture.labels() != first.labels() && !(any && picture.channels.len() == first.channels.len()) {
-            return fault(all[0], input, &format!("are different images: {}; {}", first.reading(), picture.reading()));
+        if picture.labels() != first.labels()
+            && !(any && picture.channels.len() == first.channels.len())
+        {
+            return fault(
+                all[0],
+                input,
+                &format!(
+                    "are different images: {}; {}",
+                    first.reading(),
+                    picture.reading()
+                ),
+            );
         }
         if !picture.has_primaries(first.primaries) {
             let what = format!(
@@ -136,10 +199,20 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
             );
             return fault(all[0], input, &what);
         }
-        let real = |input: &Input| input.path.canonicalize().unwrap_or_else(|_| input.path.clone());
-        let is_same = |other: &&Input| real(other) == real(input) && other.picture.channels == picture.channels;
+        let real = |input: &Input| {
+            input
+                .path
+                .canonicalize()
+                .unwrap_or_else(|_| input.path.clone())
+        };
+        let is_same = |other: &&Input| {
+            real(other) == real(input) && other.picture.channels == picture.channels
+        };
         if all[..i].iter().any(is_same) {
-            return Err(Error::Option(format!("{} is given twice", input.path.display())));
+            return Err(Error::Option(format!(
+                "{} is given twice",
+                input.path.display()
+            )));
         }
     }
     for (first, second) in repeated(&all) {
@@ -155,12 +228,15 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Lets one image of a side stand for it: by its standard errors, or as one without noise if all its pixels are the same.
+/// Lets one image of a side stand for it: by its standard errors, or as one without noise if all
+/// its pixels are the same.
 ///
 /// # Errors
 /// If it is neither.
 pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> {
-    let [Input { path, picture, .. }] = inputs else { return Ok(()) };
+    let [Input { path, picture, .. }] = inputs else {
+        return Ok(());
+    };
     if picture.standard_errors.is_none() {
         if (picture.values[0].len() as f64) < ENOUGH_WITHOUT_NOISE
             || !picture.values.iter().all(|plane| is_plain(plane))
@@ -171,23 +247,42 @@ pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> 
                 path.display()
             )));
         }
-        picture.standard_errors = Some(picture.values.iter().map(|plane| vec![0.0; plane.len()]).collect());
+        picture.standard_errors = Some(
+            picture
+                .values
+                .iter()
+                .map(|plane| vec![0.0; plane.len()])
+                .collect(),
+        );
     }
     Ok(())
 }
 
 /// Images with the same pixels as an earlier one, each behind that.
 fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
-    let earlier = |i: usize| all[..i].iter().find(|other| other.picture.values == all[i].picture.values);
-    (0..all.len()).filter_map(|i| Some((*earlier(i)?, all[i]))).collect()
+    let earlier = |i: usize| {
+        all[..i]
+            .iter()
+            .find(|other| other.picture.values == all[i].picture.values)
+    };
+    (0..all.len())
+        .filter_map(|i| Some((*earlier(i)?, all[i])))
+        .collect()
 }
 
-/// Whether an image that is there twice has noise, so that its copies are no evidence of their own. It has none if all its
-/// pixels are the same, or if images of a side vary in no more than [`RARE`] pixels, where it has the values of most: rare
-/// events without a hit.
+/// Whether an image that is there twice has noise, so that its copies are no evidence of their own.
+/// It has none if all its pixels are the same, or if images of a side vary in no more than [`RARE`]
+/// pixels, where it has the values of most: rare events without a hit.
 fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     let planes = &image.picture.values;
-    if image.picture.standard_errors.iter().flatten().flatten().any(|error| *error > 0.0) {
+    if image
+        .picture
+        .standard_errors
+        .iter()
+        .flatten()
+        .flatten()
+        .any(|error| *error > 0.0)
+    {
         return true;
     }
     if planes.iter().all(|plane| is_plain(plane)) {
@@ -195,11 +290,26 @@ fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     }
     let (pixels, images) = (planes[0].len(), sides[0].len() + sides[1].len());
     let differ = |one: &Input, other: &Input, i: usize| {
-        one.picture.values.iter().zip(&other.picture.values).any(|(one, other)| one[i] != other[i])
+        one.picture
+            .values
+            .iter()
+            .zip(&other.picture.values)
+            .any(|(one, other)| one[i] != other[i])
     };
-    let varies = |i: usize| sides.iter().any(|side| side.iter().any(|input| differ(input, &side[0], i)));
+    let varies = |i: usize| {
+        sides
+            .iter()
+            .any(|side| side.iter().any(|input| differ(input, &side[0], i)))
+    };
     let varying: Vec<usize> = (0..pixels).filter(|&i| varies(i)).collect();
-    let is_odd = |i: usize| 2 * sides.into_iter().flatten().filter(|input| differ(input, image, i)).count() >= images;
+    let is_odd = |i: usize| {
+        2 * sides
+            .into_iter()
+            .flatten()
+            .filter(|input| differ(input, image, i))
+            .count()
+            >= images
+    };
     varying.len() as f64 > (RARE * pixels as f64).max(4.0) || varying.into_iter().any(is_odd)
 }
 
@@ -214,7 +324,11 @@ fn is_plain(plane: &[f64]) -> bool {
 /// A note that two images are the same although nothing is wrong with that.
 pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
-    let (first, second) = repeated(&all).into_iter().find(|(first, second)| first.digest == second.digest)?;
+    let (first, second) = repeated(&all)
+        .into_iter()
+        .find(|(first, second)| first.digest == second.digest)?;
     let (first, second) = (first.path.display(), second.path.display());
-    Some(format!("{first} and {second} have the same bytes: renders without noise, or one a copy of the other"))
+    Some(format!(
+        "{first} and {second} have the same bytes: renders without noise, or one a copy of the other"
+    ))
 }

@@ -1,4 +1,5 @@
-//! A guess at what makes two sides differ: pixels in another order or place, channels swapped, a factor, a curve.
+//! A guess at what makes two sides differ: pixels in another order or place, channels swapped, a
+//! factor, a curve.
 
 use whitefurnace::harness::images::{self, Comparison, Rules};
 use whitefurnace::harness::outcome::Verdict;
@@ -16,7 +17,8 @@ enum Change {
     Transposed,
     /// By so many half pixels to the right and down.
     Moved([isize; 2]),
-    /// The same, but for halves the second side is the mean of the pixels that they lie between, not the first.
+    /// The same, but for halves the second side is the mean of the pixels that they lie between,
+    /// not the first.
     MovedFrom([isize; 2]),
     RedForBlue,
     Times(f64),
@@ -29,16 +31,27 @@ enum Change {
 impl Change {
     /// All that images of this kind may have.
     fn all(picture: &Picture, factor: f64) -> Vec<Self> {
-        let mut all = vec![Self::UpsideDown, Self::Mirrored, Self::Turned, Self::Times(factor)];
+        let mut all = vec![
+            Self::UpsideDown,
+            Self::Mirrored,
+            Self::Turned,
+            Self::Times(factor),
+        ];
         if picture.size[0] == picture.size[1] {
             all.push(Self::Transposed);
         }
         if picture.meaning == Meaning::Rgb {
             all.push(Self::RedForBlue);
         }
-        all.extend([0, 1].into_iter().flat_map(|side| [Self::Gamma(side), Self::Srgb(side)]));
+        all.extend(
+            [0, 1]
+                .into_iter()
+                .flat_map(|side| [Self::Gamma(side), Self::Srgb(side)]),
+        );
         let steps = [-2, -1, 0, 1, 2].into_iter();
-        let moves = steps.clone().flat_map(|x| steps.clone().map(move |y| [x, y]));
+        let moves = steps
+            .clone()
+            .flat_map(|x| steps.clone().map(move |y| [x, y]));
         for step in moves
             .filter(|step| *step != [0, 0])
             .filter(|step| [0, 1].iter().all(|&i| picture.size[i] > 4 || step[i] == 0))
@@ -68,8 +81,10 @@ impl Change {
                     1 => Some(format!("half a pixel {}", ways[usize::from(halves > 0)])),
                     _ => Some(format!("one pixel {}", ways[usize::from(halves > 0)])),
                 };
-                let parts: Vec<String> =
-                    by(x, ["to the left", "to the right"]).into_iter().chain(by(y, ["up", "down"])).collect();
+                let parts: Vec<String> = by(x, ["to the left", "to the right"])
+                    .into_iter()
+                    .chain(by(y, ["up", "down"]))
+                    .collect();
                 format!("the first is moved by {}", parts.join(" and "))
             }
         }
@@ -81,21 +96,28 @@ impl Change {
         match (self, side) {
             (Self::UpsideDown, 0) => picture.remapped([width, height], |x, y| [x, height - 1 - y]),
             (Self::Mirrored, 0) => picture.remapped([width, height], |x, y| [width - 1 - x, y]),
-            (Self::Turned, 0) => picture.remapped([width, height], |x, y| [width - 1 - x, height - 1 - y]),
+            (Self::Turned, 0) => {
+                picture.remapped([width, height], |x, y| [width - 1 - x, height - 1 - y])
+            }
             (Self::Transposed, 0) => picture.remapped([width, height], |x, y| [y, x]),
             (Self::RedForBlue, 0) => {
                 let mut swapped = picture.clone();
                 swapped.values.swap(0, 2);
-                swapped.standard_errors.iter_mut().for_each(|errors| errors.swap(0, 2));
+                swapped
+                    .standard_errors
+                    .iter_mut()
+                    .for_each(|errors| errors.swap(0, 2));
                 swapped
             }
             (Self::Times(factor), 0) => mapped(picture, |value| factor * value),
             (Self::Gamma(of), _) if of == side => mapped(picture, |value| value.max(0.0).powf(2.2)),
             (Self::Srgb(of), _) if of == side => mapped(picture, linear),
             (Self::Moved(step), _) => moved(picture, step, side == 0),
-            (Self::MovedFrom(step), _) => {
-                moved(picture, step.map(|halves| if side == 0 { halves } else { -halves }), side == 1)
-            }
+            (Self::MovedFrom(step), _) => moved(
+                picture,
+                step.map(|halves| if side == 0 { halves } else { -halves }),
+                side == 1,
+            ),
             _ => picture.clone(),
         }
     }
@@ -103,7 +125,11 @@ impl Change {
 
 /// From sRGB to linear.
 fn linear(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// All values by a function, and their errors by its slope.
@@ -122,8 +148,8 @@ fn mapped(picture: &Picture, change: impl Fn(f64) -> f64) -> Picture {
     result
 }
 
-/// The inner part, a pixel less on each side that a move touches, moved by half pixels if it `moves`: the mean of what the
-/// halves lie between.
+/// The inner part, a pixel less on each side that a move touches, moved by half pixels if it
+/// `moves`: the mean of what the halves lie between.
 fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
     let size = [0, 1].map(|i| picture.size[i] - 2 * usize::from(step[i] != 0));
     let inner = step.map(|halves| isize::from(halves != 0));
@@ -132,7 +158,13 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
         picture.remapped(size, |x, y| [x + left, y + top])
     };
     // Half a pixel lies between none and one.
-    let ends = step.map(|halves| if halves % 2 == 0 { [halves / 2; 2] } else { [0, halves] });
+    let ends = step.map(|halves| {
+        if halves % 2 == 0 {
+            [halves / 2; 2]
+        } else {
+            [0, halves]
+        }
+    });
     let corners = [0, 1, 2, 3].map(|k| at([ends[0][k % 2], ends[1][k / 2]]));
     if !moves || step.iter().all(|halves| halves % 2 == 0) {
         let [corner, ..] = corners;
@@ -141,22 +173,40 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
     let mut result = corners[0].clone();
     for channel in 0..result.values.len() {
         for i in 0..result.values[channel].len() {
-            result.values[channel][i] = corners.iter().map(|corner| corner.values[channel][i]).sum::<f64>() / 4.0;
+            result.values[channel][i] = corners
+                .iter()
+                .map(|corner| corner.values[channel][i])
+                .sum::<f64>()
+                / 4.0;
             if let Some(errors) = &mut result.standard_errors {
-                let squares = corners.iter().filter_map(|corner| corner.standard_errors.as_ref());
+                let squares = corners
+                    .iter()
+                    .filter_map(|corner| corner.standard_errors.as_ref());
                 // Each twice, where one direction moves by halves.
-                let share = if step.iter().all(|halves| halves % 2 != 0) { 4.0 } else { 8.0_f64.sqrt() };
-                errors[channel][i] = squares.map(|errors| errors[channel][i].powi(2)).sum::<f64>().sqrt() / share;
+                let share = if step.iter().all(|halves| halves % 2 != 0) {
+                    4.0
+                } else {
+                    8.0_f64.sqrt()
+                };
+                errors[channel][i] = squares
+                    .map(|errors| errors[channel][i].powi(2))
+                    .sum::<f64>()
+                    .sqrt()
+                    / share;
             }
         }
     }
     result
 }
 
-/// The mean of what squared differences have above noise, relative to noise and a twentieth of the values.
+/// The mean of what squared differences have above noise, relative to noise and a twentieth of the
+/// values.
 fn residual(a: &Picture, b: &Picture) -> f64 {
     let errors = |picture: &Picture, channel: usize, i: usize| {
-        picture.standard_errors.as_ref().map_or(0.0, |errors| errors[channel][i].powi(2))
+        picture
+            .standard_errors
+            .as_ref()
+            .map_or(0.0, |errors| errors[channel][i].powi(2))
     };
     let mut sum = 0.0;
     let mut count = 0.0;
@@ -165,7 +215,8 @@ fn residual(a: &Picture, b: &Picture) -> f64 {
         let overall = y.iter().map(|value| value.abs()).sum::<f64>() / y.len() as f64;
         for i in 0..x.len() {
             let variance = errors(a, channel, i) + errors(b, channel, i);
-            let scale = 0.05 * (0.5 * (x[i].abs() + y[i].abs()) + 0.2 * overall) + f64::MIN_POSITIVE;
+            let scale =
+                0.05 * (0.5 * (x[i].abs() + y[i].abs()) + 0.2 * overall) + f64::MIN_POSITIVE;
             sum += ((x[i] - y[i]).powi(2) - variance) / (variance + scale * scale);
             count += 1.0;
         }
@@ -173,14 +224,23 @@ fn residual(a: &Picture, b: &Picture) -> f64 {
     sum / count
 }
 
-/// The change that makes the sides agree, or nearly so, in words: of some the one that leaves least, if that is less than a
-/// quarter of the difference, and what a new comparison says of it.
-pub(super) fn hint(sides_of: [&[&Picture]; 2], exact: bool, rules: &Rules, found: &Comparison) -> Option<String> {
+/// The change that makes the sides agree, or nearly so, in words: of some the one that leaves
+/// least, if that is less than a quarter of the difference, and what a new comparison says of it.
+pub(super) fn hint(
+    sides_of: [&[&Picture]; 2],
+    exact: bool,
+    rules: &Rules,
+    found: &Comparison,
+) -> Option<String> {
     let pixels = &found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
     let mean = |side: usize| -> Picture {
         let plane = |value: &dyn Fn(&images::Place) -> f64| -> Vec<Vec<f64>> {
-            pixels.places.chunks(count).map(|places| places.iter().map(value).collect()).collect()
+            pixels
+                .places
+                .chunks(count)
+                .map(|places| places.iter().map(value).collect())
+                .collect()
         };
         // The error of the difference, half of its square on each side.
         let errors = plane(&|place| place.standard_error * 0.5_f64.sqrt());
@@ -195,16 +255,33 @@ pub(super) fn hint(sides_of: [&[&Picture]; 2], exact: bool, rules: &Rules, found
     let factor = total(&means[1]) / total(&means[0]);
     let before = residual(&means[0], &means[1]);
     let left = |change: &Change| residual(&change.of(&means[0], 0), &change.of(&means[1], 1));
-    let tried = Change::all(&means[0], factor).into_iter().map(|change| (left(&change), change));
-    let (least, best) = tried.filter(|(left, _)| left.is_finite()).min_by(|x, y| x.0.total_cmp(&y.0))?;
+    let tried = Change::all(&means[0], factor)
+        .into_iter()
+        .map(|change| (left(&change), change));
+    let (least, best) = tried
+        .filter(|(left, _)| left.is_finite())
+        .min_by(|x, y| x.0.total_cmp(&y.0))?;
     if before <= 0.0 || least > before / 4.0 {
         return None;
     }
-    let changed =
-        [0, 1].map(|side| sides_of[side].iter().map(|picture| best.of(picture, side)).collect::<Vec<Picture>>());
-    let pictures = changed.each_ref().map(|side| side.iter().collect::<Vec<_>>());
-    let rules = Rules { regions: Vec::new(), ..rules.clone() };
-    let again = images::compare(pictures[0][0].size[0], &sides([&pictures[0], &pictures[1]], exact), &rules);
+    let changed = [0, 1].map(|side| {
+        sides_of[side]
+            .iter()
+            .map(|picture| best.of(picture, side))
+            .collect::<Vec<Picture>>()
+    });
+    let pictures = changed
+        .each_ref()
+        .map(|side| side.iter().collect::<Vec<_>>());
+    let rules = Rules {
+        regions: Vec::new(),
+        ..rules.clone()
+    };
+    let again = images::compare(
+        pictures[0][0].size[0],
+        &sides([&pictures[0], &pictures[1]], exact),
+        &rules,
+    );
     let what = match again.verdict {
         Verdict::Holds => "they agree when",
         Verdict::Undecided { .. } => "nothing differs any more when",

@@ -18,23 +18,26 @@ use crate::run::cli::{real, use_threads, verdict, whole};
 use crate::say;
 use files::{Input, Layer};
 
-/// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with one bound on the
-/// chance of a false alarm for all of these, as far as the images show their brightest paths.
+/// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with
+/// one bound on the chance of a false alarm for all of these, as far as the images show their
+/// brightest paths.
 ///
 /// Examples:
-///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, eight of each
-///   compare --a a.exr --b b.exr                       one of each, with standard errors (channels stderr.R, ...)
-///   compare --a 'a-*.pfm' --reference exact.pfm       against an image without error
-///   compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined            by the name of a layer
+///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, eight
+///   of each compare --a a.exr --b b.exr                       one of each, with standard errors
+///   (channels stderr.R, ...) compare --a 'a-*.pfm' --reference exact.pfm       against an image
+///   without error compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined            by
+///   the name of a layer
 ///
-/// Images are EXR or PFM. Of an EXR the channels R, G, B are read, else the one layer that can be the image; the output
-/// says which. Differences are in percent of the second. Into the folder --out go report.html, which needs no other
-/// file, and compare.json.
+/// Images are EXR or PFM. Of an EXR the channels R, G, B are read, else the one layer that can be
+/// the image; the output says which. Differences are in percent of the second. Into the folder
+/// --out go report.html, which needs no other file, and compare.json.
 ///
-/// To agree, no difference may stand out of the noise, and the interval of the image means' difference must lie within
-/// --margin. A difference beyond noise is called one at any size.
+/// To agree, no difference may stand out of the noise, and the interval of the image means'
+/// difference must lie within --margin. A difference beyond noise is called one at any size.
 ///
-/// Exit codes: 0 if they agree, 1 if they differ, 2 if more images are needed to tell, 3 for bad input.
+/// Exit codes: 0 if they agree, 1 if they differ, 2 if more images are needed to tell, 3 for bad
+/// input.
 #[derive(Parser)]
 #[command(name = "compare", version, verbatim_doc_comment)]
 pub struct Compare {
@@ -47,7 +50,8 @@ pub struct Compare {
     /// An image without error, in place of --b
     #[arg(long, value_name = "FILE", conflicts_with = "b")]
     reference: Option<PathBuf>,
-    /// The layer of an EXR that has several, of both sides; or one or three channels by their full names, with commas
+    /// The layer of an EXR that has several, of both sides; or one or three channels by their full
+    /// names, with commas
     #[arg(long, value_name = "LAYER")]
     layer: Option<String>,
     /// The layer of the first side
@@ -56,24 +60,27 @@ pub struct Compare {
     /// The layer of the second side, or of the reference
     #[arg(long, value_name = "LAYER")]
     b_layer: Option<String>,
-    /// Judge the part of the frame that all images have, where they differ in size or place; --region counts from its
-    /// corner
+    /// Judge the part of the frame that all images have, where they differ in size or place;
+    /// --region counts from its corner
     #[arg(long)]
     common: bool,
-    /// Lay the upper left pixels of all images on one another, whatever place in the frame their files state
+    /// Lay the upper left pixels of all images on one another, whatever place in the frame their
+    /// files state
     #[arg(long)]
     ignore_place: bool,
-    /// The margin, percent, within which the interval of the image means' difference must lie to agree; a difference
-    /// beyond noise is one at any size; from 0.000001 to 100
+    /// The margin, percent, within which the interval of the image means' difference must lie to
+    /// agree; a difference beyond noise is one at any size; from 0.000001 to 100
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
     margin: f64,
-    /// The chance that right renderers are called different, as far as their images show their brightest paths; from 0.000000000001 to 0.5
+    /// The chance that right renderers are called different, as far as their images show their
+    /// brightest paths; from 0.000000000001 to 0.5
     #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = real(1e-12..=0.5))]
     level: f64,
     /// The side of a tile in pixels; from 2 to 65536
     #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = whole::<usize>(2..=65_536))]
     tile: usize,
-    /// A region to judge beside nine equal ones: left, top, and the first column and row outside; may be repeated
+    /// A region to judge beside nine equal ones: left, top, and the first column and row outside;
+    /// may be repeated
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_region)]
     region: Vec<Area>,
     /// Threads; from 1 to 1024 [default: one per core]
@@ -88,7 +95,9 @@ fn parse_region(text: &str) -> Result<Area, String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.parse().ok()).collect();
     let area = numbers.and_then(|numbers| Area::try_from(numbers).ok());
     let area = area.filter(|[x0, y0, x1, y1]| x0 < x1 && y0 < y1);
-    area.ok_or_else(|| "must be X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1, such as 0,0,64,32".to_owned())
+    area.ok_or_else(|| {
+        "must be X0,Y0,X1,Y1 in pixels with X0 < X1 and Y0 < Y1, such as 0,0,64,32".to_owned()
+    })
 }
 
 /// The whole program.
@@ -99,17 +108,28 @@ pub fn main() -> ExitCode {
 fn run(options: &Compare) -> Result<u8, Error> {
     use_threads(options.threads)?;
     let layer = |of: &'_ Option<String>, option: &'static str| match (of, &options.layer) {
-        (None, Some(both)) => Layer { name: Some(both.clone()), option: "--layer" },
-        (of, _) => Layer { name: of.clone(), option },
+        (None, Some(both)) => Layer {
+            name: Some(both.clone()),
+            option: "--layer",
+        },
+        (of, _) => Layer {
+            name: of.clone(),
+            option,
+        },
     };
-    let (a_layer, b_layer) = (layer(&options.a_layer, "--a-layer"), layer(&options.b_layer, "--b-layer"));
+    let (a_layer, b_layer) = (
+        layer(&options.a_layer, "--a-layer"),
+        layer(&options.b_layer, "--b-layer"),
+    );
     let mut a = files::read("--a", &options.a, &a_layer)?;
     let mut b = match &options.reference {
         Some(reference) => vec![files::read_one(reference, &b_layer)?],
         None => files::read("--b", &options.b, &b_layer)?,
     };
     if options.ignore_place {
-        a.iter_mut().chain(&mut b).for_each(|input| input.picture.corner = [0; 2]);
+        a.iter_mut()
+            .chain(&mut b)
+            .for_each(|input| input.picture.corner = [0; 2]);
     }
     files::align(&mut a, &mut b, options.common)?;
     files::check(&a, &b)?;
@@ -123,15 +143,25 @@ fn run(options: &Compare) -> Result<u8, Error> {
     }
     let (a, b, exact) = (&a[..], &b[..], options.reference.is_some());
     let [width, height] = a[0].picture.size;
-    if let Some(region) = options.region.iter().find(|region| region[2] > width || region[3] > height) {
-        return Err(Error::Option(format!("--region {region:?} reaches beyond the images' {width} × {height} pixels")));
+    if let Some(region) = options
+        .region
+        .iter()
+        .find(|region| region[2] > width || region[3] > height)
+    {
+        return Err(Error::Option(format!(
+            "--region {region:?} reaches beyond the images' {width} × {height} pixels"
+        )));
     }
     let rules = Rules {
         level: options.level,
         margin: options.margin / 100.0,
         tile: options.tile,
         regions: options.region.clone(),
-        rounding: a.iter().chain(b).map(|input| input.picture.rounding).fold(0.0, f64::max),
+        rounding: a
+            .iter()
+            .chain(b)
+            .map(|input| input.picture.rounding)
+            .fold(0.0, f64::max),
         single_sums: !a.iter().chain(b).all(cautions::is_ours),
     };
     std::fs::create_dir_all(&options.out).map_err(Error::file("create", &options.out))?;
@@ -141,7 +171,15 @@ fn run(options: &Compare) -> Result<u8, Error> {
         Verdict::Fails => hint::hint([&pictures[0], &pictures[1]], exact, &rules, &found),
         _ => None,
     };
-    let trial = Trial { a, b, exact, rules: &rules, found: &found, hint, note: files::note(a, b) };
+    let trial = Trial {
+        a,
+        b,
+        exact,
+        rules: &rules,
+        found: &found,
+        hint,
+        note: files::note(a, b),
+    };
     report::write(&options.out, &trial)?;
     say!("{}", trial.summary());
     say!("{}", options.out.join(report::HTML).display());
@@ -154,13 +192,28 @@ fn run(options: &Compare) -> Result<u8, Error> {
 
 /// Both sides of each channel; the second is without error if it is `exact`.
 fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
-    let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (pictures, &pictures[0].standard_errors) {
+    let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (
+        pictures,
+        &pictures[0].standard_errors,
+    ) {
         ([one], _) if exact => Side::Exact(&one.values[channel]),
         ([one], Some(errors)) => Side::Errors(&one.values[channel], &errors[channel]),
-        (several, _) => Side::Images(several.iter().map(|picture| picture.values[channel].as_slice()).collect()),
+        (several, _) => Side::Images(
+            several
+                .iter()
+                .map(|picture| picture.values[channel].as_slice())
+                .collect(),
+        ),
     };
     let channels = 0..pictures[0][0].channels.len();
-    channels.map(|channel| [side(pictures[0], channel, false), side(pictures[1], channel, exact)]).collect()
+    channels
+        .map(|channel| {
+            [
+                side(pictures[0], channel, false),
+                side(pictures[1], channel, exact),
+            ]
+        })
+        .collect()
 }
 
 /// All that a report tells.
@@ -210,7 +263,10 @@ impl Trial<'_> {
 
     /// Whether no channel has noise.
     fn is_noiseless(&self) -> bool {
-        self.found.kinds[0].places.iter().all(|place| place.noiseless)
+        self.found.kinds[0]
+            .places
+            .iter()
+            .all(|place| place.noiseless)
     }
 
     /// The channels that were read of the sides, a line or two.
@@ -219,7 +275,10 @@ impl Trial<'_> {
         if first == second {
             return vec![format!("read of both: {first}")];
         }
-        vec![format!("read of the first: {first}"), format!("read of the second: {second}")]
+        vec![
+            format!("read of the first: {first}"),
+            format!("read of the second: {second}"),
+        ]
     }
 
     /// The reason of the verdict, a sentence.
@@ -229,8 +288,11 @@ impl Trial<'_> {
         match self.found.verdict {
             Verdict::Fails => {
                 // Of what is rejected, the most telling.
-                let rejected = kinds.iter().flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
-                let strength = |(kind, place): &(&images::Kind, &images::Place)| place.p / kind.level;
+                let rejected = kinds
+                    .iter()
+                    .flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
+                let strength =
+                    |(kind, place): &(&images::Kind, &images::Place)| place.p / kind.level;
                 let worst = rejected.min_by(|x, y| strength(x).total_cmp(&strength(y)));
                 worst.map_or(String::new(), |(kind, place)| {
                     let evidence = match place.noiseless {
@@ -238,14 +300,22 @@ impl Trial<'_> {
                         false => format!("p = {:.1e}, where {:.1e} is enough", place.p, kind.level),
                     };
                     let within = means.places.iter().all(|mean| {
-                        mean.varies() && mean.interval(means.level).iter().all(|end| end.abs() <= self.rules.margin)
+                        mean.varies()
+                            && mean
+                                .interval(means.level)
+                                .iter()
+                                .all(|end| end.abs() <= self.rules.margin)
                     });
                     format!(
                         "the {} in {} is {} off the second's ({evidence}){}",
                         report::place_name(kind, place),
                         self.channel(place.channel),
                         percent(place.difference()),
-                        if within { "; image means are within the margin, but this is more than noise" } else { "" }
+                        if within {
+                            "; image means are within the margin, but this is more than noise"
+                        } else {
+                            ""
+                        }
                     )
                 })
             }
@@ -258,26 +328,38 @@ impl Trial<'_> {
                 "nothing that could be judged differs, and the image mean is equal within {} %",
                 100.0 * self.rules.margin
             ),
-            Verdict::Undecided { .. } if kinds.iter().any(|kind| kind.rejected().next().is_some()) => format!(
-                "the difference is more than noise, but nowhere more than {:.3} %, as 4096 samples that are added one by one \
+            Verdict::Undecided { .. }
+                if kinds.iter().any(|kind| kind.rejected().next().is_some()) =>
+            {
+                format!(
+                    "the difference is more than noise, but nowhere more than {:.3} %, as 4096 samples that are added one by one \
                  in single precision may be off: add them in double precision to tell",
-                100.0 * images::SINGLE_SUMS
-            ),
+                    100.0 * images::SINGLE_SUMS
+                )
+            }
             Verdict::Undecided { needed } => {
-                let unknown = means.places.iter().any(|place| place.varies() && place.skewness[0].is_nan());
+                let unknown = means
+                    .places
+                    .iter()
+                    .any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
                     "no pixel varies between images, and these are too few values to take that for no noise".to_owned()
                 } else if unknown {
                     "two images do not tell how skewed their noise is: give three or more of a side, at best eight"
                         .to_owned()
                 } else {
-                    let invalid = means.places.iter().any(|place| place.varies() && !place.judged);
+                    let invalid = means
+                        .places
+                        .iter()
+                        .any(|place| place.varies() && !place.judged);
                     let what = if invalid {
                         "the noise is too skewed to judge the image mean"
                     } else {
                         "nothing differs, but noise leaves the image mean uncertain by more than the margin"
                     };
-                    format!("{what}; about {needed} times as many images, or samples in each, would decide")
+                    format!(
+                        "{what}; about {needed} times as many images, or samples in each, would decide"
+                    )
                 }
             }
         }
@@ -302,7 +384,11 @@ impl Trial<'_> {
         for place in &means.places {
             let [low, high] = place.interval(means.level).map(percent);
             let seen = percent(place.seen(means.level)).replace('+', "");
-            let judged = if place.judged { "" } else { "; not judged: too skewed, or without noise" };
+            let judged = if place.judged {
+                ""
+            } else {
+                "; not judged: too skewed, or without noise"
+            };
             let channel = self.channel(place.channel);
             lines.push(format!(
                 "image mean, {channel}: {} (from {low} to {high}), p {:.1e}; {seen} would have been seen{judged}",

@@ -1,4 +1,5 @@
-//! What a comparison leaves behind: one HTML file without references to others, and the numbers as JSON.
+//! What a comparison leaves behind: one HTML file without references to others, and the numbers as
+//! JSON.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -35,7 +36,11 @@ pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
 
 /// What a kind of places came to.
 pub(super) fn kind_line(kind: &Kind) -> String {
-    let (judged, rejected, varying) = (kind.judged().count(), kind.rejected().count(), kind.varying());
+    let (judged, rejected, varying) = (
+        kind.judged().count(),
+        kind.rejected().count(),
+        kind.varying(),
+    );
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
     let found = if kind.counts {
         format!(
@@ -51,7 +56,10 @@ pub(super) fn kind_line(kind: &Kind) -> String {
 /// Writes both files.
 pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
     write_json(&folder.join("compare.json"), &numbers(trial))?;
-    write_text(&folder.join(HTML), &page(trial).map_err(|error| Error::Option(error.to_string()))?)
+    write_text(
+        &folder.join(HTML),
+        &page(trial).map_err(|error| Error::Option(error.to_string()))?,
+    )
 }
 
 /// How many p-values of pixels lie in each bin.
@@ -125,15 +133,23 @@ fn numbers(trial: &Trial) -> Value {
     })
 }
 
-/// The smallest biases that would have been seen: of the image mean in the channel where that is largest, and of the
-/// median tile.
+/// The smallest biases that would have been seen: of the image mean in the channel where that is
+/// largest, and of the median tile.
 fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
     let [means, _, tiles, _] = &trial.found.kinds;
-    let mean = means.judged().map(|place| place.seen(means.level)).reduce(f64::max);
+    let mean = means
+        .judged()
+        .map(|place| place.seen(means.level))
+        .reduce(f64::max);
     let mut judged: Vec<&Place> = tiles.judged().collect();
     judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
-    let median = judged.get(judged.len() / 2).map(|place| place.seen(tiles.level));
-    [("image mean", mean), ("median tile", median.filter(|_| tiles.counts))]
+    let median = judged
+        .get(judged.len() / 2)
+        .map(|place| place.seen(tiles.level));
+    [
+        ("image mean", mean),
+        ("median tile", median.filter(|_| tiles.counts)),
+    ]
 }
 
 const STYLE: &str = "
@@ -167,10 +183,18 @@ fn map(
     bound: f64,
     labels: [&str; 3],
 ) -> Result<String, png::EncodingError> {
-    let colour = |value: &f64| if value.is_nan() { UNKNOWN } else { diverging(value / bound) };
+    let colour = |value: &f64| {
+        if value.is_nan() {
+            UNKNOWN
+        } else {
+            diverging(value / bound)
+        }
+    };
     let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
-    let stops: Vec<String> =
-        (0..=16).map(|i| diverging(f64::from(i) / 8.0 - 1.0)).map(|[r, g, b]| format!("rgb({r},{g},{b})")).collect();
+    let stops: Vec<String> = (0..=16)
+        .map(|i| diverging(f64::from(i) / 8.0 - 1.0))
+        .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
+        .collect();
     let [low, middle, high] = labels;
     Ok(format!(
         "{}<div class=\"ramp\" style=\"background:linear-gradient(90deg,{})\">\
@@ -183,17 +207,36 @@ fn map(
 /// Of each cell of a kind of places, what a function makes of its channels.
 fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
-    (0..count).map(|i| value(&kind.places.iter().skip(i).step_by(count).collect::<Vec<_>>())).collect()
+    (0..count)
+        .map(|i| {
+            value(
+                &kind
+                    .places
+                    .iter()
+                    .skip(i)
+                    .step_by(count)
+                    .collect::<Vec<_>>(),
+            )
+        })
+        .collect()
 }
 
 /// The mean image of a side, sRGB, with an exposure.
-fn mean_picture(trial: &Trial, side: usize, exposure: f64, caption: &str) -> Result<String, png::EncodingError> {
+fn mean_picture(
+    trial: &Trial,
+    side: usize,
+    exposure: f64,
+    caption: &str,
+) -> Result<String, png::EncodingError> {
     let pixels = &trial.found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
     let channels = pixels.places.len() / count;
-    let value = |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
+    let value =
+        |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
     let display = Display::Srgb { exposure };
-    let rgb: Vec<u8> = (0..count).flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel)))).collect();
+    let rgb: Vec<u8> = (0..count)
+        .flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel))))
+        .collect();
     picture(pixels.grid, &rgb, caption)
 }
 
@@ -205,17 +248,34 @@ fn relative(places: &[&Place]) -> f64 {
 
 /// Signed digits of p, of the channel where it is least.
 fn digits(places: &[&Place]) -> f64 {
-    let least = places.iter().filter(|place| place.varies()).min_by(|x, y| x.p.total_cmp(&y.p));
-    least.map_or(f64::NAN, |place| -place.p.max(1e-300).log10() * place.sigmas.signum())
+    let least = places
+        .iter()
+        .filter(|place| place.varies())
+        .min_by(|x, y| x.p.total_cmp(&y.p));
+    least.map_or(f64::NAN, |place| {
+        -place.p.max(1e-300).log10() * place.sigmas.signum()
+    })
 }
 
 /// A round number at or above nine tenths of all magnitudes.
 fn bound(values: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).filter(|size| size.is_finite()).collect();
+    let mut sizes: Vec<f64> = values
+        .iter()
+        .map(|value| value.abs())
+        .filter(|size| size.is_finite())
+        .collect();
     sizes.sort_by(f64::total_cmp);
-    let size = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(1.0).clamp(1e-5, 1e5);
+    let size = sizes
+        .get(sizes.len() * 9 / 10)
+        .copied()
+        .unwrap_or(1.0)
+        .clamp(1e-5, 1e5);
     let power = 10f64.powf(size.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|&b| b >= size).unwrap_or(size)
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|m| m * power)
+        .find(|&b| b >= size)
+        .unwrap_or(size)
 }
 
 fn page(trial: &Trial) -> Result<String, png::EncodingError> {
@@ -228,17 +288,33 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         why = escaped(&trial.why())
     );
     let hint = trial.hint.iter().map(|hint| format!("hint: {hint}"));
-    for line in hint.chain(trial.readings()).chain(trial.note.iter().map(|note| format!("note: {note}"))) {
+    for line in hint
+        .chain(trial.readings())
+        .chain(trial.note.iter().map(|note| format!("note: {note}")))
+    {
         html += &format!("<p>{}.</p>", escaped(&line));
     }
     html += "</header>";
     // Writing to a string cannot fail.
-    let overall = means.places.iter().map(|place| place.means[1].abs()).sum::<f64>() / means.places.len() as f64;
-    let exposure = if overall > 0.0 { (0.2 / overall).log2().round() } else { 0.0 };
+    let overall = means
+        .places
+        .iter()
+        .map(|place| place.means[1].abs())
+        .sum::<f64>()
+        / means.places.len() as f64;
+    let exposure = if overall > 0.0 {
+        (0.2 / overall).log2().round()
+    } else {
+        0.0
+    };
     html += "<h2>Means</h2><div class=\"grid\">";
     for (side, inputs) in [trial.a, trial.b].into_iter().enumerate() {
         let name = ["First", "Second"][side];
-        let stops = if exposure == 0.0 { String::new() } else { format!(", {exposure:+} stops") };
+        let stops = if exposure == 0.0 {
+            String::new()
+        } else {
+            format!(", {exposure:+} stops")
+        };
         let caption = format!("{name}: {}{stops}", escaped(&super::files::count(inputs)));
         html += &mean_picture(trial, side, exposure, &caption)?;
         html += "</figure>";
@@ -258,9 +334,19 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     }
     for kind in [tiles, pixels] {
         let bound = -kind.level.log10();
-        let [low, high] = ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
-        let caption = format!("p-values of {}s, of the channel where they are least; grey: nothing varies", kind.name);
-        html += &map(&caption, kind.grid, &cells(kind, digits), bound, [&low, "p = 1", &high])?;
+        let [low, high] =
+            ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
+        let caption = format!(
+            "p-values of {}s, of the channel where they are least; grey: nothing varies",
+            kind.name
+        );
+        html += &map(
+            &caption,
+            kind.grid,
+            &cells(kind, digits),
+            bound,
+            [&low, "p = 1", &high],
+        )?;
     }
     html += "</div><p class=\"small\">Full colour in the lower maps is what one level for all places calls a difference.</p>";
     html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
@@ -283,13 +369,19 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     }
     html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
              <th>second<th>difference<th>standard errors<th>p<th>p that is enough<th>";
-    let all = [means, regions, tiles, pixels].into_iter().flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
+    let all = [means, regions, tiles, pixels]
+        .into_iter()
+        .flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
     let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
     let strength = |(kind, place): &(&Kind, &Place)| {
         let told = kind.counts && place.judged;
         (!told, place.p / kind.level, -place.sigmas.abs())
     };
-    worst.sort_by(|x, y| strength(x).partial_cmp(&strength(y)).unwrap_or(std::cmp::Ordering::Equal));
+    worst.sort_by(|x, y| {
+        strength(x)
+            .partial_cmp(&strength(y))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     for (kind, place) in worst.iter().take(ROWS) {
         let told = kind.counts && place.judged;
         let _ = write!(
@@ -339,10 +431,18 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         let _ = write!(html, "<li>{}", escaped(&line));
     }
     html += "</ul>";
-    for (name, inputs) in [("First", trial.a), (if trial.exact { "Reference" } else { "Second" }, trial.b)] {
+    for (name, inputs) in [
+        ("First", trial.a),
+        (if trial.exact { "Reference" } else { "Second" }, trial.b),
+    ] {
         let _ = write!(html, "<h2>{name}: files and their SHA-256</h2><p>");
         for input in inputs {
-            let _ = write!(html, "{}<br><code>{}</code><br>", escaped(&input.path.display().to_string()), input.digest);
+            let _ = write!(
+                html,
+                "{}<br><code>{}</code><br>",
+                escaped(&input.path.display().to_string()),
+                input.digest
+            );
         }
     }
     Ok(html + "</html>\n")
@@ -350,7 +450,11 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
 
 /// The class of a row that is rejected.
 fn bad(kind: &Kind, place: &Place) -> &'static str {
-    if kind.rejects(place) { " class=\"bad\"" } else { "" }
+    if kind.rejects(place) {
+        " class=\"bad\""
+    } else {
+        ""
+    }
 }
 
 /// The histogram as a drawing, with a line where it were if it were flat.
@@ -359,11 +463,16 @@ fn bars(counts: &[u64]) -> String {
     let flat = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
     let height = |count: f64| 150.0 * count / most;
     let width = 600.0 / counts.len() as f64;
-    let mut svg = String::from("<svg viewBox=\"0 0 620 190\" role=\"img\" aria-label=\"histogram of p-values\">");
+    let mut svg = String::from(
+        "<svg viewBox=\"0 0 620 190\" role=\"img\" aria-label=\"histogram of p-values\">",
+    );
     for (i, &count) in counts.iter().enumerate() {
         let (x, h) = (10.0 + width * i as f64, height(count as f64));
         let (y, w) = (160.0 - h, width - 2.0);
-        let _ = write!(svg, "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"var(--bar)\"/>");
+        let _ = write!(
+            svg,
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{w:.1}\" height=\"{h:.1}\" fill=\"var(--bar)\"/>"
+        );
     }
     let y = 160.0 - height(flat);
     let _ = write!(
@@ -376,5 +485,7 @@ fn bars(counts: &[u64]) -> String {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
 }

@@ -23,7 +23,11 @@ const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
 const GROUP: usize = 4;
 
 /// Of which one claim each is made.
-const ROOMS: [SceneName; 3] = [SceneName::Report, SceneName::DiffuseRoom, SceneName::Cornell];
+const ROOMS: [SceneName; 3] = [
+    SceneName::Report,
+    SceneName::DiffuseRoom,
+    SceneName::Cornell,
+];
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let groups = run.by_tier(4, 24);
@@ -31,22 +35,49 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for scene in ROOMS {
         let room = name(scene);
         let film = |adaptive, k: usize| {
-            let spp = if adaptive == AdaptiveName::Yes { SAMPLES } else { WITH_PILOT };
+            let spp = if adaptive == AdaptiveName::Yes {
+                SAMPLES
+            } else {
+                WITH_PILOT
+            };
             let (sampler, outlines, size) = (SamplerName::Sobol, OutlinesName::Yes, [128, 96]);
-            let job = Job { scene: scene.into(), sampler, outlines, spp, adaptive, size, ..Job::default() };
+            let job = Job {
+                scene: scene.into(),
+                sampler,
+                outlines,
+                spp,
+                adaptive,
+                size,
+                ..Job::default()
+            };
             let seed = seed_for(run.seed(), &format!("{room}, {adaptive:?} {k}"));
-            Job { seed, ..run.prepared(job) }.render(&room)?.whole()
+            Job {
+                seed,
+                ..run.prepared(job)
+            }
+            .render(&room)?
+            .whole()
         };
         let mut variances = [Moments::default(); 2];
-        for (variances, adaptive) in variances.iter_mut().zip([AdaptiveName::No, AdaptiveName::Yes]) {
+        for (variances, adaptive) in variances
+            .iter_mut()
+            .zip([AdaptiveName::No, AdaptiveName::Yes])
+        {
             for group in 0..groups {
-                let films = (0..GROUP).map(|k| film(adaptive, GROUP * group + k)).collect::<Result<Vec<_>, _>>()?;
+                let films = (0..GROUP)
+                    .map(|k| film(adaptive, GROUP * group + k))
+                    .collect::<Result<Vec<_>, _>>()?;
                 variances.push(variance(&films));
             }
         }
         shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
         let level = FAMILY / ROOMS.len() as f64;
-        let gain = gains(run, &format!("{room}: samples go where noise is"), variances.each_ref(), level);
+        let gain = gains(
+            run,
+            &format!("{room}: samples go where noise is"),
+            variances.each_ref(),
+            level,
+        );
         run.number(&format!("{room}.gain"), gain);
     }
     let see = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
@@ -58,9 +89,16 @@ fn run(run: &mut Run) -> Result<(), Error> {
 pub(super) fn variance(films: &[Film]) -> f64 {
     let pixels = films[0].pixels().len();
     let of = |at: usize, channel: usize| {
-        films.iter().map(|film| film.pixels()[at].mean()[channel]).collect::<Moments>().variance()
+        films
+            .iter()
+            .map(|film| film.pixels()[at].mean()[channel])
+            .collect::<Moments>()
+            .variance()
     };
-    (0..pixels).map(|at| (0..3).map(|channel| of(at, channel)).sum::<f64>()).sum::<f64>() / (3.0 * pixels as f64)
+    (0..pixels)
+        .map(|at| (0..3).map(|channel| of(at, channel)).sum::<f64>())
+        .sum::<f64>()
+        / (3.0 * pixels as f64)
 }
 
 /// How many samples the pixels of a film have.
@@ -73,7 +111,11 @@ fn samples(room: &str, film: &Film) -> Map {
         axes: ["pixels from the left", "pixels from the bottom"].map(str::to_owned),
         ranges: [[0.0, width], [0.0, height]],
         size,
-        values: film.pixels().iter().map(|pixel| doublings(pixel.samples())).collect(),
+        values: film
+            .pixels()
+            .iter()
+            .map(|pixel| doublings(pixel.samples()))
+            .collect(),
         bound: 3.0,
         unit: "doublings of the mean".to_owned(),
     }

@@ -1,5 +1,5 @@
-//! The agreement matrix: every estimator on every scene that it can handle, against closed forms and the
-//! path tracer.
+//! The agreement matrix: every estimator on every scene that it can handle, against closed forms
+//! and the path tracer.
 
 mod claims;
 mod judge;
@@ -26,7 +26,12 @@ pub const AGREEMENT: Experiment = Experiment {
     title: "estimator × scene: image means agree (accumulates over runs)",
     headline: "estimators against references and each other: {holds} claims hold, {fails} fail, {undecided} undecided",
     version: 5,
-    equations: &[&equation::RENDERING, &equation::ESTIMATOR, &equation::WHITTED, &equation::GEOMETRY],
+    equations: &[
+        &equation::RENDERING,
+        &equation::ESTIMATOR,
+        &equation::WHITTED,
+        &equation::GEOMETRY,
+    ],
     run,
 };
 
@@ -93,21 +98,35 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut panels = Vec::new();
     let mut tile_maps = Vec::new();
     for (i, case) in cases.iter().enumerate() {
-        let closed_form = SCENES.iter().find(|(scene, _)| *scene == case.scene).and_then(|(_, mean)| *mean);
+        let closed_form = SCENES
+            .iter()
+            .find(|(scene, _)| *scene == case.scene)
+            .and_then(|(_, mean)| *mean);
         // Where there is none, the path tracer's images are the reference.
-        let is_reference = |other: &Case| other.scene == case.scene && other.estimator == EstimatorName::Mis;
-        let at = cases.iter().position(is_reference).filter(|_| closed_form.is_none());
-        let Some(against) = closed_form.map(Mean::Known).or(at.map(|at| Mean::Measured(totals[at]))) else {
+        let is_reference =
+            |other: &Case| other.scene == case.scene && other.estimator == EstimatorName::Mis;
+        let at = cases
+            .iter()
+            .position(is_reference)
+            .filter(|_| closed_form.is_none());
+        let Some(against) = closed_form
+            .map(Mean::Known)
+            .or(at.map(|at| Mean::Measured(totals[at])))
+        else {
             continue;
         };
         let square = judge(run, case, &totals[i], (against, lacks[i]), level);
         if let Some(at) = at.filter(|&at| at != i) {
-            let (tiles, pixels) = note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
+            let (tiles, pixels) =
+                note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
             if case.scene == SceneName::DiffuseRoom {
                 tile_maps.push(tiles);
             }
             if let Some(histogram) = pixels {
-                panels.push((format!("{}, {}", name(case.estimator), name(case.scene)), histogram));
+                panels.push((
+                    format!("{}, {}", name(case.estimator), name(case.scene)),
+                    histogram,
+                ));
             }
         }
         shown.push((case.scene, case.estimator, square));
@@ -130,7 +149,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "not compared: undefined, or without finite variance",
         ),
         |row, column| {
-            let at = shown.iter().find(|(s, e, _)| *s == scenes[column] && *e == estimators[row]);
+            let at = shown
+                .iter()
+                .find(|(s, e, _)| *s == scenes[column] && *e == estimators[row]);
             at.map(|(.., square)| square.clone())
         },
     )?;
@@ -148,8 +169,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The file that holds the image means of all runs.
 fn open(run: &Run, file: &str) -> Result<Accumulated, Error> {
-    let (version, seed, photons, patches) = (AGREEMENT.version, run.seed(), photons(run), patches(run));
-    let key = format!("agreement version {version}, seed {seed}, {SIZE:?}, {photons} photons, {patches} patches");
+    let (version, seed, photons, patches) =
+        (AGREEMENT.version, run.seed(), photons(run), patches(run));
+    let key = format!(
+        "agreement version {version}, seed {seed}, {SIZE:?}, {photons} photons, {patches} patches"
+    );
     run.accumulated(file, &key, COLUMNS)
 }
 
@@ -158,29 +182,47 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
     let moments = means.moments;
     accumulated.push(
         accumulated.next() + moments.count() - 1,
-        &[moments.count().to_string(), format!("{:e}", moments.mean()), format!("{:e}", moments.variance())],
+        &[
+            moments.count().to_string(),
+            format!("{:e}", moments.mean()),
+            format!("{:e}", moments.variance()),
+        ],
     );
     accumulated.write()?;
-    let [counts, averages, variances] = ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
+    let [counts, averages, variances] =
+        ["count", "mean", "variance"].map(|column| accumulated.numbers(column));
     let runs = counts.zip(averages).zip(variances);
     let moments = runs.map(|((count, mean), variance)| Moments::of(count as u64, mean, variance));
-    Ok(Total { moments: moments.fold(Moments::default(), Moments::merge), valid_from: means.valid_from_at(level) })
+    Ok(Total {
+        moments: moments.fold(Moments::default(), Moments::merge),
+        valid_from: means.valid_from_at(level),
+    })
 }
 
 /// What each case's method leaves out, if that is claimed.
 fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
     let mut counted = Vec::new();
     for (scene, _) in SCENES {
-        let wanted = |case: &Case| case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _));
+        let wanted = |case: &Case| {
+            case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _))
+        };
         if !cases.iter().any(wanted) {
             continue;
         }
-        let files = METHODS.map(|method| open(run, &format!("{}.left-out-{}.csv", name(scene), method.word())));
+        let files = METHODS.map(|method| {
+            open(
+                run,
+                &format!("{}.left-out-{}.csv", name(scene), method.word()),
+            )
+        });
         let mut files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
         let count = run.count(replications_left_out(scene, run.tier())).max(2) as u32;
         let first = files[0].next() as u32;
         let states: Vec<[f64; 5]> = run.part(&format!("{}.left-out", name(scene)), || {
-            Ok(left_out(run, scene, first, count)?.iter().map(Values::state).collect())
+            Ok(left_out(run, scene, first, count)?
+                .iter()
+                .map(Values::state)
+                .collect())
         })?;
         let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
         for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {
@@ -228,16 +270,28 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
     let job = Job {
         scene: case.scene.into(),
         estimator: case.estimator,
-        photons: if uses_photons { photons } else { Photons::default() },
-        patches: if is_radiosity { patches(run) } else { Job::default().patches },
-        // Most of the noise of an image's mean is that of pixels on the border of a light, but for particles.
+        photons: if uses_photons {
+            photons
+        } else {
+            Photons::default()
+        },
+        patches: if is_radiosity {
+            patches(run)
+        } else {
+            Job::default().patches
+        },
+        // Most of the noise of an image's mean is that of pixels on the border of a light, but for
+        // particles.
         outlines: OutlinesName::Yes,
         size: SIZE,
         spp: first + count,
         seed: seed_for(run.seed(), &label),
         ..Job::default()
     };
-    let mut images = Images { means: Values::new(1.0), maps: Maps::new(u64::from(count)) };
+    let mut images = Images {
+        means: Values::new(1.0),
+        maps: Maps::new(u64::from(count)),
+    };
     let bar = Bar::new(&label, u64::from(count), "images");
     job.replications(first..first + count, |image| {
         images.means.push(images.maps.push(image));

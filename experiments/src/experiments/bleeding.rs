@@ -1,5 +1,5 @@
-//! Colour bleeding on the white sphere of the report's room: ratios of the channels along its girdle, with
-//! the coloured walls and with grey ones of the same luminance.
+//! Colour bleeding on the white sphere of the report's room: ratios of the channels along its
+//! girdle, with the coloured walls and with grey ones of the same luminance.
 
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
 
@@ -11,14 +11,21 @@ pub(super) const BLEEDING: Experiment = Experiment {
     title: "colour bleeding on the white sphere of figure 8, with coloured and with grey walls",
     headline: "walls tint the white sphere: red over green is {left.red %.2f} at its left, {right.red %.2f} at its right, 1 with grey walls",
     version: 2,
-    equations: &[&equation::RENDERING, &equation::LAMBERT, &equation::OREN_NAYAR, &equation::RADIOSITY],
+    equations: &[
+        &equation::RENDERING,
+        &equation::LAMBERT,
+        &equation::OREN_NAYAR,
+        &equation::RADIOSITY,
+    ],
     run,
 };
 
-/// Azimuths along the girdle, degrees from the direction to the camera, positive to the right in the
-/// picture.
-const ANGLES: [f64; 17] =
-    [-80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0];
+/// Azimuths along the girdle, degrees from the direction to the camera, positive to the right in
+/// the picture.
+const ANGLES: [f64; 17] = [
+    -80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0,
+    60.0, 70.0, 80.0,
+];
 /// Ratios are taken of means over batches, which are nearly normal.
 const BATCHES: u32 = 64;
 
@@ -36,7 +43,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (name, scene, quick) in [
         ("report, coloured walls", room(Walls::Coloured)?, 400),
         ("report, grey walls", room(Walls::Grey)?, 100),
-        ("diffuse room, coloured walls", diffuse_with(Walls::Coloured)?, 1_000),
+        (
+            "diffuse room, coloured walls",
+            diffuse_with(Walls::Coloured)?,
+            1_000,
+        ),
     ] {
         let samples = run.count(run.by_tier(quick, 40_000)) as u32;
         let profile = by_paths(&scene, seed_for(run.seed(), name), samples)?;
@@ -46,7 +57,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }));
         profiles.push(profile);
     }
-    run.csv("bleeding.csv", "scene,azimuth,red over green,standard error,blue over green,standard error", &rows)?;
+    run.csv(
+        "bleeding.csv",
+        "scene,azimuth,red over green,standard error,blue over green,standard error",
+        &rows,
+    )?;
     let patches = run.count(run.by_tier(800, 3_000)) as u32;
     let radiosity = by_radiosity(&diffuse_with(Walls::Coloured)?, patches)?;
     judge(run, &profiles, &radiosity);
@@ -57,10 +72,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
 fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
-    let job = Job { window: Some(figures::WHITE_SPHERE), spp: run.by_tier(32, 512), ..Job::default() };
+    let job = Job {
+        window: Some(figures::WHITE_SPHERE),
+        spp: run.by_tier(32, 512),
+        ..Job::default()
+    };
     let job = run.prepared(job);
-    let film =
-        render_paths(scene, Path::default(), (PixelSampling::Random, job.seed), (job.size, job.window), job.spp)?;
+    let film = render_paths(
+        scene,
+        Path::default(),
+        (PixelSampling::Random, job.seed),
+        (job.size, job.window),
+        job.spp,
+    )?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 
@@ -88,7 +112,9 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
         let mut ratios = [Moments::default(); 2];
         for batch in 0..BATCHES {
             let mut rng = stream(seed, place, batch);
-            let sum: DVec3 = (0..samples).map(|_| path.radiance(scene, &ray, hit, &mut rng)).sum();
+            let sum: DVec3 = (0..samples)
+                .map(|_| path.radiance(scene, &ray, hit, &mut rng))
+                .sum();
             ratios[0].push(sum.x / sum.y);
             ratios[1].push(sum.z / sum.y);
         }
@@ -97,7 +123,15 @@ fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error
 }
 
 fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
-    let solved = Radiosity::new(Standard, scene, Fineness { patches, halvings: 0 }, &|_| !interrupted())?;
+    let solved = Radiosity::new(
+        Standard,
+        scene,
+        Fineness {
+            patches,
+            halvings: 0,
+        },
+        &|_| !interrupted(),
+    )?;
     let ratios = ANGLES.iter().filter_map(|&angle| {
         let ray = girdle(scene, angle);
         let irradiance = solved.irradiance(scene, &ray, &scene.intersect(&ray)?);
@@ -112,7 +146,11 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     let [coloured, grey, diffuse] = profiles else {
         return;
     };
-    for (place, side) in [(1, "left"), (ANGLES.len() / 2, "middle"), (ANGLES.len() - 2, "right")] {
+    for (place, side) in [
+        (1, "left"),
+        (ANGLES.len() / 2, "middle"),
+        (ANGLES.len() - 2, "right"),
+    ] {
         let [[red, red_error], [blue, blue_error]] = coloured[place];
         run.numbers(side, [("red", red), ("blue", blue)]);
         let [red_half, blue_half] = [red_error, blue_error].map(|error| critical * error);
@@ -123,13 +161,31 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
         );
         run.note(&format!("{side}, {}°", ANGLES[place]), value);
     }
-    let worst = |ratios: &[Ratios]| ratios.iter().flatten().map(|[ratio, _]| (ratio - 1.0).abs()).fold(0.0, f64::max);
+    let worst = |ratios: &[Ratios]| {
+        ratios
+            .iter()
+            .flatten()
+            .map(|[ratio, _]| (ratio - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
     let tinted = coloured
         .iter()
-        .filter(|ratios| ratios.iter().any(|[ratio, error]| (ratio - 1.0).abs() > critical * error))
+        .filter(|ratios| {
+            ratios
+                .iter()
+                .any(|[ratio, error]| (ratio - 1.0).abs() > critical * error)
+        })
         .count();
-    let value = format!("at {tinted} of {} points, up to {:.1} %", ANGLES.len(), 100.0 * worst(coloured));
-    run.claim("walls colour the white sphere", value, 2 * tinted > ANGLES.len());
+    let value = format!(
+        "at {tinted} of {} points, up to {:.1} %",
+        ANGLES.len(),
+        100.0 * worst(coloured)
+    );
+    run.claim(
+        "walls colour the white sphere",
+        value,
+        2 * tinted > ANGLES.len(),
+    );
     let value = format!("channels differ by at most {:.1e}", worst(grey));
     run.claim("grey walls do not", value, worst(grey) < 1e-9);
     // The far and the near end of the interval of each ratio's distance.
@@ -145,7 +201,11 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     let tint = run.by_tier(TINT[0], TINT[1]);
     let what = "radiosity and path tracer agree on the tint";
     let value = format!("ratios of irradiance within {apart:.4}, at most {tint}");
-    let verdict = if apart < tint || at_least > tint { Judgement::from(apart < tint) } else { Judgement::Undecided };
+    let verdict = if apart < tint || at_least > tint {
+        Judgement::from(apart < tint)
+    } else {
+        Judgement::Undecided
+    };
     run.claim(what, value, verdict);
 }
 
@@ -153,25 +213,56 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
     let (mut report, mut diffuse) = (Vec::new(), Vec::new());
     for (channel, colour, ratio) in [(0, 0, "R/G"), (1, 2, "B/G")] {
         let measured = |profile: &[Ratios], label: &str| {
-            let points = ANGLES.iter().zip(profile).map(|(&a, r)| [a, r[channel][0], 3.0 * r[channel][1]]);
+            let points = ANGLES
+                .iter()
+                .zip(profile)
+                .map(|(&a, r)| [a, r[channel][0], 3.0 * r[channel][1]]);
             Series::measured(&format!("{ratio}, {label}"), colour, points)
         };
         report.push(measured(&profiles[0], "coloured walls"));
         // The other ratio's line lies on this one.
-        let label = if channel == 0 { "both ratios, grey walls" } else { "" };
-        let grey = ANGLES.iter().zip(&profiles[1]).map(|(&a, r)| [a, r[channel][0]]);
+        let label = if channel == 0 {
+            "both ratios, grey walls"
+        } else {
+            ""
+        };
+        let grey = ANGLES
+            .iter()
+            .zip(&profiles[1])
+            .map(|(&a, r)| [a, r[channel][0]]);
         report.push(Series::new(label, colour, Mark::Faint, grey));
         let solved = ANGLES.iter().zip(radiosity).map(|(&a, r)| [a, r[channel]]);
-        diffuse.push(Series::new(&format!("{ratio}, radiosity"), colour, Mark::Line, solved));
+        diffuse.push(Series::new(
+            &format!("{ratio}, radiosity"),
+            colour,
+            Mark::Line,
+            solved,
+        ));
         diffuse.push(measured(&profiles[2], "paths"));
     }
     let chart = |title: &str, series| {
         let azimuth = "azimuth on the sphere from the camera's direction (°, right is positive)";
-        Chart::new(title, [azimuth, "ratio to green"], [[-85.0, 85.0], [0.4, 1.7]], series)
+        Chart::new(
+            title,
+            [azimuth, "ratio to green"],
+            [[-85.0, 85.0], [0.4, 1.7]],
+            series,
+        )
     };
-    let report = chart("The white sphere in the report's room: radiance along its girdle", report);
-    let diffuse = chart("The same in the diffuse room: irradiance, by paths and by radiosity", diffuse);
+    let report = chart(
+        "The white sphere in the report's room: radiance along its girdle",
+        report,
+    );
+    let diffuse = chart(
+        "The same in the diffuse room: irradiance, by paths and by radiosity",
+        diffuse,
+    );
     let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
-    charts(&run.figure("bleeding.svg"), see, [900, 880], &[report, diffuse])
+    charts(
+        &run.figure("bleeding.svg"),
+        see,
+        [900, 880],
+        &[report, diffuse],
+    )
 }

@@ -20,7 +20,14 @@ pub(super) const CALIBRATION: Experiment = Experiment {
 /// The scale at which the registry's trials are repeated.
 const SCALE: f64 = 1.0 / 1024.0;
 /// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
-const CONTINUOUS: [&str; 6] = ["t", "z", "Welch", "chi-square", "Kolmogorov-Smirnov", "variance ratio"];
+const CONTINUOUS: [&str; 6] = [
+    "t",
+    "z",
+    "Welch",
+    "chi-square",
+    "Kolmogorov-Smirnov",
+    "variance ratio",
+];
 /// ...from about this many values on.
 const LEAST_VALUES: u64 = 900;
 
@@ -33,8 +40,11 @@ const PROMISE: &str = "promise ";
 const TRIAL: &str = "trial ";
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let key =
-        format!("calibration version {}, seed {}, n = {N}, registry at scale 1/1024", CALIBRATION.version, run.seed());
+    let key = format!(
+        "calibration version {}, seed {}, n = {N}, registry at scale 1/1024",
+        CALIBRATION.version,
+        run.seed()
+    );
     let mut accumulated = run.accumulated("calibration.csv", &key, "replication,name,p")?;
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
@@ -91,22 +101,30 @@ fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
     statistics.chain(promises).collect()
 }
 
-/// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for seconds,
-/// and the pixels of the images have two replications each.
+/// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for
+/// seconds, and the pixels of the images have two replications each.
 const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
 
 /// The trials that have p-values to examine, by a replication of their own.
 fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
-    let examined =
-        parallel(&registry, |trial| !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty())?;
-    Ok(registry.into_iter().zip(examined).filter_map(|(trial, kept)| kept.then_some(trial)).collect())
+    let examined = parallel(&registry, |trial| {
+        !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
+    })?;
+    Ok(registry
+        .into_iter()
+        .zip(examined)
+        .filter_map(|(trial, kept)| kept.then_some(trial))
+        .collect())
 }
 
 /// The p-values of these trials in replication k.
 fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
     let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
-    Ok(trials.iter().flat_map(|trial| p_values(trial, &context)).collect())
+    Ok(trials
+        .iter()
+        .flat_map(|trial| p_values(trial, &context))
+        .collect())
 }
 
 /// The p-values of a trial's continuous statistics, with their names.
@@ -119,7 +137,12 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
         let varies = varies && o.dof != Some(0.0);
         CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies
     });
-    let named = |o: Outcome| [format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")), format!("{:.6e}", o.p)];
+    let named = |o: Outcome| {
+        [
+            format!("{TRIAL}{}: {}", trial.name, o.name.replace(',', ";")),
+            format!("{:.6e}", o.p),
+        ]
+    };
     continuous.map(named).collect()
 }
 
@@ -129,7 +152,10 @@ fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;
-        if let Some(Promise { rate, .. }) = promises.iter().find(|p| name.strip_prefix(PROMISE) == Some(p.name)) {
+        if let Some(Promise { rate, .. }) = promises
+            .iter()
+            .find(|p| name.strip_prefix(PROMISE) == Some(p.name))
+        {
             let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
             let value = format!("{k} of {n}, at most {rate:.0e} promised");
             run.number(&format!("{name}.share"), k as f64 / n as f64);
@@ -147,47 +173,96 @@ fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
                 continue;
             }
         }
-        let value = format!("D = {:.4} over {n} seeds, p = {:.2e}", outcome.estimate, outcome.p);
+        let value = format!(
+            "D = {:.4} over {n} seeds, p = {:.2e}",
+            outcome.estimate, outcome.p
+        );
         run.claim(name, value, outcome.p >= level);
     }
-    let value = format!("{registered} measures, least p = {:.2e} ({})", worst.0, worst.1);
+    let value = format!(
+        "{registered} measures, least p = {:.2e} ({})",
+        worst.0, worst.1
+    );
     run.claim("p-values of the registry's trials", value, worst.0 >= level);
 }
 
 fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result<(), Error> {
-    let n = by_name.values().map(|values| values.len() as u64).max().unwrap_or(1);
+    let n = by_name
+        .values()
+        .map(|values| values.len() as u64)
+        .max()
+        .unwrap_or(1);
     let radius = kolmogorov_upper(n, level);
     let band = |sign: f64| {
-        let label = if sign > 0.0 { "limit at the level of this look" } else { "" };
-        Series::new(label, 6, Mark::Line, [[0.0, sign * radius], [1.0, sign * radius]])
+        let label = if sign > 0.0 {
+            "limit at the level of this look"
+        } else {
+            ""
+        };
+        Series::new(
+            label,
+            6,
+            Mark::Line,
+            [[0.0, sign * radius], [1.0, sign * radius]],
+        )
     };
     let panel = |title: String, prefix: &str, mark: Mark| {
-        let named = by_name.iter().filter_map(|(name, values)| Some((name.strip_prefix(prefix)?, values)));
+        let named = by_name
+            .iter()
+            .filter_map(|(name, values)| Some((name.strip_prefix(prefix)?, values)));
         let series = named.enumerate().map(|(i, (name, values))| {
-            let (label, stretches) = if mark == Mark::Faint { ("", 40) } else { (name, 200) };
+            let (label, stretches) = if mark == Mark::Faint {
+                ("", 40)
+            } else {
+                (name, 200)
+            };
             Series::new(label, i, mark, deviations(values, stretches))
         });
         let series = series.chain([band(1.0), band(-1.0)]).collect();
         let axes = ["p-value expected at this rank", "observed − expected"];
-        Chart::new(title, axes, [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]], series)
+        Chart::new(
+            title,
+            axes,
+            [[0.0, 1.0], [-1.5 * radius, 2.8 * radius]],
+            series,
+        )
     };
-    let statistics = panel(format!("Statistics of true hypotheses, {n} seeds, n = {N}"), STATISTIC, Mark::Line);
-    let trials = panel(format!("The registry's trials, {n} seeds, scale 1/1024, a line each"), TRIAL, Mark::Faint);
+    let statistics = panel(
+        format!("Statistics of true hypotheses, {n} seeds, n = {N}"),
+        STATISTIC,
+        Mark::Line,
+    );
+    let trials = panel(
+        format!("The registry's trials, {n} seeds, scale 1/1024, a line each"),
+        TRIAL,
+        Mark::Faint,
+    );
     let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
-    charts(&run.figure("quantiles.svg"), see, [900, 900], &[statistics, trials])
+    charts(
+        &run.figure("quantiles.svg"),
+        see,
+        [900, 900],
+        &[statistics, trials],
+    )
 }
 
-/// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal length
-/// the largest each.
+/// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal
+/// length the largest each.
 fn deviations(values: &[f64], stretches: usize) -> Vec<[f64; 2]> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
     let expected = |i: usize| (i as f64 + 0.5) / n;
     let points = sorted.iter().enumerate();
-    let points: Vec<[f64; 2]> = points.map(|(i, p)| [expected(i), p - expected(i)]).collect();
+    let points: Vec<[f64; 2]> = points
+        .map(|(i, p)| [expected(i), p - expected(i)])
+        .collect();
     points
         .chunks(sorted.len().div_ceil(stretches))
-        .filter_map(|part| part.iter().copied().max_by(|a, b| a[1].abs().total_cmp(&b[1].abs())))
+        .filter_map(|part| {
+            part.iter()
+                .copied()
+                .max_by(|a, b| a[1].abs().total_cmp(&b[1].abs()))
+        })
         .collect()
 }

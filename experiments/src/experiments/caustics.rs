@@ -1,5 +1,5 @@
-//! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the test on
-//! a glass sphere between a floor and an area light.
+//! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the
+//! test on a glass sphere between a floor and an area light.
 
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::estimator::Whitted;
@@ -19,12 +19,12 @@ pub(super) const CAUSTICS: Experiment = Experiment {
 
 /// Pixels of an image, by tier.
 const SIZES: [[u32; 2]; 2] = [[40, 30], [240, 180]];
-/// Independent images of each method: they give the intervals, maps and all. The mean over all of their
-/// samples is as skewed for few large images as for many small ones; these are so many that it is known how
-/// skewed: to 0.1, where the level of an interval allows 0.4.
+/// Independent images of each method: they give the intervals, maps and all. The mean over all of
+/// their samples is as skewed for few large images as for many small ones; these are so many that
+/// it is known how skewed: to 0.1, where the level of an interval allows 0.4.
 const IMAGES: u64 = 600;
-/// Relative difference within which means must be the same, by tier: that of the full tier leaves room for
-/// the bias of the lookups, that of the quick one for its noise.
+/// Relative difference within which means must be the same, by tier: that of the full tier leaves
+/// room for the bias of the lookups, that of the quick one for its noise.
 const MARGINS: [f64; 2] = [0.08, 0.03];
 const RADIUS: f64 = 0.03;
 /// Methods whose means are compared with path tracing's, glass and no glass.
@@ -56,7 +56,10 @@ struct Made {
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let particles = run.count(run.by_tier(1_600, 27_000)) as u32;
-    let gather = Lookup::Gather { caustic_particles: particles, caustic_radius: RADIUS };
+    let gather = Lookup::Gather {
+        caustic_particles: particles,
+        caustic_radius: RADIUS,
+    };
     let methods = [
         ("mis", Method::Path(Strategy::Mis)),
         ("bsdf", Method::Path(Strategy::Bsdf)),
@@ -65,18 +68,30 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ("photon-direct", Method::Photon(Lookup::Direct)),
         ("sppm", Method::Sppm),
     ];
-    let effort = Effort { size: run.by_tier(SIZES[0], SIZES[1]), samples: run.by_tier(1, 2), particles };
+    let effort = Effort {
+        size: run.by_tier(SIZES[0], SIZES[1]),
+        samples: run.by_tier(1, 2),
+        particles,
+    };
     let mut reference = None;
     for (name, method) in methods {
         let made = make(run, &caustic(1.5), (name, method), effort)?;
-        write_png(&run.figure(&format!("{name}.png")), &made.film, Display::Srgb { exposure: 0.0 }, 2)?;
+        write_png(
+            &run.figure(&format!("{name}.png")),
+            &made.film,
+            Display::Srgb { exposure: 0.0 },
+            2,
+        )?;
         row(run, name, &made);
         let path = *reference.get_or_insert(made.region);
         match method {
             Method::Path(Strategy::Mis) => {}
             Method::Whitted => run.claim(
                 "whitted has no caustic",
-                format!("{:.4} of path tracing's radiance", made.region.moments.mean() / path.moments.mean()),
+                format!(
+                    "{:.4} of path tracing's radiance",
+                    made.region.moments.mean() / path.moments.mean()
+                ),
                 made.region.moments.mean() < 0.5 * path.moments.mean(),
             ),
             _ => same(run, &format!("{name} and mis"), (&made.region, &path)),
@@ -93,7 +108,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let name = format!("{name} at index 1");
         let made = make(run, &caustic(1.0), (&name, method), effort)?;
         row(run, &name.replace(" at ", "-").replace(' ', ""), &made);
-        same(run, &format!("{name} and no glass"), (&made.region, &clear.region));
+        same(
+            run,
+            &format!("{name} and no glass"),
+            (&made.region, &clear.region),
+        );
     }
     Ok(())
 }
@@ -102,16 +121,28 @@ fn run(run: &mut Run) -> Result<(), Error> {
 fn row(run: &mut Run, name: &str, made: &Made) {
     let film = &made.film;
     let region = made.region.moments;
-    let (mean, error, noise) = (region.mean(), region.standard_error(), film.relative_error());
-    run.numbers(name, [("region", mean), ("standard_error", error), ("noise", noise)]);
+    let (mean, error, noise) = (
+        region.mean(),
+        region.standard_error(),
+        film.relative_error(),
+    );
+    run.numbers(
+        name,
+        [
+            ("region", mean),
+            ("standard_error", error),
+            ("noise", noise),
+        ],
+    );
     let noise_share = 100.0 * noise;
-    let value =
-        format!("radiance of the caustic {mean:.4} ± {error:.4}, mean relative error of a pixel {noise_share:.2} %");
+    let value = format!(
+        "radiance of the caustic {mean:.4} ± {error:.4}, mean relative error of a pixel {noise_share:.2} %"
+    );
     run.note(name, value);
 }
 
-/// Claims that two means are the same within the margin, by an interval at the experiment's family-wise
-/// level; undecided where their skewness leaves that level invalid.
+/// Claims that two means are the same within the margin, by an interval at the experiment's
+/// family-wise level; undecided where their skewness leaves that level invalid.
 fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     let margin = run.by_tier(MARGINS[0], MARGINS[1]);
     let level = FAMILY / COMPARISONS as f64;
@@ -125,16 +156,27 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     let verdict = if images < needed {
         Verdict::Undecided { needed }
     } else {
-        approximate_verdict([difference - reach, difference + reach], 0.0, margin, images)
+        approximate_verdict(
+            [difference - reach, difference + reach],
+            0.0,
+            margin,
+            images,
+        )
     };
     let [off, reach, margin] = [difference, reach, margin].map(|share| 100.0 * share);
-    let value =
-        format!("difference {off:+.3} % ± {reach:.3} %, margin {margin} %; {images} images, valid from {needed} on");
+    let value = format!(
+        "difference {off:+.3} % ± {reach:.3} %, margin {margin} %; {images} images, valid from {needed} on"
+    );
     run.claim(&format!("{what} agree"), value, verdict);
 }
 
 /// Independent images of a scene, and the mean of all.
-fn make(run: &Run, scene: &Scene, (name, method): (&str, Method), effort: Effort) -> Result<Made, Error> {
+fn make(
+    run: &Run,
+    scene: &Scene,
+    (name, method): (&str, Method),
+    effort: Effort,
+) -> Result<Made, Error> {
     let images = run.count(IMAGES).max(2);
     let bar = Bar::new(name, images, "samples");
     let pixels = region(scene, effort.size);
@@ -152,25 +194,58 @@ fn make(run: &Run, scene: &Scene, (name, method): (&str, Method), effort: Effort
             return Err(Error::Interrupted);
         }
     }
-    Ok(Made { film: all, region: values })
+    Ok(Made {
+        film: all,
+        region: values,
+    })
 }
 
 fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result<Film, Error> {
-    let (parts, Effort { size, samples, particles }) = (Standard, effort);
+    let (
+        parts,
+        Effort {
+            size,
+            samples,
+            particles,
+        },
+    ) = (Standard, effort);
     let (random, frame) = ((PixelSampling::Random, seed), (size, None));
     match method {
-        Method::Path(strategy) => render_paths(scene, Path::new(parts, strategy), random, frame, samples),
-        Method::Whitted => render_samples(scene, &Whitted::new(LightRules::PHYSICAL), random, frame, samples),
+        Method::Path(strategy) => {
+            render_paths(scene, Path::new(parts, strategy), random, frame, samples)
+        }
+        Method::Whitted => render_samples(
+            scene,
+            &Whitted::new(LightRules::PHYSICAL),
+            random,
+            frame,
+            samples,
+        ),
         Method::Photon(lookup) => {
             let photons = PhotonMapping::new(parts, scene, lookup, (particles, RADIUS), (seed, 0))?;
             render_samples(scene, &photons, random, frame, samples)
         }
         Method::Sppm => {
-            let sppm = Sppm { parts, particles: particles / samples + 1, radius: 2.0 * RADIUS };
+            let sppm = Sppm {
+                parts,
+                particles: particles / samples + 1,
+                radius: 2.0 * RADIUS,
+            };
             let mut film = Film::new(size, None, 1)?;
             let on = |_| !interrupted();
-            let complete = render_passes(scene, &sppm, (Numbers::Independent, seed), &mut film, 0..samples, &on)?;
-            if complete { Ok(film) } else { Err(Error::Interrupted) }
+            let complete = render_passes(
+                scene,
+                &sppm,
+                (Numbers::Independent, seed),
+                &mut film,
+                0..samples,
+                &on,
+            )?;
+            if complete {
+                Ok(film)
+            } else {
+                Err(Error::Interrupted)
+            }
         }
     }
 }

@@ -22,7 +22,8 @@ const SIDE: usize = 24;
 const NUMBERS: [[usize; 2]; 7] = [[2, 2], [3, 3], [4, 4], [8, 8], [16, 16], [3, 16], [16, 4]];
 /// Samples of a pixel where they are added in single precision.
 const SAMPLES: u32 = 4096;
-/// The level at which the images are judged: that of `compare` is finer, and needs more runs to show.
+/// The level at which the images are judged: that of `compare` is finer, and needs more runs to
+/// show.
 const LEVEL: f64 = 0.01;
 /// How much brighter the first side is where differences are to be found.
 const BRIGHTER: [(f64, &str); 2] = [(1.1, "tenth"), (2.0, "twice")];
@@ -55,7 +56,9 @@ fn coin(rng: &mut Stream, chance: f64) -> f64 {
 
 /// Pixels that are independent, by column and row.
 fn each(rng: &mut Stream, value: impl Fn(&mut Stream, usize, usize) -> f64) -> Image {
-    (0..SIDE * SIDE).map(|i| value(rng, i % SIDE, i / SIDE)).collect()
+    (0..SIDE * SIDE)
+        .map(|i| value(rng, i % SIDE, i / SIDE))
+        .collect()
 }
 
 /// Pareto's law of this index, with mean 1.
@@ -67,11 +70,17 @@ fn pareto(rng: &mut Stream, index: f64) -> f64 {
 fn blurred(rng: &mut Stream) -> Image {
     let plain = each(rng, |rng, _, _| exponential(rng));
     let at = |x: usize, y: usize| plain[y % SIDE * SIDE + x % SIDE];
-    let mean = |i: usize| (0..25).map(|k| at(i % SIDE + k % 5, i / SIDE + k / 5)).sum::<f64>() / 25.0;
+    let mean = |i: usize| {
+        (0..25)
+            .map(|k| at(i % SIDE + k % 5, i / SIDE + k / 5))
+            .sum::<f64>()
+            / 25.0
+    };
     (0..SIDE * SIDE).map(mean).collect()
 }
 
-/// The mean of few samples that are nearly 1, added one by one, by the first side in single precision.
+/// The mean of few samples that are nearly 1, added one by one, by the first side in single
+/// precision.
 fn sums(rng: &mut Stream, side: usize) -> Image {
     each(rng, |rng, _, _| {
         let (mut single, mut double) = (0.0_f32, 0.0);
@@ -84,7 +93,11 @@ fn sums(rng: &mut Stream, side: usize) -> Image {
                 double += f64::from(sample);
             }
         }
-        if side == 0 { f64::from(single / SAMPLES as f32) } else { double / f64::from(SAMPLES) }
+        if side == 0 {
+            f64::from(single / SAMPLES as f32)
+        } else {
+            double / f64::from(SAMPLES)
+        }
     })
 }
 
@@ -112,20 +125,34 @@ const LAWS: [Law; 14] = [
         key: "unlike",
         what: "exponential, and on the second side a tenth of it",
         draw: |rng, side| {
-            each(rng, |rng, _, _| if side == 0 { exponential(rng) } else { 0.9 + 0.1 * exponential(rng) })
+            each(rng, |rng, _, _| {
+                if side == 0 {
+                    exponential(rng)
+                } else {
+                    0.9 + 0.1 * exponential(rng)
+                }
+            })
         },
         rounding: FLOAT,
     },
     Law {
         key: "bright",
         what: "ten pixels of an image ten times as bright",
-        draw: |rng, _| each(rng, |rng, _, _| 0.1 * exponential(rng) + 0.9 + 10.0 * (coin(rng, 0.0174) - 0.0174)),
+        draw: |rng, _| {
+            each(rng, |rng, _, _| {
+                0.1 * exponential(rng) + 0.9 + 10.0 * (coin(rng, 0.0174) - 0.0174)
+            })
+        },
         rounding: FLOAT,
     },
     Law {
         key: "rare",
         what: "one such pixel in three images",
-        draw: |rng, _| each(rng, |rng, _, _| 1.0 + 0.1 * normal(rng) + 50.0 * coin(rng, 0.000_58)),
+        draw: |rng, _| {
+            each(rng, |rng, _, _| {
+                1.0 + 0.1 * normal(rng) + 50.0 * coin(rng, 0.000_58)
+            })
+        },
         rounding: FLOAT,
     },
     Law {
@@ -138,7 +165,9 @@ const LAWS: [Law; 14] = [
         key: "edges",
         what: "calm, but for a column of two values",
         draw: |rng, _| {
-            each(rng, |rng, x, _| 1.0 + 0.01 * normal(rng) + if x == 5 { 2.0 * coin(rng, 0.3) } else { 0.0 })
+            each(rng, |rng, x, _| {
+                1.0 + 0.01 * normal(rng) + if x == 5 { 2.0 * coin(rng, 0.3) } else { 0.0 }
+            })
         },
         rounding: FLOAT,
     },
@@ -146,19 +175,45 @@ const LAWS: [Law; 14] = [
         key: "lone",
         what: "calm, but for a pixel of two values",
         draw: |rng, _| {
-            each(rng, |rng, x, y| 1.0 + 0.01 * normal(rng) + if [x, y] == [5, 5] { 20.0 * coin(rng, 0.3) } else { 0.0 })
+            each(rng, |rng, x, y| {
+                1.0 + 0.01 * normal(rng)
+                    + if [x, y] == [5, 5] {
+                        20.0 * coin(rng, 0.3)
+                    } else {
+                        0.0
+                    }
+            })
         },
         rounding: FLOAT,
     },
     Law {
         key: "graded",
         what: "coins of all chances",
-        draw: |rng, _| each(rng, |rng, x, _| coin(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))),
+        draw: |rng, _| {
+            each(rng, |rng, x, _| {
+                coin(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))
+            })
+        },
         rounding: FLOAT,
     },
-    Law { key: "heavy", what: "Pareto 2.5", draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 2.5)), rounding: FLOAT },
-    Law { key: "heavier", what: "Pareto 1.5", draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 1.5)), rounding: FLOAT },
-    Law { key: "correlated", what: "5 × 5 pixels together", draw: |rng, _| blurred(rng), rounding: FLOAT },
+    Law {
+        key: "heavy",
+        what: "Pareto 2.5",
+        draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 2.5)),
+        rounding: FLOAT,
+    },
+    Law {
+        key: "heavier",
+        what: "Pareto 1.5",
+        draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 1.5)),
+        rounding: FLOAT,
+    },
+    Law {
+        key: "correlated",
+        what: "5 × 5 pixels together",
+        draw: |rng, _| blurred(rng),
+        rounding: FLOAT,
+    },
     Law {
         key: "common",
         what: "a factor of each image",
@@ -180,26 +235,43 @@ const LAWS: [Law; 14] = [
         rounding: 1.0 / 2048.0,
     },
 ];
-const SINGLE: Law =
-    Law { key: "single", what: "the first side's samples added in single precision", draw: sums, rounding: FLOAT };
+const SINGLE: Law = Law {
+    key: "single",
+    what: "the first side's samples added in single precision",
+    draw: sums,
+    rounding: FLOAT,
+};
 
 /// Compares images drawn from a law, the first side's `factor` times as bright.
 fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdict {
     let [a, b] = [0, 1].map(|side| -> Vec<Image> {
         let factor = if side == 0 { factor } else { 1.0 };
-        let image = |_| (law.draw)(rng, side).into_iter().map(|value| factor * value).collect();
+        let image = |_| {
+            (law.draw)(rng, side)
+                .into_iter()
+                .map(|value| factor * value)
+                .collect()
+        };
         (0..numbers[side]).map(image).collect()
     });
     let [a, b] = [&a, &b].map(|side| Side::Images(side.iter().map(Vec::as_slice).collect()));
-    let rules = Rules { level: LEVEL, rounding: law.rounding, single_sums: law.key == SINGLE.key, ..Rules::default() };
+    let rules = Rules {
+        level: LEVEL,
+        rounding: law.rounding,
+        single_sums: law.key == SINGLE.key,
+        ..Rules::default()
+    };
     compare(SIDE, &[[a, b]], &rules).verdict
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let runs = run.count(run.by_tier(40, 1000)) as u32;
     let less = runs.div_ceil(10);
-    let cells: Vec<(&Law, [usize; 2])> =
-        LAWS.iter().flat_map(|law| NUMBERS.map(|numbers| (law, numbers))).chain([(&SINGLE, [4, 4])]).collect();
+    let cells: Vec<(&Law, [usize; 2])> = LAWS
+        .iter()
+        .flat_map(|law| NUMBERS.map(|numbers| (law, numbers)))
+        .chain([(&SINGLE, [4, 4])])
+        .collect();
     let level = FAMILY / (2 * cells.len()) as f64;
     let (mut worst, mut worst_equal, mut kept, mut kept_equal) = (0.0_f64, 0.0_f64, true, true);
     for (law, numbers) in &cells {
@@ -207,8 +279,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let seed = seed_for(run.seed(), &format!("comparisons {key}"));
         // A law whose draws are dear is drawn less often.
         let runs = if law.key == SINGLE.key { less } else { runs };
-        let count = |factor: f64, runs: u32, from: u32, wanted: fn(&Verdict) -> bool| -> Result<u64, Error> {
-            let repeat = |i: u32| u64::from(wanted(&found(law, *numbers, factor, &mut stream(seed, from + i, 0))));
+        let count = |factor: f64,
+                     runs: u32,
+                     from: u32,
+                     wanted: fn(&Verdict) -> bool|
+         -> Result<u64, Error> {
+            let repeat = |i: u32| {
+                u64::from(wanted(&found(
+                    law,
+                    *numbers,
+                    factor,
+                    &mut stream(seed, from + i, 0),
+                )))
+            };
             Ok(parallel(0..runs, repeat)?.into_iter().sum())
         };
         let fails = |verdict: &Verdict| *verdict == Verdict::Fails;
@@ -221,19 +304,39 @@ fn run(run: &mut Run) -> Result<(), Error> {
         worst = worst.max(rate);
         worst_equal = worst_equal.max(equal as f64 / f64::from(less));
         run.number(&format!("{key}.alarms"), rate);
-        run.number(&format!("{key}.alarms-at-most"), binomial_interval(alarms, runs.into(), 0.025)[1]);
+        run.number(
+            &format!("{key}.alarms-at-most"),
+            binomial_interval(alarms, runs.into(), 0.025)[1],
+        );
         for (i, (factor, name)) in BRIGHTER.into_iter().enumerate() {
             let seen = count(factor, less, (2 + i as u32) << 20, fails)?;
             run.number(&format!("{key}.{name}"), seen as f64 / f64::from(less));
         }
         run.note(&key, format!("{}: {alarms} of {runs} DIFFER", law.what));
     }
-    run.note("size", format!("{} cells, {runs} runs each, {SIDE}x{SIDE} pixels, level {LEVEL}", cells.len()));
-    run.numbers("all", [("cells", cells.len() as f64), ("runs", f64::from(runs)), ("level", LEVEL)]);
+    run.note(
+        "size",
+        format!(
+            "{} cells, {runs} runs each, {SIDE}x{SIDE} pixels, level {LEVEL}",
+            cells.len()
+        ),
+    );
+    run.numbers(
+        "all",
+        [
+            ("cells", cells.len() as f64),
+            ("runs", f64::from(runs)),
+            ("level", LEVEL),
+        ],
+    );
     run.numbers("worst", [("alarms", worst), ("equal", worst_equal)]);
     let value = format!("at most {worst} of the runs, level {LEVEL}");
     run.claim("no cell has more false alarms than its level", value, kept);
     let value = format!("at most {worst_equal} of the runs");
-    run.claim("none calls a difference beyond the margin equal more often than the level", value, kept_equal);
+    run.claim(
+        "none calls a difference beyond the margin equal more often than the level",
+        value,
+        kept_equal,
+    );
     Ok(())
 }

@@ -23,8 +23,8 @@ enum Integrand {
     Smooth(Arc<Scene>),
     /// A pixel whose half under y − ½ < 0.37 (x − ½) is bright.
     Edge,
-    /// A pixel of the all-diffuse room, by path tracing; mirrors and glass would add paths so rare and
-    /// bright that the variance itself cannot be estimated.
+    /// A pixel of the all-diffuse room, by path tracing; mirrors and glass would add paths so rare
+    /// and bright that the variance itself cannot be estimated.
     Room(Box<Scene>),
 }
 
@@ -78,7 +78,8 @@ const REPLICATIONS: u32 = 32;
 /// Slopes in all.
 const SLOPES: f64 = 6.0;
 
-/// Variances at each number of samples over groups, the slope of their means, and its standard error.
+/// Variances at each number of samples over groups, the slope of their means, and its standard
+/// error.
 struct Fall {
     samples: Vec<f64>,
     variances: Vec<Moments>,
@@ -103,8 +104,9 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
         let variance = |&samples: &u32| {
             let first = group * REPLICATIONS;
-            let moments: Moments =
-                (first..first + REPLICATIONS).map(|k| integrand.mean(sobol, seed, k, samples)).collect();
+            let moments: Moments = (first..first + REPLICATIONS)
+                .map(|k| integrand.mean(sobol, seed, k, samples))
+                .collect();
             moments.variance()
         };
         sizes.iter().map(variance).collect()
@@ -112,13 +114,21 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     Ok(fall(sizes.iter().map(|&n| f64::from(n)).collect(), &found))
 }
 
-/// The slope of the variances that groups found at each number of samples, and by the jackknife its standard error.
+/// The slope of the variances that groups found at each number of samples, and by the jackknife its
+/// standard error.
 fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
-    // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased, more
-    // so where few samples leave the mean skewed.
+    // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased,
+    // more so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
         let kept = |&(k, _): &(usize, &Vec<f64>)| Some(k) != left_out;
-        let at = |i: usize| found.iter().enumerate().filter(kept).map(|(_, group)| group[i]).collect();
+        let at = |i: usize| {
+            found
+                .iter()
+                .enumerate()
+                .filter(kept)
+                .map(|(_, group)| group[i])
+                .collect()
+        };
         (0..samples.len()).map(at).collect()
     };
     let slope = |variances: &[Moments]| {
@@ -129,15 +139,35 @@ fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
     let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
     let n = found.len() as f64;
     let (slope, error) = (slope(&variances), (n - 1.0) * jackknife.standard_error());
-    Fall { samples, variances, slope, error }
+    Fall {
+        samples,
+        variances,
+        slope,
+        error,
+    }
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let room = room::diffuse()?;
     let cases = [
-        ("smooth", "Unoccluded square light", Integrand::Smooth(rectangle_light(false)), run.by_tier(10, 13)),
-        ("edge", "Half-covered pixel", Integrand::Edge, run.by_tier(11, 14)),
-        ("room", "A pixel of the all-diffuse room", Integrand::Room(Box::new(room)), run.by_tier(7, 11)),
+        (
+            "smooth",
+            "Unoccluded square light",
+            Integrand::Smooth(rectangle_light(false)),
+            run.by_tier(10, 13),
+        ),
+        (
+            "edge",
+            "Half-covered pixel",
+            Integrand::Edge,
+            run.by_tier(11, 14),
+        ),
+        (
+            "room",
+            "A pixel of the all-diffuse room",
+            Integrand::Room(Box::new(room)),
+            run.by_tier(7, 11),
+        ),
     ];
     let mut plots = Vec::new();
     for (key, title, integrand, powers) in &cases {
@@ -151,10 +181,17 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let seed = seed_for(run.seed(), &format!("{key} {numbers}"));
             let fall = measure(integrand, sobol, seed, &sizes)?;
             let means = fall.variances.iter().map(Moments::mean);
-            (low, high) = (means.clone().fold(low, f64::min), means.fold(high, f64::max));
+            (low, high) = (
+                means.clone().fold(low, f64::min),
+                means.fold(high, f64::max),
+            );
             let interval = fall.interval();
             let slope = fall.slope;
-            let found = [("slope", slope), ("slope.low", interval[0]), ("slope.high", interval[1])];
+            let found = [
+                ("slope", slope),
+                ("slope.low", interval[0]),
+                ("slope.high", interval[1]),
+            ];
             run.numbers(&format!("{key}.{numbers}"), found);
             slopes.push((slope, interval));
             let half = slope - interval[0];
@@ -162,8 +199,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
             series.extend(drawn(&label, colour, &fall));
         }
         judge(run, key, title, &slopes);
-        let ranges = [[3.0, f64::from(1u32 << powers) * 1.3], [low / 3.0, high * 30.0]];
-        plots.push(Chart::new(*title, ["samples N", "variance of the mean"], ranges, series).log([true, true]));
+        let ranges = [
+            [3.0, f64::from(1u32 << powers) * 1.3],
+            [low / 3.0, high * 30.0],
+        ];
+        plots.push(
+            Chart::new(
+                *title,
+                ["samples N", "variance of the mean"],
+                ranges,
+                series,
+            )
+            .log([true, true]),
+        );
     }
     let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
@@ -183,7 +231,12 @@ fn drawn(label: &str, colour: usize, fall: &Fall) -> [Series; 2] {
     let points = fall.samples.iter().zip(&means).map(|(&n, &v)| [n, v]);
     [
         Series::new(label, colour, Mark::Points, points).with_bars(bars.collect()),
-        Series::new("", colour, Mark::Line, fall.samples.iter().map(|&n| line(n))),
+        Series::new(
+            "",
+            colour,
+            Mark::Line,
+            fall.samples.iter().map(|&n| line(n)),
+        ),
     ]
 }
 
@@ -192,14 +245,21 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
         return;
     };
     let what = format!("{title}: slope of independent samples is −1");
-    let value = format!("{independent:.4}, interval [{:.4}, {:.4}]", around[0], around[1]);
+    let value = format!(
+        "{independent:.4}, interval [{:.4}, {:.4}]",
+        around[0], around[1]
+    );
     run.claim(&what, value, around[0] <= -1.0 && -1.0 <= around[1]);
     let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);
     if key == "room" {
         // The room is not smooth; what Sobol' points gain there is found, not claimed.
         run.note(&format!("{title}: slope of Sobol' points"), value);
     } else {
-        run.claim(&format!("{title}: Sobol' points fall faster"), value, net[1] < around[0]);
+        run.claim(
+            &format!("{title}: Sobol' points fall faster"),
+            value,
+            net[1] < around[0],
+        );
     }
 }
 
@@ -209,14 +269,23 @@ mod tests {
 
     #[test]
     fn the_error_of_a_slope_is_that_of_the_delta_method() {
-        // Without noise but at the last number of samples: the slope is ln(v/8) over ln 4, with the relative error of v.
-        let last: Vec<f64> = (0..16).map(|group| 2.0 + 0.01 * f64::from(group % 4)).collect();
+        // Without noise but at the last number of samples: the slope is ln(v/8) over ln 4, with the
+        // relative error of v.
+        let last: Vec<f64> = (0..16)
+            .map(|group| 2.0 + 0.01 * f64::from(group % 4))
+            .collect();
         let groups: Vec<Vec<f64>> = last.iter().map(|v| vec![8.0, *v]).collect();
         let Fall { slope, error, .. } = fall(vec![1.0, 4.0], &groups);
         let mean = last.iter().sum::<f64>() / 16.0;
         let variance = last.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 15.0;
-        assert!((slope - (mean / 8.0).ln() / 4_f64.ln()).abs() < 1e-12, "{slope}");
+        assert!(
+            (slope - (mean / 8.0).ln() / 4_f64.ln()).abs() < 1e-12,
+            "{slope}"
+        );
         let expected = (variance / 16.0).sqrt() / mean / 4_f64.ln();
-        assert!((error / expected - 1.0).abs() < 1e-3, "{error} and {expected}");
+        assert!(
+            (error / expected - 1.0).abs() < 1e-3,
+            "{error} and {expected}"
+        );
     }
 }

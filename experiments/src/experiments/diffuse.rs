@@ -18,7 +18,12 @@ pub(super) const FIG2: Experiment = Experiment {
     title: "a sphere lit from the front with four diffuse models: the flat look of the full moon",
     headline: "the moon is flat: its rim has {corrected.limb %.2f} of the centre's radiance by Oren–Nayar, {printed.limb %.2f} as the report prints it, {lambert.limb %.2f} by Lambert",
     version: 2,
-    equations: &[&equation::LAMBERT, &equation::OREN_NAYAR, &equation::EON_SINGLE, &equation::EON_MULTIPLE],
+    equations: &[
+        &equation::LAMBERT,
+        &equation::OREN_NAYAR,
+        &equation::EON_SINGLE,
+        &equation::EON_MULTIPLE,
+    ],
     run: figure,
 };
 
@@ -57,8 +62,8 @@ const MAGNIFICATION: u32 = 2;
 /// The inclination at which limb and centre are compared, degrees.
 const LIMB: f64 = 85.0;
 
-/// A white unit sphere with a small light at the camera, whose irradiance at normal incidence is π, so
-/// that white Lambert shows the cosine.
+/// A white unit sphere with a small light at the camera, whose irradiance at normal incidence is π,
+/// so that white Lambert shows the cosine.
 fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("moon");
     let white = scene.surface(Surface::new(bsdf));
@@ -90,9 +95,21 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
         let path = Path::<Standard>::default();
-        let film = render_samples(&scene, &path, (PixelSampling::Random, run.seed()), ([side, side], None), spp)?;
+        let film = render_samples(
+            &scene,
+            &path,
+            (PixelSampling::Random, run.seed()),
+            ([side, side], None),
+            spp,
+        )?;
         let radiance = |x: f64| frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
-        series.push(Series::curve(model.title(), colour, [0.0, 1.0], 240, radiance));
+        series.push(Series::curve(
+            model.title(),
+            colour,
+            [0.0, 1.0],
+            240,
+            radiance,
+        ));
         series.push(Series::new("", colour, Mark::Points, profile(&film)));
         limb(run, model, &scene, &bsdf);
         films.push(film);
@@ -102,22 +119,35 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     write_row(&run.figure("moons.png"), &films, display, 1)?;
     for (film, model) in films.iter().zip(DiffuseName::ALL) {
         if let DiffuseName::Printed | DiffuseName::Corrected = model {
-            write_png(&run.figure(&format!("{}.png", name(model))), film, display, MAGNIFICATION)?;
+            write_png(
+                &run.figure(&format!("{}.png", name(model))),
+                film,
+                display,
+                MAGNIFICATION,
+            )?;
         }
     }
     run.note(
         "moons.png",
-        format!("left to right: {}; {side}x{side}, {spp} spp", DiffuseName::ALL.map(DiffuseName::title).join(", ")),
+        format!(
+            "left to right: {}; {side}x{side}, {spp} spp",
+            DiffuseName::ALL.map(DiffuseName::title).join(", ")
+        ),
     );
     let title = format!("Radiance across the disc, white sphere lit from the front, σ = {SIGMA}");
     let radiance = "radiance (points: pixels of the picture; lines: π f cos θ)";
-    let chart = Chart::new(title, ["distance from the centre (radii)", radiance], [[0.0, 1.0], [0.0, 1.1]], series);
+    let chart = Chart::new(
+        title,
+        ["distance from the centre (radii)", radiance],
+        [[0.0, 1.0], [0.0, 1.1]],
+        series,
+    );
     let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
     charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
 }
 
-/// Radiance of every fourth pixel right of the centre, against the distance of its middle from it in
-/// radii; those that hold the rim are left out.
+/// Radiance of every fourth pixel right of the centre, against the distance of its middle from it
+/// in radii; those that hold the rim are left out.
 fn profile(film: &Film) -> Vec<[f64; 2]> {
     let side = film.size()[0];
     let scale = 2.0 * MARGIN / f64::from(side);
@@ -173,7 +203,8 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let known = |degrees: f64| closed_form(model, degrees.to_radians());
-        let reflected = |wo, rng: &mut Stream| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(rng))).x;
+        let reflected =
+            |wo, rng: &mut Stream| PI * bsdf.eval(wo, cosine_hemisphere(uniform2(rng))).x;
         let found = sampled(seed_for(run.seed(), &name(model)), samples, reflected)?;
         for (degrees, moments) in ANGLES.into_iter().zip(&found) {
             if [0.0, 60.0, 85.0].contains(&degrees) {
@@ -184,11 +215,19 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
         }
         let what = format!("albedo of {} against its closed form", model.title());
         let points = compared(run, &what, &found, known, DiffuseName::ALL.len())?;
-        series.push(closed_curve(model.title(), colour, 89.0, run.by_tier(22, 89), known)?);
+        series.push(closed_curve(
+            model.title(),
+            colour,
+            89.0,
+            run.by_tier(22, 89),
+            known,
+        )?);
         series.push(Series::measured("", colour, points));
         lobes.push(Series::new(model.title(), colour, Mark::Line, lobe(&bsdf)));
     }
-    let title = format!("Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples");
+    let title = format!(
+        "Directional albedo, ρ = 1, σ = {SIGMA}: closed forms, and means of {samples} samples"
+    );
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
     let see = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
@@ -199,7 +238,8 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     let title = format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}");
     let axes = ["π f sin θ (towards the light →)", "π f cos θ"];
     let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
-    let see = "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
+    let see =
+        "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
     charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])?;
     metals(run, samples)
 }
@@ -208,27 +248,49 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
 const ALPHA: [f64; 3] = [0.25, 0.5, 1.0];
 
 fn metal(alpha: f64) -> Ggx {
-    Ggx { reflectance: DVec3::ONE, alpha }
+    Ggx {
+        reflectance: DVec3::ONE,
+        alpha,
+    }
 }
 
-/// What white metals of GGX reflect of a white sky: means of their own samples against quadrature over facets.
+/// What white metals of GGX reflect of a white sky: means of their own samples against quadrature
+/// over facets.
 fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     let mut series = Vec::new();
     for (colour, alpha) in (0..).zip(ALPHA) {
         let bsdf = Bsdf::model(metal(alpha));
-        let known = |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
-        let weight =
-            |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, true), rng).map_or(0.0, |sample| sample.weight.x);
-        let found = sampled(seed_for(run.seed(), &format!("metal {alpha}")), samples, weight)?;
-        for (_, moments) in ANGLES.into_iter().zip(&found).filter(|(degrees, _)| *degrees == 60.0) {
+        let known =
+            |degrees: f64| reflected(metal(alpha), from_spherical(degrees.to_radians(), 0.0));
+        let weight = |wo, rng: &mut Stream| {
+            bsdf.sample(&Vertex::local(wo, true), rng)
+                .map_or(0.0, |sample| sample.weight.x)
+        };
+        let found = sampled(
+            seed_for(run.seed(), &format!("metal {alpha}")),
+            samples,
+            weight,
+        )?;
+        for (_, moments) in ANGLES
+            .into_iter()
+            .zip(&found)
+            .filter(|(degrees, _)| *degrees == 60.0)
+        {
             run.number(&format!("ggx.{alpha}.60"), moments.mean());
         }
         let what = format!("albedo of GGX with α = {alpha} against quadrature over facets");
         let points = compared(run, &what, &found, known, ALPHA.len())?;
-        series.push(closed_curve(&format!("α = {alpha}"), colour, 88.0, run.by_tier(22, 44), known)?);
+        series.push(closed_curve(
+            &format!("α = {alpha}"),
+            colour,
+            88.0,
+            run.by_tier(22, 44),
+            known,
+        )?);
         series.push(Series::measured("", colour, points));
     }
-    let title = format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
+    let title =
+        format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let see = "The rougher the metal, the more of the light is lost on a second facet.";
@@ -236,23 +298,53 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     frosted(run, samples)
 }
 
-/// What rough glass scatters, from outside and from within: means of its own samples against quadrature over facets.
+/// What rough glass scatters, from outside and from within: means of its own samples against
+/// quadrature over facets.
 fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
-    let glass = RoughGlass { index: 1.5, alpha: 0.4 };
+    let glass = RoughGlass {
+        index: 1.5,
+        alpha: 0.4,
+    };
     let bsdf = Bsdf::RoughGlass(glass);
     let mut series = Vec::new();
     for (colour, (side, outside)) in (0..).zip([("from outside", true), ("from within", false)]) {
         let known = |degrees: f64| {
-            shares(glass.facing(outside), from_spherical(degrees.to_radians(), 0.0), 1e-6).iter().sum::<f64>()
+            shares(
+                glass.facing(outside),
+                from_spherical(degrees.to_radians(), 0.0),
+                1e-6,
+            )
+            .iter()
+            .sum::<f64>()
         };
-        let weight =
-            |wo, rng: &mut Stream| bsdf.sample(&Vertex::local(wo, outside), rng).map_or(0.0, |sample| sample.weight.x);
-        let found = sampled(seed_for(run.seed(), &format!("rough glass {side}")), samples, weight)?;
-        let points = compared(run, &format!("rough glass {side} against quadrature over facets"), &found, known, 2)?;
-        series.push(closed_curve(side, colour, 88.0, run.by_tier(22, 44), known)?);
+        let weight = |wo, rng: &mut Stream| {
+            bsdf.sample(&Vertex::local(wo, outside), rng)
+                .map_or(0.0, |sample| sample.weight.x)
+        };
+        let found = sampled(
+            seed_for(run.seed(), &format!("rough glass {side}")),
+            samples,
+            weight,
+        )?;
+        let points = compared(
+            run,
+            &format!("rough glass {side} against quadrature over facets"),
+            &found,
+            known,
+            2,
+        )?;
+        series.push(closed_curve(
+            side,
+            colour,
+            88.0,
+            run.by_tier(22, 44),
+            known,
+        )?);
         series.push(Series::measured("", colour, points));
     }
-    let title = format!("Flux that rough glass scatters, n = 1.5, α = 0.4: quadrature, and means of {samples} samples");
+    let title = format!(
+        "Flux that rough glass scatters, n = 1.5, α = 0.4: quadrature, and means of {samples} samples"
+    );
     let axes = ["inclination (degrees)", "share of flux"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
     let see = "What is missing to 1 meets a second facet.";
@@ -263,9 +355,16 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
 const INCIDENT: f64 = 60.0;
 
 /// Means of a random `value` at each of [`ANGLES`].
-fn sampled(seed: u64, samples: u64, value: impl Fn(DVec3, &mut Stream) -> f64 + Sync) -> Result<Vec<Moments>, Error> {
+fn sampled(
+    seed: u64,
+    samples: u64,
+    value: impl Fn(DVec3, &mut Stream) -> f64 + Sync,
+) -> Result<Vec<Moments>, Error> {
     let at = |(k, degrees): (u32, f64)| -> Moments {
-        let (mut rng, wo) = (stream(seed, k, 0), from_spherical(degrees.to_radians(), 0.3));
+        let (mut rng, wo) = (
+            stream(seed, k, 0),
+            from_spherical(degrees.to_radians(), 0.3),
+        );
         (0..samples).map(|_| value(wo, &mut rng)).collect()
     };
     let angles: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
@@ -287,8 +386,8 @@ fn closed_curve(
     Ok(Series::new(label, colour, Mark::Line, points))
 }
 
-/// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many `curves`; returns them with
-/// half the widths of their intervals.
+/// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many
+/// `curves`; returns them with half the widths of their intervals.
 fn compared(
     run: &mut Run,
     what: &str,
@@ -299,11 +398,21 @@ fn compared(
     let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
     // Lambert has no spread at all: what is left is rounding.
     let known = parallel(ANGLES, known)?;
-    let off = |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
+    let off =
+        |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
     let worst = known.into_iter().zip(found).map(off).fold(0.0, f64::max);
-    run.claim(what, format!("worst of {} angles {worst:.2} standard errors", ANGLES.len()), worst < critical);
+    run.claim(
+        what,
+        format!(
+            "worst of {} angles {worst:.2} standard errors",
+            ANGLES.len()
+        ),
+        worst < critical,
+    );
     let points = ANGLES.into_iter().zip(found);
-    Ok(points.map(|(degrees, m)| [degrees, m.mean(), critical * m.standard_error()]).collect())
+    Ok(points
+        .map(|(degrees, m)| [degrees, m.mean(), critical * m.standard_error()])
+        .collect())
 }
 
 /// π f around the half circle as a polar curve.

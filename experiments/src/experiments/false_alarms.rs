@@ -20,8 +20,14 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = Seeds::open(run)?;
     run.bears_on(&suite.trials);
-    let (version, seed, scale, trials) = (FALSE_ALARMS.version, run.seed(), suite.scale, suite.trials.len());
-    let key = format!("false-alarms version {version}, seed {seed}, scale {scale}, {trials} trials");
+    let (version, seed, scale, trials) = (
+        FALSE_ALARMS.version,
+        run.seed(),
+        suite.scale,
+        suite.trials.len(),
+    );
+    let key =
+        format!("false-alarms version {version}, seed {seed}, scale {scale}, {trials} trials");
     let mut accumulated = run.accumulated("false-alarms.csv", &key, COLUMNS)?;
     let first = accumulated.next();
     let seeds = run.count(run.by_tier(2, 200));
@@ -36,17 +42,30 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &accumulated)
 }
 
-/// The p-values that are compared are those of exact claims whose tail is valid at this scale: of an
-/// approximate claim the hypothesis of equality need not be true.
+/// The p-values that are compared are those of exact claims whose tail is valid at this scale: of
+/// an approximate claim the hypothesis of equality need not be true.
 fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
     let measures = || subjects.iter().chain(&mutants.equivalents);
-    let count = |wanted: Judgement| measures().filter(|measure| measure.verdict == wanted).count().to_string();
+    let count = |wanted: Judgement| {
+        measures()
+            .filter(|measure| measure.verdict == wanted)
+            .count()
+            .to_string()
+    };
     let fails = |measure: &&Measure| measure.verdict == Judgement::Fails;
-    let compared =
-        || measures().filter(|measure| measure.random && !measure.approximate && measure.n >= measure.valid_from);
+    let compared = || {
+        measures().filter(|measure| {
+            measure.random && !measure.approximate && measure.n >= measure.valid_from
+        })
+    };
     let smallest = compared().min_by(|a, b| a.p.total_cmp(&b.p));
     let answers = |wanted: Answer| {
-        mutants.faults.iter().filter(|(_, answer)| *answer == wanted).map(|(name, _)| name.as_str()).collect::<Vec<_>>()
+        mutants
+            .faults
+            .iter()
+            .filter(|(_, answer)| *answer == wanted)
+            .map(|(name, _)| name.as_str())
+            .collect::<Vec<_>>()
     };
     let mut red: Vec<&str> = measures().filter(fails).map(|m| m.name.as_str()).collect();
     red.extend(answers(Answer::Red));
@@ -54,10 +73,15 @@ fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
         count(Judgement::Holds),
         count(Judgement::Fails),
         count(Judgement::Undecided),
-        measures().filter(|measure| !measure.random).count().to_string(),
+        measures()
+            .filter(|measure| !measure.random)
+            .count()
+            .to_string(),
         compared().count().to_string(),
         smallest.map_or(1.0, |measure| measure.p).to_string(),
-        smallest.map_or("", |measure| &measure.name).replace(',', ";"),
+        smallest
+            .map_or("", |measure| &measure.name)
+            .replace(',', ";"),
         mutants.faults.len().to_string(),
         answers(Answer::Rejected).len().to_string(),
         answers(Answer::Red).len().to_string(),
@@ -68,11 +92,31 @@ fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
 /// Judges all suites at `level`, the share of this look.
 fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     let seeds = accumulated.rows().len() as f64;
-    let [holds, fails, undecided, exact, random, faults, rejected, faults_red] =
-        ["holds", "fails", "undecided", "exact", "random", "faults", "rejected", "faults_red"]
-            .map(|column| accumulated.numbers(column).sum::<f64>());
+    let [
+        holds,
+        fails,
+        undecided,
+        exact,
+        random,
+        faults,
+        rejected,
+        faults_red,
+    ] = [
+        "holds",
+        "fails",
+        "undecided",
+        "exact",
+        "random",
+        "faults",
+        "rejected",
+        "faults_red",
+    ]
+    .map(|column| accumulated.numbers(column).sum::<f64>());
     let bound = ALPHA * CAPACITY as f64;
-    let names: Vec<&str> = accumulated.column("red").filter(|names| !names.is_empty()).collect();
+    let names: Vec<&str> = accumulated
+        .column("red")
+        .filter(|names| !names.is_empty())
+        .collect();
     // With 95 % confidence, and no approximation where none is red.
     let below = |k: f64, n: f64| binomial_interval(k as u64, n as u64, 0.05)[1];
     let rate = below(names.len() as f64, seeds);
@@ -133,7 +177,10 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         ),
         chance >= level,
     );
-    run.note("undecided", format!("{:.1} measures per seed at this scale", undecided / seeds));
+    run.note(
+        "undecided",
+        format!("{:.1} measures per seed at this scale", undecided / seeds),
+    );
 }
 
 /// Each seed's least p-value against the quantile that independent tests would give it.
@@ -142,7 +189,9 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     least.sort_by(f64::total_cmp);
     let seeds = least.len() as f64;
     // How many tails are valid differs a little from seed to seed.
-    let random = (accumulated.numbers("random").sum::<f64>() / seeds).round().max(1.0);
+    let random = (accumulated.numbers("random").sum::<f64>() / seeds)
+        .round()
+        .max(1.0);
     let expected = |i: usize| 1.0 - (1.0 - (i as f64 + 0.5) / seeds).powf(1.0 / random);
     let points = least.iter().enumerate().map(|(i, &p)| [expected(i), p]);
     let low = 0.1 / (random * seeds);
@@ -151,8 +200,17 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
         Series::new("a suite under a fresh master seed", 2, Mark::Points, points),
     ];
     let title = format!("Least p-value of each of {seeds} suites of {random} random tests");
-    let axes = ["expected of independent tests at this rank", "least p-value observed"];
-    let chart = Chart::new(title, axes, [[low, 0.1], [low.min(0.5 * least[0]), 1.0]], series).log([true, true]);
+    let axes = [
+        "expected of independent tests at this rank",
+        "least p-value observed",
+    ];
+    let chart = Chart::new(
+        title,
+        axes,
+        [[low, 0.1], [low.min(0.5 * least[0]), 1.0]],
+        series,
+    )
+    .log([true, true]);
     let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
     charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
 }

@@ -22,8 +22,9 @@ const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     run.bears_on(&registry::all());
-    // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family; what
-    // the suite does not assert at a reduced size, where faults of small effect stay undecided.
+    // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family;
+    // what the suite does not assert at a reduced size, where faults of small effect stay
+    // undecided.
     let mut pairs = registry::matrix();
     pairs.retain(|pair| !pair.fault.equivalent);
     if run.tier() == Tier::Quick {
@@ -54,7 +55,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &pairs, &seen)?;
     for (pair, seen) in pairs.iter().zip(&seen) {
         if pair.named && *seen == Detection::Missed {
-            run.claim(&format!("{} in {}", label(pair), pair.trial), "not rejected".to_owned(), false);
+            run.claim(
+                &format!("{} in {}", label(pair), pair.trial),
+                "not rejected".to_owned(),
+                false,
+            );
         }
     }
     totals(run, &pairs, &seen, scales);
@@ -66,10 +71,11 @@ fn label(pair: &Pair) -> String {
     format!("{}: {}", pair.fault.family, pair.fault.name)
 }
 
-/// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that every
-/// outcome lets through is missed.
+/// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that
+/// every outcome lets through is missed.
 fn judge(outcomes: &[&Outcome]) -> Detection {
-    let any = |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
+    let any =
+        |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
     if any(|verdict| verdict == Verdict::Fails) {
         Detection::Rejected
     } else if any(|verdict| matches!(verdict, Verdict::Undecided { .. })) {
@@ -88,7 +94,9 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     }
     run.number("pairs", pairs.len() as f64);
     let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
-    let missed = named().filter(|(_, seen)| **seen == Detection::Missed).count();
+    let missed = named()
+        .filter(|(_, seen)| **seen == Detection::Missed)
+        .count();
     let (all, asserted, counts) = (pairs.len(), named().count(), counts.join(", "));
     let value = format!(
         "{all} pairs, those that the suite asserts ({asserted}) at scale {scale} or a part of it that is enough, \
@@ -103,17 +111,20 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     }
 }
 
-/// Figures of several families; each other family has a figure of its own name. Few enough names stand in
-/// each to be read at the width of a page.
+/// Figures of several families; each other family has a figure of its own name. Few enough names
+/// stand in each to be read at the width of a page.
 const TOGETHER: [(&str, &str); 4] = [
     ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
     ("roulette", "roulette, survival"),
-    ("numbers", "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator"),
+    (
+        "numbers",
+        "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator",
+    ),
     ("geometry", "geometry, points, solid-angle"),
 ];
 
-/// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs are divided
-/// by what the trials look at.
+/// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs
+/// are divided by what the trials look at.
 fn figure(pair: &Pair) -> String {
     let family = pair.fault.family;
     let name = match family {
@@ -123,7 +134,10 @@ fn figure(pair: &Pair) -> String {
         "photon-equivalence" => "photon",
         other => {
             let holds = |families: &str| families.split(", ").any(|family| family == other);
-            TOGETHER.iter().find(|(_, families)| holds(families)).map_or(other, |(name, _)| name)
+            TOGETHER
+                .iter()
+                .find(|(_, families)| holds(families))
+                .map_or(other, |(name, _)| name)
         }
     };
     format!("faults-{}.svg", name.replace(' ', "-"))
@@ -142,14 +156,27 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
         };
         let rows = unique(pairs.iter().map(|(pair, _)| row(pair)));
         let columns = unique(pairs.iter().map(|(pair, _)| pair.trial.clone()));
-        let cells: HashMap<(String, &str), Detection> =
-            pairs.iter().map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen)).collect();
+        let cells: HashMap<(String, &str), Detection> = pairs
+            .iter()
+            .map(|(pair, seen)| ((row(pair), pair.trial.as_str()), *seen))
+            .collect();
         let stem = file.trim_end_matches(".svg");
-        let title = format!("Which trials reject which faults: {}", stem.replacen("faults-", "", 1));
+        let title = format!(
+            "Which trials reject which faults: {}",
+            stem.replacen("faults-", "", 1)
+        );
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
-        matrix(&run.figure(&file), (&title, see), &rows, &columns, |row, column| {
-            cells.get(&(rows[row].clone(), columns[column].as_str())).copied()
-        })?;
+        matrix(
+            &run.figure(&file),
+            (&title, see),
+            &rows,
+            &columns,
+            |row, column| {
+                cells
+                    .get(&(rows[row].clone(), columns[column].as_str()))
+                    .copied()
+            },
+        )?;
     }
     Ok(())
 }

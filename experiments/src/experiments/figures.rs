@@ -12,7 +12,11 @@ pub(super) const FIG6: Experiment = Experiment {
     run: |run| {
         for (convention, stem) in CONVENTIONS {
             let (size, spp) = run.by_tier(([400, 300], 16), ([1024, 768], 512));
-            let job = Job { size, spp, ..Job::report(convention) };
+            let job = Job {
+                size,
+                spp,
+                ..Job::report(convention)
+            };
             let job = match convention {
                 // Not the report's image, so not by its count of samples, but with little noise.
                 ConventionName::Physical => Job {
@@ -58,7 +62,10 @@ pub(super) const FIG8: Experiment = Experiment {
 };
 
 /// The white sphere in figure 6.
-pub const WHITE_SPHERE: Window = Window { corner: [490, 300], size: [170, 170] };
+pub const WHITE_SPHERE: Window = Window {
+    corner: [490, 300],
+    size: [170, 170],
+};
 
 pub(super) const FIG9: Experiment = Experiment {
     id: "fig9",
@@ -68,7 +75,14 @@ pub(super) const FIG9: Experiment = Experiment {
     equations: &[&equation::ESTIMATOR],
     run: |run| {
         let size = run.by_tier([256, 256], [512, 512]);
-        run.picture(Job { size, spp: 64, ..Job::report(ConventionName::Report) }, "noise")
+        run.picture(
+            Job {
+                size,
+                spp: 64,
+                ..Job::report(ConventionName::Report)
+            },
+            "noise",
+        )
     },
 };
 
@@ -80,7 +94,14 @@ pub(super) const ROOM: Experiment = Experiment {
     equations: &[&equation::RENDERING],
     run: |run| {
         let spp = run.by_tier(64, 512);
-        run.picture(Job { size: [400, 300], spp, ..Job::report(ConventionName::Report) }, "room")?;
+        run.picture(
+            Job {
+                size: [400, 300],
+                spp,
+                ..Job::report(ConventionName::Report)
+            },
+            "room",
+        )?;
         run.first_picture("room.png")
     },
 };
@@ -96,5 +117,12 @@ pub const CONVENTIONS: [(ConventionName, &str); 3] = [
 fn crop(run: &mut Run, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
     let spp = run.by_tier(64, 512);
     let window = Some(Window { corner, size });
-    run.picture(Job { window, spp, ..Job::report(ConventionName::Report) }, "crop")
+    run.picture(
+        Job {
+            window,
+            spp,
+            ..Job::report(ConventionName::Report)
+        },
+        "crop",
+    )
 }

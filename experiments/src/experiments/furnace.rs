@@ -1,5 +1,5 @@
-//! Four diffuse models in the white furnace, rendered: what a model keeps of the light cannot be told from
-//! the background.
+//! Four diffuse models in the white furnace, rendered: what a model keeps of the light cannot be
+//! told from the background.
 
 use std::f64::consts::PI;
 
@@ -25,8 +25,8 @@ pub(super) const FURNACE: Experiment = Experiment {
 
 /// Bound of the colour scale, per cent.
 const BOUND: f64 = 24.0;
-/// The view is from afar, not from infinity: by how much mean albedos may differ from those of parallel
-/// rays.
+/// The view is from afar, not from infinity: by how much mean albedos may differ from those of
+/// parallel rays.
 const PARALLEL: f64 = 1e-4;
 
 /// A white unit sphere under a sky of radiance 1, seen by rays that are all but parallel.
@@ -35,7 +35,12 @@ fn scene(model: DiffuseName) -> Result<Scene, Error> {
     scene.background(DVec3::ONE);
     let white = scene.surface(Surface::new(model.bsdf(DVec3::ONE, SIGMA)));
     scene.sphere(Sphere::new(DVec3::ZERO, 1.0), white);
-    scene.build(Camera::new(DVec3::new(DISTANCE, 0.0, 0.0), DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
+    scene.build(Camera::new(
+        DVec3::new(DISTANCE, 0.0, 0.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        MARGIN / DISTANCE,
+    ))
 }
 
 /// Mean albedo over the disc that the sphere covers: ∫ E(asin r) 2r dr.
@@ -43,7 +48,10 @@ fn mean_albedo(model: DiffuseName) -> f64 {
     const STEPS: u32 = 100_000;
     // By equal areas of the disc.
     let squares = (0..STEPS).map(|i| (f64::from(i) + 0.5) / f64::from(STEPS));
-    squares.map(|square| closed_form(model, square.sqrt().asin())).sum::<f64>() / f64::from(STEPS)
+    squares
+        .map(|square| closed_form(model, square.sqrt().asin()))
+        .sum::<f64>()
+        / f64::from(STEPS)
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -60,32 +68,53 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let known = 100.0 * (mean_albedo(model) - 1.0);
         let inclinations = (0..900).map(|tenth| (f64::from(tenth) / 10.0).to_radians());
         let deviations = inclinations.map(|t| 100.0 * (closed_form(model, t) - 1.0));
-        let (least, most) = (deviations.clone().fold(f64::MAX, f64::min), deviations.fold(f64::MIN, f64::max));
-        run.numbers(&name(model), [("mean", mean), ("mean.half", half), ("mean.closed", known)]);
-        run.numbers(&name(model), [("least.closed", least), ("most.closed", most)]);
+        let (least, most) = (
+            deviations.clone().fold(f64::MAX, f64::min),
+            deviations.fold(f64::MIN, f64::max),
+        );
+        run.numbers(
+            &name(model),
+            [("mean", mean), ("mean.half", half), ("mean.closed", known)],
+        );
+        run.numbers(
+            &name(model),
+            [("least.closed", least), ("most.closed", most)],
+        );
         let what = format!("mean deviation of {}", model.title());
         let value = format!(
             "{mean:+.3} ± {half:.3} %, closed form {known:+.3} %, from {least:+.2} to {most:+.2} % over \
              the inclinations"
         );
-        run.claim(&what, value, (mean - known).abs() <= half + 100.0 * PARALLEL);
+        run.claim(
+            &what,
+            value,
+            (mean - known).abs() <= half + 100.0 * PARALLEL,
+        );
         panels.push(Map {
             title: model.title().to_owned(),
             axes: ["across (radii)".into(), "up (radii)".into()],
             ranges: [[-MARGIN, MARGIN]; 2],
             size: [side, side],
-            values: film.pixels().iter().map(|pixel| 100.0 * (pixel.mean().x - 1.0)).collect(),
+            values: film
+                .pixels()
+                .iter()
+                .map(|pixel| 100.0 * (pixel.mean().x - 1.0))
+                .collect(),
             bound: BOUND,
             unit: "radiance − 1 (%)".into(),
         });
     }
-    run.note("furnace.svg", format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"));
-    let see = "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
+    run.note(
+        "furnace.svg",
+        format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"),
+    );
+    let see =
+        "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
     maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }
 
-/// Mean deviation from 1 over the sphere's disc, and its standard error. The mean over the picture is its
-/// product with the disc's share, whichever pixels the rim cuts.
+/// Mean deviation from 1 over the sphere's disc, and its standard error. The mean over the picture
+/// is its product with the disc's share, whichever pixels the rim cuts.
 fn over_the_disc(film: &Film) -> [f64; 2] {
     let pixels = film.pixels();
     let n = pixels.len() as f64;

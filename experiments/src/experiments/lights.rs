@@ -1,10 +1,12 @@
-//! What the ways of sampling lights gain: by solid angle, variance by distance for each shape, and in whole scenes; by
-//! contribution, variance along a line under several lights.
+//! What the ways of sampling lights gain: by solid angle, variance by distance for each shape, and
+//! in whole scenes; by contribution, variance along a line under several lights.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use registry::scenes::{corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square};
+use registry::scenes::{
+    corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square,
+};
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::light_pick::MOST;
 use whitefurnace::scene::SurfaceId;
@@ -67,7 +69,11 @@ const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 
 /// What is compared: a label, a strategy, a light sampling.
 const WAYS: [(&str, Strategy, LightSampling); 4] = [
     ("light area", Strategy::Light, LightSampling::Area),
-    ("light solid angle", Strategy::Light, LightSampling::SolidAngle),
+    (
+        "light solid angle",
+        Strategy::Light,
+        LightSampling::SolidAngle,
+    ),
     ("mis area", Strategy::Mis, LightSampling::Area),
     ("mis solid angle", Strategy::Mis, LightSampling::SolidAngle),
 ];
@@ -85,14 +91,20 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
         let mut series = Vec::new();
         for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
-            let path = Path { lights, ..Path::new(Standard, strategy) };
+            let path = Path {
+                lights,
+                ..Path::new(Standard, strategy)
+            };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
                 let reference = FRAC_1_PI * (shape.irradiance)(*height);
                 relative_variance((scene, 0.0), &path, seed, samples, reference)
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
-                run.number(&format!("{}.{}.{height}", shape.name, label.replace(' ', "-")), *variance);
+                run.number(
+                    &format!("{}.{}.{height}", shape.name, label.replace(' ', "-")),
+                    *variance,
+                );
             }
             let points = HEIGHTS.into_iter().zip(variances).map(|(x, y)| [x, y]);
             series.push(Series::new(label, colour, Mark::Line, points));
@@ -102,7 +114,10 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             "variance by shadow rays alone: area {area:.3e}, solid angle {angle:.3e}, relative to the squared mean"
         );
         run.note(&format!("{} at height {}", shape.name, HEIGHTS[0]), value);
-        let title = format!("Light of a {}: variance of one sample, relative to the squared mean", shape.name);
+        let title = format!(
+            "Light of a {}: variance of one sample, relative to the squared mean",
+            shape.name
+        );
         let height = "height over the floor (half of its side, or its radius, is 1)";
         let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
         panels.push(Chart::new(title, axes, ranges, series).log([true, true]));
@@ -121,7 +136,11 @@ fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
 }
 
 /// Where three lamps are over a floor; the last one shines upwards.
-const LAMPS: [DVec3; 3] = [DVec3::new(-4.0, 0.0, 1.0), DVec3::new(4.0, 0.0, 1.0), DVec3::new(0.0, 0.0, 1.0)];
+const LAMPS: [DVec3; 3] = [
+    DVec3::new(-4.0, 0.0, 1.0),
+    DVec3::new(4.0, 0.0, 1.0),
+    DVec3::new(0.0, 0.0, 1.0),
+];
 const HALF: f64 = 0.5;
 
 /// The variance of direct light on a floor, from one end to beyond the other of a row of lamps.
@@ -136,15 +155,31 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     let places: Vec<f64> = (-12..=12).map(|i| 0.5 * f64::from(i)).collect();
     let mut series = Vec::new();
     for (colour, (label, strategy, lights)) in [
-        ("light, each as often", Strategy::Light, LightSampling::ByShape),
-        ("light, by contribution", Strategy::Light, LightSampling::ByContribution),
+        (
+            "light, each as often",
+            Strategy::Light,
+            LightSampling::ByShape,
+        ),
+        (
+            "light, by contribution",
+            Strategy::Light,
+            LightSampling::ByContribution,
+        ),
         ("mis, each as often", Strategy::Mis, LightSampling::ByShape),
-        ("mis, by contribution", Strategy::Mis, LightSampling::ByContribution),
+        (
+            "mis, by contribution",
+            Strategy::Mis,
+            LightSampling::ByContribution,
+        ),
     ]
     .into_iter()
     .enumerate()
     {
-        let path = Path { lights, heuristic: Heuristic::Power, ..Path::new(Standard, strategy) };
+        let path = Path {
+            lights,
+            heuristic: Heuristic::Power,
+            ..Path::new(Standard, strategy)
+        };
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
         let variances = parallel(&places, |&x| {
             let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));
@@ -152,24 +187,46 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
             relative_variance((&room, x), &path, seed, samples, reference)
         })?;
         for (x, variance) in places.iter().zip(&variances) {
-            run.number(&format!("lamps.{}.{x}", label.replace(", ", "-").replace(' ', "-")), *variance);
+            run.number(
+                &format!("lamps.{}.{x}", label.replace(", ", "-").replace(' ', "-")),
+                *variance,
+            );
         }
-        series.push(Series::new(label, colour, Mark::Line, places.iter().zip(variances).map(|(&x, y)| [x, y])));
+        series.push(Series::new(
+            label,
+            colour,
+            Mark::Line,
+            places.iter().zip(variances).map(|(&x, y)| [x, y]),
+        ));
     }
     let [even, shares] = [0, 1].map(|way: usize| series[way].points[4][1]);
-    let value = format!("each as often {even:.3e}, by contribution {shares:.3e}, relative to the squared mean");
+    let value = format!(
+        "each as often {even:.3e}, by contribution {shares:.3e}, relative to the squared mean"
+    );
     run.number("most", MOST as f64);
-    run.note("variance by shadow rays alone under one of three lamps", value);
+    run.note(
+        "variance by shadow rays alone under one of three lamps",
+        value,
+    );
     let title = "Two lamps over a floor, and one that faces away: variance of one sample, relative to the squared mean";
-    let axes = ["place on the floor (lamps at -4 and 4, height 1)", "relative variance"];
+    let axes = [
+        "place on the floor (lamps at -4 and 4, height 1)",
+        "relative variance",
+    ];
     let chart = Chart::new(title, axes, [[-6.5, 6.5], [0.03, 10.0]], series).log([false, true]);
-    let see =
-        "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
+    let see = "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
     charts(&run.figure("picks.svg"), see, [900, 420], &[chart])
 }
 
-/// The variance of one sample of the radiance of the floor at (x, 0, 0) over the square of its closed form.
-fn relative_variance((scene, x): (&Scene, f64), path: &Path, seed: u64, samples: u32, expected: f64) -> f64 {
+/// The variance of one sample of the radiance of the floor at (x, 0, 0) over the square of its
+/// closed form.
+fn relative_variance(
+    (scene, x): (&Scene, f64),
+    path: &Path,
+    seed: u64,
+    samples: u32,
+    expected: f64,
+) -> f64 {
     let down = DVec3::new(0.1, 0.05, -1.0).normalize();
     let ray = Ray::new(x * DVec3::X - 0.02 * down, down);
     radiance_along(scene, path, &ray, (seed, 0), samples).variance() / (expected * expected)
@@ -190,14 +247,24 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
             });
             let label = format!("{} {}", name(scene), name(light_sampling));
             let film = run.render(&job, &label)?;
-            let sum: f64 = film.pixels().iter().map(|p| p.standard_error().y.powi(2)).sum();
+            let sum: f64 = film
+                .pixels()
+                .iter()
+                .map(|p| p.standard_error().y.powi(2))
+                .sum();
             let variance = sum * f64::from(job.spp) / film.pixels().len() as f64;
             run.number(&label.replace(' ', "."), variance);
             variances.push(variance);
         }
         let [area, angle] = [variances[0], variances[1]];
-        let value = format!("area {area:.4e}, solid angle {angle:.4e}: ratio {:.3}", angle / area);
-        run.note(&format!("{}, mean variance of a pixel's sample", name(scene)), value);
+        let value = format!(
+            "area {area:.4e}, solid angle {angle:.4e}: ratio {:.3}",
+            angle / area
+        );
+        run.note(
+            &format!("{}, mean variance of a pixel's sample", name(scene)),
+            value,
+        );
     }
     Ok(())
 }

@@ -32,7 +32,8 @@ struct Compared {
     /// Of each renderer.
     images: u32,
     verdict: String,
-    /// By channel: our image mean less Mitsuba's as a share of Mitsuba's, and the interval in which it lies.
+    /// By channel: our image mean less Mitsuba's as a share of Mitsuba's, and the interval in which
+    /// it lies.
     means: BTreeMap<String, [f64; 3]>,
 }
 
@@ -56,7 +57,8 @@ struct Measured {
 struct Method {
     /// Millions of camera samples per second, on all threads.
     rate: f64,
-    /// One over the variance of a pixel, as a share of the squared mean of the image, times CPU microseconds per pixel.
+    /// One over the variance of a pixel, as a share of the squared mean of the image, times CPU
+    /// microseconds per pixel.
     efficiency: f64,
 }
 
@@ -66,16 +68,27 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> {
-    serde_json::from_str(text).map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
+    serde_json::from_str(text)
+        .map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
 }
 
 fn efficiency(run: &mut Run) -> Result<(), Error> {
     let record: Efficiencies = read("efficiency.json", include_str!("efficiency.json"))?;
-    run.note("beside", format!("{}, {} threads", record.renderer, record.threads));
-    for Measured { scene, images, methods } in record.scenes {
+    run.note(
+        "beside",
+        format!("{}, {} threads", record.renderer, record.threads),
+    );
+    for Measured {
+        scene,
+        images,
+        methods,
+    } in record.scenes
+    {
         // The best of a renderer's methods, by each measure. Mitsuba's images have no error bars.
         let best = |names: &[&str], of: fn(&Method) -> f64| {
-            let named = methods.iter().filter(|(name, _)| names.contains(&name.as_str()));
+            let named = methods
+                .iter()
+                .filter(|(name, _)| names.contains(&name.as_str()));
             named.map(|(_, method)| of(method)).fold(0.0, f64::max)
         };
         let [ours, theirs, bare, plain, single, single_bare, single_plain] = [
@@ -104,11 +117,24 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
             );
         }
         let single_rate = has_single.then_some(("single-rate", single_plain.0 / theirs.0));
-        run.numbers(&format!("beside.{scene}.plain"), [("rate", plain.0 / theirs.0)].into_iter().chain(single_rate));
-        run.numbers(&format!("beside.{scene}.rate"), [("ours", ours.0), ("theirs", theirs.0), ("ratio", ratios[0])]);
+        run.numbers(
+            &format!("beside.{scene}.plain"),
+            [("rate", plain.0 / theirs.0)]
+                .into_iter()
+                .chain(single_rate),
+        );
+        run.numbers(
+            &format!("beside.{scene}.rate"),
+            [("ours", ours.0), ("theirs", theirs.0), ("ratio", ratios[0])],
+        );
         run.numbers(
             &format!("beside.{scene}.efficiency"),
-            [("ours", ours.1), ("theirs", theirs.1), ("ratio", ratios[1]), ("bare", bare.1 / theirs.1)],
+            [
+                ("ours", ours.1),
+                ("theirs", theirs.1),
+                ("ratio", ratios[1]),
+                ("bare", bare.1 / theirs.1),
+            ],
         );
         let in_single = |text: String| if has_single { text } else { String::new() };
         let value = format!(
@@ -116,9 +142,16 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
                  {images} images each",
             ratios[0],
             ratios[1],
-            in_single(format!("; in single precision {:.2} and {:.2}", single.0 / theirs.0, single.1 / theirs.1)),
+            in_single(format!(
+                "; in single precision {:.2} and {:.2}",
+                single.0 / theirs.0,
+                single.1 / theirs.1
+            )),
             plain.0 / theirs.0,
-            in_single(format!(", in single precision {:.2}", single_plain.0 / theirs.0)),
+            in_single(format!(
+                ", in single precision {:.2}",
+                single_plain.0 / theirs.0
+            )),
         );
         run.note(&format!("beside, {scene}"), value);
     }
@@ -129,7 +162,16 @@ fn images(run: &mut Run) -> Result<(), Error> {
     let record: Record = read("mitsuba.json", include_str!("mitsuba.json"))?;
     run.note("renderer", record.renderer);
     let (mut right, mut agree, mut wrong, mut differ) = (0.0, 0.0, 0.0, 0.0);
-    for Compared { scene, albedos, size, spp, images, verdict, means } in record.scenes {
+    for Compared {
+        scene,
+        albedos,
+        size,
+        spp,
+        images,
+        verdict,
+        means,
+    } in record.scenes
+    {
         let (key, what) = if albedos == 1.0 {
             right += 1.0;
             agree += f64::from(verdict == "agree");
@@ -137,15 +179,35 @@ fn images(run: &mut Run) -> Result<(), Error> {
         } else {
             wrong += 1.0;
             differ += f64::from(verdict == "differ");
-            (format!("off.{scene}"), format!("{scene}, albedos × {albedos} in Mitsuba"))
+            (
+                format!("off.{scene}"),
+                format!("{scene}, albedos × {albedos} in Mitsuba"),
+            )
         };
         let mut values = Vec::new();
         for (channel, [difference, low, high]) in means {
-            run.numbers(&format!("{key}.{channel}"), [("difference", difference), ("low", low), ("high", high)]);
+            run.numbers(
+                &format!("{key}.{channel}"),
+                [("difference", difference), ("low", low), ("high", high)],
+            );
             values.push(format!("{channel} {:+.3} %", 100.0 * difference));
         }
-        run.note(&what, format!("{verdict}: {}; {images} images each, {size}, {spp} spp", values.join(", ")));
+        run.note(
+            &what,
+            format!(
+                "{verdict}: {}; {images} images each, {size}, {spp} spp",
+                values.join(", ")
+            ),
+        );
     }
-    run.numbers("scenes", [("right", right), ("agree", agree), ("wrong", wrong), ("differ", differ)]);
+    run.numbers(
+        "scenes",
+        [
+            ("right", right),
+            ("agree", agree),
+            ("wrong", wrong),
+            ("differ", differ),
+        ],
+    );
     Ok(())
 }

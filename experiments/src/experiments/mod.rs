@@ -74,8 +74,9 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &false_alarms::FALSE_ALARMS,
 ];
 
-/// Experiments that the default run leaves out: they put the test suite on trial, ask for differences of variance that
-/// only many samples show, or time this machine. `--only ID` runs one, `--tier full` all.
+/// Experiments that the default run leaves out: they put the test suite on trial, ask for
+/// differences of variance that only many samples show, or time this machine. `--only ID` runs one,
+/// `--tier full` all.
 pub const NOT_BY_DEFAULT: [&str; 11] = [
     "scrambles",
     "adaptive",

@@ -20,10 +20,15 @@ const PLACES: u32 = 42;
 fn run(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(20_000, 500_000)) as u32;
     let scene = penumbra_scene();
-    let path = Path { lights: LightSampling::SolidAngle, ..Path::new(Standard, Strategy::Mis) };
+    let path = Path {
+        lights: LightSampling::SolidAngle,
+        ..Path::new(Standard, Strategy::Mis)
+    };
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
-    let measured = parallel(0..PLACES, |k| radiance_along(&scene, &path, &to_floor(at(k)), (seed, k), samples))?;
+    let measured = parallel(0..PLACES, |k| {
+        radiance_along(&scene, &path, &to_floor(at(k)), (seed, k), samples)
+    })?;
     let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
     let mut rows = Vec::new();
     let mut found = Vec::new();
@@ -43,10 +48,20 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.claim("radiance across the penumbra", value, worst <= z);
     run.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
     let curve = Series::curve("closed form", 0, [-2.2, 2.0], 400, penumbra_reference);
-    let brightest = curve.points.iter().map(|[_, radiance]| *radiance).fold(0.0, f64::max);
-    let series = vec![curve, Series::measured("path tracer, with its error", 2, found)];
+    let brightest = curve
+        .points
+        .iter()
+        .map(|[_, radiance]| *radiance)
+        .fold(0.0, f64::max);
+    let series = vec![
+        curve,
+        Series::measured("path tracer, with its error", 2, found),
+    ];
     let title = "Radiance of the floor across the penumbra";
-    let axes = ["y (the occluder hangs over all y > 0)", "radiance (that of the light is 3)"];
+    let axes = [
+        "y (the occluder hangs over all y > 0)",
+        "radiance (that of the light is 3)",
+    ];
     let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
     let see = "The path tracer's points lie on the closed form from full light to full shadow.";
     charts(&run.figure("penumbra.svg"), see, [900, 520], &[chart])

@@ -15,8 +15,8 @@ pub(super) const PHOTON_BIAS: Experiment = Experiment {
 };
 
 const RADII: [f64; 7] = [0.04, 0.08, 0.12, 0.2, 0.35, 0.7, 1.5];
-/// The radii between which the slope is measured, by place: where the next order of the bias is small
-/// and the noise is, too.
+/// The radii between which the slope is measured, by place: where the next order of the bias is
+/// small and the noise is, too.
 const SLOPE: [usize; 2] = [2, 3];
 /// Particles of a map or pass.
 const PARTICLES: u32 = 1000;
@@ -31,12 +31,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let passes = passes(run)?;
     let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
                with the number of passes.";
-    charts(&run.figure("photon-bias.svg"), see, [900, 860], &[radii, passes])
+    charts(
+        &run.figure("photon-bias.svg"),
+        see,
+        [900, 860],
+        &[radii, passes],
+    )
 }
 
-/// How far the mean of replications may be from its expectation, at the experiment's family-wise level.
+/// How far the mean of replications may be from its expectation, at the experiment's family-wise
+/// level.
 fn reach(moments: &Moments, family: usize) -> f64 {
-    student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0) * moments.standard_error()
+    student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0)
+        * moments.standard_error()
 }
 
 /// The relative bias −(1 − L_r/L) of lookups at one point, for each radius.
@@ -54,8 +61,15 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
         let bias = 1.0 - moments.mean() / point;
         let reach = reach(&moments, RADII.len() + 1) / point;
         let closed = 1.0 - expected / point;
-        let value = format!("bias {:+.5} ± {reach:.5}, closed form {:+.5}", -bias, -closed);
-        run.claim(&format!("radius {radius}"), value, (bias - closed).abs() <= reach);
+        let value = format!(
+            "bias {:+.5} ± {reach:.5}, closed form {:+.5}",
+            -bias, -closed
+        );
+        run.claim(
+            &format!("radius {radius}"),
+            value,
+            (bias - closed).abs() <= reach,
+        );
         rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
         found.push((radius, bias, closed, reach));
     }
@@ -70,7 +84,9 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     let value = format!("{slope:.3} ± {error:.3}, closed form {closed:.3}, 2 for small radii");
     run.claim(&what, value, (slope - closed).abs() <= error);
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
-    let measured = found.iter().map(|&(radius, bias, _, reach)| [radius, bias, reach]);
+    let measured = found
+        .iter()
+        .map(|&(radius, bias, _, reach)| [radius, bias, reach]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
     let closed = (0..=200).map(|k| low * (high / low).powf(f64::from(k) / 200.0));
     let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
@@ -79,7 +95,10 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
         Series::measured("measured", 0, measured),
     ];
     let title = "What a lookup lacks of the radiance at a point under a light";
-    let axes = ["radius (the light, 0.4 wide, is 0.5 above the floor)", "relative bias"];
+    let axes = [
+        "radius (the light, 0.4 wide, is 0.5 above the floor)",
+        "relative bias",
+    ];
     Ok(Chart::new(title, axes, [[0.03, 2.0], [1e-3, 1.5]], series).log([true, true]))
 }
 
@@ -87,7 +106,9 @@ fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error>
     let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, (PARTICLES, radius), name)?;
     let ray = at_origin();
     let mut rng = stream(name.0, name.1, 0);
-    Ok(photons.radiance(scene, &ray, scene.intersect(&ray), &mut rng).x)
+    Ok(photons
+        .radiance(scene, &ray, scene.intersect(&ray), &mut rng)
+        .x)
 }
 
 /// Bias and root-mean-square error of the mean of the first n passes.
@@ -95,7 +116,11 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
     let runs = run.count(run.by_tier(30, 1_000)).max(LEAST) as u32;
-    let sppm = Sppm { parts: Standard, particles: PARTICLES, radius: FIRST };
+    let sppm = Sppm {
+        parts: Standard,
+        particles: PARTICLES,
+        radius: FIRST,
+    };
     let seed = seed_for(run.seed(), "passes");
     // For each run the mean of the first n passes, for each n.
     let means = parallel(0..runs, |k| {
@@ -107,7 +132,9 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         };
         (0..PASSES).map(mean).collect()
     })?;
-    let means = means.into_iter().collect::<Result<Vec<Vec<f64>>, Error>>()?;
+    let means = means
+        .into_iter()
+        .collect::<Result<Vec<Vec<f64>>, Error>>()?;
     let mut expected = 0.0;
     let mut rows = Vec::new();
     let (mut closed, mut bias, mut error) = (Vec::new(), Vec::new(), Vec::new());
@@ -118,13 +145,19 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
         expected += disc_average(radius, f64::INFINITY);
         let n = f64::from(index + 1);
         let moments: Moments = means.iter().map(|means| means[index as usize]).collect();
-        let rms: Moments = means.iter().map(|means| (means[index as usize] / point - 1.0).powi(2)).collect();
+        let rms: Moments = means
+            .iter()
+            .map(|means| (means[index as usize] / point - 1.0).powi(2))
+            .collect();
         let found = 1.0 - moments.mean() / point;
         let stated = 1.0 - expected / n / point;
         let reach = reach(&moments, PASSES as usize) / point;
         worst = worst.max((found - stated).abs() / reach);
         spreads.push(moments.variance().sqrt() / point);
-        rows.push(format!("{n},{found:e},{stated:e},{reach:e},{:e}", rms.mean().sqrt()));
+        rows.push(format!(
+            "{n},{found:e},{stated:e},{reach:e},{:e}",
+            rms.mean().sqrt()
+        ));
         closed.push([n, stated]);
         // All would be too many to tell apart.
         if (index + 1).is_power_of_two() {
@@ -137,7 +170,14 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let spread = (spreads[PASSES as usize - 1] / spreads[PASSES as usize / 8 - 1]).ln() / 8f64.ln();
     let [first, last] = [bias[0][1], bias[bias.len() - 1][1]];
     let last_error = error[error.len() - 1][1];
-    run.numbers("passes", [("bias_first", first), ("bias_last", last), ("error_last", last_error)]);
+    run.numbers(
+        "passes",
+        [
+            ("bias_first", first),
+            ("bias_last", last),
+            ("error_last", last_error),
+        ],
+    );
     run.number("passes.spread_slope", spread);
     let value = format!(
         "{PASSES} passes: bias {:+.4} (first pass {:+.4}), root-mean-square error {last_error:.4}; standard deviation \

@@ -1,4 +1,5 @@
-//! Whether the statistics see what they are said to see: by themselves, and in the registry's trials.
+//! Whether the statistics see what they are said to see: by themselves, and in the registry's
+//! trials.
 
 pub mod graded;
 
@@ -42,12 +43,18 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let point = measure(run.seed(), statistic, effect, stated, replications)?;
             report(run, statistic, &point, replications, level);
             let (name, rejected, [mean, spread]) = (statistic.name, point.rejected, point.values);
-            rows.push(format!("{name},{effect:e},{stated},{rejected},{replications},{mean:e},{spread:e}"));
+            rows.push(format!(
+                "{name},{effect:e},{stated},{rejected},{replications},{mean:e},{spread:e}"
+            ));
             points.push(point);
         }
         panels.push(series(statistic, &points, i % PER_PANEL, replications).to_vec());
     }
-    run.csv("power.csv", "statistic,effect,stated,rejected,replications,mean,spread", &rows)?;
+    run.csv(
+        "power.csv",
+        "statistic,effect,stated,rejected,replications,mean,spread",
+        &rows,
+    )?;
     let value = format!(
         "measured: powers of 0.1 to 0.99 at level {ALPHA:.0e} (n = {N}, {replications} replications, \
          family-wise level {FAMILY:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
@@ -56,7 +63,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.note("what is extrapolated", value);
     let titles = ["sums of values", "counts, cells, bounds"];
     let panels = panels.chunks(PER_PANEL).zip(titles).map(|(series, what)| {
-        let title = format!("Power at level 1e-9, {what}: curves stated, points from {replications} replications");
+        let title = format!(
+            "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
+        );
         let axes = ["effect (standard errors)", "probability of rejection"];
         Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
     });
@@ -88,41 +97,88 @@ fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
     high
 }
 
-fn measure(master: u64, statistic: &Statistic, effect: f64, wanted: f64, replications: u64) -> Result<Point, Error> {
+fn measure(
+    master: u64,
+    statistic: &Statistic,
+    effect: f64,
+    wanted: f64,
+    replications: u64,
+) -> Result<Point, Error> {
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
     let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
     let outcomes = parallel(0..replications as u32, replicate)?;
     let rejected = outcomes.iter().filter(|o| o.p < ALPHA).count() as u64;
     let moments: Moments = outcomes.iter().map(|o| o.value).collect();
-    Ok(Point { stated: wanted, effect, rejected, values: [moments.mean(), moments.variance().sqrt()] })
+    Ok(Point {
+        stated: wanted,
+        effect,
+        rejected,
+        values: [moments.mean(), moments.variance().sqrt()],
+    })
 }
 
-/// The probability of so many rejections or as far off, on the lower side alone where the stated power is a bound.
+/// The probability of so many rejections or as far off, on the lower side alone where the stated
+/// power is a bound.
 fn p_of_count(rejected: u64, replications: u64, stated: f64, bound: bool) -> f64 {
-    let p = if bound { binomial_cdf } else { binomial_two_sided };
+    let p = if bound {
+        binomial_cdf
+    } else {
+        binomial_two_sided
+    };
     p(rejected, replications, stated)
 }
 
 fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64, level: f64) {
-    let Point { stated, rejected, values: [mean, spread], .. } = *point;
+    let Point {
+        stated,
+        rejected,
+        values: [mean, spread],
+        ..
+    } = *point;
     let p = p_of_count(rejected, replications, stated, statistic.is_bound());
-    let at_least = if statistic.is_bound() { "at least " } else { "" };
+    let at_least = if statistic.is_bound() {
+        "at least "
+    } else {
+        ""
+    };
     let share = rejected as f64 / replications as f64;
     let key = format!("{}.{stated}", statistic.name.replace(' ', "-"));
-    run.numbers(&key, [("rejected", share), ("mean", mean), ("spread", spread)]);
+    run.numbers(
+        &key,
+        [("rejected", share), ("mean", mean), ("spread", spread)],
+    );
     let value = format!(
         "{rejected} of {replications} rejected, effect {:.3} standard errors, statistic {mean:.2} ± {spread:.2}",
         point.effect / statistic.unit
     );
-    run.claim(&format!("{} at power {at_least}{stated}", statistic.name), value, p >= level);
+    run.claim(
+        &format!("{} at power {at_least}{stated}", statistic.name),
+        value,
+        p >= level,
+    );
 }
 
 /// The stated curve, and the measured points with 95 % intervals.
-fn series(statistic: &Statistic, points: &[Point], colour: usize, replications: u64) -> [Series; 2] {
-    let place = |point: &Point| [point.effect / statistic.unit, point.rejected as f64 / replications as f64];
-    let bars = points.iter().map(|p| binomial_interval(p.rejected, replications, 0.025)).collect();
+fn series(
+    statistic: &Statistic,
+    points: &[Point],
+    colour: usize,
+    replications: u64,
+) -> [Series; 2] {
+    let place = |point: &Point| {
+        [
+            point.effect / statistic.unit,
+            point.rejected as f64 / replications as f64,
+        ]
+    };
+    let bars = points
+        .iter()
+        .map(|p| binomial_interval(p.rejected, replications, 0.025))
+        .collect();
     [
-        Series::curve(statistic.name, colour, REACH, 280, |x| statistic.power(x * statistic.unit)),
+        Series::curve(statistic.name, colour, REACH, 280, |x| {
+            statistic.power(x * statistic.unit)
+        }),
         Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
     ]
 }
@@ -140,24 +196,41 @@ fn registry(run: &mut Run) -> Result<(), Error> {
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());
     let mut measures: Vec<Detectable> = random
-        .map(|row| Detectable { row, ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size() })
+        .map(|row| Detectable {
+            row,
+            ratio: row.outcome.minimum_detectable_effect() / row.outcome.claim.size(),
+        })
         .collect();
     measures.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let line = |Detectable { row, ratio }: &Detectable| {
-        let Row { trial, outcome: o, .. } = row;
+        let Row {
+            trial, outcome: o, ..
+        } = row;
         let (delta, detects, miss) = (o.claim.size(), o.minimum_detectable_effect(), o.miss());
-        run.numbers(&format!("{trial}: {}", o.name), [("detects_over_delta", *ratio), ("miss", miss)]);
-        let Outcome { name, statistic, n, .. } = o;
+        run.numbers(
+            &format!("{trial}: {}", o.name),
+            [("detects_over_delta", *ratio), ("miss", miss)],
+        );
+        let Outcome {
+            name, statistic, n, ..
+        } = o;
         format!("{trial},\"{name}\",{statistic},{n},{delta:e},{detects:e},{ratio:.4},{miss:e}")
     };
     let lines: Vec<String> = measures.iter().map(line).collect();
-    run.csv("registry.csv", "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta", &lines)?;
-    // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n², faster).
+    run.csv(
+        "registry.csv",
+        "trial,measure,statistic,n,delta,detects,detects_over_delta,miss_at_delta",
+        &lines,
+    )?;
+    // Effects that are just detected shrink as 1/√n (in a Poisson count, whose δ grows as n²,
+    // faster).
     let limit = scale.powf(-0.5);
-    let weak = measures.iter().filter(|m| m.ratio > limit || m.ratio.is_nan());
-    let weakest = measures
-        .first()
-        .map_or_else(String::new, |m| format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name));
+    let weak = measures
+        .iter()
+        .filter(|m| m.ratio > limit || m.ratio.is_nan());
+    let weakest = measures.first().map_or_else(String::new, |m| {
+        format!("{:.3} δ ({}: {})", m.ratio, m.row.trial, m.row.outcome.name)
+    });
     let value = format!(
         "{} random measures at scale {scale}, {} of them weaker than {limit:.1} δ; the weakest detects {weakest}",
         measures.len(),
@@ -165,20 +238,34 @@ fn registry(run: &mut Run) -> Result<(), Error> {
     );
     if scale == 1.0 {
         let all_seen = measures.iter().all(|m| m.row.outcome.miss() <= ALPHA);
-        run.claim("the registry misses its δ at most once in 1e9", value, all_seen);
+        run.claim(
+            "the registry misses its δ at most once in 1e9",
+            value,
+            all_seen,
+        );
     } else {
         run.note("the registry's power at δ, at reduced size", value);
     }
     draw_registry(run, &measures, scale, limit)
 }
 
-/// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie below.
-fn draw_registry(run: &mut Run, measures: &[Detectable], scale: f64, limit: f64) -> Result<(), Error> {
+/// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie
+/// below.
+fn draw_registry(
+    run: &mut Run,
+    measures: &[Detectable],
+    scale: f64,
+    limit: f64,
+) -> Result<(), Error> {
     let mut kinds: Vec<&str> = measures.iter().map(|m| m.row.outcome.statistic).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let count = measures.len() as f64;
-    let largest = measures.iter().map(|m| m.ratio).filter(|ratio| ratio.is_finite()).fold(limit, f64::max);
+    let largest = measures
+        .iter()
+        .map(|m| m.ratio)
+        .filter(|ratio| ratio.is_finite())
+        .fold(limit, f64::max);
     let line = [[0.0, limit], [count + 1.0, limit]];
     let mut series = vec![Series::new("just seen at full size", 0, Mark::Faint, line)];
     for (colour, kind) in kinds.into_iter().enumerate() {
@@ -188,7 +275,10 @@ fn draw_registry(run: &mut Run, measures: &[Detectable], scale: f64, limit: f64)
         series.push(Series::new(kind, colour, Mark::Points, points));
     }
     let title = format!("What each random measure of the registry detects, scale {scale}");
-    let axes = ["measure, the weakest first (as in registry.csv)", "minimum detectable effect/δ"];
+    let axes = [
+        "measure, the weakest first (as in registry.csv)",
+        "minimum detectable effect/δ",
+    ];
     let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
     let see = "Below the line a measure sees the effect that it must see.";

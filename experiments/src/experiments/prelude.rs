@@ -1,4 +1,5 @@
-//! What several experiments use: a run and what it renders, scenes, estimators, trials, random numbers, charts.
+//! What several experiments use: a run and what it renders, scenes, estimators, trials, random
+//! numbers, charts.
 
 pub(super) use glam::DVec3;
 pub(super) use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
@@ -6,18 +7,25 @@ pub(super) use whitefurnace::equation;
 pub(super) use whitefurnace::error::Error;
 pub(super) use whitefurnace::estimator::radiosity::Fineness;
 pub(super) use whitefurnace::estimator::{
-    Estimator, Heuristic, LightRules, Lookup, Path, PhotonMapping, Radiosity, Sppm, Standard, Strategy,
+    Estimator, Heuristic, LightRules, Lookup, Path, PhotonMapping, Radiosity, Sppm, Standard,
+    Strategy,
 };
 pub(super) use whitefurnace::film::{Film, Window};
 pub(super) use whitefurnace::harness::mean::Values;
-pub(super) use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Claim, Outcome, Verdict, approximate_verdict};
+pub(super) use whitefurnace::harness::outcome::{
+    ALPHA, CAPACITY, Claim, Outcome, Verdict, approximate_verdict,
+};
 pub(super) use whitefurnace::harness::tails::{normal_upper, student_upper};
-pub(super) use whitefurnace::harness::trial::{CSV_HEADER, Context, Row, Trial, group, meant, run_trial};
+pub(super) use whitefurnace::harness::trial::{
+    CSV_HEADER, Context, Row, Trial, group, meant, run_trial,
+};
 pub(super) use whitefurnace::image::{Display, write_png};
 pub(super) use whitefurnace::moments::Moments;
 pub(super) use whitefurnace::pixel::PixelSampling;
 pub(super) use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
-pub(super) use whitefurnace::sampling::{cosine_hemisphere, hemisphere_printed, uniform_hemisphere};
+pub(super) use whitefurnace::sampling::{
+    cosine_hemisphere, hemisphere_printed, uniform_hemisphere,
+};
 pub(super) use whitefurnace::scene::{Scene, SceneBuilder, Surface, room};
 pub(super) use whitefurnace::shape::{Ray, Sphere};
 

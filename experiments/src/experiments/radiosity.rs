@@ -1,5 +1,5 @@
-//! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is from
-//! the path tracer.
+//! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is
+//! from the path tracer.
 
 use whitefurnace::estimator::radiosity::ReadOut;
 
@@ -24,31 +24,65 @@ const MARGIN: f64 = 0.005;
 struct Level {
     patches: f64,
     mean: DVec3,
-    /// Root mean square of the pixels' differences from the path tracer, its noise taken off, relative to
-    /// the mean, and its standard error: interpolated and gathered.
+    /// Root mean square of the pixels' differences from the path tracer, its noise taken off,
+    /// relative to the mean, and its standard error: interpolated and gathered.
     distances: [[f64; 2]; 2],
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let spp = run.count(run.by_tier(1_000, 20_000)) as u32;
-    let paths = render_paths(&scene, Path::default(), (PixelSampling::Centre, run.seed()), (SIZE, None), spp.max(2))?;
+    let paths = render_paths(
+        &scene,
+        Path::default(),
+        (PixelSampling::Centre, run.seed()),
+        (SIZE, None),
+        spp.max(2),
+    )?;
     let reference = mean(&paths);
     let halvings = run.by_tier(2, 3);
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
-        let solved = Radiosity::new(Standard, &scene, Fineness { patches: COARSE, halvings }, &|_| !interrupted())?;
+        let solved = Radiosity::new(
+            Standard,
+            &scene,
+            Fineness {
+                patches: COARSE,
+                halvings,
+            },
+            &|_| !interrupted(),
+        )?;
         let patches = solved.irradiances().count() as f64 / 2.0;
         let (residual, sweeps) = (solved.residual(), solved.sweeps());
         let interpolated = image(run, &scene, &solved, 1)?;
         let gathered = image(run, &scene, &solved.read(ReadOut::Gathered), 1)?;
         let distances = [&interpolated, &gathered].map(|film| distance(film, &paths));
-        let level = Level { patches, mean: mean(&interpolated), distances };
+        let level = Level {
+            patches,
+            mean: mean(&interpolated),
+            distances,
+        };
         let key = format!("halvings-{halvings}");
-        run.numbers(&key, [("patches", patches), ("mean", level.mean.y), ("residual", residual)]);
+        run.numbers(
+            &key,
+            [
+                ("patches", patches),
+                ("mean", level.mean.y),
+                ("residual", residual),
+            ],
+        );
         let [[interpolated, its_error], [gathered, gathered_error]] = distances;
-        run.numbers(&key, [("interpolated", interpolated), ("interpolated_error", its_error)]);
-        run.numbers(&key, [("gathered", gathered), ("gathered_error", gathered_error)]);
+        run.numbers(
+            &key,
+            [
+                ("interpolated", interpolated),
+                ("interpolated_error", its_error),
+            ],
+        );
+        run.numbers(
+            &key,
+            [("gathered", gathered), ("gathered_error", gathered_error)],
+        );
         let value = format!(
             "image mean {:+.3} % from the path tracer, pixels {:.2} % (gathered {:.2} %), residual \
              {residual:.1e} after {sweeps} sweeps",
@@ -67,7 +101,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// An image of the room with every ray through its pixel's centre, so that edges add no noise.
 fn image<E: Estimator>(run: &Run, scene: &Scene, estimator: &E, spp: u32) -> Result<Film, Error> {
-    render_samples(scene, estimator, (PixelSampling::Centre, run.seed()), (SIZE, None), spp)
+    render_samples(
+        scene,
+        estimator,
+        (PixelSampling::Centre, run.seed()),
+        (SIZE, None),
+        spp,
+    )
 }
 
 fn mean(film: &Film) -> DVec3 {
@@ -75,9 +115,9 @@ fn mean(film: &Film) -> DVec3 {
     pixels.iter().map(|p| p.mean()).sum::<DVec3>() / pixels.len() as f64
 }
 
-/// Root mean square of the pixels' differences, relative to the mean, and its standard error. With noise
-/// of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t², whose variance
-/// 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
+/// Root mean square of the pixels' differences, relative to the mean, and its standard error. With
+/// noise of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t²,
+/// whose variance 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
 fn distance(film: &Film, paths: &Film) -> [f64; 2] {
     let pairs = film.pixels().iter().zip(paths.pixels());
     let (mut squares, mut variance) = (0.0, 0.0);
@@ -93,11 +133,11 @@ fn distance(film: &Film, paths: &Film) -> [f64; 2] {
     [distance / scale, error / scale]
 }
 
-/// The order of convergence: how the deviation from the path tracer falls with the side of the patches,
-/// from the coarsest mesh to the finest. Visibility is all or nothing for a node and a patch, and
-/// patches that edges of shadows or of other surfaces cross are as wrong as they are large: order 1 is
-/// what theory leaves, with jumps from mesh to mesh, so that no extrapolation from three of them
-/// (Richardson's) means anything.
+/// The order of convergence: how the deviation from the path tracer falls with the side of the
+/// patches, from the coarsest mesh to the finest. Visibility is all or nothing for a node and a
+/// patch, and patches that edges of shadows or of other surfaces cross are as wrong as they are
+/// large: order 1 is what theory leaves, with jumps from mesh to mesh, so that no extrapolation
+/// from three of them (Richardson's) means anything.
 fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
     let [first, .., last] = levels else { return };
     let deviation = |level: &Level| level.mean.y / reference - 1.0;
@@ -133,10 +173,15 @@ const BARS: f64 = 3.0;
 
 fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
     let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
-        let percent = levels.iter().map(|level| (level.patches, value(level).map(|share| 100.0 * share)));
+        let percent = levels
+            .iter()
+            .map(|level| (level.patches, value(level).map(|share| 100.0 * share)));
         let points = percent.map(|(patches, [value, error])| [patches, value, BARS * error]);
         let measured = Series::measured(label, colour, points);
-        [Series::new("", colour, Mark::Line, measured.points.clone()), measured]
+        [
+            Series::new("", colour, Mark::Line, measured.points.clone()),
+            measured,
+        ]
     };
     let (low, high) = (50.0, 10_000.0);
     let slope = |patches: f64| [patches, 8.0 * (low / patches).sqrt()];

@@ -26,8 +26,21 @@ struct Region {
     margin: f64,
 }
 
-const fn region(name: &'static str, [x0, y0, x1, y1]: [u32; 4], published: [f64; 3], margin: f64) -> Region {
-    Region { name, window: Window { corner: [x0, y0], size: [x1 - x0, y1 - y0] }, published, margin }
+const fn region(
+    name: &'static str,
+    [x0, y0, x1, y1]: [u32; 4],
+    published: [f64; 3],
+    margin: f64,
+) -> Region {
+    Region {
+        name,
+        window: Window {
+            corner: [x0, y0],
+            size: [x1 - x0, y1 - y0],
+        },
+        published,
+        margin,
+    }
 }
 
 /// The white sphere's reconstruction is coarser than the rest.
@@ -37,13 +50,48 @@ const OTHER: f64 = 2.5;
 const TABLE: [Region; 9] = [
     region("red wall", [80, 300, 180, 400], [144.0, 36.5, 37.4], OTHER),
     region("blue wall", [350, 280, 430, 380], [23.3, 29.0, 76.8], OTHER),
-    region("cyan, near", [880, 250, 980, 350], [0.0, 150.5, 155.1], OTHER),
-    region("floor, mid", [600, 690, 660, 740], [142.9, 149.9, 164.8], OTHER),
-    region("sphere top", [560, 335, 590, 355], [239.2, 245.6, 248.7], SPHERE),
-    region("sphere middle", [560, 375, 590, 395], [126.6, 129.1, 141.9], SPHERE),
-    region("sphere bottom", [560, 420, 590, 438], [65.4, 61.3, 67.7], SPHERE),
-    region("sphere right", [612, 375, 626, 395], [41.1, 73.6, 73.7], SPHERE),
-    region("light in glass", [483, 468, 497, 476], [111.2, 109.2, 110.8], OTHER),
+    region(
+        "cyan, near",
+        [880, 250, 980, 350],
+        [0.0, 150.5, 155.1],
+        OTHER,
+    ),
+    region(
+        "floor, mid",
+        [600, 690, 660, 740],
+        [142.9, 149.9, 164.8],
+        OTHER,
+    ),
+    region(
+        "sphere top",
+        [560, 335, 590, 355],
+        [239.2, 245.6, 248.7],
+        SPHERE,
+    ),
+    region(
+        "sphere middle",
+        [560, 375, 590, 395],
+        [126.6, 129.1, 141.9],
+        SPHERE,
+    ),
+    region(
+        "sphere bottom",
+        [560, 420, 590, 438],
+        [65.4, 61.3, 67.7],
+        SPHERE,
+    ),
+    region(
+        "sphere right",
+        [612, 375, 626, 395],
+        [41.1, 73.6, 73.7],
+        SPHERE,
+    ),
+    region(
+        "light in glass",
+        [483, 468, 497, 476],
+        [111.2, 109.2, 110.8],
+        OTHER,
+    ),
 ];
 
 pub(super) const QUIRKS: Experiment = Experiment {
@@ -58,11 +106,35 @@ pub(super) const QUIRKS: Experiment = Experiment {
 fn quirks(run: &mut Run) -> Result<(), Error> {
     let all = Quirks::default();
     let variants = [
-        ("without the cosine as roulette number", "own-number", Quirks { roulette_by_cosine: false, ..all }),
-        ("without the loss of direct light", "direct-kept", Quirks { end_loses_direct: false, ..all }),
-        ("without the extra cosine", "single-cosine", Quirks { extra_cosine: false, ..all }),
+        (
+            "without the cosine as roulette number",
+            "own-number",
+            Quirks {
+                roulette_by_cosine: false,
+                ..all
+            },
+        ),
+        (
+            "without the loss of direct light",
+            "direct-kept",
+            Quirks {
+                end_loses_direct: false,
+                ..all
+            },
+        ),
+        (
+            "without the extra cosine",
+            "single-cosine",
+            Quirks {
+                extra_cosine: false,
+                ..all
+            },
+        ),
     ];
-    let with_all = TABLE.iter().map(|region| quirked_mean(run, region, all)).collect::<Result<Vec<_>, _>>()?;
+    let with_all = TABLE
+        .iter()
+        .map(|region| quirked_mean(run, region, all))
+        .collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();
     for (title, stem, quirks) in variants {
         let mut panel = Vec::new();
@@ -74,7 +146,10 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
             run.note(&format!("{title}: {}", region.name), value);
             panel.push(change);
         }
-        let most = panel.iter().flatten().fold(0.0f64, |most, change| most.max(change.abs()));
+        let most = panel
+            .iter()
+            .flatten()
+            .fold(0.0f64, |most, change| most.max(change.abs()));
         run.number(&format!("{stem}.most"), most);
         panels.push((title, panel));
     }
@@ -84,11 +159,16 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
          the extra cosine the white sphere by up to a hundred grey levels.",
     );
     let band = "what the comparison with the published image allows";
-    draw(&run.figure("quirks.svg"), about, ["change (grey levels)", band], &panels)
+    draw(
+        &run.figure("quirks.svg"),
+        about,
+        ["change (grey levels)", band],
+        &panels,
+    )
 }
 
-/// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so that
-/// a difference shows the quirk and little noise.
+/// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so
+/// that a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region, run.by_tier(16, 512));
     let film = job.render_by(Published { quirks }, region.name)?.whole()?;
@@ -102,18 +182,31 @@ fn run(run: &mut Run) -> Result<(), Error> {
         for region in &TABLE {
             let mean = region_mean(run, convention, region)?;
             let difference = [0, 1, 2].map(|c| mean[c] - region.published[c]);
-            let worst = difference.iter().fold(0.0f64, |worst, d| worst.max(d.abs()));
+            let worst = difference
+                .iter()
+                .fold(0.0f64, |worst, d| worst.max(d.abs()));
             let what = format!("{stem}: {}", region.name);
-            let value = format!("{} (published {}), at most {worst:.1} off", triple(mean), triple(region.published));
+            let value = format!(
+                "{} (published {}), at most {worst:.1} off",
+                triple(mean),
+                triple(region.published)
+            );
             if convention == ConventionName::Published {
-                run.claim(&what, format!("{value} of {} allowed", region.margin), worst <= region.margin);
+                run.claim(
+                    &what,
+                    format!("{value} of {} allowed", region.margin),
+                    worst <= region.margin,
+                );
             } else {
                 run.note(&what, value);
             }
             record(run, stem, region, mean);
             panel.push(difference);
         }
-        let within = panel.iter().zip(&TABLE).filter(|(off, region)| off.iter().all(|d| d.abs() <= region.margin));
+        let within = panel
+            .iter()
+            .zip(&TABLE)
+            .filter(|(off, region)| off.iter().all(|d| d.abs() <= region.margin));
         run.number(&format!("{stem}.within"), within.count() as f64);
         panels.push((stem, panel));
     }
@@ -122,7 +215,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "Under the convention named published all points lie within the bands; under the others many do not.",
     );
     let axis = "rendered − published (grey levels)";
-    draw(&run.figure("regions.svg"), about, [axis, "what is allowed of “published”"], &panels)
+    draw(
+        &run.figure("regions.svg"),
+        about,
+        [axis, "what is allowed of “published”"],
+        &panels,
+    )
 }
 
 /// Records a number for each channel of a region.
@@ -134,18 +232,34 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 }
 
 /// All panels on one scale, with what each region is allowed.
-fn draw(path: &Path, about: (&str, &str), [axis, band]: [&str; 2], panels: &[Panel<'_>]) -> Result<(), Error> {
+fn draw(
+    path: &Path,
+    about: (&str, &str),
+    [axis, band]: [&str; 2],
+    panels: &[Panel<'_>],
+) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
-    differences(path, about, &Common { regions: &regions, axis, band }, panels)
+    differences(
+        path,
+        about,
+        &Common {
+            regions: &regions,
+            axis,
+            band,
+        },
+        panels,
+    )
 }
 
 fn triple([r, g, b]: [f64; 3]) -> String {
     format!("{r:.1} {g:.1} {b:.1}")
 }
 
-/// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was measured.
+/// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was
+/// measured.
 fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
-    // Large regions need fewer samples; the small ones on the sphere are bright, and grain is cut at 1.
+    // Large regions need fewer samples; the small ones on the sphere are bright, and grain is cut
+    // at 1.
     let [width, height] = region.window.size;
     let quick = if width * height > 2_000 { 32 } else { 128 };
     let job = region_job(run, convention, region, run.by_tier(quick, 512));
@@ -153,5 +267,9 @@ fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region, spp: u32) -> Job {
-    run.prepared(Job { window: Some(region.window), spp, ..Job::report(convention) })
+    run.prepared(Job {
+        window: Some(region.window),
+        spp,
+        ..Job::report(convention)
+    })
 }

@@ -1,4 +1,5 @@
-//! Renderers with a fault each, and one without, on trial by their images: what `compare` finds of them.
+//! Renderers with a fault each, and one without, on trial by their images: what `compare` finds of
+//! them.
 
 use whitefurnace::bsdf::Scattering;
 use whitefurnace::estimator::NextEvent;
@@ -41,12 +42,20 @@ type Planes = [Vec<f64>; 3];
 type Renderer<'a> = Box<dyn Fn(u64) -> Result<Planes, Error> + 'a>;
 
 fn planes(film: &Film) -> Planes {
-    [0, 1, 2].map(|channel| film.pixels().iter().map(|pixel| pixel.mean()[channel]).collect())
+    [0, 1, 2].map(|channel| {
+        film.pixels()
+            .iter()
+            .map(|pixel| pixel.mean()[channel])
+            .collect()
+    })
 }
 
 /// The Cornell box whose walls and boxes have this share of their albedos.
 fn cornell(share: f64) -> Result<Scene, Error> {
-    let mut scene = Description::parse("cornell", include_str!("../../../src/scene/files/cornell.toml"))?;
+    let mut scene = Description::parse(
+        "cornell",
+        include_str!("../../../src/scene/files/cornell.toml"),
+    )?;
     for (_, surface) in &mut scene.materials {
         if let Bsdf::Lambert { albedo } = &mut surface.bsdf {
             *albedo *= share;
@@ -60,43 +69,85 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let (scene, darker) = (cornell(1.0)?, cornell(0.99)?);
     let by = |scene: &Scene, strategy, seed| {
         let estimator = Path::new(Standard, strategy);
-        render_samples(scene, &estimator, (PixelSampling::Random, seed), ([SIDE; 2], None), samples)
+        render_samples(
+            scene,
+            &estimator,
+            (PixelSampling::Random, seed),
+            ([SIDE; 2], None),
+            samples,
+        )
     };
     let right = |seed| by(&scene, Strategy::Mis, seed).map(|film| planes(&film));
     let changed = |change: fn(&[f64], usize) -> f64| -> Renderer<'_> {
-        Box::new(move |seed| Ok(right(seed)?.map(|plane| (0..plane.len()).map(|i| change(&plane, i)).collect())))
+        Box::new(move |seed| {
+            Ok(right(seed)?.map(|plane| (0..plane.len()).map(|i| change(&plane, i)).collect()))
+        })
     };
     let renderers: [(&str, &str, Renderer<'_>); 6] = [
-        ("right", "light by shadow rays alone", Box::new(|seed| Ok(planes(&by(&scene, Strategy::Light, seed)?)))),
-        ("albedo", "albedos 1 % less", Box::new(|seed| Ok(planes(&by(&darker, Strategy::Mis, seed)?)))),
+        (
+            "right",
+            "light by shadow rays alone",
+            Box::new(|seed| Ok(planes(&by(&scene, Strategy::Light, seed)?))),
+        ),
+        (
+            "albedo",
+            "albedos 1 % less",
+            Box::new(|seed| Ok(planes(&by(&darker, Strategy::Mis, seed)?))),
+        ),
         (
             "roulette",
             "survivors of roulette not weighted",
             Box::new(|seed| {
                 let estimator = Path::new(Weightless, Strategy::Mis);
                 let of = (PixelSampling::Random, seed);
-                Ok(planes(&render_samples(&scene, &estimator, of, ([SIDE; 2], None), samples)?))
+                Ok(planes(&render_samples(
+                    &scene,
+                    &estimator,
+                    of,
+                    ([SIDE; 2], None),
+                    samples,
+                )?))
             }),
         ),
         (
             "shift",
             "half a pixel to the right",
             changed(|plane, i| {
-                let left = if (i as u32).is_multiple_of(SIDE) { i } else { i - 1 };
+                let left = if (i as u32).is_multiple_of(SIDE) {
+                    i
+                } else {
+                    i - 1
+                };
                 0.5 * (plane[i] + plane[left])
             }),
         ),
-        ("gamma", "gamma applied", changed(|plane, i| plane[i].powf(1.0 / 2.2))),
-        ("clamp", "pixels cut at 1", changed(|plane, i| plane[i].min(1.0))),
+        (
+            "gamma",
+            "gamma applied",
+            changed(|plane, i| plane[i].powf(1.0 / 2.2)),
+        ),
+        (
+            "clamp",
+            "pixels cut at 1",
+            changed(|plane, i| plane[i].min(1.0)),
+        ),
     ];
     let seeds = |of: &str| -> Vec<u64> {
-        (0..IMAGES).map(|image| seed_for(run.seed(), &format!("renderers {of} {image}"))).collect()
+        (0..IMAGES)
+            .map(|image| seed_for(run.seed(), &format!("renderers {of} {image}")))
+            .collect()
     };
-    let reference = seeds("reference").into_iter().map(right).collect::<Result<Vec<_>, _>>()?;
+    let reference = seeds("reference")
+        .into_iter()
+        .map(right)
+        .collect::<Result<Vec<_>, _>>()?;
     let mut panels = Vec::new();
     let mut found = Vec::new();
     for (key, what, renderer) in &renderers {
-        let images = seeds(key).into_iter().map(renderer).collect::<Result<Vec<_>, _>>()?;
+        let images = seeds(key)
+            .into_iter()
+            .map(renderer)
+            .collect::<Result<Vec<_>, _>>()?;
         found.push((*key, *what, judge(&images, &reference)));
     }
     for (key, what, comparison) in &found {
@@ -109,10 +160,23 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let mean = means.places[1];
         let [low, high] = mean.interval(means.level);
         run.note(key, format!("{what}: {word}"));
-        run.number(&format!("{key}.differs"), f64::from(comparison.verdict == Verdict::Fails));
-        run.numbers(key, [("difference", mean.difference()), ("low", low), ("high", high)]);
+        run.number(
+            &format!("{key}.differs"),
+            f64::from(comparison.verdict == Verdict::Fails),
+        );
+        run.numbers(
+            key,
+            [
+                ("difference", mean.difference()),
+                ("low", low),
+                ("high", high),
+            ],
+        );
         for kind in &comparison.kinds {
-            run.number(&format!("{key}.{}", kind.name.replace(' ', "-")), kind.rejected().count() as f64);
+            run.number(
+                &format!("{key}.{}", kind.name.replace(' ', "-")),
+                kind.rejected().count() as f64,
+            );
         }
         let green = tiles.places.iter().filter(|place| place.channel == 1);
         panels.push(Map {
@@ -120,16 +184,33 @@ fn run(run: &mut Run) -> Result<(), Error> {
             axes: ["x (pixels)".into(), "y (pixels, down)".into()],
             ranges: [[0.0, f64::from(SIDE)], [f64::from(SIDE), 0.0]],
             size: [SIDE / TILE as u32; 2],
-            values: green.map(|place| if place.judged { 100.0 * place.difference() } else { f64::NAN }).collect(),
+            values: green
+                .map(|place| {
+                    if place.judged {
+                        100.0 * place.difference()
+                    } else {
+                        f64::NAN
+                    }
+                })
+                .collect(),
             bound: 5.0,
             unit: "difference (%)".into(),
         });
     }
-    let agrees = found.iter().all(|(key, _, comparison)| (*key == "right") == (comparison.verdict == Verdict::Holds));
-    run.note("images", format!("{IMAGES} of each, {SIDE}x{SIDE}, {samples} spp"));
+    let agrees = found
+        .iter()
+        .all(|(key, _, comparison)| (*key == "right") == (comparison.verdict == Verdict::Holds));
+    run.note(
+        "images",
+        format!("{IMAGES} of each, {SIDE}x{SIDE}, {samples} spp"),
+    );
     run.number("samples", f64::from(samples));
     if run.by_tier(false, true) {
-        run.claim("the right renderer agrees, each fault is seen", format!("{} renderers", found.len()), agrees);
+        run.claim(
+            "the right renderer agrees, each fault is seen",
+            format!("{} renderers", found.len()),
+            agrees,
+        );
     }
     let see = "Noise for the right renderer; each fault has a pattern of its own.";
     maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &panels)
@@ -137,10 +218,24 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// What `compare` says of two sets of images.
 fn judge(a: &[Planes], b: &[Planes]) -> Comparison {
-    let sides: Vec<_> = (0..3).map(|channel| [side(a, channel), side(b, channel)]).collect();
-    compare(SIDE as usize, &sides, &Rules { tile: TILE, ..Rules::default() })
+    let sides: Vec<_> = (0..3)
+        .map(|channel| [side(a, channel), side(b, channel)])
+        .collect();
+    compare(
+        SIDE as usize,
+        &sides,
+        &Rules {
+            tile: TILE,
+            ..Rules::default()
+        },
+    )
 }
 
 fn side(images: &[Planes], channel: usize) -> Side<'_> {
-    Side::Images(images.iter().map(|image| image[channel].as_slice()).collect())
+    Side::Images(
+        images
+            .iter()
+            .map(|image| image[channel].as_slice())
+            .collect(),
+    )
 }

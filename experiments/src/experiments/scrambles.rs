@@ -1,5 +1,5 @@
-//! Among how many scrambles a pixel's samples are shared: what long sequences gain, and what error bars from few of
-//! them are worth.
+//! Among how many scrambles a pixel's samples are shared: what long sequences gain, and what error
+//! bars from few of them are worth.
 
 use crate::experiments::prelude::*;
 use crate::render::SamplerName;
@@ -38,14 +38,20 @@ struct Found {
 
 impl Found {
     fn of(films: &[Film], replications: u32) -> Self {
-        let groups: Vec<[f64; 3]> =
-            films.chunks_exact(GROUP).map(|group| Self::of_group(group, replications)).collect();
+        let groups: Vec<[f64; 3]> = films
+            .chunks_exact(GROUP)
+            .map(|group| Self::of_group(group, replications))
+            .collect();
         let moments = |k: usize| groups.iter().map(|group| group[k]).collect();
-        Self { variance: moments(0), coverage: moments(1), half_width: moments(2) }
+        Self {
+            variance: moments(0),
+            coverage: moments(1),
+            half_width: moments(2),
+        }
     }
 
-    /// Means over all pixels, and of the last two over those that differ: an emitter that fills one has no error to
-    /// speak of.
+    /// Means over all pixels, and of the last two over those that differ: an emitter that fills one
+    /// has no error to speak of.
     fn of_group(films: &[Film], replications: u32) -> [f64; 3] {
         let n = films.len() as f64;
         // Infinite of one replication, whose error bar is.
@@ -68,12 +74,21 @@ impl Found {
             }
         }
         let [variance, coverage, half_width] = sums;
-        [variance / films[0].pixels().len() as f64, coverage / differ, half_width / differ]
+        [
+            variance / films[0].pixels().len() as f64,
+            coverage / differ,
+            half_width / differ,
+        ]
     }
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let rooms = [SceneName::DiffuseRoom, SceneName::Report, SceneName::Cornell, SceneName::CavityCap];
+    let rooms = [
+        SceneName::DiffuseRoom,
+        SceneName::Report,
+        SceneName::Cornell,
+        SceneName::CavityCap,
+    ];
     let films = run.by_tier(3, 16) * GROUP;
     let mut series = [const { Vec::new() }; 3];
     let mut rows = Vec::new();
@@ -82,34 +97,69 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let mut found = Vec::new();
         for scrambles in COUNTS {
             let film = |k| {
-                let seed = seed_for(run.seed(), &format!("{room}, {scrambles} scrambles, film {k}"));
+                let seed = seed_for(
+                    run.seed(),
+                    &format!("{room}, {scrambles} scrambles, film {k}"),
+                );
                 let (sampler, scrambles, spp) = (SamplerName::Sobol, Some(scrambles), SAMPLES);
-                let job = Job { scene: scene.into(), sampler, scrambles, spp, size: [32, 24], ..Job::default() };
-                Job { seed, ..run.prepared(job) }.render(&format!("{room}, {k}"))?.whole()
+                let job = Job {
+                    scene: scene.into(),
+                    sampler,
+                    scrambles,
+                    spp,
+                    size: [32, 24],
+                    ..Job::default()
+                };
+                Job {
+                    seed,
+                    ..run.prepared(job)
+                }
+                .render(&format!("{room}, {k}"))?
+                .whole()
             };
             let films = (0..films).map(film).collect::<Result<Vec<_>, _>>()?;
             found.push(Found::of(&films, scrambles));
         }
-        let [.., independent] = &found[..] else { continue };
+        let [.., independent] = &found[..] else {
+            continue;
+        };
         let relative = |of: fn(&Found) -> &Moments| {
             let base = of(independent).mean();
-            let of = move |found: &Found| [of(found).mean() / base, of(found).standard_error() / base];
+            let of =
+                move |found: &Found| [of(found).mean() / base, of(found).standard_error() / base];
             found.iter().map(of).collect::<Vec<_>>()
         };
-        let coverage = found.iter().map(|found| [found.coverage.mean(), found.coverage.standard_error()]).collect();
-        let shown = [relative(|f| &f.variance), coverage, relative(|f| &f.half_width)];
+        let coverage = found
+            .iter()
+            .map(|found| [found.coverage.mean(), found.coverage.standard_error()])
+            .collect();
+        let shown = [
+            relative(|f| &f.variance),
+            coverage,
+            relative(|f| &f.half_width),
+        ];
         for (k, scrambles) in COUNTS.into_iter().enumerate() {
-            let named = ["variance", "coverage", "half_width"].into_iter().zip(&shown);
+            let named = ["variance", "coverage", "half_width"]
+                .into_iter()
+                .zip(&shown);
             // A scramble alone has no error bar.
             for (what, values) in named.filter(|_| scrambles > 1) {
                 run.number(&format!("{room}.{scrambles}.{what}"), values[k][0]);
             }
-            let values: Vec<String> = shown.iter().flat_map(|values| values[k]).map(|v| format!("{v:e}")).collect();
+            let values: Vec<String> = shown
+                .iter()
+                .flat_map(|values| values[k])
+                .map(|v| format!("{v:e}"))
+                .collect();
             rows.push(format!("{room},{scrambles},{}", values.join(",")));
         }
         judge(run, &room, &found[OURS], independent);
         for (series, (values, from)) in series.iter_mut().zip(shown.iter().zip([0, 1, 1])) {
-            let points = COUNTS.into_iter().zip(values).skip(from).map(|(n, [v, e])| [f64::from(n), *v, *e]);
+            let points = COUNTS
+                .into_iter()
+                .zip(values)
+                .skip(from)
+                .map(|(n, [v, e])| [f64::from(n), *v, *e]);
             series.push(Series::measured(&room, colour, points));
         }
     }
@@ -118,37 +168,81 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let [variance, coverage, half_width] = series;
     let x = [0.8, 90.0];
     let chart = |title: &str, y: &str, range, series, log| {
-        Chart::new(title, ["scrambles that share 64 samples", y], [x, range], series).log([true, log])
+        Chart::new(
+            title,
+            ["scrambles that share 64 samples", y],
+            [x, range],
+            series,
+        )
+        .log([true, log])
     };
     let charts_shown = [
-        chart("Variance of a pixel", "over that of independent samples", [0.03, 4.0], variance, true),
-        chart("Student's intervals at 90 %", "share that hold the mean", [0.4, 1.1], coverage, false),
-        chart("Half their width", "over that of independent samples", [0.2, 12.0], half_width, true),
+        chart(
+            "Variance of a pixel",
+            "over that of independent samples",
+            [0.03, 4.0],
+            variance,
+            true,
+        ),
+        chart(
+            "Student's intervals at 90 %",
+            "share that hold the mean",
+            [0.4, 1.1],
+            coverage,
+            false,
+        ),
+        chart(
+            "Half their width",
+            "over that of independent samples",
+            [0.2, 12.0],
+            half_width,
+            true,
+        ),
     ];
     let see = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
-    charts(&run.figure("scrambles.svg"), see, [900, 1200], &charts_shown)
+    charts(
+        &run.figure("scrambles.svg"),
+        see,
+        [900, 1200],
+        &charts_shown,
+    )
 }
 
-/// Whether sequences of which four share the samples gain, and whether their error bars are as honest as those of
-/// independent samples.
+/// Whether sequences of which four share the samples gain, and whether their error bars are as
+/// honest as those of independent samples.
 fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
     let critical = |n: u64| student_upper(FAMILY / 2.0 / 8.0, n as f64 - 1.0);
     let variances = [independent, ours].map(|found| &found.variance);
-    gains(run, &format!("{room}: four scrambles gain"), variances, FAMILY / 8.0);
+    gains(
+        run,
+        &format!("{room}: four scrambles gain"),
+        variances,
+        FAMILY / 8.0,
+    );
     let [a, b] = [ours, independent].map(|found| &found.coverage);
     let more = a.mean() - b.mean();
     let half = critical(a.count()) * a.standard_error().hypot(b.standard_error());
-    let value =
-        format!("{:.3} of intervals at 0.9 hold, {:.3} of independent samples'; ± {half:.3}", a.mean(), b.mean());
+    let value = format!(
+        "{:.3} of intervals at 0.9 hold, {:.3} of independent samples'; ± {half:.3}",
+        a.mean(),
+        b.mean()
+    );
     let verdict = above([more - half, more + half], -MARGIN);
-    run.claim(&format!("{room}: error bars of four scrambles are as honest"), value, verdict);
+    run.claim(
+        &format!("{room}: error bars of four scrambles are as honest"),
+        value,
+        verdict,
+    );
 }
 
 /// The first mean over the second, and half the width of its logarithm's interval at a level.
 pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
     let relative = |m: &Moments| m.standard_error() / m.mean();
     let critical = student_upper(level / 2.0, a.count() as f64 - 1.0);
-    (a.mean() / b.mean(), critical * relative(a).hypot(relative(b)))
+    (
+        a.mean() / b.mean(),
+        critical * relative(a).hypot(relative(b)),
+    )
 }
 
 /// Claims that the second of two variances is the smaller; returns how many times.

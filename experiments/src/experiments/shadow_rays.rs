@@ -1,5 +1,5 @@
-//! The report's claim that photon mapping would improve the rendering time because it reduces the number
-//! of shadow rays: rays are counted, and errors compared at equal numbers of them.
+//! The report's claim that photon mapping would improve the rendering time because it reduces the
+//! number of shadow rays: rays are counted, and errors compared at equal numbers of them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -34,14 +34,17 @@ struct Counted<'a>(&'a Rays);
 struct Rays {
     shadow: AtomicU64,
     onward: AtomicU64,
-    /// Points picked on emitters: once for each particle, and once at each vertex that sends a shadow ray.
+    /// Points picked on emitters: once for each particle, and once at each vertex that sends a
+    /// shadow ray.
     picks: AtomicU64,
 }
 
 impl Roulette for Counted<'_> {
     fn survives(&self, r: f64, survival: f64) -> bool {
         let survives = roulette::survives(r, survival);
-        self.0.onward.fetch_add(u64::from(survives), Ordering::Relaxed);
+        self.0
+            .onward
+            .fetch_add(u64::from(survives), Ordering::Relaxed);
         survives
     }
 }
@@ -74,7 +77,10 @@ struct Cost {
 impl Cost {
     /// For photons: a point on an emitter starts a particle or goes with a gathering ray.
     fn with_picks(self) -> Self {
-        Self { rays: self.rays + self.picks, ..self }
+        Self {
+            rays: self.rays + self.picks,
+            ..self
+        }
     }
 }
 
@@ -83,35 +89,58 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let images = run.count(run.by_tier(3, 24)).max(2) as u32;
     let reference = run.count(run.by_tier(2_000, 20_000)) as u32;
     let seed = seed_for(run.seed(), "reference");
-    let reference = render_paths(scene, Path::default(), (PixelSampling::Centre, seed), (SIZE, None), reference)?;
+    let reference = render_paths(
+        scene,
+        Path::default(),
+        (PixelSampling::Centre, seed),
+        (SIZE, None),
+        reference,
+    )?;
 
-    let gather = Lookup::Gather { caustic_particles: 1, caustic_radius: RADIUS };
+    let gather = Lookup::Gather {
+        caustic_particles: 1,
+        caustic_radius: RADIUS,
+    };
     let photon = |lookup| {
         move |rays: &Rays, seed| {
-            let photons = PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
+            let photons =
+                PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
             film(scene, &photons, seed, SAMPLES)
         }
     };
     let master = run.seed();
     let bar = Bar::new("", u64::from(4 * images), "samples");
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
-        measure(seed_for(master, name), (images, samples), &reference, &bar, make)
+        measure(
+            seed_for(master, name),
+            (images, samples),
+            &reference,
+            &bar,
+            make,
+        )
     };
     let gathering = trace("gather", images, SAMPLES, &photon(gather))?.with_picks();
     let direct = trace("direct", images, SAMPLES, &photon(Lookup::Direct))?.with_picks();
     report(run, "gather", SAMPLES, &gathering);
     report(run, "direct", SAMPLES, &direct);
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
-        let path = |samples| move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples);
+        let path = |samples| {
+            move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples)
+        };
         let pilot = trace("pilot", 2, 1, &path(1))?;
         let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
         let samples = samples.round().max(1.0) as u32;
         let cost = trace(name, images, samples, &path(samples))?;
         report(run, name, samples, &cost);
         let what = format!("final gathering sends fewer shadow rays per sample than {name}");
-        run.claim(&what, format!("{:.2} for {:.2}", gathering.shadow, cost.shadow), gathering.shadow < cost.shadow);
+        run.claim(
+            &what,
+            format!("{:.2} for {:.2}", gathering.shadow, cost.shadow),
+            gathering.shadow < cost.shadow,
+        );
         let ratio = gathering.error / cost.error;
-        let what = format!("error of final gathering over that of {name} at the same number of rays");
+        let what =
+            format!("error of final gathering over that of {name} at the same number of rays");
         run.note(&what, format!("{ratio:.2}"));
         run.number(&format!("error_ratio.{name}"), ratio);
     }
@@ -134,7 +163,10 @@ fn measure(
     let rays = Rays::default();
     let mut squared = Moments::default();
     for image in 0..images {
-        squared.push(difference(&make(&rays, seed_for(seed, &image.to_string()))?, reference));
+        squared.push(difference(
+            &make(&rays, seed_for(seed, &image.to_string()))?,
+            reference,
+        ));
         if !bar.advance(1) {
             return Err(Error::Interrupted);
         }
@@ -151,8 +183,16 @@ fn measure(
 }
 
 fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
-    let Cost { shadow, rays, error, .. } = *cost;
-    run.numbers(name, [("shadow_rays", shadow), ("rays", rays), ("error", error)]);
+    let Cost {
+        shadow,
+        rays,
+        error,
+        ..
+    } = *cost;
+    run.numbers(
+        name,
+        [("shadow_rays", shadow), ("rays", rays), ("error", error)],
+    );
     let percent = 100.0 * error;
     let value = format!(
         "{shadow:.2} shadow rays and {rays:.2} rays in all per sample, relative root-mean-square error {percent:.2} %"
@@ -160,14 +200,27 @@ fn report(run: &mut Run, name: &str, samples: u32, cost: &Cost) {
     run.note(&format!("{name}, {samples} samples per pixel"), value);
 }
 
-fn film<E: Estimator>(scene: &Scene, estimator: &E, seed: u64, samples: u32) -> Result<Film, Error> {
-    render_samples(scene, estimator, (PixelSampling::Centre, seed), (SIZE, None), samples)
+fn film<E: Estimator>(
+    scene: &Scene,
+    estimator: &E,
+    seed: u64,
+    samples: u32,
+) -> Result<Film, Error> {
+    render_samples(
+        scene,
+        estimator,
+        (PixelSampling::Centre, seed),
+        (SIZE, None),
+        samples,
+    )
 }
 
 /// Mean squared difference of the pixels, relative to the square of the reference's mean.
 fn difference(film: &Film, reference: &Film) -> f64 {
     let pairs = film.pixels().iter().zip(reference.pixels());
-    let sum: f64 = pairs.map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0).sum();
+    let sum: f64 = pairs
+        .map(|(a, b)| (a.mean() - b.mean()).length_squared() / 3.0)
+        .sum();
     sum / film.pixels().len() as f64 / reference.mean().powi(2)
 }
 
@@ -182,7 +235,8 @@ mod tests {
     fn a_camera_ray_counts() {
         let scene = &furnace_box(0.0).expect("a scene");
         let reference = film(scene, &Path::<Standard>::default(), 1, 1).expect("a film");
-        let make = |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
+        let make =
+            |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
         let cost = measure(1, (2, 2), &reference, &Bar::new("", 1, ""), &make).expect("a cost");
         assert_eq!([cost.rays, cost.shadow], [1.0, 0.0]);
     }

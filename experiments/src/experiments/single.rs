@@ -1,6 +1,9 @@
-//! Where single precision is seen: the same paths in both precisions, in scenes of things ever smaller.
+//! Where single precision is seen: the same paths in both precisions, in scenes of things ever
+//! smaller.
 
-use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles,
+};
 use whitefurnace::scene::file::Description;
 
 use super::speed::growth::{in_a_room, waves};
@@ -45,7 +48,8 @@ const ON_A_PLANE: &str = r#"
     faces = { grey = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]] }
 "#;
 
-/// A ball of radius 1 in the corner of a closed room, far from the origin, under a lamp that is the ceiling's.
+/// A ball of radius 1 in the corner of a closed room, far from the origin, under a lamp that is the
+/// ceiling's.
 const IN_A_CORNER: &str = r#"
     camera = { eye = [EYE, EYE, NEAR], target = [AT, AT, AT], up = [0, 0, 1], fov_deg = 40 }
     materials.grey = { model = "lambert", albedo = 0.7 }
@@ -68,9 +72,16 @@ const IN_A_CORNER: &str = r#"
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let numbered = |text: &str, reach: f64| {
-        let numbers = [("REACH", reach), ("TWICE", 2.0 * reach), ("EYE", 6.0 - reach), ("NEAR", 3.0 - reach)];
+        let numbers = [
+            ("REACH", reach),
+            ("TWICE", 2.0 * reach),
+            ("EYE", 6.0 - reach),
+            ("NEAR", 3.0 - reach),
+        ];
         let numbers = numbers.into_iter().chain([("AT", 1.0 - reach)]);
-        numbers.fold(text.to_owned(), |text, (name, number)| text.replace(name, &format!("{number:?}")))
+        numbers.fold(text.to_owned(), |text, (name, number)| {
+            text.replace(name, &format!("{number:?}"))
+        })
     };
     let mut worst = Worst::default();
     for (place, text) in [("plane", ON_A_PLANE), ("corner", IN_A_CORNER)] {
@@ -80,13 +91,29 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
     }
     // A room of another unit.
-    for (name, unit) in [("micro", "1e-6"), ("milli", "1e-3"), ("kilo", "1e3"), ("hundred-kilo", "1e5")] {
+    for (name, unit) in [
+        ("micro", "1e-6"),
+        ("milli", "1e-3"),
+        ("kilo", "1e3"),
+        ("hundred-kilo", "1e5"),
+    ] {
         let text = format!("unit = {unit}\n{}", numbered(IN_A_CORNER, 8.0));
-        worst.measure(run, &format!("unit.{name}"), &Description::parse(name, &text)?.build()?)?;
+        worst.measure(
+            run,
+            &format!("unit.{name}"),
+            &Description::parse(name, &text)?.build()?,
+        )?;
     }
-    for about in [1_000, 10_000, 100_000, 1_000_000].into_iter().take(run.by_tier(3, 4)) {
+    for about in [1_000, 10_000, 100_000, 1_000_000]
+        .into_iter()
+        .take(run.by_tier(3, 4))
+    {
         let (vertices, triangles) = waves(about);
-        worst.measure(run, &format!("mesh.{about}"), &in_a_room(&vertices, &triangles)?)?;
+        worst.measure(
+            run,
+            &format!("mesh.{about}"),
+            &in_a_room(&vertices, &triangles)?,
+        )?;
     }
     run.number("taken.tile", worst.taken);
     run.number("refused.tile", worst.refused);
@@ -101,32 +128,70 @@ struct Worst {
 }
 
 impl Worst {
-    /// Records how far the image in single precision is off as a whole and in the worst tile, and whether the scene is taken.
+    /// Records how far the image in single precision is off as a whole and in the worst tile, and
+    /// whether the scene is taken.
     fn measure(&mut self, run: &mut Run, key: &str, scene: &Scene) -> Result<(), Error> {
-        let sampling =
-            Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: run.seed(), outlines: false };
-        let estimator = LaneEstimator::Path(Path { by_bodies: true, ..Path::new(Standard, Strategy::Mis) });
+        let sampling = Sampling {
+            pixel: PixelSampling::Random,
+            numbers: Numbers::Independent,
+            seed: run.seed(),
+            outlines: false,
+        };
+        let estimator = LaneEstimator::Path(Path {
+            by_bodies: true,
+            ..Path::new(Standard, Strategy::Mis)
+        });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new(SIZE, None, 1)?;
-            let whole =
-                ByLanes { estimator, sampling, precision }.add(scene, &mut film, 0..SAMPLES, &|_| !interrupted())?;
-            if whole { Ok(film) } else { Err(Error::Interrupted) }
+            let whole = ByLanes {
+                estimator,
+                sampling,
+                precision,
+            }
+            .add(scene, &mut film, 0..SAMPLES, &|_| !interrupted())?;
+            if whole {
+                Ok(film)
+            } else {
+                Err(Error::Interrupted)
+            }
         });
         let [double, single] = films;
         let [double, single] = [double?, single?];
         let refusal = check_singles(scene).err();
         let image = single.mean() / double.mean() - 1.0;
-        let tile =
-            tiles(&double).into_iter().zip(tiles(&single)).map(|(a, b)| (b - a).abs() / a.max(1e-3 * double.mean()));
+        let tile = tiles(&double)
+            .into_iter()
+            .zip(tiles(&single))
+            .map(|(a, b)| (b - a).abs() / a.max(1e-3 * double.mean()));
         let tile = tile.fold(0.0, f64::max);
         let noise = double.relative_error() / f64::from(TILE);
         let taken = if refusal.is_none() { 1.0 } else { 0.0 };
-        run.numbers(key, [("image", image), ("tile", tile), ("noise", noise), ("taken", taken)]);
-        let off = format!("a tile is off by up to {:.3} %, the image by {:+.4} %", 100.0 * tile, 100.0 * image);
-        let worst = if refusal.is_none() { &mut self.taken } else { &mut self.refused };
+        run.numbers(
+            key,
+            [
+                ("image", image),
+                ("tile", tile),
+                ("noise", noise),
+                ("taken", taken),
+            ],
+        );
+        let off = format!(
+            "a tile is off by up to {:.3} %, the image by {:+.4} %",
+            100.0 * tile,
+            100.0 * image
+        );
+        let worst = if refusal.is_none() {
+            &mut self.taken
+        } else {
+            &mut self.refused
+        };
         *worst = worst.max(tile);
         match refusal {
-            None => run.claim(key, format!("{off}; {:.1} % allowed", 100.0 * MOST), tile <= MOST),
+            None => run.claim(
+                key,
+                format!("{off}; {:.1} % allowed", 100.0 * MOST),
+                tile <= MOST,
+            ),
             Some(_) => run.note(key, format!("{off}; refused")),
         }
         Ok(())

@@ -24,32 +24,57 @@ const MARGINS: [f64; 2] = [0.005, 0.001];
 fn run(run: &mut Run) -> Result<(), Error> {
     let groups = run.by_tier(4, 24);
     let job = |specular_shadow_rays, spp, size| {
-        let (sampler, outlines, adaptive) = (SamplerName::Sobol, OutlinesName::Yes, AdaptiveName::No);
-        Job { sampler, outlines, adaptive, spp, specular_shadow_rays, size, ..Job::default() }
+        let (sampler, outlines, adaptive) =
+            (SamplerName::Sobol, OutlinesName::Yes, AdaptiveName::No);
+        Job {
+            sampler,
+            outlines,
+            adaptive,
+            spp,
+            specular_shadow_rays,
+            size,
+            ..Job::default()
+        }
     };
     let films = |run: &Run, way: SpecularName, group: usize| {
         let film = |k: usize| {
             let seed = seed_for(run.seed(), &format!("{way:?} {}", GROUP * group + k));
-            Job { seed, ..run.prepared(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96])) }
-                .render(&name(way))?
-                .whole()
+            Job {
+                seed,
+                ..run.prepared(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]))
+            }
+            .render(&name(way))?
+            .whole()
         };
         (0..GROUP).map(film).collect::<Result<Vec<_>, Error>>()
     };
     let display = Job::default().display(0.0);
     let (mut variances, mut means) = ([Moments::default(); 2], [Moments::default(); 2]);
-    for (i, (way, file)) in [(SpecularName::No, "without.png"), (SpecularName::Yes, "with.png")].into_iter().enumerate()
+    for (i, (way, file)) in [
+        (SpecularName::No, "without.png"),
+        (SpecularName::Yes, "with.png"),
+    ]
+    .into_iter()
+    .enumerate()
     {
         for group in 0..groups {
             let films = films(run, way, group)?;
             films.iter().for_each(|film| means[i].push(film.mean()));
             variances[i].push(variance(&films));
         }
-        let shown = run.prepared(job(way, 16, run.by_tier([128, 96], [256, 192]))).render(file)?.whole()?;
+        let shown = run
+            .prepared(job(way, 16, run.by_tier([128, 96], [256, 192])))
+            .render(file)?
+            .whole()?;
         write_png(&run.figure(file), &shown, display, 2)?;
     }
     let level = FAMILY / 2.0;
-    let gain = gains(run, "shadow rays by way of mirrors and glass gain", variances.each_ref(), level);
+    let gain = gains(
+        run,
+        "shadow rays by way of mirrors and glass gain",
+        variances.each_ref(),
+        level,
+    );
     run.number("gain", gain);
     same(run, &means, level);
     Ok(())

@@ -1,5 +1,5 @@
-//! How fast the estimators and their kernels are on this machine, and what that depends on. Times decide nothing:
-//! they are numbers only.
+//! How fast the estimators and their kernels are on this machine, and what that depends on. Times
+//! decide nothing: they are numbers only.
 
 pub(super) mod growth;
 mod kernels;
@@ -43,14 +43,21 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
     let all = rayon::current_num_threads();
     run.number("threads", all as f64);
     let pools = [("one", pool(1)?), ("all", pool(all)?)];
-    let base = Job { size: run.by_tier([16, 12], [128, 96]), ..Job::default() };
+    let base = Job {
+        size: run.by_tier([16, 12], [128, 96]),
+        ..Job::default()
+    };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
         for &estimator in EstimatorName::value_variants() {
             // One takes no number of samples, the other is measured by the rules of its own room.
             if matches!(estimator, EstimatorName::Radiosity | EstimatorName::Report) {
                 continue;
             }
-            let mut job = Job { scene: scene.into(), estimator, ..base };
+            let mut job = Job {
+                scene: scene.into(),
+                estimator,
+                ..base
+            };
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];
             } else {
@@ -58,22 +65,46 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             }
             image(run, &pools, (&name(scene), &name(estimator)), job)?;
         }
-        let mis = Job { scene: scene.into(), ..base };
-        let single = Job { engine: EngineName::Single, ..mis };
+        let mis = Job {
+            scene: scene.into(),
+            ..base
+        };
+        let single = Job {
+            engine: EngineName::Single,
+            ..mis
+        };
         image(run, &pools, (&name(scene), "mis-single"), single)?;
         sobol(run, &pools, (&name(scene), "mis-single"), single)?;
-        let outlines = Job { outlines: OutlinesName::Yes, ..mis };
+        let outlines = Job {
+            outlines: OutlinesName::Yes,
+            ..mis
+        };
         image(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
         sobol(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
         if scene == SceneName::Report {
-            let straight = Job { specular_shadow_rays: SpecularName::No, ..outlines };
+            let straight = Job {
+                specular_shadow_rays: SpecularName::No,
+                ..outlines
+            };
             sobol(run, &pools, (&name(scene), "mis-straight"), straight)?;
         }
     }
-    let report = Job { convention: ConventionName::Report, estimator: EstimatorName::Report, ..base };
+    let report = Job {
+        convention: ConventionName::Report,
+        estimator: EstimatorName::Report,
+        ..base
+    };
     let rate = image(run, &pools, ("seven-segments", "report"), report)?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
-    let rate = image(run, &pools, ("seven-segments", "report-single"), Job { engine: EngineName::Single, ..report })?;
+    let rate = image(
+        run,
+        &pools,
+        ("seven-segments", "report-single"),
+        Job {
+            engine: EngineName::Single,
+            ..report
+        },
+    )?;
     run.number("figure-6.single.seconds", FIGURE_6 / rate);
     Ok(())
 }
@@ -84,16 +115,29 @@ fn pool(threads: usize) -> Result<ThreadPool, Error> {
 }
 
 /// Records the same with Sobol' points, on one thread: what they change is the worth of a sample.
-fn sobol(run: &mut Run, pools: &[(&str, ThreadPool); 2], (scene, method): (&str, &str), job: Job) -> Result<(), Error> {
-    let job = Job { sampler: SamplerName::Sobol, ..job };
+fn sobol(
+    run: &mut Run,
+    pools: &[(&str, ThreadPool); 2],
+    (scene, method): (&str, &str),
+    job: Job,
+) -> Result<(), Error> {
+    let job = Job {
+        sampler: SamplerName::Sobol,
+        ..job
+    };
     image(run, &pools[..1], (scene, &format!("{method}.sobol")), job)?;
     Ok(())
 }
 
-/// Records millions of camera samples per second with each pool, maps of photons and all, and the efficiency:
-/// one over the product of a sample's variance, as a share of the squared mean of the image, and its time in
-/// microseconds. Returns samples per second with the last pool.
-fn image(run: &mut Run, pools: &[(&str, ThreadPool)], (scene, method): (&str, &str), job: Job) -> Result<f64, Error> {
+/// Records millions of camera samples per second with each pool, maps of photons and all, and the
+/// efficiency: one over the product of a sample's variance, as a share of the squared mean of the
+/// image, and its time in microseconds. Returns samples per second with the last pool.
+fn image(
+    run: &mut Run,
+    pools: &[(&str, ThreadPool)],
+    (scene, method): (&str, &str),
+    job: Job,
+) -> Result<f64, Error> {
     let mut rate = 0.0;
     for (threads, pool) in pools {
         let (film, seconds) = rendered(run, pool, job, method)?;
@@ -121,19 +165,28 @@ fn rendered(run: &Run, pool: &ThreadPool, job: Job, label: &str) -> Result<(Film
 
 /// The samples of all pixels.
 fn samples(film: &Film) -> f64 {
-    f64::from(film.replications()) * f64::from(film.samples_per_replication()) * film.pixels().len() as f64
+    f64::from(film.replications())
+        * f64::from(film.samples_per_replication())
+        * film.pixels().len() as f64
 }
 
-/// Mean squared standard error of a pixel's channel: the variance of a sample over their number. Not the
-/// whole error of methods whose pixels share photons or whose lookups are biased.
+/// Mean squared standard error of a pixel's channel: the variance of a sample over their number.
+/// Not the whole error of methods whose pixels share photons or whose lookups are biased.
 fn squared_error(film: &Film) -> f64 {
-    let sum: f64 = film.pixels().iter().map(|p| p.standard_error().length_squared()).sum();
+    let sum: f64 = film
+        .pixels()
+        .iter()
+        .map(|p| p.standard_error().length_squared())
+        .sum();
     sum / (3.0 * film.pixels().len() as f64)
 }
 
-/// What the work makes, and the least seconds of [`ROUNDS`]: of fewer where they are long, which the rest of the
-/// machine disturbs less.
-fn least_seconds<T>(run: &Run, mut work: impl FnMut() -> Result<T, Error>) -> Result<(T, f64), Error> {
+/// What the work makes, and the least seconds of [`ROUNDS`]: of fewer where they are long, which
+/// the rest of the machine disturbs less.
+fn least_seconds<T>(
+    run: &Run,
+    mut work: impl FnMut() -> Result<T, Error>,
+) -> Result<(T, f64), Error> {
     let enough = run.by_tier(0.1, 2.0);
     let begin = Instant::now();
     let mut least = f64::INFINITY;
@@ -176,7 +229,10 @@ fn peers(run: &mut Run) -> Result<(), Error> {
         for (limit, rate) in [("seven", peer.seven), ("unlimited", peer.unlimited)] {
             if let Some(rate) = rate {
                 run.number(&format!("peer.{}.{limit}", peer.name), rate);
-                run.note(&format!("peer.{}.{limit}", peer.name), format!("{rate} million samples/s, {}", peer.title));
+                run.note(
+                    &format!("peer.{}.{limit}", peer.name),
+                    format!("{rate} million samples/s, {}", peer.title),
+                );
             }
         }
     }

@@ -1,7 +1,9 @@
-//! The whole suite under fresh master seeds at a reduced scale: what `false-alarms` counts and `power` measures.
+//! The whole suite under fresh master seeds at a reduced scale: what `false-alarms` counts and
+//! `power` measures.
 //!
-//! What a seed gives is a function of the program, the run's seed and the scale. It is kept beside the
-//! experiments, so that each is paid once; `power` does without mutants, which take as long again.
+//! What a seed gives is a function of the program, the run's seed and the scale. It is kept beside
+//! the experiments, so that each is paid once; `power` does without mutants, which take as long
+//! again.
 
 use registry::equivalents;
 use registry::faults::Pair;
@@ -77,7 +79,8 @@ pub enum Answer {
     Red,
 }
 
-/// The experiments that draw on them: one shard runs both, since the parts in the folder are written by one at a time.
+/// The experiments that draw on them: one shard runs both, since the parts in the folder are
+/// written by one at a time.
 pub const TOGETHER: [&str; 2] = ["power", "false-alarms"];
 
 /// The seeds of a run.
@@ -110,7 +113,9 @@ impl Seeds {
             let context = self.context(k)?;
             let subjects = parallel(&self.trials, |trial| -> Vec<Measure> {
                 let rows = run_trial(trial, &context);
-                rows.iter().map(|row| measure(&trial.name, &row.outcome)).collect()
+                rows.iter()
+                    .map(|row| measure(&trial.name, &row.outcome))
+                    .collect()
             })?;
             Ok(subjects.concat())
         })
@@ -132,9 +137,15 @@ impl Seeds {
                 .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
                 .collect();
             let faults = parallel(&faults, |(trial, control)| {
-                (full_name(&trial.name, control.name), answer(trial, control, &context))
+                (
+                    full_name(&trial.name, control.name),
+                    answer(trial, control, &context),
+                )
             })?;
-            Ok(Mutants { equivalents: equivalents.concat(), faults })
+            Ok(Mutants {
+                equivalents: equivalents.concat(),
+                faults,
+            })
         })
     }
 
@@ -168,7 +179,11 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
             let level = o.sensitivity.level_with_power(graded.effect, power);
             [level, 1.0 - o.sensitivity.miss_at(graded.effect, level)]
         };
-        Graded { up: graded.effect > 0.0, p: number(graded.outcome.p), levels: POWERS.map(level) }
+        Graded {
+            up: graded.effect > 0.0,
+            p: number(graded.outcome.p),
+            levels: POWERS.map(level),
+        }
     });
     Measure {
         name: format!("{trial}: {}", o.name),

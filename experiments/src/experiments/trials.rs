@@ -23,7 +23,11 @@ const LINES_PER_FIGURE: usize = 45;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = registry::all();
-    trials.sort_by_key(|trial| equation::ALL.iter().position(|equation| equation.id == trial.source));
+    trials.sort_by_key(|trial| {
+        equation::ALL
+            .iter()
+            .position(|equation| equation.id == trial.source)
+    });
     run.bears_on(&trials);
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
@@ -31,10 +35,20 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let figures = draw(run, &trials, &found)?;
     let recorded = record::result(&record::recorded_folder().join(TRIALS.id));
     for equation in equation::ALL {
-        let rows: Vec<_> = trials.iter().zip(&found).filter(|(trial, _)| trial.source == equation.id).collect();
+        let rows: Vec<_> = trials
+            .iter()
+            .zip(&found)
+            .filter(|(trial, _)| trial.source == equation.id)
+            .collect();
         summarise(run, equation, &rows);
         for (trial, rows) in rows {
-            report(run, trial, rows, &figures[group(&trial.name)], recorded.as_ref());
+            report(
+                run,
+                trial,
+                rows,
+                &figures[group(&trial.name)],
+                recorded.as_ref(),
+            );
         }
     }
     totals(run, &found, scale);
@@ -53,11 +67,21 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
     }
     let verdict = suite::joint(trials.iter().flat_map(|(_, rows)| rows.iter()));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
-    run.claim(&what, format!("trials {}, measures {names}", trials.len()), verdict);
+    run.claim(
+        &what,
+        format!("trials {}, measures {names}", trials.len()),
+        verdict,
+    );
 }
 
 /// One line for a trial: the measure that comes nearest to its limit.
-fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Option<&ExperimentResult>) {
+fn report(
+    run: &mut Run,
+    trial: &Trial,
+    rows: &[Row],
+    figure: &str,
+    recorded: Option<&ExperimentResult>,
+) {
     let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return;
     };
@@ -67,7 +91,10 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
     let numbers = format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}");
     let mut value = format!("{}: {}, {numbers}, {figure}", trial.property, evidence(row));
     if let Verdict::Undecided { needed } = verdict {
-        value += &format!("; needs about {needed}{}", recorded_verdict(recorded, &trial.name));
+        value += &format!(
+            "; needs about {needed}{}",
+            recorded_verdict(recorded, &trial.name)
+        );
     }
     run.detail(&trial.name, value, verdict);
     let numbers = [
@@ -88,12 +115,26 @@ fn report(run: &mut Run, trial: &Trial, rows: &[Row], figure: &str, recorded: Op
 fn evidence(row: &Row) -> String {
     let o = &row.outcome;
     if !o.is_random() {
-        return format!("{} {:.2e}, at most {:.1e}", o.name, o.estimate, o.claim.size());
+        return format!(
+            "{} {:.2e}, at most {:.1e}",
+            o.name,
+            o.estimate,
+            o.claim.size()
+        );
     }
     if o.claim == Claim::Test {
         return format!("{} {:.4e}", o.name, o.value);
     }
-    let (Outcome { name, estimate, interval: [low, high], reference, .. }, delta) = (o, o.claim.size());
+    let (
+        Outcome {
+            name,
+            estimate,
+            interval: [low, high],
+            reference,
+            ..
+        },
+        delta,
+    ) = (o, o.claim.size());
     format!("{name} {estimate:.6} in [{low:.6}, {high:.6}], should be {reference:.6} ± {delta:.1e}")
 }
 
@@ -116,9 +157,14 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     }
     run.number("trials", found.len() as f64);
     run.number("scale", scale);
-    let smallest = rows.iter().filter(|row| row.outcome.is_random()).map(|row| row.outcome.p).fold(1.0, f64::min);
+    let smallest = rows
+        .iter()
+        .filter(|row| row.outcome.is_random())
+        .map(|row| row.outcome.p)
+        .fold(1.0, f64::min);
     run.number("smallest_p", smallest);
-    let (trials, [holds, fails, undecided]) = (found.len(), ["holds", "fails", "undecided"].map(count));
+    let (trials, [holds, fails, undecided]) =
+        (found.len(), ["holds", "fails", "undecided"].map(count));
     let value = format!(
         "{trials} trials at scale {scale}: {holds} measures hold, {fails} fail, {undecided} undecided; smallest p \
          {smallest:.1e}; family-wise level {:.0e} ({ALPHA:.0e} for each of at most {CAPACITY})",
@@ -128,22 +174,35 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
 }
 
 /// The figures of each group of trials: the first one's name, by group.
-fn draw(run: &mut Run, trials: &[Trial], found: &[Vec<Row>]) -> Result<BTreeMap<String, String>, Error> {
+fn draw(
+    run: &mut Run,
+    trials: &[Trial],
+    found: &[Vec<Row>],
+) -> Result<BTreeMap<String, String>, Error> {
     let mut lines: BTreeMap<String, Vec<Line>> = BTreeMap::new();
     for (trial, rows) in trials.iter().zip(found) {
         let group = group(&trial.name);
-        lines.entry(group.to_owned()).or_default().extend(rows.iter().filter_map(|row| line(trial, group, row)));
+        lines
+            .entry(group.to_owned())
+            .or_default()
+            .extend(rows.iter().filter_map(|row| line(trial, group, row)));
     }
     let mut figures = BTreeMap::new();
     for (group, lines) in lines {
         for (i, part) in lines.chunks(LINES_PER_FIGURE).enumerate() {
-            let file = if i == 0 { format!("{group}.svg") } else { format!("{group}-{}.svg", i + 1) };
+            let file = if i == 0 {
+                format!("{group}.svg")
+            } else {
+                format!("{group}-{}.svg", i + 1)
+            };
             let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
             let see = "Zero is the reference. An interval within the band about it holds.";
             forest(&run.figure(&file), (&title, see), part)?;
             figures.entry(group.clone()).or_insert(file);
         }
-        figures.entry(group).or_insert_with(|| "no figure".to_owned());
+        figures
+            .entry(group)
+            .or_insert_with(|| "no figure".to_owned());
     }
     Ok(figures)
 }
@@ -156,8 +215,15 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
     }
     let short = trial.name.strip_prefix(group).unwrap_or(&trial.name);
     let number = equation::by_id(trial.source).map_or("", |equation| equation.number);
-    let number = if number.is_empty() { String::new() } else { format!("({number}) ") };
-    Some(Line::of(format!("{number}{}: {}", short.trim_start_matches('/'), o.name), row))
+    let number = if number.is_empty() {
+        String::new()
+    } else {
+        format!("({number}) ")
+    };
+    Some(Line::of(
+        format!("{number}{}: {}", short.trim_start_matches('/'), o.name),
+        row,
+    ))
 }
 
 /// What the last recorded full run says of a trial, as a clause.
@@ -166,7 +232,11 @@ fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
     let verdict = recorded.and_then(|recorded| {
         let mut findings = recorded.findings.iter();
         let verdict = findings.find(|finding| finding.what == what)?.verdict?;
-        Some(format!(" [{} in the recorded {} run]", verdict.word(), recorded.tier))
+        Some(format!(
+            " [{} in the recorded {} run]",
+            verdict.word(),
+            recorded.tier
+        ))
     });
     verdict.unwrap_or_else(|| " [not recorded]".to_owned())
 }

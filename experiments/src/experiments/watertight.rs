@@ -24,7 +24,11 @@ enum Aim {
     Corner,
 }
 
-const AIMS: [(Aim, &str); 3] = [(Aim::Anywhere, "anywhere"), (Aim::Edge, "edges"), (Aim::Corner, "corners")];
+const AIMS: [(Aim, &str); 3] = [
+    (Aim::Anywhere, "anywhere"),
+    (Aim::Edge, "edges"),
+    (Aim::Corner, "corners"),
+];
 /// Rays of one walk: the first from a random point, each later one from where the last one arrived.
 const WALK: u64 = 5;
 /// Walks of one random stream.
@@ -43,12 +47,18 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let seed = seed_for(run.seed(), label);
         let lost = parallel(0..batches, |batch| -> u64 {
             let mut rng = stream(seed, batch, 0);
-            (0..BATCH).map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng)).sum()
+            (0..BATCH)
+                .map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng))
+                .sum()
         })?;
         let lost: u64 = lost.into_iter().sum();
         let total = u64::from(batches) * BATCH * WALK;
         run.numbers(label, [("rays", total as f64), ("lost", lost as f64)]);
-        run.claim(&format!("aimed at {label}"), format!("{lost} of {total} rays lost"), lost == 0);
+        run.claim(
+            &format!("aimed at {label}"),
+            format!("{lost} of {total} rays lost"),
+            lost == 0,
+        );
     }
     Ok(())
 }
@@ -61,7 +71,11 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         Aim::Edge | Aim::Corner => {
             let triangle = triangles[(uniform(rng) * triangles.len() as f64) as usize];
             let corner = (uniform(rng) * 3.0) as usize;
-            let along = if matches!(aim, Aim::Edge) { uniform(rng) } else { 0.0 };
+            let along = if matches!(aim, Aim::Edge) {
+                uniform(rng)
+            } else {
+                0.0
+            };
             triangle[corner].lerp(triangle[(corner + 1) % 3], along)
         }
     };
@@ -72,7 +86,11 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         };
         let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
         let direction = DVec3::from_array(UnitSphere.sample(rng));
-        ray = scene.leave(hit.point, hit.normal, direction * facing.dot(direction).signum());
+        ray = scene.leave(
+            hit.point,
+            hit.normal,
+            direction * facing.dot(direction).signum(),
+        );
     }
     0
 }

@@ -1,7 +1,7 @@
 //! Mitsuba 3: one XML file, and a mesh in OBJ for each surface that has triangles.
 //!
-//! Our surfaces scatter on both sides, as what is `twosided` there; lights emit from the front and radiance is scaled by
-//! the square of the index within glass in both.
+//! Our surfaces scatter on both sides, as what is `twosided` there; lights emit from the front and
+//! radiance is scaled by the square of the index within glass in both.
 
 use std::fmt::Write as _;
 
@@ -61,7 +61,10 @@ pub(super) fn files(
         let emitter = if surface.emission == DVec3::ZERO {
             String::new()
         } else {
-            format!("\n        <emitter type=\"area\">{}</emitter>", rgb("radiance", surface.emission))
+            format!(
+                "\n        <emitter type=\"area\">{}</emitter>",
+                rgb("radiance", surface.emission)
+            )
         };
         let (kind, geometry) = match shape {
             Shape::Sphere(sphere) if !is_whole(&sphere) => {
@@ -81,7 +84,9 @@ pub(super) fn files(
                 let name = format!("mesh-{}.obj", meshes.len());
                 let mut obj = String::new();
                 for (i, corners) in triangles.iter().enumerate() {
-                    corners.iter().for_each(|corner| obj += &format!("v {}\n", numbers(*corner, " ")));
+                    corners
+                        .iter()
+                        .for_each(|corner| obj += &format!("v {}\n", numbers(*corner, " ")));
                     let _ = writeln!(obj, "f {} {} {}", 3 * i + 1, 3 * i + 2, 3 * i + 3);
                 }
                 let geometry = format!(
@@ -92,19 +97,30 @@ pub(super) fn files(
                 ("obj", geometry)
             }
         };
-        let _ = writeln!(xml, "    <shape type=\"{kind}\">\n        {geometry}\n        {bsdf}{emitter}\n    </shape>");
+        let _ = writeln!(
+            xml,
+            "    <shape type=\"{kind}\">\n        {geometry}\n        {bsdf}{emitter}\n    </shape>"
+        );
     }
     xml += "</scene>\n";
-    Ok([("scene.xml".to_owned(), xml)].into_iter().chain(meshes).collect())
+    Ok([("scene.xml".to_owned(), xml)]
+        .into_iter()
+        .chain(meshes)
+        .collect())
 }
 
 /// Rays start at the nearer one: it is so small that nothing is lost before it.
 fn distances(scene: &Scene) -> (f64, f64) {
     let eye = scene.camera().eye;
-    let extent = parts(scene).iter().fold(1e-3, |extent: f64, part| match &part.shape {
-        Shape::Sphere(sphere) => extent.max(sphere.centre.distance(eye) + sphere.radius),
-        Shape::Triangles(triangles) => triangles.as_flattened().iter().fold(extent, |e, v| e.max(v.distance(eye))),
-    });
+    let extent = parts(scene)
+        .iter()
+        .fold(1e-3, |extent: f64, part| match &part.shape {
+            Shape::Sphere(sphere) => extent.max(sphere.centre.distance(eye) + sphere.radius),
+            Shape::Triangles(triangles) => triangles
+                .as_flattened()
+                .iter()
+                .fold(extent, |e, v| e.max(v.distance(eye))),
+        });
     (1e-4 * extent, 10.0 * extent)
 }
 
@@ -114,7 +130,12 @@ fn rgb(name: &str, colour: DVec3) -> String {
 
 fn bsdf(bsdf: &Bsdf) -> Result<String, String> {
     let on_both_sides = |inner: String| Ok(format!("<bsdf type=\"twosided\">{inner}</bsdf>"));
-    let diffuse = |albedo| format!("<bsdf type=\"diffuse\">{}</bsdf>", rgb("reflectance", albedo));
+    let diffuse = |albedo| {
+        format!(
+            "<bsdf type=\"diffuse\">{}</bsdf>",
+            rgb("reflectance", albedo)
+        )
+    };
     let lacks = |model: &str, why: &str| Err(format!("it has a surface of {model}, {why}"));
     match *bsdf {
         Bsdf::Black => on_both_sides(diffuse(DVec3::ZERO)),
@@ -129,9 +150,13 @@ fn bsdf(bsdf: &Bsdf) -> Result<String, String> {
         )),
         Bsdf::OrenNayar { .. } => lacks("the Oren-Nayar model", "which Mitsuba does not have"),
         Bsdf::Eon { .. } => lacks("the EON model", "which Mitsuba does not have"),
-        Bsdf::RoughGlass(_) => lacks("rough glass with height-correlated masking", "which Mitsuba does not have"),
-        Bsdf::Model(_) => {
-            lacks("GGX with Schlick's Fresnel term and height-correlated masking", "of which Mitsuba has neither")
-        }
+        Bsdf::RoughGlass(_) => lacks(
+            "rough glass with height-correlated masking",
+            "which Mitsuba does not have",
+        ),
+        Bsdf::Model(_) => lacks(
+            "GGX with Schlick's Fresnel term and height-correlated masking",
+            "of which Mitsuba has neither",
+        ),
     }
 }

@@ -1,5 +1,5 @@
-//! The program `export`: scenes in the words of other renderers. What another renderer cannot say is refused by name,
-//! never approximated.
+//! The program `export`: scenes in the words of other renderers. What another renderer cannot say
+//! is refused by name, never approximated.
 
 mod mitsuba;
 mod pbrt;
@@ -22,11 +22,12 @@ use crate::say;
 /// Write a scene for another renderer, with the same camera, size of image, and box filter.
 ///
 /// Examples:
-///   export --scene cornell --to mitsuba --size 256x256    then: mitsuba -m scalar_rgb out/export/scene.xml
-///   export --scene room.toml --to pbrt --out out/room     then: pbrt out/room/scene.pbrt
+///   export --scene cornell --to mitsuba --size 256x256    then: mitsuba -m scalar_rgb
+///   out/export/scene.xml export --scene room.toml --to pbrt --out out/room     then: pbrt
+///   out/room/scene.pbrt
 ///
-/// What the other renderer does not have is refused by name: no scene is approximated. `absorption` is left out, because
-/// only the report's own estimator takes it.
+/// What the other renderer does not have is refused by name: no scene is approximated. `absorption`
+/// is left out, because only the report's own estimator takes it.
 #[derive(Parser)]
 #[command(name = "export", version, verbatim_doc_comment)]
 pub struct Export {
@@ -45,7 +46,8 @@ pub struct Export {
     /// Samples per pixel; from 1 to 4294967295
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
-    /// How often light is scattered at most on its way to the camera; from 0 to 8192 [default: no limit]
+    /// How often light is scattered at most on its way to the camera; from 0 to 8192 [default: no
+    /// limit]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
     bounces: Option<u32>,
     /// The folder for the scene and its meshes
@@ -68,8 +70,20 @@ pub fn main() -> ExitCode {
 }
 
 fn run(options: &Export) -> Result<Ending, Error> {
-    let Export { scene, diffuse, to, size, spp, bounces, ref out } = *options;
-    let job = Job { scene, diffuse, ..Job::default() };
+    let Export {
+        scene,
+        diffuse,
+        to,
+        size,
+        spp,
+        bounces,
+        ref out,
+    } = *options;
+    let job = Job {
+        scene,
+        diffuse,
+        ..Job::default()
+    };
     scene.print_notes();
     let files = files(&job.build_scene()?, to, size, (spp, bounces))?;
     std::fs::create_dir_all(out).map_err(Error::file("create", out))?;
@@ -81,7 +95,8 @@ fn run(options: &Export) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// The files of a scene by name, that of the scene first; `paths` are how many per pixel, and their bounces at most.
+/// The files of a scene by name, that of the scene first; `paths` are how many per pixel, and their
+/// bounces at most.
 pub fn files(
     scene: &Scene,
     to: Renderer,
@@ -89,15 +104,22 @@ pub fn files(
     paths: (u32, Option<u32>),
 ) -> Result<Vec<(String, String)>, Error> {
     let files = match scene.coincident_in_singles() {
-        Some(coincidence) => Err(format!("it computes in single precision, in which {coincidence}")),
+        Some(coincidence) => Err(format!(
+            "it computes in single precision, in which {coincidence}"
+        )),
         None => match to {
             Renderer::Mitsuba => mitsuba::files(scene, size, paths),
-            Renderer::Pbrt => pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)]),
+            Renderer::Pbrt => {
+                pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)])
+            }
         },
     };
     files.map_err(|what| {
         let renderer = crate::render::name(to);
-        Error::Option(format!("--to {renderer} cannot say scene {}: {what}", scene.name()))
+        Error::Option(format!(
+            "--to {renderer} cannot say scene {}: {what}",
+            scene.name()
+        ))
     })
 }
 
@@ -116,15 +138,23 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
     let mut parts: Vec<Part> = Vec::new();
     for (geometry, surface) in scene.primitives() {
         match geometry {
-            Geometry::Sphere(sphere) => parts.push(Part { surface, shape: Shape::Sphere(sphere) }),
+            Geometry::Sphere(sphere) => parts.push(Part {
+                surface,
+                shape: Shape::Sphere(sphere),
+            }),
             Geometry::Triangle(corners) => {
                 let same = parts.iter_mut().find_map(|part| match &mut part.shape {
-                    Shape::Triangles(triangles) if std::ptr::eq(part.surface, surface) => Some(triangles),
+                    Shape::Triangles(triangles) if std::ptr::eq(part.surface, surface) => {
+                        Some(triangles)
+                    }
                     _ => None,
                 });
                 match same {
                     Some(triangles) => triangles.push(corners),
-                    None => parts.push(Part { surface, shape: Shape::Triangles(vec![corners]) }),
+                    None => parts.push(Part {
+                        surface,
+                        shape: Shape::Triangles(vec![corners]),
+                    }),
                 }
             }
         }
@@ -136,7 +166,9 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
 fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
     match scene.background() {
         Environment::Uniform(radiance) => Ok((*radiance != DVec3::ZERO).then_some(*radiance)),
-        Environment::Map(_) => Err("it has an environment map, and others put its pixels elsewhere".to_owned()),
+        Environment::Map(_) => {
+            Err("it has an environment map, and others put its pixels elsewhere".to_owned())
+        }
     }
 }
 

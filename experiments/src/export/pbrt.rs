@@ -40,18 +40,32 @@ WorldBegin
     for Part { surface, shape } in parts(scene) {
         let _ = writeln!(text, "AttributeBegin\n{}", material(&surface.bsdf)?);
         if surface.emission != DVec3::ZERO {
-            let _ = writeln!(text, "AreaLightSource \"diffuse\" {}", grey("L", surface.emission)?);
+            let _ = writeln!(
+                text,
+                "AreaLightSource \"diffuse\" {}",
+                grey("L", surface.emission)?
+            );
         }
         let shape = match shape {
             Shape::Triangles(triangles) => {
-                let points: Vec<String> = triangles.as_flattened().iter().map(|v| numbers(*v, " ")).collect();
+                let points: Vec<String> = triangles
+                    .as_flattened()
+                    .iter()
+                    .map(|v| numbers(*v, " "))
+                    .collect();
                 let indices: Vec<String> = (0..points.len()).map(|i| i.to_string()).collect();
                 let [points, indices] = [points.join("\n"), indices.join(" ")];
-                format!("Shape \"trianglemesh\" \"point3 P\" [\n{points} ]\n\"integer indices\" [ {indices} ]")
+                format!(
+                    "Shape \"trianglemesh\" \"point3 P\" [\n{points} ]\n\"integer indices\" [ {indices} ]"
+                )
             }
             Shape::Sphere(sphere) => {
                 let ([low, high], centre) = (sphere.heights(), numbers(sphere.centre, " "));
-                let reverse = if sphere.inward { "ReverseOrientation\n" } else { "" };
+                let reverse = if sphere.inward {
+                    "ReverseOrientation\n"
+                } else {
+                    ""
+                };
                 format!(
                     "Translate {centre}\n{reverse}Shape \"sphere\" \"float radius\" [ {} ] \"float zmin\" [ {low} ] \
                      \"float zmax\" [ {high} ]",
@@ -64,7 +78,8 @@ WorldBegin
     Ok(text)
 }
 
-/// A colour whose channels are equal: of others it makes a spectrum, and products of spectra are not those of channels.
+/// A colour whose channels are equal: of others it makes a spectrum, and products of spectra are
+/// not those of channels.
 fn grey(name: &str, colour: DVec3) -> Result<String, String> {
     if colour == DVec3::splat(colour.x) {
         return Ok(format!("\"rgb {name}\" [ {} ]", numbers(colour, " ")));
@@ -76,8 +91,17 @@ fn grey(name: &str, colour: DVec3) -> Result<String, String> {
 }
 
 fn material(bsdf: &Bsdf) -> Result<String, String> {
-    let diffuse = |albedo| Ok(format!("Material \"diffuse\" {}", grey("reflectance", albedo)?));
-    let lacks = |model: &str| Err(format!("it has a surface of {model}, which pbrt does not have"));
+    let diffuse = |albedo| {
+        Ok(format!(
+            "Material \"diffuse\" {}",
+            grey("reflectance", albedo)?
+        ))
+    };
+    let lacks = |model: &str| {
+        Err(format!(
+            "it has a surface of {model}, which pbrt does not have"
+        ))
+    };
     match *bsdf {
         Bsdf::Black => diffuse(DVec3::ZERO),
         Bsdf::Lambert { albedo } => diffuse(albedo),
@@ -85,7 +109,9 @@ fn material(bsdf: &Bsdf) -> Result<String, String> {
         Bsdf::Mirror { .. } => lacks("a mirror whose reflectance is the same from all directions"),
         Bsdf::OrenNayar { .. } => lacks("the Oren-Nayar model"),
         Bsdf::Eon { .. } => lacks("the EON model"),
-        Bsdf::RoughGlass(_) => lacks("rough glass with height-correlated masking for opposite sides"),
+        Bsdf::RoughGlass(_) => {
+            lacks("rough glass with height-correlated masking for opposite sides")
+        }
         Bsdf::Model(_) => lacks("GGX with Schlick's Fresnel term"),
     }
 }

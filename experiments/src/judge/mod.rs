@@ -1,4 +1,5 @@
-//! The program `judge`: a sampler in any language on trial by the directions that it writes to a file.
+//! The program `judge`: a sampler in any language on trial by the directions that it writes to a
+//! file.
 
 mod density;
 mod npy;
@@ -25,53 +26,65 @@ use density::Named;
 use precision::{AllSeen, Asked, words};
 use read::{Digits, Row};
 
-/// Decide whether directions follow a density: chi-square over few and many cells, means, and what the sampler itself
-/// says of weights and pdfs.
+/// Decide whether directions follow a density: chi-square over few and many cells, means, and what
+/// the sampler itself says of weights and pdfs.
 ///
 /// Examples:
-///   judge --samples directions.csv --density cosine                 a Lambert sampler
-///   judge --samples reflected.npy --density ggx:0.3,60              GGX by visible normals, seen from 60 degrees
-///   judge --samples sky.npy --table sky.csv --domain sphere         against a table
+///   judge --samples directions.csv --density cosine                 a Lambert sampler judge
+///   --samples reflected.npy --density ggx:0.3,60              GGX by visible normals, seen from 60
+///   degrees judge --samples sky.npy --table sky.csv --domain sphere         against a table
 ///
-/// A file of samples has a row for each: x, y, z, and, if the sampler has them, its weight f cos/pdf and its pdf (1/sr).
-/// It is text, with commas, semicolons, tabs or blanks between numbers and a header or none, or an array of numpy: NPY,
-/// or NPZ of one array or of arrays called x, y, z, weight and pdf (file.npz:name chooses one). The normal is z; with
-/// ggx, light goes out in the x-z plane towards x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines
-/// that begin with # are passed over.
+/// A file of samples has a row for each: x, y, z, and, if the sampler has them, its weight f
+/// cos/pdf and its pdf (1/sr). It is text, with commas, semicolons, tabs or blanks between numbers
+/// and a header or none, or an array of numpy: NPY, or NPZ of one array or of arrays called x, y,
+/// z, weight and pdf (file.npz:name chooses one). The normal is z; with ggx, light goes out in the
+/// x-z plane towards x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines that
+/// begin with # are passed over.
 ///
-/// Numbers in single precision or with few decimals are judged as such: a direction stands for all that are rounded to
-/// the same numbers, so right samples agree as often as exact ones, and what rounding hides is not judged.
+/// Numbers in single precision or with few decimals are judged as such: a direction stands for all
+/// that are rounded to the same numbers, so right samples agree as often as exact ones, and what
+/// rounding hides is not judged.
 ///
-/// Into the folder --out go judge.json and a plot of the cells. Exit codes: 0 if the samples follow the density, 1 if
-/// not, 2 if more samples are needed to tell, 3 for bad input.
+/// Into the folder --out go judge.json and a plot of the cells. Exit codes: 0 if the samples follow
+/// the density, 1 if not, 2 if more samples are needed to tell, 3 for bad input.
 #[derive(Parser)]
 #[command(name = "judge", version, verbatim_doc_comment)]
 pub struct Judge {
     /// The samples
     #[arg(long, value_name = "FILE")]
     samples: PathBuf,
-    /// uniform-sphere, uniform-hemisphere, cosine, cosine-power:N, henyey-greenstein:G (about z), ggx-normals:ALPHA (all
-    /// normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at visible normals)
+    /// uniform-sphere, uniform-hemisphere, cosine, cosine-power:N, henyey-greenstein:G (about z),
+    /// ggx-normals:ALPHA (all normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at
+    /// visible normals)
     #[arg(long, value_name = "NAME", required_unless_present = "table")]
     density: Option<Named>,
-    /// In its place text or an array of at most a million numbers in proportion to the pdf: a row for each band of equal height
-    /// from z = 1 down, a column for each sector by azimuth from x by way of y
+    /// In its place text or an array of at most a million numbers in proportion to the pdf: a row
+    /// for each band of equal height from z = 1 down, a column for each sector by azimuth from x by
+    /// way of y
     #[arg(long, value_name = "FILE", conflicts_with = "density")]
     table: Option<PathBuf>,
     /// What a table covers
     #[arg(long, value_enum, default_value_t = Covered::Hemisphere, requires = "table")]
     domain: Covered,
-    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: the file's names, or these in order]
-    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_name = "NAMES")]
+    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: the file's
+    /// names, or these in order]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        value_name = "NAMES"
+    )]
     columns: Vec<String>,
-    /// What the mean weight should be, lost samples counted as 0: the directional albedo; from 1e-9 to 1e9
+    /// What the mean weight should be, lost samples counted as 0: the directional albedo; from 1e-9
+    /// to 1e9
     #[arg(long, allow_hyphen_values = true, value_parser = real(1e-9..=1e9))]
     mean_weight: Option<f64>,
-    /// The precision of the numbers: auto (what they show), double, single, half, or how many decimals, from 2 to 15
+    /// The precision of the numbers: auto (what they show), double, single, half, or how many
+    /// decimals, from 2 to 15
     #[arg(long, value_name = "WHICH", default_value = "auto")]
     precision: Asked,
-    /// How far a cell's probability and the mean weight may be off, percent, and means of quantiles, hundredths; from 0.01
-    /// to 50
+    /// How far a cell's probability and the mean weight may be off, percent, and means of
+    /// quantiles, hundredths; from 0.01 to 50
     #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = real(0.01..=50.0))]
     margin: f64,
     /// Folder for the report
@@ -106,7 +119,11 @@ fn run(options: &Judge) -> Result<u8, Error> {
     };
     let columns = Columns::named(&options.columns).map_err(Error::Option)?;
     let precision = match options.precision {
-        Asked::All(rounding) => Precision { direction: rounding, weight: rounding, pdf: rounding },
+        Asked::All(rounding) => Precision {
+            direction: rounding,
+            weight: rounding,
+            pdf: rounding,
+        },
         Asked::Auto => seen(&options.samples, columns.clone())?.precision(),
     };
     let mut directions = Directions::with_precision(&density, precision);
@@ -115,7 +132,9 @@ fn run(options: &Judge) -> Result<u8, Error> {
         Ok(())
     })?;
     if options.mean_weight.is_some() && directions.mean_weight().is_none() {
-        return Err(Error::Option("--mean-weight needs samples with a column weight".to_owned()));
+        return Err(Error::Option(
+            "--mean-weight needs samples with a column weight".to_owned(),
+        ));
     }
     let outcomes = directions.outcomes(options.margin / 100.0, options.mean_weight);
     report(options, &precision, &directions, &outcomes)
@@ -137,7 +156,11 @@ fn each_row(
         columns.check(row.numbers.len())?;
         each(columns, row)
     })?;
-    if any { Ok(()) } else { Err(Error::Option(format!("{}: no samples", path.display()))) }
+    if any {
+        Ok(())
+    } else {
+        Err(Error::Option(format!("{}: no samples", path.display())))
+    }
 }
 
 /// The precision of a file as its numbers show it.
@@ -151,7 +174,10 @@ fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
                 3 => &mut seen.weight,
                 _ => &mut seen.pdf,
             };
-            group.see(row.numbers[place], row.digits.map(|digits: &[Digits]| digits[place]));
+            group.see(
+                row.numbers[place],
+                row.digits.map(|digits: &[Digits]| digits[place]),
+            );
         }
         Ok(())
     })?;
@@ -174,19 +200,33 @@ pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
     let mut table: Vec<Vec<f64>> = Vec::new();
     read::rows(path, &mut |row| {
         let row = row.numbers;
-        if row.iter().any(|value| !(value.is_finite() && *value >= 0.0)) {
+        if row
+            .iter()
+            .any(|value| !(value.is_finite() && *value >= 0.0))
+        {
             return Err("a pdf must be finite and at least 0".to_owned());
         }
         if table.first().is_some_and(|first| first.len() != row.len()) {
-            return Err(format!("{} numbers, where the first row has {}", row.len(), table[0].len()));
+            return Err(format!(
+                "{} numbers, where the first row has {}",
+                row.len(),
+                table[0].len()
+            ));
         }
         table.push(row.to_vec());
         let fits = table.len() * row.len() <= LARGEST_TABLE;
-        if fits { Ok(()) } else { Err(format!("more than {LARGEST_TABLE} numbers")) }
+        if fits {
+            Ok(())
+        } else {
+            Err(format!("more than {LARGEST_TABLE} numbers"))
+        }
     })?;
     let sum: f64 = table.iter().flatten().sum();
     if !(sum > 0.0 && sum.is_finite()) {
-        return Err(Error::Option(format!("{}: no number above 0, or too large ones", path.display())));
+        return Err(Error::Option(format!(
+            "{}: no number above 0, or too large ones",
+            path.display()
+        )));
     }
     let domain = match covered {
         Covered::Hemisphere => Domain::Hemisphere,
@@ -208,7 +248,10 @@ impl Columns {
         if names.is_empty() {
             return Ok(None);
         }
-        let mut columns = Self { places: [None; NAMES.len()], count: names.len() };
+        let mut columns = Self {
+            places: [None; NAMES.len()],
+            count: names.len(),
+        };
         for (place, name) in names.iter().enumerate().filter(|(_, name)| *name != "-") {
             match NAMES.iter().position(|known| known == name) {
                 Some(which) if columns.places[which].replace(place).is_none() => {}
@@ -238,7 +281,10 @@ impl Columns {
                 side_by_side(count)
             ));
         }
-        Ok(Self { places: std::array::from_fn(|which| (which < count).then_some(which)), count })
+        Ok(Self {
+            places: std::array::from_fn(|which| (which < count).then_some(which)),
+            count,
+        })
     }
 
     /// Whether a row has so many numbers.
@@ -246,7 +292,11 @@ impl Columns {
         if count == self.count {
             return Ok(());
         }
-        Err(format!("{count} numbers, where {} are expected{}", self.count, side_by_side(count)))
+        Err(format!(
+            "{count} numbers, where {} are expected{}",
+            self.count,
+            side_by_side(count)
+        ))
     }
 
     fn sample(&self, row: &[f64], precision: &Precision) -> Result<Sample, String> {
@@ -262,34 +312,66 @@ impl Columns {
             }
         }
         if length == 0.0 {
-            return Ok(Sample { direction: None, weight, pdf });
+            return Ok(Sample {
+                direction: None,
+                weight,
+                pdf,
+            });
         }
         if (length - 1.0).abs() <= precision.length_tolerance() {
-            return Ok(Sample { direction: Some(direction), weight, pdf });
+            return Ok(Sample {
+                direction: Some(direction),
+                weight,
+                pdf,
+            });
         }
-        Err(format!("the direction {direction} has length {length}: it must be a unit vector, or 0, 0, 0 if lost"))
+        Err(format!(
+            "the direction {direction} has length {length}: it must be a unit vector, or 0, 0, 0 if lost"
+        ))
     }
 }
 
 /// What many numbers in a row may mean.
 fn side_by_side(count: usize) -> &'static str {
-    if count > 2 * NAMES.len() { "; if each column is a sample, transpose them: a row for each is needed" } else { "" }
+    if count > 2 * NAMES.len() {
+        "; if each column is a sample, transpose them: a row for each is needed"
+    } else {
+        ""
+    }
 }
 
 /// Writes judge.json and the plot, prints what was found; the exit code.
-fn report(options: &Judge, precision: &Precision, directions: &Directions, outcomes: &[Outcome]) -> Result<u8, Error> {
-    let fails = outcomes.iter().find(|outcome| outcome.verdict() == Verdict::Fails);
+fn report(
+    options: &Judge,
+    precision: &Precision,
+    directions: &Directions,
+    outcomes: &[Outcome],
+) -> Result<u8, Error> {
+    let fails = outcomes
+        .iter()
+        .find(|outcome| outcome.verdict() == Verdict::Fails);
     let (code, word, telling) = if fails.is_some() {
         (1, "DIFFER", fails)
-    } else if let Some(undecided) = outcomes.iter().max_by_key(|outcome| needed(outcome)).filter(|o| needed(o) > 0) {
+    } else if let Some(undecided) = outcomes
+        .iter()
+        .max_by_key(|outcome| needed(outcome))
+        .filter(|o| needed(o) > 0)
+    {
         (2, "UNDECIDED", Some(undecided))
     } else {
         (0, "AGREE", None)
     };
     std::fs::create_dir_all(&options.out).map_err(Error::file("create", &options.out))?;
     let plot = options.out.join("cells.svg");
-    trial_cells::plot(&outcomes[0].cells, &format!("{}, {}", options.samples.display(), outcomes[0].name), &plot)?;
-    let random = outcomes.iter().filter(|outcome| outcome.is_random()).count();
+    trial_cells::plot(
+        &outcomes[0].cells,
+        &format!("{}, {}", options.samples.display(), outcomes[0].name),
+        &plot,
+    )?;
+    let random = outcomes
+        .iter()
+        .filter(|outcome| outcome.is_random())
+        .count();
     let false_alarm = ALPHA * random as f64;
     let numbers = json!({
         "samples": options.samples.display().to_string(),
@@ -317,9 +399,15 @@ fn report(options: &Judge, precision: &Precision, directions: &Directions, outco
         Some(outcome) => format!("{}: {}", subject(outcome), outcome.worst),
     };
     say!("{word}: {why}");
-    say!("{} samples; chance of a false alarm at most {false_alarm:.0e}", outcomes[0].n);
-    let how =
-        if options.precision == Asked::Auto { "as the numbers show; --precision sets another" } else { "as is asked" };
+    say!(
+        "{} samples; chance of a false alarm at most {false_alarm:.0e}",
+        outcomes[0].n
+    );
+    let how = if options.precision == Asked::Auto {
+        "as the numbers show; --precision sets another"
+    } else {
+        "as is asked"
+    };
     say!("directions: {}, {how}", words(&precision.direction));
     for outcome in outcomes {
         say!("{}", line(outcome));
@@ -354,7 +442,13 @@ fn plain(value: f64) -> String {
 
 /// What one statistic found.
 fn line(outcome: &Outcome) -> String {
-    let Outcome { name, p, estimate, reference, .. } = outcome;
+    let Outcome {
+        name,
+        p,
+        estimate,
+        reference,
+        ..
+    } = outcome;
     let word = match needed(outcome) {
         0 => outcome.verdict().word().to_owned(),
         u64::MAX => "undecided".to_owned(),
@@ -363,7 +457,11 @@ fn line(outcome: &Outcome) -> String {
     match outcome.statistic {
         "exact" => format!("{name}: {word}; {}", outcome.worst),
         "chi-square" => {
-            format!("{name}: {word}, p {p:.1e}; the largest is {:+.2} % off; {}", 100.0 * estimate, outcome.worst)
+            format!(
+                "{name}: {word}, p {p:.1e}; the largest is {:+.2} % off; {}",
+                100.0 * estimate,
+                outcome.worst
+            )
         }
         _ => {
             let seen = outcome.minimum_detectable_effect();

@@ -19,13 +19,18 @@ struct Column {
     size: usize,
 }
 
-/// Hands each row of an array of two dimensions, or of structures, to `each`; the file has so many `bytes`.
+/// Hands each row of an array of two dimensions, or of structures, to `each`; the file has so many
+/// `bytes`.
 ///
 /// # Errors
 /// What is wrong, with the index of the row.
 pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> {
-    let header = NpyHeader::from_reader(&mut file)
-        .map_err(|error| format!("no header of an array: {}", error.to_string().lines().next().unwrap_or_default()))?;
+    let header = NpyHeader::from_reader(&mut file).map_err(|error| {
+        format!(
+            "no header of an array: {}",
+            error.to_string().lines().next().unwrap_or_default()
+        )
+    })?;
     let dtype = header.dtype();
     let columns = columns(&dtype)?;
     let plain = columns[0].name.is_none();
@@ -39,16 +44,24 @@ pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> 
                  x, y, z come last"
             ));
         }
-        (shape, false) => return Err(format!("structures in shape {shape:?}: an array of shape (n,) is needed")),
+        (shape, false) => {
+            return Err(format!(
+                "structures in shape {shape:?}: an array of shape (n,) is needed"
+            ));
+        }
     };
     if width == 0 {
         return Err("an array without columns".to_owned());
     }
     let size = dtype.num_bytes().filter(|&size| {
-        rows.checked_mul(width).and_then(|n| n.checked_mul(size as u64)).is_some_and(|all| all <= bytes)
+        rows.checked_mul(width)
+            .and_then(|n| n.checked_mul(size as u64))
+            .is_some_and(|all| all <= bytes)
     });
     let Some(size) = size else {
-        return Err(format!("shorter than its shape {rows} × {width} says: the file has been cut off"));
+        return Err(format!(
+            "shorter than its shape {rows} × {width} says: the file has been cut off"
+        ));
     };
     if plain && (3..=NAMES.len() as u64).contains(&rows) && width > 20 {
         return Err(format!(
@@ -60,7 +73,11 @@ pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> 
     let cut = |_| "shorter than its shape says: the file has been cut off".to_owned();
     let mut numbers = vec![0.0; width * columns.len()];
     let mut tell = |i: usize, numbers: &[f64]| {
-        let row = Row { names: names.as_deref(), numbers, digits: None };
+        let row = Row {
+            names: names.as_deref(),
+            numbers,
+            digits: None,
+        };
         each(&row).map_err(|error| format!("row {i}: {error}"))
     };
     let columns_first = plain && header.order() == Order::Fortran;
@@ -77,7 +94,9 @@ pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> 
             file.read_exact(&mut bytes).map_err(cut)?;
             for (k, number) in numbers.iter_mut().enumerate() {
                 let column = &columns[k % columns.len()];
-                *number = (column.number)(&bytes[(k / columns.len()) * size + column.offset..][..column.size]);
+                *number = (column.number)(
+                    &bytes[(k / columns.len()) * size + column.offset..][..column.size],
+                );
             }
         }
         tell(i, &numbers)?;
@@ -85,13 +104,19 @@ pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> 
     Ok(())
 }
 
-/// The columns of an element: a number, or a structure of numbers, of which three together are x, y, z.
+/// The columns of an element: a number, or a structure of numbers, of which three together are x,
+/// y, z.
 fn columns(dtype: &DType) -> Result<Vec<Column>, String> {
     let DType::Record(fields) = dtype else {
         let DType::Plain(kind) = dtype else {
             return Err("an array of arrays: an array of shape (n, 3) is needed".to_owned());
         };
-        return Ok(vec![Column { name: None, offset: 0, number: number(kind)?, size: size(kind) }]);
+        return Ok(vec![Column {
+            name: None,
+            offset: 0,
+            number: number(kind)?,
+            size: size(kind),
+        }]);
     };
     let (mut columns, mut offset) = (Vec::new(), 0);
     for field in fields {
@@ -100,17 +125,29 @@ fn columns(dtype: &DType) -> Result<Vec<Column>, String> {
             one => (one, vec![field.name.as_str()]),
         };
         let DType::Plain(kind) = kinds else {
-            return Err(format!("the structure's “{}” is neither a number nor three", field.name.escape_debug()));
+            return Err(format!(
+                "the structure's “{}” is neither a number nor three",
+                field.name.escape_debug()
+            ));
         };
         // Bytes between the numbers of a structure have no name.
         let padding = kind.type_char() == TypeChar::RawData && field.name.is_empty();
         for name in names.into_iter().filter(|_| !padding) {
-            columns.push(Column { name: Some(text::name(name)), offset, number: number(kind)?, size: size(kind) });
+            columns.push(Column {
+                name: Some(text::name(name)),
+                offset,
+                number: number(kind)?,
+                size: size(kind),
+            });
             offset += size(kind);
         }
         offset += if padding { size(kind) } else { 0 };
     }
-    if columns.is_empty() { Err("structures without numbers".to_owned()) } else { Ok(columns) }
+    if columns.is_empty() {
+        Err("structures without numbers".to_owned())
+    } else {
+        Ok(columns)
+    }
 }
 
 fn size(kind: &TypeStr) -> usize {
@@ -143,7 +180,11 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
         (TypeChar::Uint, 2) => either!(u16),
         (TypeChar::Uint, 4) => either!(u32),
         (TypeChar::Uint, 8) => either!(u64),
-        _ => return Err(format!("numbers of type {kind}: save them as float32 or float64")),
+        _ => {
+            return Err(format!(
+                "numbers of type {kind}: save them as float32 or float64"
+            ));
+        }
     })
 }
 
@@ -166,40 +207,68 @@ struct Member {
     bytes: Vec<u8>,
 }
 
-/// Hands each row of an archive's only array to `each`, of the `chosen` one, or of arrays whose names say what they are:
-/// x, y, z, weight and pdf, and one of shape (n, 3) for x, y, z.
+/// Hands each row of an archive's only array to `each`, of the `chosen` one, or of arrays whose
+/// names say what they are: x, y, z, weight and pdf, and one of shape (n, 3) for x, y, z.
 ///
 /// # Errors
 /// What is wrong, and what may be chosen.
 pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Result<(), String> {
     let mut members = Vec::new();
-    for (name, bytes) in unpacked(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")? {
-        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else { continue };
-        let header = NpyHeader::from_reader(bytes.as_slice()).map_err(|_| format!("its array {name} has no header"))?;
-        members.push(Member { name, shape: header.shape().to_vec(), bytes });
+    for (name, bytes) in
+        unpacked(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
+    {
+        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
+            continue;
+        };
+        let header = NpyHeader::from_reader(bytes.as_slice())
+            .map_err(|_| format!("its array {name} has no header"))?;
+        members.push(Member {
+            name,
+            shape: header.shape().to_vec(),
+            bytes,
+        });
     }
     if let Some(chosen) = chosen {
         members.retain(|member| member.name == chosen);
     }
     match members.as_slice() {
-        [] if chosen.is_some() => Err(format!("no array in it is called {}", chosen.unwrap_or_default())),
-        [] => Err("a zip archive without arrays of numpy: save the numbers as CSV, or by numpy.save".to_owned()),
+        [] if chosen.is_some() => Err(format!(
+            "no array in it is called {}",
+            chosen.unwrap_or_default()
+        )),
+        [] => Err(
+            "a zip archive without arrays of numpy: save the numbers as CSV, or by numpy.save"
+                .to_owned(),
+        ),
         [one] => array(one.bytes.as_slice(), one.bytes.len() as u64, each),
         several => together(several, each).unwrap_or_else(|| {
-            let list: Vec<String> = several.iter().map(|one| format!("{} {:?}", one.name, one.shape)).collect();
+            let list: Vec<String> = several
+                .iter()
+                .map(|one| format!("{} {:?}", one.name, one.shape))
+                .collect();
             let name = path.display();
-            Err(format!("several arrays, {}: choose one as in {name}:{}", list.join(", "), several[0].name))
+            Err(format!(
+                "several arrays, {}: choose one as in {name}:{}",
+                list.join(", "),
+                several[0].name
+            ))
         }),
     }
 }
 
-/// The files in a zip archive, with their names: stored, or compressed by deflate; `None` if it is damaged.
+/// The files in a zip archive, with their names: stored, or compressed by deflate; `None` if it is
+/// damaged.
 ///
 /// Offsets in records are those of PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16.
 fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let number = |at: usize, bytes: usize| {
         let slice = file.get(at..at.checked_add(bytes)?)?;
-        Some(slice.iter().rev().fold(0, |sum, &byte| sum << 8 | usize::from(byte)))
+        Some(
+            slice
+                .iter()
+                .rev()
+                .fold(0, |sum, &byte| sum << 8 | usize::from(byte)),
+        )
     };
     // The last record says where the directory is.
     let end = file.windows(4).rposition(|bytes| bytes == b"PK\x05\x06")?;
@@ -209,21 +278,32 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
         if file.get(entry..entry.checked_add(4)?)? != b"PK\x01\x02" {
             return None;
         }
-        let [method, packed, size] = [number(entry + 10, 2)?, number(entry + 20, 4)?, number(entry + 24, 4)?];
+        let [method, packed, size] = [
+            number(entry + 10, 2)?,
+            number(entry + 20, 4)?,
+            number(entry + 24, 4)?,
+        ];
         let [name, extra, comment] = [28, 30, 32].map(|at| number(entry + at, 2));
         let (name, local) = (name?, number(entry + 42, 4)?);
-        let data = local.checked_add(30 + number(local.checked_add(26)?, 2)? + number(local + 28, 2)?)?;
+        let data =
+            local.checked_add(30 + number(local.checked_add(26)?, 2)? + number(local + 28, 2)?)?;
         let data = file.get(data..data.checked_add(packed)?)?;
         let mut bytes = Vec::new();
         match method {
             0 => bytes.extend_from_slice(data),
             8 => {
-                DeflateDecoder::new(data).take(size as u64).read_to_end(&mut bytes).ok()?;
+                DeflateDecoder::new(data)
+                    .take(size as u64)
+                    .read_to_end(&mut bytes)
+                    .ok()?;
             }
             _ => return None,
         }
         let is_whole = bytes.len() == size;
-        files.push((String::from_utf8_lossy(file.get(entry + 46..entry + 46 + name)?).into_owned(), bytes));
+        files.push((
+            String::from_utf8_lossy(file.get(entry + 46..entry + 46 + name)?).into_owned(),
+            bytes,
+        ));
         if !is_whole {
             return None;
         }
@@ -243,9 +323,14 @@ fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
             _ => return None,
         }
     }
-    let known =
-        |name: &String| NAMES.contains(&name.as_str()) && names.iter().filter(|other| *other == name).count() == 1;
-    if !names.iter().all(known) || NAMES[..3].iter().any(|axis| !names.iter().any(|name| name == axis)) {
+    let known = |name: &String| {
+        NAMES.contains(&name.as_str()) && names.iter().filter(|other| *other == name).count() == 1
+    };
+    if !names.iter().all(known)
+        || NAMES[..3]
+            .iter()
+            .any(|axis| !names.iter().any(|name| name == axis))
+    {
         return None;
     }
     let columns: Result<Vec<Vec<f64>>, String> = members.iter().map(numbers).collect();
@@ -257,8 +342,12 @@ fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
                 let width = numbers.len() / rows as usize;
                 row.extend_from_slice(&numbers[i * width..][..width]);
             }
-            each(&Row { names: Some(&names), numbers: &row, digits: None })
-                .map_err(|error| format!("row {i}: {error}"))?;
+            each(&Row {
+                names: Some(&names),
+                numbers: &row,
+                digits: None,
+            })
+            .map_err(|error| format!("row {i}: {error}"))?;
         }
         Ok(())
     }))
@@ -281,8 +370,16 @@ fn numbers(member: &Member) -> Result<Vec<f64>, String> {
         if data.len() as u64 != n * column.size as u64 {
             return Err(told("its size is not what its shape says".to_owned()));
         }
-        return Ok(data.chunks_exact(column.size.max(1)).map(column.number).collect());
+        return Ok(data
+            .chunks_exact(column.size.max(1))
+            .map(column.number)
+            .collect());
     }
-    array(member.bytes.as_slice(), member.bytes.len() as u64, &mut keep).map_err(told)?;
+    array(
+        member.bytes.as_slice(),
+        member.bytes.len() as u64,
+        &mut keep,
+    )
+    .map_err(told)?;
     Ok(numbers)
 }

@@ -23,7 +23,12 @@ impl FromStr for Asked {
             "half" => Self::All(Rounding::HALF),
             _ => match text.parse() {
                 Ok(decimals @ 2..=15) => Self::All(Rounding::printed(decimals, 17)),
-                _ => return Err("auto, double, single, half, or a number of decimals from 2 to 15".to_owned()),
+                _ => {
+                    return Err(
+                        "auto, double, single, half, or a number of decimals from 2 to 15"
+                            .to_owned(),
+                    );
+                }
             },
         })
     }
@@ -46,17 +51,27 @@ impl Seen {
     pub(super) fn see(&mut self, value: f64, digits: Option<Digits>) {
         if value.abs() == 1.0 || value == 0.0 || !value.is_finite() {
             // A zero that is printed with decimals shows them.
-            self.decimals = self.decimals.max(digits.map_or(0, |digits| digits.decimals.min(20)));
+            self.decimals = self
+                .decimals
+                .max(digits.map_or(0, |digits| digits.decimals.min(20)));
             return;
         }
         self.telling += 1;
-        let shortest = |value: f64| 53 - (value.to_bits() & ((1 << 52) - 1) | 1 << 52).trailing_zeros();
-        let Some(Digits { decimals, significant }) = digits else {
+        let shortest =
+            |value: f64| 53 - (value.to_bits() & ((1 << 52) - 1) | 1 << 52).trailing_zeros();
+        let Some(Digits {
+            decimals,
+            significant,
+        }) = digits
+        else {
             self.bits = self.bits.max(shortest(value));
             return;
         };
         self.printed += 1;
-        (self.decimals, self.significant) = (self.decimals.max(decimals), self.significant.max(significant));
+        (self.decimals, self.significant) = (
+            self.decimals.max(decimals),
+            self.significant.max(significant),
+        );
         let single = f64::from(value as f32);
         let is_single = (value - single).abs() <= 0.5 * 10f64.powi(-decimals) * (1.0 + 1e-9);
         self.bits = self.bits.max(if is_single { 24 } else { 53 });
@@ -78,10 +93,14 @@ impl Seen {
         if printed.half_width(0.75) < 1e-14 {
             return computed;
         }
-        Rounding { absolute: printed.absolute.max(computed.absolute), ..printed }
+        Rounding {
+            absolute: printed.absolute.max(computed.absolute),
+            ..printed
+        }
     }
 
-    /// As if numbers had been printed with the digits of others, too: those of short numbers say nothing, as of 0.5.
+    /// As if numbers had been printed with the digits of others, too: those of short numbers say
+    /// nothing, as of 0.5.
     fn with(self, other: &Self) -> Self {
         if self.decimals >= 3 || self.printed == 0 {
             return self;

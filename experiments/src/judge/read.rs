@@ -31,17 +31,27 @@ impl Digits {
     /// The digits of a number with a decimal point.
     pub fn of(text: &str) -> Self {
         let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-        let behind = digits.split_once('.').map_or(0, |(_, behind)| behind.len() as i32);
-        let figures = digits.chars().filter(char::is_ascii_digit).skip_while(|c| *c == '0').count() as i32;
-        Self { decimals: behind - exponent.parse::<i32>().unwrap_or(0).clamp(-400, 400), significant: figures }
+        let behind = digits
+            .split_once('.')
+            .map_or(0, |(_, behind)| behind.len() as i32);
+        let figures = digits
+            .chars()
+            .filter(char::is_ascii_digit)
+            .skip_while(|c| *c == '0')
+            .count() as i32;
+        Self {
+            decimals: behind - exponent.parse::<i32>().unwrap_or(0).clamp(-400, 400),
+            significant: figures,
+        }
     }
 }
 
 /// What is done with a row.
 pub type Each<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
 
-/// Hands each row of a file to `each`. What that finds wrong is told with the file and the line of a text, or the index of
-/// a row of an array. An array of several in `file.npz` is chosen by `file.npz:name`.
+/// Hands each row of a file to `each`. What that finds wrong is told with the file and the line of
+/// a text, or the index of a row of an array. An array of several in `file.npz` is chosen by
+/// `file.npz:name`.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
@@ -49,10 +59,15 @@ pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
     let (path, chosen) = array_of(path);
     let open = || File::open(&path).map_err(Error::file("read", &path));
     let mut start = Vec::new();
-    open()?.take(512).read_to_end(&mut start).map_err(Error::file("read", &path))?;
+    open()?
+        .take(512)
+        .read_to_end(&mut start)
+        .map_err(Error::file("read", &path))?;
     let wrong = |message: String| Error::Option(format!("{}: {message}", path.display()));
     if start.starts_with(b"\x93NUMPY") {
-        let bytes = std::fs::metadata(&path).map_err(Error::file("read", &path))?.len();
+        let bytes = std::fs::metadata(&path)
+            .map_err(Error::file("read", &path))?
+            .len();
         return npy::array(BufReader::new(open()?), bytes, each).map_err(wrong);
     }
     if start.starts_with(b"PK") {
@@ -64,15 +79,23 @@ pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
     }
     if let Some(decode) = utf16(&start) {
         let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
-        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| decode([pair[0], pair[1]])).collect();
-        let decoded = String::from_utf16(&units).map_err(|_| wrong("damaged UTF-16 text".to_owned()))?;
+        let units: Vec<u16> = bytes
+            .chunks_exact(2)
+            .map(|pair| decode([pair[0], pair[1]]))
+            .collect();
+        let decoded =
+            String::from_utf16(&units).map_err(|_| wrong("damaged UTF-16 text".to_owned()))?;
         if bytes.len() % 2 == 1 {
-            return Err(wrong("UTF-16 text with half a character at its end: has it been cut off?".to_owned()));
+            return Err(wrong(
+                "UTF-16 text with half a character at its end: has it been cut off?".to_owned(),
+            ));
         }
         return text::rows(Cursor::new(decoded), each).map_err(wrong);
     }
     if start.contains(&0) {
-        return Err(wrong(format!("neither text nor an array of numpy: {REMEDY}")));
+        return Err(wrong(format!(
+            "neither text nor an array of numpy: {REMEDY}"
+        )));
     }
     text::rows(BufReader::new(open()?), each).map_err(wrong)
 }
@@ -81,10 +104,16 @@ const REMEDY: &str = "save the numbers as text (CSV), or by numpy.save";
 
 /// Files that people have, by their first bytes.
 const KNOWN: [(&[u8], &str); 9] = [
-    (b"\x1f\x8b", "a file compressed by gzip (unpack it by gunzip)"),
+    (
+        b"\x1f\x8b",
+        "a file compressed by gzip (unpack it by gunzip)",
+    ),
     (b"BZh", "a file compressed by bzip2 (unpack it by bunzip2)"),
     (b"\xfd7zXZ", "a file compressed by xz (unpack it by unxz)"),
-    (b"\x28\xb5\x2f\xfd", "a file compressed by zstd (unpack it by unzstd)"),
+    (
+        b"\x28\xb5\x2f\xfd",
+        "a file compressed by zstd (unpack it by unzstd)",
+    ),
     (b"\x89HDF", "a file of HDF5"),
     (b"PAR1", "a file of Parquet"),
     (b"MATLAB", "a file of MATLAB"),
@@ -95,7 +124,9 @@ const KNOWN: [(&[u8], &str); 9] = [
 /// The file, and the array in it that stands behind a colon.
 fn array_of(path: &Path) -> (PathBuf, Option<String>) {
     match path.to_str().and_then(|name| name.rsplit_once(':')) {
-        Some((file, array)) if !path.exists() && Path::new(file).is_file() => (file.into(), Some(array.to_owned())),
+        Some((file, array)) if !path.exists() && Path::new(file).is_file() => {
+            (file.into(), Some(array.to_owned()))
+        }
         _ => (path.to_owned(), None),
     }
 }

@@ -1,4 +1,5 @@
-//! Rows of numbers from text: separated by commas, semicolons, tabs or blanks, with decimal points or commas.
+//! Rows of numbers from text: separated by commas, semicolons, tabs or blanks, with decimal points
+//! or commas.
 
 use std::io::BufRead;
 
@@ -12,11 +13,18 @@ pub fn rows(mut file: impl BufRead, each: Each) -> Result<(), String> {
     let (mut text, mut bytes) = (Text::default(), Vec::new());
     loop {
         bytes.clear();
-        if file.read_until(b'\n', &mut bytes).map_err(|error| error.to_string())? == 0 {
+        if file
+            .read_until(b'\n', &mut bytes)
+            .map_err(|error| error.to_string())?
+            == 0
+        {
             return Ok(());
         }
         let chunk = std::str::from_utf8(&bytes).map_err(|_| {
-            format!("line {}: not UTF-8: neither text nor an array; save it as CSV, or by numpy.save", text.line + 1)
+            format!(
+                "line {}: not UTF-8: neither text nor an array; save it as CSV, or by numpy.save",
+                text.line + 1
+            )
         })?;
         // Lines that end with CR alone come as one chunk.
         let complete = chunk.ends_with(['\n', '\r']);
@@ -26,7 +34,8 @@ pub fn rows(mut file: impl BufRead, each: Each) -> Result<(), String> {
         while let Some(line) = lines.next() {
             text.line += 1;
             let whole = complete || lines.peek().is_some();
-            text.read(line, whole, each).map_err(|error| format!("line {}: {error}", text.line))?;
+            text.read(line, whole, each)
+                .map_err(|error| format!("line {}: {error}", text.line))?;
         }
     }
 }
@@ -39,7 +48,8 @@ struct Text {
     style: Option<Style>,
     numbers: Vec<f64>,
     digits: Vec<Digits>,
-    /// The decimals of the last number of each line, as long as they are all the same, and in how many lines.
+    /// The decimals of the last number of each line, as long as they are all the same, and in how
+    /// many lines.
     fixed: Option<(i32, usize)>,
 }
 
@@ -60,7 +70,10 @@ enum Separator {
 impl Separator {
     /// The separator of a line: the first of these that is there.
     fn of(line: &str) -> Self {
-        [';', '\t', ',', '|'].into_iter().find(|&c| line.contains(c)).map_or(Self::Blank, Self::Character)
+        [';', '\t', ',', '|']
+            .into_iter()
+            .find(|&c| line.contains(c))
+            .map_or(Self::Blank, Self::Character)
     }
 
     fn fields(self, line: &str) -> Vec<&str> {
@@ -77,14 +90,21 @@ impl Text {
         if let Some(comment) = line.strip_prefix(['#', '%']) {
             // numpy.savetxt writes a header as a comment.
             let names = names(comment);
-            if self.style.is_none() && names.iter().all(|name| super::NAMES.contains(&name.as_str())) {
+            if self.style.is_none()
+                && names
+                    .iter()
+                    .all(|name| super::NAMES.contains(&name.as_str()))
+            {
                 self.names = Some(names);
             }
             return Ok(());
         }
         // Brackets of printed lists, and separators at the end.
         const BRACKETS: [char; 7] = ['[', ']', '(', ')', '{', '}', ' '];
-        let data = line.trim_start_matches(BRACKETS).trim_end_matches(BRACKETS).trim_end_matches([',', ';', '\t']);
+        let data = line
+            .trim_start_matches(BRACKETS)
+            .trim_end_matches(BRACKETS)
+            .trim_end_matches([',', ';', '\t']);
         let data = data.trim_end_matches(BRACKETS);
         if data.is_empty() {
             return Ok(());
@@ -99,7 +119,10 @@ impl Text {
             None => *self.style.insert(Style::of(data)),
         };
         if first && is_ambiguous(style, data) {
-            return Err("decimal commas with commas between the numbers: separate these by semicolons".to_owned());
+            return Err(
+                "decimal commas with commas between the numbers: separate these by semicolons"
+                    .to_owned(),
+            );
         }
         self.numbers.clear();
         self.digits.clear();
@@ -112,20 +135,29 @@ impl Text {
         let last = self.digits.last().map_or(0, |digits| digits.decimals);
         match self.fixed {
             Some((decimals, lines)) if !whole && lines >= 10 && last < decimals => {
-                return Err(format!("its last number has fewer decimals than those before{cut}"));
+                return Err(format!(
+                    "its last number has fewer decimals than those before{cut}"
+                ));
             }
             Some((decimals, lines)) if decimals == last => self.fixed = Some((decimals, lines + 1)),
             Some(_) => self.fixed = Some((last, 0)),
             None => self.fixed = Some((last, usize::from(first))),
         }
-        let row = Row { names: self.names.as_deref(), numbers: &self.numbers, digits: Some(&self.digits) };
+        let row = Row {
+            names: self.names.as_deref(),
+            numbers: &self.numbers,
+            digits: Some(&self.digits),
+        };
         each(&row).map_err(|error| if whole || first { error } else { error + cut })
     }
 }
 
 /// Whether a line has words and no number.
 fn is_header(line: &str) -> bool {
-    let styles = [false, true].map(|decimal_comma| Style { separator: Separator::Blank, decimal_comma });
+    let styles = [false, true].map(|decimal_comma| Style {
+        separator: Separator::Blank,
+        decimal_comma,
+    });
     let is_number = |field: &&str| styles.iter().any(|style| style.number(field).is_ok());
     line.contains(char::is_alphabetic) && !Separator::of(line).fields(line).iter().any(is_number)
 }
@@ -133,20 +165,38 @@ fn is_header(line: &str) -> bool {
 /// Whether commas both separate numbers and stand in them: as in 0,6,0,0,0,8.
 fn is_ambiguous(style: Style, line: &str) -> bool {
     let fields = style.fields(line);
-    let whole = |field: &&str| plain(field).trim_start_matches(['-', '+']).chars().all(|c| c.is_ascii_digit());
+    let whole = |field: &&str| {
+        plain(field)
+            .trim_start_matches(['-', '+'])
+            .chars()
+            .all(|c| c.is_ascii_digit())
+    };
     style.separator == Separator::Character(',') && fields.len() >= 6 && fields.iter().all(whole)
 }
 
 /// The names in a header, in lower case, without quotes and units.
 pub(super) fn names(line: &str) -> Vec<String> {
-    Separator::of(line.trim()).fields(line.trim()).into_iter().map(name).collect()
+    Separator::of(line.trim())
+        .fields(line.trim())
+        .into_iter()
+        .map(name)
+        .collect()
 }
 
 /// A column's name in lower case, without quotes and units; - for none.
 pub(super) fn name(field: &str) -> String {
     let field = plain(field);
-    let name = field.split(['(', '[', '/']).next().unwrap_or_default().trim().to_lowercase();
-    if name.is_empty() { "-".to_owned() } else { name }
+    let name = field
+        .split(['(', '[', '/'])
+        .next()
+        .unwrap_or_default()
+        .trim()
+        .to_lowercase();
+    if name.is_empty() {
+        "-".to_owned()
+    } else {
+        name
+    }
 }
 
 /// A field without quotes.
@@ -158,14 +208,34 @@ impl Style {
     /// The style of a line of numbers.
     fn of(line: &str) -> Self {
         let separator = Separator::of(line);
-        let points = Self { separator, decimal_comma: false };
-        let readable = |style: &Self| style.fields(line).iter().all(|field| style.number(field).is_ok());
+        let points = Self {
+            separator,
+            decimal_comma: false,
+        };
+        let readable = |style: &Self| {
+            style
+                .fields(line)
+                .iter()
+                .all(|field| style.number(field).is_ok())
+        };
         let separators = [separator, Separator::Blank];
-        let commas = separators.map(|separator| Self { separator, decimal_comma: true });
+        let commas = separators.map(|separator| Self {
+            separator,
+            decimal_comma: true,
+        });
         // Commas that separate are not decimal.
-        let commas = commas.into_iter().filter(|style| style.separator != Separator::Character(','));
-        let blanks = Self { separator: Separator::Blank, decimal_comma: false };
-        std::iter::once(points).chain(commas).chain([blanks]).find(readable).unwrap_or(points)
+        let commas = commas
+            .into_iter()
+            .filter(|style| style.separator != Separator::Character(','));
+        let blanks = Self {
+            separator: Separator::Blank,
+            decimal_comma: false,
+        };
+        std::iter::once(points)
+            .chain(commas)
+            .chain([blanks])
+            .find(readable)
+            .unwrap_or(points)
     }
 
     fn fields(self, line: &str) -> Vec<&str> {
@@ -175,7 +245,11 @@ impl Style {
     fn number(self, field: &str) -> Result<(f64, Digits), String> {
         let field = plain(field);
         let wrong = |hint: &str| format!("“{}” is no number{hint}", field.escape_debug());
-        let mixed = || Err(wrong(": some lines have decimal commas, others decimal points"));
+        let mixed = || {
+            Err(wrong(
+                ": some lines have decimal commas, others decimal points",
+            ))
+        };
         let pointed = match (self.decimal_comma, field.contains(','), field.contains('.')) {
             (true, true, false) => field.replacen(',', ".", 1),
             (true, false, true) => return mixed(),
@@ -183,8 +257,11 @@ impl Style {
             _ => field.to_owned(),
         };
         // Fortran writes exponents with D.
-        let pointed =
-            if pointed.starts_with(|c: char| c.is_alphabetic()) { pointed } else { pointed.replace(['D', 'd'], "e") };
+        let pointed = if pointed.starts_with(|c: char| c.is_alphabetic()) {
+            pointed
+        } else {
+            pointed.replace(['D', 'd'], "e")
+        };
         match pointed.parse() {
             Ok(number) => Ok((number, Digits::of(&pointed))),
             Err(_) => Err(wrong("")),

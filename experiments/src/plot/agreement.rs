@@ -46,14 +46,23 @@ pub fn squares(
     let entries = legend(right, blank);
     let above = entries.iter().map(|(_, _, [_, y])| y + 58.0);
     let above = above.fold(0.0, f64::max);
-    let mut canvas = Canvas::new([right, above + rows.len() as f64 * CELL[1] + 14.0], title, see);
+    let mut canvas = Canvas::new(
+        [right, above + rows.len() as f64 * CELL[1] + 14.0],
+        title,
+        see,
+    );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     for (standing, label, [x, y]) in entries {
         cell(&mut canvas, [x, y, x + 26.0, y + 18.0], standing);
         canvas.text(label, [x + 32.0, y + 9.0], Anchor::Left, 13.0);
     }
     for (c, name) in columns.iter().enumerate() {
-        canvas.text(name, [LEFT + (c as f64 + 0.5) * CELL[0], above - 12.0], Anchor::Center, LABEL);
+        canvas.text(
+            name,
+            [LEFT + (c as f64 + 0.5) * CELL[0], above - 12.0],
+            Anchor::Center,
+            LABEL,
+        );
     }
     for (r, name) in rows.iter().enumerate() {
         let y = above + r as f64 * CELL[1];
@@ -68,7 +77,12 @@ pub fn squares(
                 let count = square.text.lines().count() as f64;
                 for (i, line) in square.text.lines().enumerate() {
                     let down = LINE * (i as f64 + 0.5 * (1.0 - count));
-                    canvas.text(line, [x + 0.5 * CELL[0], middle + down], Anchor::Center, 13.0);
+                    canvas.text(
+                        line,
+                        [x + 0.5 * CELL[0], middle + down],
+                        Anchor::Center,
+                        13.0,
+                    );
                 }
             }
         }
@@ -119,14 +133,29 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let blue = Pen::new(OKABE_ITO[2], 3.0);
     match standing {
         Some(Standing::Agrees) => {}
-        Some(Standing::Biased) => canvas.line(&under, Pen { dash: &[6.0, 4.0], ..blue }),
+        Some(Standing::Biased) => canvas.line(
+            &under,
+            Pen {
+                dash: &[6.0, 4.0],
+                ..blue
+            },
+        ),
         Some(Standing::Explained) => canvas.line(&under, blue),
         Some(Standing::Undecided) => {
-            canvas.frame(inner, Pen { dash: &[2.0, 3.0], ..Pen::new(Rgb(120, 120, 120), 1.0) });
+            canvas.frame(
+                inner,
+                Pen {
+                    dash: &[2.0, 3.0],
+                    ..Pen::new(Rgb(120, 120, 120), 1.0)
+                },
+            );
         }
         Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
         Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
-        None => canvas.line(&[[left, bottom], [right, top]], Pen::new(Rgb(190, 190, 190), 1.0)),
+        None => canvas.line(
+            &[[left, bottom], [right, top]],
+            Pen::new(Rgb(190, 190, 190), 1.0),
+        ),
     }
 }
 
@@ -134,14 +163,29 @@ const PANEL: [f64; 2] = [178.0, 108.0];
 const ACROSS: usize = 5;
 
 /// Histograms of p-values in equal bins of [0, 1], a small panel each, relative to a flat one.
-pub fn histograms(path: &Path, (title, see): (&str, &str), panels: &[(String, Vec<u64>)]) -> Result<(), Error> {
+pub fn histograms(
+    path: &Path,
+    (title, see): (&str, &str),
+    panels: &[(String, Vec<u64>)],
+) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
-    let mut canvas = Canvas::new([ACROSS as f64 * PANEL[0] + 20.0, rows as f64 * PANEL[1] + 72.0], title, see);
+    let mut canvas = Canvas::new(
+        [
+            ACROSS as f64 * PANEL[0] + 20.0,
+            rows as f64 * PANEL[1] + 72.0,
+        ],
+        title,
+        see,
+    );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
-    let note = "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
+    let note =
+        "p from 0 (left) to 1 (right); the line is a flat histogram; an arrowhead: the bar goes on";
     canvas.text(note, [14.0, 44.0], Anchor::Left, 13.0);
     for (i, (name, counts)) in panels.iter().enumerate() {
-        let corner = [14.0 + (i % ACROSS) as f64 * PANEL[0], 62.0 + (i / ACROSS) as f64 * PANEL[1]];
+        let corner = [
+            14.0 + (i % ACROSS) as f64 * PANEL[0],
+            62.0 + (i / ACROSS) as f64 * PANEL[1],
+        ];
         histogram(&mut canvas, corner, name, counts);
     }
     canvas.write(path)
@@ -157,9 +201,17 @@ fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) 
     for (k, &count) in counts.iter().enumerate() {
         let height = count as f64 * scale;
         let left = x + k as f64 * bin;
-        canvas.fill([left, base - height.min(base - top), left + bin - 1.0, base], pale(OKABE_ITO[2], 0.7));
+        canvas.fill(
+            [left, base - height.min(base - top), left + bin - 1.0, base],
+            pale(OKABE_ITO[2], 0.7),
+        );
         if height > base - top {
-            canvas.marks(&[[left + 0.5 * (bin - 1.0), top - 4.0]], Shape::Triangle, 3.6, OKABE_ITO[2]);
+            canvas.marks(
+                &[[left + 0.5 * (bin - 1.0), top - 4.0]],
+                Shape::Triangle,
+                3.6,
+                OKABE_ITO[2],
+            );
         }
     }
     let level = 0.5 * (base + top);

@@ -25,8 +25,8 @@ pub(super) struct Axis {
 const ROOM: f64 = 46.0;
 
 impl Axis {
-    /// With labels at round numbers: on a linear axis as many as fit, up to ten; on a logarithmic one
-    /// powers of ten, and 2 and 5 times these if it spans few.
+    /// With labels at round numbers: on a linear axis as many as fit, up to ten; on a logarithmic
+    /// one powers of ten, and 2 and 5 times these if it spans few.
     pub fn new([low, high]: [f64; 2], division: Division, place: [f64; 2]) -> Self {
         let most = ((place[1] - place[0]).abs() / ROOM).clamp(2.0, 10.0);
         let mut decimals = 0;
@@ -43,7 +43,11 @@ impl Axis {
             }
             Division::Logarithmic => {
                 let [a, b] = [low, high].map(f64::log10);
-                let multiples: &[f64] = if 3.0 * (b - a) <= most { &[1.0, 2.0, 5.0] } else { &[1.0] };
+                let multiples: &[f64] = if 3.0 * (b - a) <= most {
+                    &[1.0, 2.0, 5.0]
+                } else {
+                    &[1.0]
+                };
                 let step = ((b - a) / most).ceil().max(1.0) as usize;
                 (a.floor() as i32..=b.ceil() as i32)
                     .step_by(step)
@@ -56,7 +60,13 @@ impl Axis {
                 std::iter::once(0.0).chain(either).collect()
             }
         };
-        let mut axis = Self { ends: [low, high], place, division, ticks: Vec::new(), decimals };
+        let mut axis = Self {
+            ends: [low, high],
+            place,
+            division,
+            ticks: Vec::new(),
+            decimals,
+        };
         axis.ticks = ticks.into_iter().filter(|&tick| axis.shows(tick)).collect();
         axis
     }
@@ -98,7 +108,11 @@ impl Axis {
                 let power = (value.log10() + 1e-9).floor();
                 if self.ends.iter().any(|end| end.log10().abs() > 4.5) {
                     let first = (value / 10f64.powf(power)).round();
-                    let times = if first == 1.0 { String::new() } else { format!("{first}·") };
+                    let times = if first == 1.0 {
+                        String::new()
+                    } else {
+                        format!("{first}·")
+                    };
                     format!("{times}10{}", superscript(power as i32))
                 } else {
                     let decimals = (-power).max(0.0) as usize;
@@ -112,5 +126,9 @@ impl Axis {
 
 fn superscript(power: i32) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    power.to_string().chars().map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize])).collect()
+    power
+        .to_string()
+        .chars()
+        .map(|c| c.to_digit(10).map_or('⁻', |digit| digits[digit as usize]))
+        .collect()
 }

@@ -1,12 +1,14 @@
-//! A drawing in SVG: shapes at decimal coordinates, with a title and a description for those who cannot
-//! see it. Lengths are in pixels, y points down.
+//! A drawing in SVG: shapes at decimal coordinates, with a title and a description for those who
+//! cannot see it. Lengths are in pixels, y points down.
 
 use std::io;
 use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use plotters::prelude::{Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, TextStyle, WHITE};
+use plotters::prelude::{
+    Color as _, DrawingBackend as _, IntoFont as _, SVGBackend, TextStyle, WHITE,
+};
 pub(super) use plotters::style::text_anchor::HPos as Anchor;
 use plotters::style::text_anchor::{Pos, VPos};
 use plotters_backend::DrawingErrorKind;
@@ -32,7 +34,11 @@ pub(super) struct Pen {
 impl Pen {
     /// A line without gaps.
     pub const fn new(colour: Rgb, width: f64) -> Self {
-        Self { colour, width, dash: &[] }
+        Self {
+            colour,
+            width,
+            dash: &[],
+        }
     }
 }
 
@@ -60,7 +66,12 @@ pub(super) struct Canvas {
 impl Canvas {
     /// A white page. `title` says what it shows, `see` what there is to see.
     pub fn new(size: Point, title: &str, see: &str) -> Self {
-        Self { size, title: title.to_owned(), see: see.to_owned(), body: String::new() }
+        Self {
+            size,
+            title: title.to_owned(),
+            see: see.to_owned(),
+            body: String::new(),
+        }
     }
 
     /// Adds what `draw` draws, with attributes that plotters does not know.
@@ -71,7 +82,10 @@ impl Canvas {
     ) {
         let mut page = String::new();
         // Writing to a string cannot fail.
-        let _ = draw(&mut SVGBackend::with_string(&mut page, self.size.map(|side| fine(side) as u32).into()));
+        let _ = draw(&mut SVGBackend::with_string(
+            &mut page,
+            self.size.map(|side| fine(side) as u32).into(),
+        ));
         for line in page.lines().filter(|line| !line.contains("svg")) {
             match line.split_once(' ') {
                 Some((tag, rest)) if line.starts_with('<') && !attributes.is_empty() => {
@@ -85,20 +99,41 @@ impl Canvas {
     /// A filled rectangle.
     pub fn fill(&mut self, [left, top, right, bottom]: Area, colour: Rgb) {
         let corners = [place([left, top]), place([right, bottom])];
-        self.draw("", |page| page.draw_rect(corners[0], corners[1], &colour.filled(), true));
+        self.draw("", |page| {
+            page.draw_rect(corners[0], corners[1], &colour.filled(), true)
+        });
     }
 
     /// The border of a rectangle.
     pub fn frame(&mut self, [left, top, right, bottom]: Area, pen: Pen) {
-        self.line(&[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], pen);
+        self.line(
+            &[
+                [left, top],
+                [right, top],
+                [right, bottom],
+                [left, bottom],
+                [left, top],
+            ],
+            pen,
+        );
     }
 
     pub fn line(&mut self, points: &[Point], pen: Pen) {
-        let dash: Vec<String> = pen.dash.iter().map(|&length| fine(length).to_string()).collect();
+        let dash: Vec<String> = pen
+            .dash
+            .iter()
+            .map(|&length| fine(length).to_string())
+            .collect();
         let dashed = || format!("stroke-dasharray=\"{}\"", dash.join(" "));
-        let attributes = if dash.is_empty() { String::new() } else { dashed() };
+        let attributes = if dash.is_empty() {
+            String::new()
+        } else {
+            dashed()
+        };
         let stroke = pen.colour.stroke_width(fine(pen.width) as u32);
-        self.draw(&attributes, |page| page.draw_path(points.iter().map(|&at| place(at)), &stroke));
+        self.draw(&attributes, |page| {
+            page.draw_path(points.iter().map(|&at| place(at)), &stroke)
+        });
     }
 
     pub fn lines(&mut self, lines: &[Vec<Point>], pen: Pen) {
@@ -121,9 +156,13 @@ impl Canvas {
                     page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
                 }),
                 Shape::Cross | Shape::Plus => {
-                    corners.chunks(2).for_each(|stroke| self.line(stroke, Pen::new(colour, 2.0)));
+                    corners
+                        .chunks(2)
+                        .for_each(|stroke| self.line(stroke, Pen::new(colour, 2.0)));
                 }
-                _ => self.draw(rim, |page| page.fill_polygon(corners.into_iter().map(place), &colour.filled())),
+                _ => self.draw(rim, |page| {
+                    page.fill_polygon(corners.into_iter().map(place), &colour.filled())
+                }),
             }
         }
     }
@@ -142,7 +181,9 @@ impl Canvas {
         };
         // Plotters writes font sizes divided by 1.24.
         let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
-        let style = TextStyle::from(font).color(&INK).pos(Pos::new(anchor, VPos::Center));
+        let style = TextStyle::from(font)
+            .color(&INK)
+            .pos(Pos::new(anchor, VPos::Center));
         self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
@@ -206,5 +247,7 @@ impl Shape {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }

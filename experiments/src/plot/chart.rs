@@ -34,19 +34,40 @@ pub struct Series {
 
 impl Series {
     /// A series without error bars.
-    pub fn new(label: &str, colour: usize, mark: Mark, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+    pub fn new(
+        label: &str,
+        colour: usize,
+        mark: Mark,
+        points: impl IntoIterator<Item = [f64; 2]>,
+    ) -> Self {
         let points = points.into_iter().collect();
-        Self { label: label.to_owned(), colour, mark, points, bars: Vec::new() }
+        Self {
+            label: label.to_owned(),
+            colour,
+            mark,
+            points,
+            bars: Vec::new(),
+        }
     }
 
     /// The line of a function at `steps` + 1 places from one end of a range to the other.
-    pub fn curve(label: &str, colour: usize, [from, to]: [f64; 2], steps: u32, f: impl Fn(f64) -> f64) -> Self {
+    pub fn curve(
+        label: &str,
+        colour: usize,
+        [from, to]: [f64; 2],
+        steps: u32,
+        f: impl Fn(f64) -> f64,
+    ) -> Self {
         let x = (0..=steps).map(|i| from + (to - from) * f64::from(i) / f64::from(steps));
         Self::new(label, colour, Mark::Line, x.map(|x| [x, f(x)]))
     }
 
     /// Marks with error bars: x, y and how far the bar of y reaches to either side.
-    pub fn measured(label: &str, colour: usize, points: impl IntoIterator<Item = [f64; 3]>) -> Self {
+    pub fn measured(
+        label: &str,
+        colour: usize,
+        points: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
         let mut series = Self::new(label, colour, Mark::Points, []);
         for [x, y, half] in points {
             series.points.push([x, y]);
@@ -78,9 +99,20 @@ pub struct Chart {
 
 impl Chart {
     /// A chart with even axes.
-    pub fn new(title: impl Into<String>, axes: [&str; 2], ranges: [[f64; 2]; 2], series: Vec<Series>) -> Self {
+    pub fn new(
+        title: impl Into<String>,
+        axes: [&str; 2],
+        ranges: [[f64; 2]; 2],
+        series: Vec<Series>,
+    ) -> Self {
         let axes = axes.map(str::to_owned);
-        Self { title: title.into(), axes, ranges, log: [false, false], series }
+        Self {
+            title: title.into(),
+            axes,
+            ranges,
+            log: [false, false],
+            series,
+        }
     }
 
     /// The same with logarithmic axes where `log` says so.
@@ -89,13 +121,20 @@ impl Chart {
     }
 }
 
-/// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is to see.
+/// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is
+/// to see.
 pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
     rows(path, see, size, 1, charts)
 }
 
 /// Draws charts in rows of `columns`, `size` in pixels for all together.
-pub fn rows(path: &Path, see: &str, size: [u32; 2], columns: usize, charts: &[Chart]) -> Result<(), Error> {
+pub fn rows(
+    path: &Path,
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    charts: &[Chart],
+) -> Result<(), Error> {
     let looks = Looks::of(charts);
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
     let (mut canvas, areas) = page(see, size, columns, &titles);
@@ -130,7 +169,11 @@ impl Looks {
     fn pen(&self, series: &Series) -> Pen {
         match series.mark {
             Mark::Faint => Pen::new(Rgb(150, 150, 150), 1.0),
-            _ => Pen { colour: colour(series), width: 2.0, dash: self.style(series).0 },
+            _ => Pen {
+                colour: colour(series),
+                width: 2.0,
+                dash: self.style(series).0,
+            },
         }
     }
 }
@@ -152,8 +195,19 @@ const RADIUS: f64 = 4.2;
 fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
     let [left, top, right, bottom] = area;
     let lines = legend(canvas, area, chart, looks);
-    let plot = [left + LEFT, top + TOP + LINE * lines as f64, right - RIGHT, bottom - BOTTOM];
-    let divisions = chart.log.map(|log| if log { Division::Logarithmic } else { Division::Linear });
+    let plot = [
+        left + LEFT,
+        top + TOP + LINE * lines as f64,
+        right - RIGHT,
+        bottom - BOTTOM,
+    ];
+    let divisions = chart.log.map(|log| {
+        if log {
+            Division::Logarithmic
+        } else {
+            Division::Linear
+        }
+    });
     let [x, y] = axes(plot, chart.ranges, divisions);
     frame(canvas, plot, [&x, &y], &chart.axes);
     heading(canvas, plot, top, &chart.title);
@@ -171,7 +225,10 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
         match series.mark {
             Mark::Line | Mark::Faint => canvas.lines(&runs(&points, reach), pen),
             Mark::Points | Mark::Dots => {
-                let seen = series.points.iter().filter(|[a, b]| x.shows(*a) && y.shows(*b));
+                let seen = series
+                    .points
+                    .iter()
+                    .filter(|[a, b]| x.shows(*a) && y.shows(*b));
                 let seen: Vec<Point> = seen.map(place).collect();
                 let (shape, radius) = match series.mark {
                     Mark::Dots => (Shape::Disc, 1.3),
@@ -197,7 +254,8 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
         // A line's points are often a series without a name.
         let sample = chart.series.iter().filter(|other| {
             other.colour == series.colour
-                && (other.mark == series.mark || (other.label.is_empty() && other.mark != Mark::Faint))
+                && (other.mark == series.mark
+                    || (other.label.is_empty() && other.mark != Mark::Faint))
         });
         let sample: Vec<&Series> = sample.collect();
         for part in &sample {
@@ -205,7 +263,10 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
                 canvas.line(&[[x, y], [x + 30.0, y]], looks.pen(part));
             }
         }
-        if let Some(part) = sample.iter().find(|s| matches!(s.mark, Mark::Points | Mark::Dots)) {
+        if let Some(part) = sample
+            .iter()
+            .find(|s| matches!(s.mark, Mark::Points | Mark::Dots))
+        {
             canvas.marks(&[[x + 15.0, y]], looks.style(part).1, RADIUS, colour(part));
         }
         canvas.text(&series.label, [x + 36.0, y], Anchor::Left, LABEL);

@@ -25,7 +25,8 @@ const CHANNELS: [(&str, Rgb, Shape); 3] = [
 const BAND: Rgb = Rgb(224, 232, 240);
 const RADIUS: f64 = 4.6;
 
-/// Draws the panels one below the other, all on one scale: even about zero, logarithmic farther from it.
+/// Draws the panels one below the other, all on one scale: even about zero, logarithmic farther
+/// from it.
 pub fn differences(
     path: &Path,
     (title, see): (&str, &str),
@@ -35,10 +36,23 @@ pub fn differences(
     let size = [900.0, 46.0 + 280.0 * panels.len() as f64];
     let mut canvas = Canvas::new(size, title, see);
     legend(&mut canvas, common.band);
-    let largest = panels.iter().flat_map(|(_, rows)| rows).flatten().fold(10.0f64, |largest, d| largest.max(d.abs()));
-    for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len()).into_iter().zip(panels) {
+    let largest = panels
+        .iter()
+        .flat_map(|(_, rows)| rows)
+        .flatten()
+        .fold(10.0f64, |largest, d| largest.max(d.abs()));
+    for (area, panel) in areas([size[0], size[1] - 46.0], 1, panels.len())
+        .into_iter()
+        .zip(panels)
+    {
         let [left, top, right, bottom] = area;
-        draw(&mut canvas, [left, top + 46.0, right, bottom + 46.0], common, panel, 1.4 * largest);
+        draw(
+            &mut canvas,
+            [left, top + 46.0, right, bottom + 46.0],
+            common,
+            panel,
+            1.4 * largest,
+        );
     }
     canvas.write(path)
 }
@@ -59,15 +73,27 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     let plot = [left + LEFT, top + 34.0, right - 16.0, bottom - 44.0];
     let step = (plot[2] - plot[0]) / common.regions.len() as f64;
     let middle = |i: usize| plot[0] + (i as f64 + 0.5) * step;
-    let [mut x, y] = axes(plot, [[0.0, 1.0], [-most, most]], [Division::Linear, Division::Signed]);
+    let [mut x, y] = axes(
+        plot,
+        [[0.0, 1.0], [-most, most]],
+        [Division::Linear, Division::Signed],
+    );
     for (i, &(_, allowed)) in common.regions.iter().enumerate() {
         let [from, to] = [-0.5, 0.5].map(|half| middle(i) + half * step);
         canvas.fill([from, y.at(allowed), to, y.at(-allowed)], BAND);
     }
     // No labels across but the regions' names.
     x.ticks.clear();
-    frame(canvas, plot, [&x, &y], &[String::new(), common.axis.to_owned()]);
-    canvas.line(&[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]], Pen::new(INK, 1.2));
+    frame(
+        canvas,
+        plot,
+        [&x, &y],
+        &[String::new(), common.axis.to_owned()],
+    );
+    canvas.line(
+        &[[plot[0], y.at(0.0)], [plot[2], y.at(0.0)]],
+        Pen::new(INK, 1.2),
+    );
     for i in 1..common.regions.len() {
         let at = middle(i) - 0.5 * step;
         canvas.line(&[[at, plot[1]], [at, plot[3]]], Pen::new(FAINT, 1.0));
@@ -80,7 +106,9 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     }
     let (title, rows) = panel;
     for (c, (_, colour, shape)) in CHANNELS.into_iter().enumerate() {
-        let place = |(i, row): (usize, &[f64; 3])| [middle(i) + (c as f64 - 1.0) * 0.22 * step, y.at(row[c])];
+        let place = |(i, row): (usize, &[f64; 3])| {
+            [middle(i) + (c as f64 - 1.0) * 0.22 * step, y.at(row[c])]
+        };
         let points: Vec<[f64; 2]> = rows.iter().enumerate().map(place).collect();
         canvas.marks(&points, shape, RADIUS, colour);
     }

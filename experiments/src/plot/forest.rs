@@ -24,7 +24,12 @@ impl Line {
         let o = &row.outcome;
         let units = |x: f64| (x - o.reference) / o.claim.size();
         let (estimate, interval) = (units(o.estimate), o.interval.map(units));
-        Self { label, estimate, interval, verdict: row.verdict }
+        Self {
+            label,
+            estimate,
+            interval,
+            verdict: row.verdict,
+        }
     }
 }
 
@@ -51,7 +56,9 @@ impl Mark {
         match line.verdict {
             Verdict::Holds => Self::Holds,
             Verdict::Fails => Self::Fails,
-            Verdict::Undecided { .. } if line.interval.iter().all(|end| end.abs() <= 1.0) => Self::Few,
+            Verdict::Undecided { .. } if line.interval.iter().all(|end| end.abs() <= 1.0) => {
+                Self::Few
+            }
             Verdict::Undecided { .. } => Self::Wide,
         }
     }
@@ -66,7 +73,10 @@ impl Mark {
 
     /// Dots where nothing may be read from the interval.
     fn pen(self) -> Pen {
-        Pen { dash: if self == Self::Few { &[2.0, 3.0] } else { &[] }, ..Pen::new(self.colour(), 2.0) }
+        Pen {
+            dash: if self == Self::Few { &[2.0, 3.0] } else { &[] },
+            ..Pen::new(self.colour(), 2.0)
+        }
     }
 
     /// Shape and colour say the same: disc, cross, hollow squares and diamonds.
@@ -107,7 +117,10 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
     canvas.fill([x(-1.0), TOP - 6.0, x(1.0), bottom], Rgb(238, 243, 247));
     for tick in -3..=3 {
         let at = x(f64::from(tick));
-        canvas.line(&[[at, TOP - 6.0], [at, bottom]], Pen::new(if tick == 0 { INK } else { FAINT }, 1.0));
+        canvas.line(
+            &[[at, TOP - 6.0], [at, bottom]],
+            Pen::new(if tick == 0 { INK } else { FAINT }, 1.0),
+        );
         let label = match tick {
             0 => "0".to_owned(),
             _ => format!("{tick:+}").replace('-', "−"),
@@ -119,14 +132,22 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
     for (i, line) in lines.iter().enumerate() {
         let y = TOP + ROW * (i as f64 + 0.5);
         let mark = Mark::of(line);
-        canvas.text(&shortened(&line.label), [LEFT - 12.0, y], Anchor::Right, NAME);
+        canvas.text(
+            &shortened(&line.label),
+            [LEFT - 12.0, y],
+            Anchor::Right,
+            NAME,
+        );
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
         for (end, side) in [(low, -1.0), (high, 1.0)] {
             if end.abs() > REACH {
                 let tip = x(end);
                 let back = tip - 8.0 * side;
-                canvas.line(&[[back, y - 4.0], [tip, y], [back, y + 4.0]], Pen::new(mark.colour(), 2.0));
+                canvas.line(
+                    &[[back, y - 4.0], [tip, y], [back, y + 4.0]],
+                    Pen::new(mark.colour(), 2.0),
+                );
             }
         }
         if line.estimate.abs() <= REACH {

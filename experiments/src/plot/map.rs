@@ -1,4 +1,5 @@
-//! Maps of a signed quantity: cells in a diverging scale of colours, with a bar that says what they mean.
+//! Maps of a signed quantity: cells in a diverging scale of colours, with a bar that says what they
+//! mean.
 
 use glam::DVec3;
 use whitefurnace::image::{encode_rgb, srgb};
@@ -26,13 +27,17 @@ pub struct Map {
     pub unit: String,
 }
 
-/// The middle of the scale and its ends, in Oklab (Ottosson 2020): lightness, green to red, blue to yellow.
-/// The ends, a blue and a vermilion, are equally dark and equally far from the middle, and colour-blind
-/// readers can tell them apart.
+/// The middle of the scale and its ends, in Oklab (Ottosson 2020): lightness, green to red, blue to
+/// yellow. The ends, a blue and a vermilion, are equally dark and equally far from the middle, and
+/// colour-blind readers can tell them apart.
 const MIDDLE: DVec3 = DVec3::new(0.97, 0.0, 0.0);
-const ENDS: [DVec3; 2] = [DVec3::new(0.45, -0.034, -0.131), DVec3::new(0.45, 0.108, 0.083)];
+const ENDS: [DVec3; 2] = [
+    DVec3::new(0.45, -0.034, -0.131),
+    DVec3::new(0.45, 0.108, 0.083),
+];
 
-/// The colour of a share of the bound, 8-bit sRGB. Equal steps of the share are equal steps in Oklab.
+/// The colour of a share of the bound, 8-bit sRGB. Equal steps of the share are equal steps in
+/// Oklab.
 pub fn diverging(share: f64) -> [u8; 3] {
     let end = ENDS[usize::from(share > 0.0)];
     let [l, a, b] = MIDDLE.lerp(end, share.abs().min(1.0)).to_array();
@@ -50,11 +55,22 @@ pub fn diverging(share: f64) -> [u8; 3] {
     .map(|linear| (255.0 * srgb(linear.clamp(0.0, 1.0))).round() as u8)
 }
 
-/// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to see.
-pub fn maps(path: &Path, see: &str, size: [u32; 2], columns: usize, maps: &[Map]) -> Result<(), Error> {
+/// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to
+/// see.
+pub fn maps(
+    path: &Path,
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    maps: &[Map],
+) -> Result<(), Error> {
     let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
     let (mut canvas, areas) = page(see, size, columns, &titles);
-    let fault = |message| Error::Image { action: "write", path: path.to_owned(), message };
+    let fault = |message| Error::Image {
+        action: "write",
+        path: path.to_owned(),
+        message,
+    };
     for (area, map) in areas.into_iter().zip(maps) {
         draw(&mut canvas, area, map).map_err(fault)?;
     }
@@ -69,14 +85,20 @@ const LABELS: f64 = 74.0;
 pub const UNKNOWN: [u8; 3] = [150, 150, 150];
 /// Colours of the bar.
 const STEPS: u32 = 64;
-/// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells still.
+/// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells
+/// still.
 const SHARP: u32 = 480;
 /// Cells that are at least so large, in pixels, are marked where their values are off the scale.
 const MARKED: f64 = 9.0;
 
 fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
     let [left, top, right, bottom] = area;
-    let plot = [left + LEFT, top + TOP, right - 12.0 - GAP - BAR - LABELS, bottom - 58.0];
+    let plot = [
+        left + LEFT,
+        top + TOP,
+        right - 12.0 - GAP - BAR - LABELS,
+        bottom - 58.0,
+    ];
     let [x, y] = axes(plot, map.ranges, [Division::Linear; 2]);
     frame(canvas, plot, [&x, &y], &map.axes);
     heading(canvas, plot, top, &map.title);
@@ -88,13 +110,20 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
             let beyond = (0..map.values.len()).filter(|&i| sign * map.values[i] > map.bound);
             let middle = |i: usize| {
                 let [column, row] = [i % map.size[0] as usize, i / map.size[0] as usize];
-                [plot[0] + (column as f64 + 0.5) * cell[0], plot[1] + (row as f64 + 0.5) * cell[1]]
+                [
+                    plot[0] + (column as f64 + 0.5) * cell[0],
+                    plot[1] + (row as f64 + 0.5) * cell[1],
+                ]
             };
             let at: Vec<[f64; 2]> = beyond.map(middle).collect();
             canvas.marks(&at, shape, 3.0, Rgb(255, 255, 255));
         }
     }
-    bar(canvas, [plot[2] + GAP, plot[1], plot[2] + GAP + BAR, plot[3]], map);
+    bar(
+        canvas,
+        [plot[2] + GAP, plot[1], plot[2] + GAP + BAR, plot[3]],
+        map,
+    );
     Ok(())
 }
 
@@ -103,12 +132,20 @@ fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let [width, height] = map.size;
     let times = SHARP.div_ceil(width.max(height).max(1));
     let colour = |value: &f64| {
-        if value.is_nan() { UNKNOWN } else { diverging(value / map.bound) }
+        if value.is_nan() {
+            UNKNOWN
+        } else {
+            diverging(value / map.bound)
+        }
     };
     let colours: Vec<[u8; 3]> = map.values.iter().map(colour).collect();
     let mut pixels = Vec::new();
     for row in colours.chunks(width.max(1) as usize) {
-        let line: Vec<u8> = row.iter().flat_map(|&c| std::iter::repeat_n(c, times as usize)).flatten().collect();
+        let line: Vec<u8> = row
+            .iter()
+            .flat_map(|&c| std::iter::repeat_n(c, times as usize))
+            .flatten()
+            .collect();
         (0..times).for_each(|_| pixels.extend_from_slice(&line));
     }
     encode_rgb([width * times, height * times], &pixels).map_err(|error| error.to_string())
@@ -133,15 +170,33 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     }
     for quarter in [1.0, 0.5, 0.0, -0.5, -1.0] {
         let value = map.bound * quarter;
-        let label = if value == 0.0 { "0".to_owned() } else { format!("{value:+}").replace('-', "−") };
+        let label = if value == 0.0 {
+            "0".to_owned()
+        } else {
+            format!("{value:+}").replace('-', "−")
+        };
         let y = at(quarter);
         canvas.line(&[[right, y], [right + 4.0, y]], Pen::new(INK, 1.0));
         canvas.text(&label, [right + 8.0, y], Anchor::Left, LABEL);
     }
     if map.values.iter().any(|value| value.is_nan()) {
         let [r, g, b] = UNKNOWN;
-        canvas.fill([left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0], Rgb(r, g, b));
-        canvas.text("not judged", [left + 9.0, bottom + 30.0], Anchor::Left, 13.0);
+        canvas.fill(
+            [left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0],
+            Rgb(r, g, b),
+        );
+        canvas.text(
+            "not judged",
+            [left + 9.0, bottom + 30.0],
+            Anchor::Left,
+            13.0,
+        );
     }
-    canvas.turned(&map.unit, [right + LABELS - 12.0, 0.5 * (top + bottom)], Anchor::Center, LABEL, 90);
+    canvas.turned(
+        &map.unit,
+        [right + LABELS - 12.0, 0.5 * (top + bottom)],
+        Anchor::Center,
+        LABEL,
+        90,
+    );
 }

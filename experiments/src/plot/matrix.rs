@@ -31,8 +31,8 @@ const CELL: f64 = 17.0;
 /// Size of the names of rows and columns.
 const NAME: f64 = 13.0;
 
-/// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the same are
-/// drawn as one.
+/// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the
+/// same are drawn as one.
 pub fn matrix(
     path: &Path,
     (title, see): (&str, &str),
@@ -40,11 +40,20 @@ pub fn matrix(
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
 ) -> Result<(), Error> {
-    let longest = |names: &[String]| names.iter().map(|name| width(name, NAME)).fold(0.0, f64::max);
+    let longest = |names: &[String]| {
+        names
+            .iter()
+            .map(|name| width(name, NAME))
+            .fold(0.0, f64::max)
+    };
     let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
     let [across, down] = [columns, rows].map(|names| names.len() as f64 * CELL);
     let least = width(title, TITLE).max(560.0);
-    let mut canvas = Canvas::new([(left + across).max(least) + 20.0, top + down + 16.0], title, see);
+    let mut canvas = Canvas::new(
+        [(left + across).max(least) + 20.0, top + down + 16.0],
+        title,
+        see,
+    );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let mut x = 14.0;
     for seen in Detection::ALL.map(Some).into_iter().chain([None]) {
@@ -54,7 +63,12 @@ pub fn matrix(
         if let Some(seen) = seen {
             cells(&mut canvas, at, 1, seen);
         }
-        canvas.text(label, [x + CELL + 8.0, 40.0 + 0.5 * CELL], Anchor::Left, LABEL);
+        canvas.text(
+            label,
+            [x + CELL + 8.0, 40.0 + 0.5 * CELL],
+            Anchor::Left,
+            LABEL,
+        );
         x += CELL + 32.0 + width(label, LABEL);
     }
     let faint = Pen::new(FAINT, 1.0);
@@ -90,7 +104,9 @@ fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     };
     canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);
     if seen == Detection::Missed {
-        let at: Vec<[f64; 2]> = (0..count).map(|i| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL]).collect();
+        let at: Vec<[f64; 2]> = (0..count)
+            .map(|i| [x + (i as f64 + 0.5) * CELL, y + 0.5 * CELL])
+            .collect();
         canvas.marks(&at, Shape::Cross, 3.2, Rgb(90, 60, 0));
     }
 }

@@ -1,5 +1,5 @@
-//! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart, and shapes
-//! and dashes that say the same without colour.
+//! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart, and
+//! shapes and dashes that say the same without colour.
 
 pub mod agreement;
 mod axis;
@@ -25,8 +25,8 @@ fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
     Rgb(mix(r), mix(g), mix(b))
 }
 
-/// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green, blue,
-/// reddish purple, orange, sky blue, black; and a grey.
+/// Colours of Okabe and Ito, which colour-blind readers can tell apart: vermilion, bluish green,
+/// blue, reddish purple, orange, sky blue, black; and a grey.
 const OKABE_ITO: [Rgb; 8] = [
     Rgb(213, 94, 0),
     Rgb(0, 158, 115),
@@ -40,8 +40,8 @@ const OKABE_ITO: [Rgb; 8] = [
 const INK: Rgb = Rgb(40, 40, 40);
 const FAINT: Rgb = Rgb(215, 215, 215);
 
-/// What tells series apart without colour, in the order in which they appear: dashes of lines and shapes
-/// of marks.
+/// What tells series apart without colour, in the order in which they appear: dashes of lines and
+/// shapes of marks.
 const STYLES: [(&[f64], Shape); 8] = [
     (&[], Shape::Disc),
     (&[9.0, 4.0], Shape::Square),

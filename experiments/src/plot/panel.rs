@@ -8,9 +8,17 @@ pub(super) const LEFT: f64 = 84.0;
 pub(super) const TOP: f64 = 38.0;
 
 /// A page of `size` pixels for panels of these titles, and where they lie: in rows of `columns`.
-pub(super) fn page(see: &str, size: [u32; 2], columns: usize, titles: &[&str]) -> (Canvas, Vec<Area>) {
+pub(super) fn page(
+    see: &str,
+    size: [u32; 2],
+    columns: usize,
+    titles: &[&str],
+) -> (Canvas, Vec<Area>) {
     let size = size.map(f64::from);
-    (Canvas::new(size, &titles.join("; "), see), areas(size, columns, titles.len()))
+    (
+        Canvas::new(size, &titles.join("; "), see),
+        areas(size, columns, titles.len()),
+    )
 }
 
 /// Equal parts of a drawing, row by row.
@@ -18,18 +26,29 @@ pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec
     let rows = count.div_ceil(columns).max(1);
     let [w, h] = [width / columns as f64, height / rows as f64];
     let corner = |i: usize| [(i % columns) as f64 * w, (i / columns) as f64 * h];
-    (0..count).map(corner).map(|[x, y]| [x, y, x + w, y + h]).collect()
+    (0..count)
+        .map(corner)
+        .map(|[x, y]| [x, y, x + w, y + h])
+        .collect()
 }
 
 /// The axes along the lower and the left side of the plotted area.
 pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) -> [Axis; 2] {
     let [left, top, right, bottom] = plot;
-    [Axis::new(x, divisions[0], [left, right]), Axis::new(y, divisions[1], [bottom, top])]
+    [
+        Axis::new(x, divisions[0], [left, right]),
+        Axis::new(y, divisions[1], [bottom, top]),
+    ]
 }
 
 /// The title of a panel, over the middle of its plot.
 pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
-    canvas.text(title, [0.5 * (left + right), top + 19.0], Anchor::Center, HEADING);
+    canvas.text(
+        title,
+        [0.5 * (left + right), top + 19.0],
+        Anchor::Center,
+        HEADING,
+    );
 }
 
 /// The axes with their labels, and a grid.

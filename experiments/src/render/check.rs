@@ -7,7 +7,10 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::sampler::LONGEST;
 
 use super::names::SINGLE_RAYS;
-use super::{ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource, name};
+use super::{
+    ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource,
+    name,
+};
 use crate::render::photons::Gather;
 
 /// An option: what it goes with, and the value that a file records.
@@ -22,7 +25,12 @@ struct Setting {
 }
 
 const fn any(option: &'static str, value: fn(&Job) -> String) -> Setting {
-    Setting { option, with: "", applies: |_| true, value }
+    Setting {
+        option,
+        with: "",
+        applies: |_| true,
+        value,
+    }
 }
 
 const fn goes(
@@ -31,7 +39,12 @@ const fn goes(
     applies: fn(&Job) -> bool,
     value: fn(&Job) -> String,
 ) -> Setting {
-    Setting { option, with, applies, value }
+    Setting {
+        option,
+        with,
+        applies,
+        value,
+    }
 }
 
 /// All that decides the pixels, in the order in which files record it.
@@ -43,43 +56,122 @@ const SETTINGS: &[Setting] = &[
     }),
     any("convention", |job| name(job.convention)),
     any("estimator", |job| name(job.estimator)),
-    goes("engine", "--estimator mis, bsdf, light, whitted and report", Job::has_engines, |job| {
-        // The default needs no word.
-        if job.engine == EngineName::Single { name(job.engine) } else { String::new() }
-    }),
-    goes("light-sampling", "--estimator light and mis", Job::picks_lights, |job| name(job.light_sampling)),
-    goes("heuristic", "--estimator mis", |job| job.estimator == EstimatorName::Mis, |job| name(job.heuristic)),
+    goes(
+        "engine",
+        "--estimator mis, bsdf, light, whitted and report",
+        Job::has_engines,
+        |job| {
+            // The default needs no word.
+            if job.engine == EngineName::Single {
+                name(job.engine)
+            } else {
+                String::new()
+            }
+        },
+    ),
+    goes(
+        "light-sampling",
+        "--estimator light and mis",
+        Job::picks_lights,
+        |job| name(job.light_sampling),
+    ),
+    goes(
+        "heuristic",
+        "--estimator mis",
+        |job| job.estimator == EstimatorName::Mis,
+        |job| name(job.heuristic),
+    ),
     goes(
         "specular-shadow-rays",
         "--estimator mis",
         |job| job.estimator == EstimatorName::Mis,
         |job| name(job.specular_shadow_rays),
     ),
-    goes("bounces", PATHS, Job::traces_paths, |job| job.bounces.map_or_else(String::new, |most| most.to_string())),
-    goes("diffuse", "--scene report, and not --convention published", Job::has_white_sphere, |job| name(job.diffuse)),
-    goes("rays", "--estimator report, and not --convention published", Job::splits, |job| job.rays.to_string()),
-    goes("photons", PHOTONS, Job::uses_photons, |job| job.photons.photons.to_string()),
-    goes("radius", PHOTONS, Job::uses_photons, |job| job.photons.radius.to_string()),
-    goes("gather", "--estimator photon", Job::keeps_one_map, |job| name(job.photons.gather)),
-    goes("caustic-photons", CAUSTICS, Job::gathers, |job| job.photons.caustic().0.to_string()),
-    goes("caustic-radius", CAUSTICS, Job::gathers, |job| job.photons.caustic().1.to_string()),
-    goes("patches", RADIOSITY, |job| job.estimator == EstimatorName::Radiosity, |job| job.patches.to_string()),
-    goes("pixel", SINGLE_RAYS, |job| !job.estimator.makes_images(), |job| name(job.pixel)),
-    goes("grid", "--pixel grid and jitter", Job::divides_pixels, |job| job.grid.to_string()),
-    goes("outlines", OUTLINES, Job::shows_outlines, |job| name(job.outlines)),
+    goes("bounces", PATHS, Job::traces_paths, |job| {
+        job.bounces
+            .map_or_else(String::new, |most| most.to_string())
+    }),
+    goes(
+        "diffuse",
+        "--scene report, and not --convention published",
+        Job::has_white_sphere,
+        |job| name(job.diffuse),
+    ),
+    goes(
+        "rays",
+        "--estimator report, and not --convention published",
+        Job::splits,
+        |job| job.rays.to_string(),
+    ),
+    goes("photons", PHOTONS, Job::uses_photons, |job| {
+        job.photons.photons.to_string()
+    }),
+    goes("radius", PHOTONS, Job::uses_photons, |job| {
+        job.photons.radius.to_string()
+    }),
+    goes("gather", "--estimator photon", Job::keeps_one_map, |job| {
+        name(job.photons.gather)
+    }),
+    goes("caustic-photons", CAUSTICS, Job::gathers, |job| {
+        job.photons.caustic().0.to_string()
+    }),
+    goes("caustic-radius", CAUSTICS, Job::gathers, |job| {
+        job.photons.caustic().1.to_string()
+    }),
+    goes(
+        "patches",
+        RADIOSITY,
+        |job| job.estimator == EstimatorName::Radiosity,
+        |job| job.patches.to_string(),
+    ),
+    goes(
+        "pixel",
+        SINGLE_RAYS,
+        |job| !job.estimator.makes_images(),
+        |job| name(job.pixel),
+    ),
+    goes(
+        "grid",
+        "--pixel grid and jitter",
+        Job::divides_pixels,
+        |job| job.grid.to_string(),
+    ),
+    goes("outlines", OUTLINES, Job::shows_outlines, |job| {
+        name(job.outlines)
+    }),
     any("sampler", |job| name(job.sampler)),
-    goes("scrambles", "--sampler sobol", |job| job.sampler == SamplerName::Sobol, |job| job.scrambles().to_string()),
+    goes(
+        "scrambles",
+        "--sampler sobol",
+        |job| job.sampler == SamplerName::Sobol,
+        |job| job.scrambles().to_string(),
+    ),
     goes("adaptive", ADAPTIVE, Job::adapts, |job| name(job.adaptive)),
-    any("size", |Job { size: [width, height], .. }| format!("{width}x{height}")),
+    any(
+        "size",
+        |Job {
+             size: [width, height],
+             ..
+         }| format!("{width}x{height}"),
+    ),
     any("window", |job| {
-        let text = |Window { corner: [x, y], size: [w, h] }| format!("{w}x{h}+{x}+{y}");
+        let text = |Window {
+                        corner: [x, y],
+                        size: [w, h],
+                    }| format!("{w}x{h}+{x}+{y}");
         job.window.map_or_else(String::new, text)
     }),
     any("spp", |job| job.spp.to_string()),
     any("seed", |job| job.seed.to_string()),
-    goes("exposure", "--convention physical", |job| job.convention == ConventionName::Physical, |_| String::new()),
+    goes(
+        "exposure",
+        "--convention physical",
+        |job| job.convention == ConventionName::Physical,
+        |_| String::new(),
+    ),
 ];
-const OUTLINES: &str = "--convention physical, --pixel random and jitter, and estimators of single rays";
+const OUTLINES: &str =
+    "--convention physical, --pixel random and jitter, and estimators of single rays";
 const ADAPTIVE: &str = "--estimator mis, bsdf and light, and --sampler sobol";
 const PATHS: &str = "--estimator mis, bsdf and light";
 const RADIOSITY: &str = "--estimator radiosity";
@@ -89,14 +181,26 @@ const CAUSTICS: &str = "--estimator photon and --gather yes";
 /// A line of text for an EXR file.
 fn latin_1(text: &str) -> String {
     let fits = |c: &char| *c <= 'ÿ' && !c.is_control();
-    text.chars().map(|c| if fits(&c) { c.to_string() } else { c.escape_default().to_string() }).collect()
+    text.chars()
+        .map(|c| {
+            if fits(&c) {
+                c.to_string()
+            } else {
+                c.escape_default().to_string()
+            }
+        })
+        .collect()
 }
 
 impl Job {
     /// Refuses what makes no sense, before any work is done.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
-        let (scene, convention, estimator) = (self.scene.name(), name(self.convention), name(self.estimator));
+        let (scene, convention, estimator) = (
+            self.scene.name(),
+            name(self.convention),
+            name(self.estimator),
+        );
         if self.scene != SceneName::Report && self.convention != ConventionName::Physical {
             return refuse(format!(
                 "--scene {scene} is defined under --convention physical only; --convention {convention} belongs to --scene \
@@ -110,7 +214,12 @@ impl Job {
             ConventionName::Published => &[EstimatorName::Report],
         };
         if !takes.is_empty() && !takes.contains(&self.estimator) {
-            let names = takes.iter().copied().map(name).collect::<Vec<_>>().join(" or ");
+            let names = takes
+                .iter()
+                .copied()
+                .map(name)
+                .collect::<Vec<_>>()
+                .join(" or ");
             return refuse(format!(
                 "--estimator {estimator} does not follow --convention {convention}, which takes --estimator {names}"
             ));
@@ -129,12 +238,21 @@ impl Job {
         }
         Film::checked_window(self.size, self.window)?;
         if self.estimator.makes_images() && self.window.is_some() {
-            return refuse(format!("--estimator {estimator} renders whole images only: leave out the window"));
+            return refuse(format!(
+                "--estimator {estimator} renders whole images only: leave out the window"
+            ));
         }
         if let SceneSource::File(file) = self.scene
             && !self.traces_paths()
-            && let Some((material, _)) = file.description.materials.iter().find(|(_, s)| s.bsdf.is_rough_glass())
-            && self.build_scene()?.primitives().any(|(_, surface)| surface.bsdf.is_rough_glass())
+            && let Some((material, _)) = file
+                .description
+                .materials
+                .iter()
+                .find(|(_, s)| s.bsdf.is_rough_glass())
+            && self
+                .build_scene()?
+                .primitives()
+                .any(|(_, surface)| surface.bsdf.is_rough_glass())
         {
             return refuse(format!(
                 "--estimator {estimator} does not take rough glass, of which the material \"{material}\" of {scene} is: take \
@@ -154,21 +272,30 @@ impl Job {
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
         // What goes with any others always does something.
         let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
-        let idle = conditional.find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
+        let idle = conditional
+            .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
         idle.map_or(Ok(()), |Setting { option, with, .. }| {
-            Err(Error::Option(format!("--{option} changes nothing here: it goes with {with}")))
+            Err(Error::Option(format!(
+                "--{option} changes nothing here: it goes with {with}"
+            )))
         })
     }
 
-    /// Key=value lines of all that decides the pixels, for the EXR's attribute, and of the camera. What has no place in such
-    /// lines and in Latin-1 is escaped.
+    /// Key=value lines of all that decides the pixels, for the EXR's attribute, and of the camera.
+    /// What has no place in such lines and in Latin-1 is escaped.
     pub fn provenance(&self, camera: &Camera, complete: bool) -> String {
         let mut text = format!(
             "program=whitefurnace\nversion={}\ncommit={}\n",
             env!("CARGO_PKG_VERSION"),
             env!("WHITEFURNACE_COMMIT")
         );
-        for Setting { option, applies, value, .. } in SETTINGS {
+        for Setting {
+            option,
+            applies,
+            value,
+            ..
+        } in SETTINGS
+        {
             let value = value(self);
             // Estimators of whole images take random points, which is the default.
             let is_said = applies(self) || *option == "pixel";
@@ -188,7 +315,10 @@ impl Job {
     }
 
     pub(super) fn fineness(&self) -> Fineness {
-        Fineness { patches: self.patches, halvings: 0 }
+        Fineness {
+            patches: self.patches,
+            halvings: 0,
+        }
     }
 
     /// Refuses scenes whose light no particle carries, and more photons than fit memory.
@@ -202,7 +332,8 @@ impl Job {
             )));
         }
         if self.uses_photons() {
-            self.photons.check_memory(self.keeps_one_map(), &scene, self.seed)?;
+            self.photons
+                .check_memory(self.keeps_one_map(), &scene, self.seed)?;
         }
         Ok(())
     }
@@ -220,13 +351,19 @@ impl Job {
     }
 
     fn traces_paths(&self) -> bool {
-        matches!(self.estimator, EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis)
+        matches!(
+            self.estimator,
+            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis
+        )
     }
 
     /// Whether paths are followed in either precision.
     pub(super) fn has_engines(&self) -> bool {
         match self.estimator {
-            EstimatorName::Bsdf | EstimatorName::Light | EstimatorName::Mis | EstimatorName::Whitted => true,
+            EstimatorName::Bsdf
+            | EstimatorName::Light
+            | EstimatorName::Mis
+            | EstimatorName::Whitted => true,
             EstimatorName::Report => self.convention != ConventionName::Published,
             _ => false,
         }
@@ -270,7 +407,9 @@ impl Job {
         }
         let (spp, scrambles) = (self.spp, self.scrambles());
         if !spp.is_multiple_of(scrambles) {
-            return refuse(format!("--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"));
+            return refuse(format!(
+                "--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"
+            ));
         }
         if spp / scrambles > LONGEST {
             return refuse(format!(

@@ -12,29 +12,31 @@ use whitefurnace::shard::Shard;
 use super::pilot::{parse_share, parse_time};
 use super::preview::{Preview, TEV, parse_address};
 use super::unfinished::Part;
-use super::{AdaptiveName, ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName};
+use super::{
+    AdaptiveName, ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName,
+};
 use crate::run::cli::{real, whole};
 
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
 ///
 /// Examples:
 ///   render                                            the report's room, physically consistent
-///   render --convention report --out out/fig6.exr     what the report's text describes
-///   render --scene cornell --size 512x512 --spp 64    another scene, smaller and noisier
-///   render --scene room.toml                          a scene of your own: the book's page Scene files
+///   render --convention report --out out/fig6.exr     what the report's text describes render
+///   --scene cornell --size 512x512 --spp 64    another scene, smaller and noisier render --scene
+///   room.toml                          a scene of your own: the book's page Scene files
 ///
-/// The same options give the same bytes, whatever the number of threads. An option that changes nothing
-/// together with the others is refused.
+/// The same options give the same bytes, whatever the number of threads. An option that changes
+/// nothing together with the others is refused.
 ///
-/// What is done is saved in NAME.partial.exr every few seconds: --resume goes on from there, to the bytes
-/// of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the pass in hand of bdpt,
-/// bdpt-ends, light-tracer and sppm; photon maps, radiosity and the pilot of --adaptive are made anew, by
-/// each shard, too. Without --resume, a run begins afresh and replaces the file. Where it cannot be saved,
-/// work goes on, and saving is tried again.
-/// Several machines share the work by --shard, and the program merge joins the parts.
+/// What is done is saved in NAME.partial.exr every few seconds: --resume goes on from there, to the
+/// bytes of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the pass in
+/// hand of bdpt, bdpt-ends, light-tracer and sppm; photon maps, radiosity and the pilot of
+/// --adaptive are made anew, by each shard, too. Without --resume, a run begins afresh and replaces
+/// the file. Where it cannot be saved, work goes on, and saving is tried again. Several machines
+/// share the work by --shard, and the program merge joins the parts.
 ///
-/// Ctrl-C, SIGTERM and SIGHUP save what is done, and show it in NAME.partial.png; a second
-/// Ctrl-C saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that cannot be
+/// Ctrl-C, SIGTERM and SIGHUP save what is done, and show it in NAME.partial.png; a second Ctrl-C
+/// saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that cannot be
 /// written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
 #[command(name = "render", version, verbatim_doc_comment)]
@@ -51,24 +53,27 @@ pub struct Render {
     /// Exposure of the PNG in stops, under --convention physical; from -100 to 100
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = real(-100.0..=100.0))]
     pub exposure: f64,
-    /// Take as many samples as fit this time in all, such as 90s, 10m or 1.5h: a pilot tells, whose own samples are thrown
-    /// away; the image is that of --spp with the number that is printed; from 1s to 10000h
+    /// Take as many samples as fit this time in all, such as 90s, 10m or 1.5h: a pilot tells, whose
+    /// own samples are thrown away; the image is that of --spp with the number that is printed;
+    /// from 1s to 10000h
     #[arg(long, value_name = "TIME", conflicts_with_all = ["spp", "target_error", "shard"], allow_hyphen_values = true, value_parser = parse_time)]
     pub time: Option<Duration>,
-    /// Take as many samples as should leave the pixels this relative standard error in the mean, such as 1%: a pilot tells,
-    /// as for --time; from 0.0001% to 100%
+    /// Take as many samples as should leave the pixels this relative standard error in the mean,
+    /// such as 1%: a pilot tells, as for --time; from 0.0001% to 100%
     #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_share)]
     pub target_error: Option<f64>,
     /// Go on from NAME.partial.exr, if it is there
     #[arg(long)]
     pub resume: bool,
-    /// Render part i of n of the samples to a file with sums, which the program merge joins with the others
+    /// Render part i of n of the samples to a file with sums, which the program merge joins with
+    /// the others
     #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::from_str)]
     pub shard: Option<Shard>,
     /// Show the image in this PNG while it is made: about every second, row by row as samples end
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
-    /// Show the image while it is made in the viewer tev, which listens at 127.0.0.1:14158 unless another address is given
+    /// Show the image while it is made in the viewer tev, which listens at 127.0.0.1:14158 unless
+    /// another address is given
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV, value_parser = parse_address)]
     pub tev: Option<String>,
     /// The EXR file; the PNG has the same name
@@ -76,7 +81,8 @@ pub struct Render {
     pub out: PathBuf,
 }
 
-/// Samples per pixel from which on their numbers adapt unasked: a pilot of fewer costs as much as it gains, or more.
+/// Samples per pixel from which on their numbers adapt unasked: a pilot of fewer costs as much as
+/// it gains, or more.
 const MANY_ENOUGH: u32 = 32;
 
 fn given(matches: &ArgMatches, id: &str) -> bool {
@@ -96,7 +102,10 @@ impl Render {
             job.estimator = job.convention.estimator();
         }
         // The report's own estimator gains nothing: it keeps the report's numbers.
-        if job.estimator != EstimatorName::Report && !job.divides_pixels() && !given(matches, "sampler") {
+        if job.estimator != EstimatorName::Report
+            && !job.divides_pixels()
+            && !given(matches, "sampler")
+        {
             job.sampler = SamplerName::Sobol;
         }
         if job.shows_outlines() && !given(matches, "outlines") {
@@ -115,7 +124,11 @@ impl Render {
     pub fn take(&mut self, spp: u32) {
         self.job.spp = spp;
         if self.may_adapt {
-            self.job.adaptive = if spp < MANY_ENOUGH { AdaptiveName::No } else { AdaptiveName::Yes };
+            self.job.adaptive = if spp < MANY_ENOUGH {
+                AdaptiveName::No
+            } else {
+                AdaptiveName::Yes
+            };
         }
     }
 
@@ -130,14 +143,23 @@ impl Render {
             )));
         }
         let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
-        Ok(Part { range: until(index - 1)..until(index), of })
+        Ok(Part {
+            range: until(index - 1)..until(index),
+            of,
+        })
     }
 
     /// What shows the image while it is made.
     pub fn previews(&self) -> Result<Vec<Preview>, Error> {
         let (size, display) = (self.job.size, self.job.display(self.exposure));
-        let tev = self.tev.as_deref().map(|address| Preview::tev(address, &self.out.display().to_string(), size));
-        let png = self.preview.clone().map(|path| Ok(Preview::png(path, size, display)));
+        let tev = self
+            .tev
+            .as_deref()
+            .map(|address| Preview::tev(address, &self.out.display().to_string(), size));
+        let png = self
+            .preview
+            .clone()
+            .map(|path| Ok(Preview::png(path, size, display)));
         tev.into_iter().chain(png).collect()
     }
 
@@ -146,19 +168,34 @@ impl Render {
         self.job.check()?;
         self.job.check_effect(|id| given(matches, id))?;
         self.part()?;
-        if self.out.extension().is_none_or(|extension| extension != "exr") {
+        if self
+            .out
+            .extension()
+            .is_none_or(|extension| extension != "exr")
+        {
             return Err(Error::Option(format!(
                 "--out {} must end in .exr; the PNG gets the same name",
                 self.out.display()
             )));
         }
-        let Some(preview) = &self.preview else { return Ok(()) };
+        let Some(preview) = &self.preview else {
+            return Ok(());
+        };
         let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
         let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
-        let free = !taken.into_iter().collect::<Result<Vec<_>, _>>()?.contains(&absolute(preview)?);
-        if preview.extension().is_none_or(|extension| extension != "png") || !free {
+        let free = !taken
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()?
+            .contains(&absolute(preview)?);
+        if preview
+            .extension()
+            .is_none_or(|extension| extension != "png")
+            || !free
+        {
             let preview = preview.display();
-            return Err(Error::Option(format!("--preview {preview} must end in .png, and be no file of --out")));
+            return Err(Error::Option(format!(
+                "--preview {preview} must end in .png, and be no file of --out"
+            )));
         }
         Ok(())
     }

@@ -23,8 +23,9 @@ use whitefurnace::scene::room::{self, Convention, Walls};
 use whitefurnace::scene::{Scene, simple};
 
 pub use names::{
-    AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, LightSamplingName,
-    OutlinesName, PixelName, SamplerName, SceneName, SceneSource, SpecularName, name,
+    AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName,
+    LightSamplingName, OutlinesName, PixelName, SamplerName, SceneName, SceneSource, SpecularName,
+    name,
 };
 pub use work::{Look, Rendered};
 
@@ -37,7 +38,8 @@ pub struct Job {
     /// What to render: a built-in scene, or a scene file that ends in .toml
     #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
     pub scene: SceneSource,
-    /// How light travels and is shown [default: physical, or report with --estimator report in the report's scene]
+    /// How light travels and is shown [default: physical, or report with --estimator report in the
+    /// report's scene]
     #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
     pub convention: ConventionName,
     /// How to compute it [default: mis, or report under --convention report and published]
@@ -52,11 +54,12 @@ pub struct Job {
     /// How --estimator mis weights light that is both hit and sampled
     #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
-    /// Whether shadow rays of --estimator mis go by way of flat mirrors and of spheres of mirror and glass as well
+    /// Whether shadow rays of --estimator mis go by way of flat mirrors and of spheres of mirror
+    /// and glass as well
     #[arg(long, value_enum, default_value_t)]
     pub specular_shadow_rays: SpecularName,
-    /// How often light is scattered at most on its way to the camera, for --estimator mis, bsdf and light; 0 leaves what is
-    /// seen directly; from 0 to 8192 [default: no limit]
+    /// How often light is scattered at most on its way to the camera, for --estimator mis, bsdf and
+    /// light; 0 leaves what is seen directly; from 0 to 8192 [default: no limit]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
     pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
@@ -68,7 +71,8 @@ pub struct Job {
     /// How photon mapping works.
     #[command(flatten)]
     pub photons: Photons,
-    /// About how many patches all surfaces are divided into, for --estimator radiosity; from 1 to 4294967295
+    /// About how many patches all surfaces are divided into, for --estimator radiosity; from 1 to
+    /// 4294967295
     #[arg(long, default_value_t = 2000, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub patches: u32,
     /// Where in a pixel the rays go
@@ -77,20 +81,22 @@ pub struct Job {
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
     #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
-    /// Whether eight more points per sample tell what lights show directly at their outlines (for mis, bsdf and light in
-    /// mirrors, too), for --convention physical, --pixel random and jitter, and all estimators but bdpt, bdpt-ends,
-    /// light-tracer and sppm [default: yes with these]
+    /// Whether eight more points per sample tell what lights show directly at their outlines (for
+    /// mis, bsdf and light in mirrors, too), for --convention physical, --pixel random and jitter,
+    /// and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with these]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub outlines: OutlinesName,
-    /// Where random numbers come from [default: sobol; independent with --estimator report and --pixel grid and jitter]
+    /// Where random numbers come from [default: sobol; independent with --estimator report and
+    /// --pixel grid and jitter]
     #[arg(long, value_enum, default_value_t = SamplerName::Independent, hide_default_value = true)]
     pub sampler: SamplerName,
-    /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from 1 to 4294967295
-    /// [default: the fewest from 4 on that divide --spp into at most 1024 points each]
+    /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from
+    /// 1 to 4294967295 [default: the fewest from 4 on that divide --spp into at most 1024 points
+    /// each]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: Option<u32>,
-    /// Whether pixels take more samples where a pilot has seen more noise, for --estimator mis, bsdf and light, and
-    /// --sampler sobol [default: yes with these from 32 samples on]
+    /// Whether pixels take more samples where a pilot has seen more noise, for --estimator mis,
+    /// bsdf and light, and --sampler sobol [default: yes with these from 32 samples on]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
@@ -107,12 +113,13 @@ pub struct Job {
     pub seed: u64,
 }
 
-/// The fewest scrambles of a pixel that are made unasked. The more there are, the fewer points each has, and the less
-/// points gain; but Student's intervals from two or three are several times as wide (experiment `scrambles`).
+/// The fewest scrambles of a pixel that are made unasked. The more there are, the fewer points each
+/// has, and the less points gain; but Student's intervals from two or three are several times as
+/// wide (experiment `scrambles`).
 const FEW: u32 = 4;
 
-/// The most points of a scramble that are taken unasked: a signal, or a file that saves what is done, waits for a pixel to
-/// get its scramble.
+/// The most points of a scramble that are taken unasked: a signal, or a file that saves what is
+/// done, waits for a pixel to get its scramble.
 const MANY: u32 = 1024;
 
 /// The largest count.
@@ -128,7 +135,11 @@ impl Default for Job {
 impl Job {
     /// The report's scene under a convention, with the estimator that belongs to it.
     pub fn report(convention: ConventionName) -> Self {
-        Self { convention, estimator: convention.estimator(), ..Self::default() }
+        Self {
+            convention,
+            estimator: convention.estimator(),
+            ..Self::default()
+        }
     }
 
     /// How the convention shows radiance; `exposure` in stops, for `physical`.
@@ -139,11 +150,13 @@ impl Job {
         }
     }
 
-    /// Scrambles of a pixel: as asked, or the fewest that leave each as many points as the others. A number of samples
-    /// that has no such divisor, as a large prime, is so many scrambles of a point each.
+    /// Scrambles of a pixel: as asked, or the fewest that leave each as many points as the others.
+    /// A number of samples that has no such divisor, as a large prime, is so many scrambles of a
+    /// point each.
     fn scrambles(&self) -> u32 {
         let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= MANY;
-        self.scrambles.unwrap_or_else(|| (FEW..=LONGEST).find(divides).unwrap_or(self.spp))
+        self.scrambles
+            .unwrap_or_else(|| (FEW..=LONGEST).find(divides).unwrap_or(self.spp))
     }
 
     fn sampling(&self) -> Sampling {
@@ -158,7 +171,12 @@ impl Job {
             SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles()),
         };
         let outlines = self.outlines == OutlinesName::Yes && self.shows_outlines();
-        Sampling { pixel, numbers, seed: self.seed, outlines }
+        Sampling {
+            pixel,
+            numbers,
+            seed: self.seed,
+            outlines,
+        }
     }
 
     /// The scene of the job.
@@ -171,9 +189,14 @@ impl Job {
             SceneName::Report => match self.convention {
                 ConventionName::Physical | ConventionName::Report => {
                     let albedo = DVec3::splat(room::WHITE);
-                    room::with_white_sphere(self.diffuse.bsdf(albedo, room::SIGMA), Walls::default())
+                    room::with_white_sphere(
+                        self.diffuse.bsdf(albedo, room::SIGMA),
+                        Walls::default(),
+                    )
                 }
-                ConventionName::Published => room::report(Convention::Published, OrenNayarForm::Corrected),
+                ConventionName::Published => {
+                    room::report(Convention::Published, OrenNayarForm::Corrected)
+                }
             },
             SceneName::DiffuseRoom => room::diffuse(),
             SceneName::Environment => simple::environment(),

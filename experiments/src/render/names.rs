@@ -75,18 +75,29 @@ pub struct SceneParser;
 impl TypedValueParser for SceneParser {
     type Value = SceneSource;
 
-    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<SceneSource, clap::Error> {
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<SceneSource, clap::Error> {
         let path = Path::new(value);
         if path.extension().is_none_or(|extension| extension != "toml") {
-            return Ok(EnumValueParser::<SceneName>::new().parse_ref(command, arg, value)?.into());
+            return Ok(EnumValueParser::<SceneName>::new()
+                .parse_ref(command, arg, value)?
+                .into());
         }
-        let refuse = |error| clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")).with_cmd(command);
+        let refuse = |error| {
+            clap::Error::raw(ErrorKind::ValueValidation, format!("{error}\n")).with_cmd(command)
+        };
         let file = SceneFile::load(path).map_err(refuse)?;
         Ok(SceneSource::File(Box::leak(Box::new(file))))
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let names = SceneName::value_variants().iter().filter_map(SceneName::to_possible_value);
+        let names = SceneName::value_variants()
+            .iter()
+            .filter_map(SceneName::to_possible_value);
         Some(Box::new(names))
     }
 }
@@ -112,11 +123,14 @@ pub enum EstimatorName {
     LightTracer,
     /// Bidirectional path tracing: a camera path and a particle, connected in every way
     Bdpt,
-    /// Bidirectional path tracing without connections between inner vertices: to lights and to the camera alone
+    /// Bidirectional path tracing without connections between inner vertices: to lights and to the
+    /// camera alone
     BdptEnds,
-    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all pixels share
+    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all
+    /// pixels share
     Photon,
-    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a smaller radius
+    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a
+    /// smaller radius
     Sppm,
     /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
     Radiosity,
@@ -127,15 +141,20 @@ pub enum EstimatorName {
 }
 
 /// All estimators but those that [make images](EstimatorName::makes_images).
-pub(super) const SINGLE_RAYS: &str = "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
+pub(super) const SINGLE_RAYS: &str =
+    "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
     /// Whether it makes whole images, from random points of pixels.
     pub(super) fn makes_images(self) -> bool {
-        matches!(self, Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm)
+        matches!(
+            self,
+            Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm
+        )
     }
 
-    /// Whether pixels share paths or photons, so that their standard errors do not tell that of a mean of pixels.
+    /// Whether pixels share paths or photons, so that their standard errors do not tell that of a
+    /// mean of pixels.
     pub(crate) fn shares_paths(self) -> bool {
         self.makes_images() || self == Self::Photon
     }
@@ -273,8 +292,14 @@ impl DiffuseName {
             Self::Lambert => Bsdf::Lambert { albedo },
             Self::Printed => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Printed),
             Self::Corrected => Bsdf::oren_nayar(albedo, sigma, OrenNayarForm::Corrected),
-            Self::Eon => Bsdf::Eon { albedo, roughness: OrenNayar::new(sigma).roughness() },
-            Self::Ggx => Bsdf::model(Ggx { reflectance: albedo, alpha: sigma }),
+            Self::Eon => Bsdf::Eon {
+                albedo,
+                roughness: OrenNayar::new(sigma).roughness(),
+            },
+            Self::Ggx => Bsdf::model(Ggx {
+                reflectance: albedo,
+                alpha: sigma,
+            }),
         }
     }
 
@@ -292,5 +317,7 @@ impl DiffuseName {
 
 /// The name that the command line uses for a value.
 pub fn name<T: ValueEnum + Copy>(value: T) -> String {
-    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    value
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
 }

@@ -21,10 +21,12 @@ pub enum Gather {
 /// The options of the estimators `photon` and `sppm`.
 #[derive(Clone, Copy, Debug, PartialEq, Args)]
 pub struct Photons {
-    /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to 4294967295
+    /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to
+    /// 4294967295
     #[arg(long, default_value_t = Photons::default().photons, allow_hyphen_values = true, value_parser = count())]
     pub photons: u32,
-    /// Radius of lookups in the scene's units, that of the first pass of sppm; from 0.000001 to 1000000
+    /// Radius of lookups in the scene's units, that of the first pass of sppm; from 0.000001 to
+    /// 1000000
     #[arg(long, default_value_t = Photons::default().radius, allow_hyphen_values = true, value_parser = radius())]
     pub radius: f64,
     /// Whether --estimator photon gathers the light of a second diffuse surface
@@ -49,7 +51,13 @@ fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'sta
 impl Default for Photons {
     /// For the report's room: a lookup finds some tens of photons.
     fn default() -> Self {
-        Self { photons: 200_000, radius: 0.1, gather: Gather::Yes, caustic_photons: None, caustic_radius: None }
+        Self {
+            photons: 200_000,
+            radius: 0.1,
+            gather: Gather::Yes,
+            caustic_photons: None,
+            caustic_radius: None,
+        }
     }
 }
 
@@ -61,7 +69,10 @@ impl Photons {
 
     /// Particles and radius for caustics.
     pub fn caustic(&self) -> (u32, f64) {
-        (self.caustic_photons.unwrap_or(self.photons), self.caustic_radius.unwrap_or(self.radius))
+        (
+            self.caustic_photons.unwrap_or(self.photons),
+            self.caustic_radius.unwrap_or(self.radius),
+        )
     }
 
     /// How photons are looked up: `one_map` for `--estimator photon` rather than `sppm`.
@@ -69,7 +80,10 @@ impl Photons {
         match self.gather {
             Gather::Yes if one_map => {
                 let (caustic_particles, caustic_radius) = self.caustic();
-                Lookup::Gather { caustic_particles, caustic_radius }
+                Lookup::Gather {
+                    caustic_particles,
+                    caustic_radius,
+                }
             }
             _ => Lookup::Direct,
         }
@@ -80,9 +94,15 @@ impl Photons {
         PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
         match self.lookup(one_map) {
             Lookup::Direct => Ok(()),
-            Lookup::Gather { caustic_particles, .. } => {
-                PhotonMap::check(&Standard, scene, Kept::Caustic, caustic_particles, (seed, 0))
-            }
+            Lookup::Gather {
+                caustic_particles, ..
+            } => PhotonMap::check(
+                &Standard,
+                scene,
+                Kept::Caustic,
+                caustic_particles,
+                (seed, 0),
+            ),
         }
     }
 }

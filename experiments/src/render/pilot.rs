@@ -1,5 +1,6 @@
-//! How many samples a run takes whose time or error is asked for: a pilot tells, whose own samples are thrown away. So
-//! the number depends on no sample of the image, and where it stops biases nothing.
+//! How many samples a run takes whose time or error is asked for: a pilot tells, whose own samples
+//! are thrown away. So the number depends on no sample of the image, and where it stops biases
+//! nothing.
 
 use std::time::{Duration, Instant};
 
@@ -17,8 +18,8 @@ pub enum Aim {
     Error(f64),
 }
 
-/// The longest pilot, and the largest share of the time asked for that it takes: of both, unless the fewest samples take
-/// longer.
+/// The longest pilot, and the largest share of the time asked for that it takes: of both, unless
+/// the fewest samples take longer.
 const LONGEST_PILOT: Duration = Duration::from_secs(8);
 const PILOTS_SHARE: u32 = 10;
 
@@ -29,16 +30,20 @@ const WRITING: Duration = Duration::from_nanos(1000);
 /// Parses "90s", "10m" or "1.5h".
 pub fn parse_time(text: &str) -> Result<Duration, String> {
     let units = [('s', 1.0), ('m', 60.0), ('h', 3600.0)];
-    let found = units.iter().find_map(|&(unit, seconds)| Some(seconds * text.strip_suffix(unit)?.parse::<f64>().ok()?));
+    let found = units
+        .iter()
+        .find_map(|&(unit, seconds)| Some(seconds * text.strip_suffix(unit)?.parse::<f64>().ok()?));
     let legal = found.filter(|seconds| (1.0..=3.6e7).contains(seconds));
-    legal
-        .map(Duration::from_secs_f64)
-        .ok_or_else(|| "must be seconds, minutes or hours such as 90s, 10m or 1.5h, from 1s to 10000h".to_owned())
+    legal.map(Duration::from_secs_f64).ok_or_else(|| {
+        "must be seconds, minutes or hours such as 90s, 10m or 1.5h, from 1s to 10000h".to_owned()
+    })
 }
 
 /// Parses "1%".
 pub fn parse_share(text: &str) -> Result<f64, String> {
-    let found = text.strip_suffix('%').and_then(|number| number.parse::<f64>().ok());
+    let found = text
+        .strip_suffix('%')
+        .and_then(|number| number.parse::<f64>().ok());
     let legal = found.filter(|percent| (1e-4..=100.0).contains(percent));
     legal
         .map(|percent| percent / 100.0)
@@ -50,14 +55,20 @@ impl Job {
     pub(super) fn legal(&self, samples: f64, round: fn(f64) -> f64) -> u32 {
         let step = match self.sampler {
             SamplerName::Independent => 2 * self.sampling().pixel.samples_per_replication(),
-            SamplerName::Sobol => self.scrambles.unwrap_or_else(|| FEW.max((samples / f64::from(MANY)).ceil() as u32)),
+            SamplerName::Sobol => self
+                .scrambles
+                .unwrap_or_else(|| FEW.max((samples / f64::from(MANY)).ceil() as u32)),
         };
         step * round(samples / f64::from(step)).clamp(1.0, f64::from(u32::MAX / step)) as u32
     }
 
     /// The same with so many samples per pixel, others than its own.
     pub fn pilot(&self, spp: u32) -> Self {
-        Self { seed: seed_for(self.seed, "pilot"), spp, ..*self }
+        Self {
+            seed: seed_for(self.seed, "pilot"),
+            spp,
+            ..*self
+        }
     }
 
     /// The samples per pixel that do what is asked.

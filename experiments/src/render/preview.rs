@@ -16,8 +16,8 @@ use super::work::Look;
 /// Shows the mean radiance of all pixels; an error ends that.
 type Show = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
 
-/// Something that shows an image from time to time, on a thread of its own: while that is at work, however long, no image
-/// waits for it.
+/// Something that shows an image from time to time, on a thread of its own: while that is at work,
+/// however long, no image waits for it.
 pub struct Preview {
     /// `None` while it is at work, and after an error.
     show: Option<Show>,
@@ -40,20 +40,32 @@ pub const TEV: &str = "127.0.0.1:14158";
 
 /// Parses `HOST:PORT`.
 pub fn parse_address(text: &str) -> Result<String, String> {
-    let legal = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse().is_ok_and(|n: u16| n > 0));
-    legal.map(|_| text.to_owned()).ok_or_else(|| format!("must be HOST:PORT such as {TEV}"))
+    let legal = text
+        .rsplit_once(':')
+        .filter(|(host, port)| !host.is_empty() && port.parse().is_ok_and(|n: u16| n > 0));
+    legal
+        .map(|_| text.to_owned())
+        .ok_or_else(|| format!("must be HOST:PORT such as {TEV}"))
 }
 
 impl Preview {
     fn new(name: String, patience: Duration, show: Show) -> Self {
-        Self { show: Some(show), at_work: None, next: Instant::now() + EVERY, patience, name }
+        Self {
+            show: Some(show),
+            at_work: None,
+            next: Instant::now() + EVERY,
+            patience,
+            name,
+        }
     }
 
     /// In a PNG, which is replaced as a whole.
     pub fn png(path: PathBuf, size: [u32; 2], display: Display) -> Self {
         let show = move |means: &[DVec3]| {
-            let rgb: Vec<u8> =
-                means.iter().flat_map(|mean| mean.to_array().map(|value| display.encode(value))).collect();
+            let rgb: Vec<u8> = means
+                .iter()
+                .flat_map(|mean| mean.to_array().map(|value| display.encode(value)))
+                .collect();
             write_rgb(&path, size, &rgb)
         };
         Self::new("--preview".to_owned(), Duration::MAX, Box::new(show))
@@ -67,17 +79,25 @@ impl Preview {
             move |error: IoError| Error::Option(format!("{name}: {what}: {error}"))
         };
         let mut viewer = connect(address).map_err(failed("no viewer is reached there", &name))?;
-        viewer.write_all(&create(image, size)).map_err(failed("the viewer takes nothing", &name))?;
+        viewer
+            .write_all(&create(image, size))
+            .map_err(failed("the viewer takes nothing", &name))?;
         let (image, gone) = (image.to_owned(), failed("the viewer is gone", &name));
         let show = move |means: &[DVec3]| {
-            updates(&image, size, means).try_for_each(|message| viewer.write_all(&message)).map_err(&gone)
+            updates(&image, size, means)
+                .try_for_each(|message| viewer.write_all(&message))
+                .map_err(&gone)
         };
         Ok(Self::new(name, PATIENCE, Box::new(show)))
     }
 
     /// Shows what the film is at the end.
     pub fn finish(mut self, film: &Film) {
-        let (start, patience, name) = (Instant::now(), self.patience, std::mem::take(&mut self.name));
+        let (start, patience, name) = (
+            Instant::now(),
+            self.patience,
+            std::mem::take(&mut self.name),
+        );
         let in_time = |at_work: &Option<JoinHandle<_>>| {
             while at_work.as_ref().is_some_and(|work| !work.is_finished()) {
                 if start.elapsed() > patience {
@@ -97,7 +117,10 @@ impl Preview {
 
 impl Look for Preview {
     fn due(&self) -> bool {
-        let idle = self.at_work.as_ref().map_or(self.show.is_some(), JoinHandle::is_finished);
+        let idle = self
+            .at_work
+            .as_ref()
+            .map_or(self.show.is_some(), JoinHandle::is_finished);
         idle && Instant::now() >= self.next
     }
 
@@ -106,7 +129,9 @@ impl Look for Preview {
         if let Some(Ok(Some((show, last)))) = self.at_work.take().map(JoinHandle::join) {
             (self.show, took) = (Some(show), last);
         }
-        let Some(mut show) = self.show.take() else { return };
+        let Some(mut show) = self.show.take() else {
+            return;
+        };
         let start = Instant::now();
         self.next = start + EVERY.max(took * SHARE);
         let means = film.means_so_far();
@@ -135,8 +160,8 @@ fn connect(address: &str) -> Result<TcpStream, IoError> {
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 const AT_ONCE: usize = 1 << 16;
 
-/// A message of tev's protocol: its length in bytes, its kind, whether the window comes to the front, the image's name,
-/// and more. Numbers have their lowest byte first, texts end with a zero.
+/// A message of tev's protocol: its length in bytes, its kind, whether the window comes to the
+/// front, the image's name, and more. Numbers have their lowest byte first, texts end with a zero.
 fn message(kind: u8, front: bool, image: &str, rest: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut bytes = vec![0, 0, 0, 0, kind, front.into()];
     put_text(&mut bytes, image);
@@ -162,18 +187,30 @@ fn create(image: &str, [width, height]: [u32; 2]) -> Vec<u8> {
     })
 }
 
-/// Its pixels, some rows at a time: number of channels, their names, first pixel, size, for each channel where among the
-/// floats it begins, and how far it is from one of its values to the next; the floats.
+/// Its pixels, some rows at a time: number of channels, their names, first pixel, size, for each
+/// channel where among the floats it begins, and how far it is from one of its values to the next;
+/// the floats.
 fn updates(image: &str, [width, _]: [u32; 2], means: &[DVec3]) -> impl Iterator<Item = Vec<u8>> {
     let rows = (AT_ONCE / width as usize).max(1);
-    means.chunks(rows * width as usize).enumerate().map(move |(at, part)| {
-        message(6, false, image, |bytes| {
-            put(bytes, &[CHANNELS.len() as u32]);
-            CHANNELS.iter().for_each(|channel| put_text(bytes, channel));
-            put(bytes, &[0, (at * rows) as u32, width, part.len() as u32 / width]);
-            [0_u64, 1, 2, 3, 3, 3].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-            let floats = part.iter().flat_map(|mean| mean.to_array()).map(|value| value as f32);
-            bytes.extend(floats.flat_map(f32::to_le_bytes));
+    means
+        .chunks(rows * width as usize)
+        .enumerate()
+        .map(move |(at, part)| {
+            message(6, false, image, |bytes| {
+                put(bytes, &[CHANNELS.len() as u32]);
+                CHANNELS.iter().for_each(|channel| put_text(bytes, channel));
+                put(
+                    bytes,
+                    &[0, (at * rows) as u32, width, part.len() as u32 / width],
+                );
+                [0_u64, 1, 2, 3, 3, 3]
+                    .iter()
+                    .for_each(|number| bytes.extend(number.to_le_bytes()));
+                let floats = part
+                    .iter()
+                    .flat_map(|mean| mean.to_array())
+                    .map(|value| value as f32);
+                bytes.extend(floats.flat_map(f32::to_le_bytes));
+            })
         })
-    })
 }

@@ -26,7 +26,10 @@ impl Part {
     fn parse(text: &str) -> Option<Self> {
         let (range, of) = text.split_once(" of ")?;
         let (start, end) = range.split_once("..")?;
-        let part = Self { range: start.parse().ok()?..end.parse().ok()?, of: of.parse().ok()? };
+        let part = Self {
+            range: start.parse().ok()?..end.parse().ok()?,
+            of: of.parse().ok()?,
+        };
         (part.range.start < part.range.end && part.range.end <= part.of).then_some(part)
     }
 }
@@ -56,16 +59,29 @@ impl Unfinished {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let (film, mut notes) = read_unfinished(path)?;
         let mut note = |name| notes.remove(name).unwrap_or_default();
-        let (job, part, display) = (note("provenance"), Part::parse(&note("replications")), note("display"));
+        let (job, part, display) = (
+            note("provenance"),
+            Part::parse(&note("replications")),
+            note("display"),
+        );
         let display = match display.strip_prefix("exposure ").map(str::parse) {
             Some(Ok(exposure)) => Some(Display::Srgb { exposure }),
             _ => (display == "truncated").then_some(Display::Truncated),
         };
         match (part, display, Camera::parse(&job)) {
             (Some(part), Some(display), Some(camera))
-                if film.pixels().iter().all(|pixel| pixel.replications() <= part.range.end - part.range.start) =>
+                if film
+                    .pixels()
+                    .iter()
+                    .all(|pixel| pixel.replications() <= part.range.end - part.range.start) =>
             {
-                Ok(Self { film, job, part, display, camera })
+                Ok(Self {
+                    film,
+                    job,
+                    part,
+                    display,
+                    camera,
+                })
             }
             _ => Err(Error::Image {
                 action: "read",
@@ -82,7 +98,11 @@ impl Unfinished {
             Display::Truncated => "truncated".to_owned(),
         };
         let provenance = job.provenance(camera, false);
-        let notes = [("provenance", provenance), ("replications", part.to_string()), ("display", display)];
+        let notes = [
+            ("provenance", provenance),
+            ("replications", part.to_string()),
+            ("display", display),
+        ];
         notes.map(|(name, text)| (name.to_owned(), text)).into()
     }
 }
@@ -90,13 +110,21 @@ impl Unfinished {
 /// The lines in which two provenances differ, in words.
 pub fn difference(there: &str, here: &str) -> Option<String> {
     let only = |one: &str, other: &str| {
-        let lines: Vec<&str> = one.lines().filter(|line| !other.lines().any(|same| same == *line)).collect();
-        if lines.is_empty() { "nothing of it".to_owned() } else { lines.join(", ") }
+        let lines: Vec<&str> = one
+            .lines()
+            .filter(|line| !other.lines().any(|same| same == *line))
+            .collect();
+        if lines.is_empty() {
+            "nothing of it".to_owned()
+        } else {
+            lines.join(", ")
+        }
     };
     (there != here).then(|| format!("{} there, {} here", only(there, here), only(here, there)))
 }
 
-/// What a kill may cost at most, of work that is not yet on the disk; less a second for the samples in hand.
+/// What a kill may cost at most, of work that is not yet on the disk; less a second for the samples
+/// in hand.
 const LOSS: Duration = Duration::from_secs(9);
 /// Saving takes this share of the time, where the loss allows it; and happens at most so often.
 const SHARE: u32 = 100;
@@ -119,11 +147,18 @@ pub struct Checkpoints {
 impl Checkpoints {
     /// Into this file, with these texts.
     pub fn new(path: PathBuf, notes: Notes) -> Self {
-        Self { path, notes, next: Instant::now() + EVERY, saving: None, copy: None, failing: false }
+        Self {
+            path,
+            notes,
+            next: Instant::now() + EVERY,
+            saving: None,
+            copy: None,
+            failing: false,
+        }
     }
 
-    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved stays, and the next
-    /// file is tried in its time.
+    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved
+    /// stays, and the next file is tried in its time.
     pub fn finish(&mut self) -> Duration {
         let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
             return Duration::ZERO;
@@ -138,7 +173,9 @@ impl Checkpoints {
         let failing = result.is_err();
         match result {
             Err(error) if !self.failing => {
-                eprintln!("warning: {error}; what was saved before stays, work goes on, and saving is tried again");
+                eprintln!(
+                    "warning: {error}; what was saved before stays, work goes on, and saving is tried again"
+                );
             }
             _ => {}
         }
@@ -166,10 +203,12 @@ impl Look for Checkpoints {
             None => film.clone(),
         };
         let (path, notes) = (self.path.clone(), self.notes.clone());
-        let saver = std::thread::Builder::new().name("saver".to_owned()).spawn(move || {
-            let result = write_unfinished(&path, &copy, &notes);
-            (copy, start.elapsed(), result)
-        });
+        let saver = std::thread::Builder::new()
+            .name("saver".to_owned())
+            .spawn(move || {
+                let result = write_unfinished(&path, &copy, &notes);
+                (copy, start.elapsed(), result)
+            });
         match saver {
             Ok(saver) => self.saving = Some(saver),
             Err(error) => self.said(Err(Error::file("write", &self.path)(error))),

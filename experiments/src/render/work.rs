@@ -9,13 +9,13 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Mesh;
 use whitefurnace::estimator::{
-    Bdpt, Connections, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping, Published, Radiosity,
-    Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Connections, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping,
+    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByPhotons, ByRays, LaneEstimator, PassEstimator, Precision, Renderer, Sampling, UNINTERRUPTED,
-    check_singles,
+    ByLanes, ByPasses, ByPhotons, ByRays, LaneEstimator, PassEstimator, Precision, Renderer,
+    Sampling, UNINTERRUPTED, check_singles,
 };
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
@@ -23,7 +23,8 @@ use whitefurnace::sampler::Pass;
 use whitefurnace::scene::Scene;
 
 use super::{
-    AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName, SpecularName, name,
+    AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName,
+    SpecularName, name,
 };
 use crate::run::progress::{Bar, interrupted};
 
@@ -55,7 +56,11 @@ pub struct Rendered {
 impl Rendered {
     /// The film with all its samples; an error after a signal to end.
     pub fn whole(self) -> Result<Film, Error> {
-        if self.complete { Ok(self.film) } else { Err(Error::Interrupted) }
+        if self.complete {
+            Ok(self.film)
+        } else {
+            Err(Error::Interrupted)
+        }
     }
 }
 
@@ -67,15 +72,20 @@ impl Job {
         self.whole(&scene, &*self.renderer(&scene, label)?, label)
     }
 
-    /// The same with an estimator of single rays that no name of the program stands for, and equal numbers of samples.
+    /// The same with an estimator of single rays that no name of the program stands for, and equal
+    /// numbers of samples.
     pub fn render_by(&self, estimator: impl Estimator, label: &str) -> Result<Rendered, Error> {
         self.check()?;
-        let job = Self { adaptive: AdaptiveName::No, ..*self };
+        let job = Self {
+            adaptive: AdaptiveName::No,
+            ..*self
+        };
         job.whole(&self.build_scene()?, &self.by_rays(estimator), label)
     }
 
-    /// Renders each replication of the range as an image of its own and shows it: pixel means row by row
-    /// from the top, of equal numbers of samples. A photon map is made anew for each, so that they are independent.
+    /// Renders each replication of the range as an image of its own and shows it: pixel means row
+    /// by row from the top, of equal numbers of samples. A photon map is made anew for each, so
+    /// that they are independent.
     pub fn replications(&self, range: Range<u32>, each: impl FnMut(&[DVec3])) -> Result<(), Error> {
         self.check()?;
         let label = name(self.estimator);
@@ -85,7 +95,10 @@ impl Job {
             return in_order(range, |index| self.image(&scene, &*renderer, index), each);
         }
         let image = |index| {
-            let job = Self { seed: seed_for(self.seed, &format!("photons {index}")), ..*self };
+            let job = Self {
+                seed: seed_for(self.seed, &format!("photons {index}")),
+                ..*self
+            };
             job.image(&scene, &*job.renderer(&scene, &label)?, 0)
         };
         in_order(range, image, each)
@@ -111,7 +124,11 @@ impl Job {
     /// How many samples each has.
     pub fn samples_per_replication(&self) -> u32 {
         let sampling = self.sampling();
-        if self.estimator.makes_images() { sampling.numbers.samples() } else { sampling.samples_per_replication() }
+        if self.estimator.makes_images() {
+            sampling.numbers.samples()
+        } else {
+            sampling.samples_per_replication()
+        }
     }
 
     /// An empty film for them.
@@ -129,14 +146,30 @@ impl Job {
     ) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        self.rest((&scene, &*self.renderer(&scene, label)?), label, (film, range), looks)
+        self.rest(
+            (&scene, &*self.renderer(&scene, label)?),
+            label,
+            (film, range),
+            looks,
+        )
     }
 
-    pub(super) fn whole(&self, scene: &Scene, renderer: &dyn Renderer, label: &str) -> Result<Rendered, Error> {
-        self.rest((scene, renderer), label, (self.film()?, &(0..self.all_replications())), &mut [])
+    pub(super) fn whole(
+        &self,
+        scene: &Scene,
+        renderer: &dyn Renderer,
+        label: &str,
+    ) -> Result<Rendered, Error> {
+        self.rest(
+            (scene, renderer),
+            label,
+            (self.film()?, &(0..self.all_replications())),
+            &mut [],
+        )
     }
 
-    /// Gives the pixels of a film the numbers of samples that a pilot tells, if they are to have such.
+    /// Gives the pixels of a film the numbers of samples that a pilot tells, if they are to have
+    /// such.
     fn adapt(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
         let sampling = self.sampling();
         let mean = sampling.samples_per_replication();
@@ -146,16 +179,31 @@ impl Job {
         let Sampling { numbers, seed, .. } = adaptive::pilot(sampling, self.all_replications());
         let spp = adaptive::REPLICATIONS * numbers.samples();
         let scrambles = Some(adaptive::REPLICATIONS);
-        let pilot = Self { seed, spp, scrambles, adaptive: AdaptiveName::No, ..*self };
+        let pilot = Self {
+            seed,
+            spp,
+            scrambles,
+            adaptive: AdaptiveName::No,
+            ..*self
+        };
         let renderer = pilot.renderer(scene, "pilot")?;
-        let seen = Film::new(film.frame(), Some(film.window()), renderer.samples_per_replication())?;
-        let seen = pilot.rest((scene, &*renderer), "pilot", (seen, &(0..adaptive::REPLICATIONS)), &mut [])?;
+        let seen = Film::new(
+            film.frame(),
+            Some(film.window()),
+            renderer.samples_per_replication(),
+        )?;
+        let seen = pilot.rest(
+            (scene, &*renderer),
+            "pilot",
+            (seen, &(0..adaptive::REPLICATIONS)),
+            &mut [],
+        )?;
         film.set_sample_counts(adaptive::counts(&seen.whole()?, mean));
         Ok(())
     }
 
-    /// The missing replications of a range, in ranges that double up to a largest one, so that error and image are known
-    /// early.
+    /// The missing replications of a range, in ranges that double up to a largest one, so that
+    /// error and image are known early.
     fn rest(
         &self,
         (scene, renderer): (&Scene, &dyn Renderer),
@@ -171,20 +219,33 @@ impl Job {
             let had = film.replications();
             let start = range.start + had;
             if start >= range.end || interrupted() {
-                return Ok(Rendered { film, complete: start >= range.end });
+                return Ok(Rendered {
+                    film,
+                    complete: start >= range.end,
+                });
             }
             let end = range.end.min(start + had.clamp(1, largest));
             let due = || looks.iter().any(|look| look.due());
-            let whole = prepared.add(&mut film, start..end, &|samples| bar.advance(samples) && !due())?;
+            let whole = prepared.add(&mut film, start..end, &|samples| {
+                bar.advance(samples) && !due()
+            })?;
             if !whole && !interrupted() {
-                looks.iter_mut().filter(|look| look.due()).for_each(|look| look.look(&film));
+                looks
+                    .iter_mut()
+                    .filter(|look| look.due())
+                    .for_each(|look| look.look(&film));
             }
             bar.error(|| film.relative_error());
         }
     }
 
     /// The means of the pixels of a replication, on a film of its own.
-    fn image(&self, scene: &Scene, renderer: &dyn Renderer, index: u32) -> Result<Vec<DVec3>, Error> {
+    fn image(
+        &self,
+        scene: &Scene,
+        renderer: &dyn Renderer,
+        index: u32,
+    ) -> Result<Vec<DVec3>, Error> {
         let mut film = Film::new(self.size, None, renderer.samples_per_replication())?;
         if !renderer.add(scene, &mut film, index..index + 1, &|_| !interrupted())? {
             return Err(Error::Interrupted);
@@ -193,7 +254,10 @@ impl Job {
     }
 
     fn by_rays<E: Estimator>(&self, estimator: E) -> ByRays<E> {
-        ByRays { estimator, sampling: self.sampling() }
+        ByRays {
+            estimator,
+            sampling: self.sampling(),
+        }
     }
 
     /// The estimator that the job names, in its scene.
@@ -203,24 +267,50 @@ impl Job {
             ConventionName::Report | ConventionName::Published => LightRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
-        let by_passes = |estimator| Box::new(ByPasses { estimator, numbers, seed });
+        let by_passes = |estimator| {
+            Box::new(ByPasses {
+                estimator,
+                numbers,
+                seed,
+            })
+        };
         Ok(match (self.estimator, self.convention) {
             (EstimatorName::Bsdf, _) => self.by_paths(scene, Strategy::Bsdf)?,
             (EstimatorName::Light, _) => self.by_paths(scene, Strategy::Light)?,
             (EstimatorName::Mis, _) => self.by_paths(scene, Strategy::Mis)?,
-            (EstimatorName::LightTracer, _) => by_passes(PassEstimator::LightTracer(LightTracer::default())),
-            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(Standard))),
-            (EstimatorName::BdptEnds, _) => {
-                by_passes(PassEstimator::Bdpt(Bdpt { parts: Standard, connections: Connections::Ends }))
+            (EstimatorName::LightTracer, _) => {
+                by_passes(PassEstimator::LightTracer(LightTracer::default()))
             }
+            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(Standard))),
+            (EstimatorName::BdptEnds, _) => by_passes(PassEstimator::Bdpt(Bdpt {
+                parts: Standard,
+                connections: Connections::Ends,
+            })),
             (EstimatorName::Photon, _) => {
                 let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
-                let photons = PhotonMapping::new(Standard, scene, lookup, map, Pass { numbers, seed, index: 0 })?;
-                Box::new(ByPhotons { photons, sampling: self.sampling() })
+                let photons = PhotonMapping::new(
+                    Standard,
+                    scene,
+                    lookup,
+                    map,
+                    Pass {
+                        numbers,
+                        seed,
+                        index: 0,
+                    },
+                )?;
+                Box::new(ByPhotons {
+                    photons,
+                    sampling: self.sampling(),
+                })
             }
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
-                by_passes(PassEstimator::Sppm(Sppm { parts: Standard, particles, radius }))
+                by_passes(PassEstimator::Sppm(Sppm {
+                    parts: Standard,
+                    particles,
+                    radius,
+                }))
             }
             (EstimatorName::Radiosity, _) => {
                 let fineness = self.fineness();
@@ -230,10 +320,18 @@ impl Job {
                 let solved = Radiosity::new(Standard, scene, fineness, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
-            (EstimatorName::Whitted, _) => self.by_lanes(scene, LaneEstimator::Whitted(Whitted::new(rules)))?,
-            (EstimatorName::Report, ConventionName::Published) => Box::new(self.by_rays(Published::default())),
+            (EstimatorName::Whitted, _) => {
+                self.by_lanes(scene, LaneEstimator::Whitted(Whitted::new(rules)))?
+            }
+            (EstimatorName::Report, ConventionName::Published) => {
+                Box::new(self.by_rays(Published::default()))
+            }
             (EstimatorName::Report, _) => {
-                let report = Report { rays: self.rays, rules, ..Report::default() };
+                let report = Report {
+                    rays: self.rays,
+                    rules,
+                    ..Report::default()
+                };
                 self.by_lanes(scene, LaneEstimator::Report(report))?
             }
         })
@@ -247,12 +345,17 @@ impl Job {
         let precision = match self.engine {
             EngineName::Lanes => Precision::Double,
             EngineName::Single => {
-                check_singles(scene)
-                    .map_err(|error| Error::Option(format!("--engine single: {error}; take --engine lanes")))?;
+                check_singles(scene).map_err(|error| {
+                    Error::Option(format!("--engine single: {error}; take --engine lanes"))
+                })?;
                 Precision::Single
             }
         };
-        Ok(Box::new(ByLanes { estimator, sampling: self.sampling(), precision }))
+        Ok(Box::new(ByLanes {
+            estimator,
+            sampling: self.sampling(),
+            precision,
+        }))
     }
 
     fn path(&self, strategy: Strategy) -> Path {
@@ -276,15 +379,21 @@ impl Job {
     }
 }
 
-/// Shows images in their order, of which several are rendered at once: a small one has too few rows for many threads.
+/// Shows images in their order, of which several are rendered at once: a small one has too few rows
+/// for many threads.
 fn in_order(
     range: Range<u32>,
     image: impl Fn(u32) -> Result<Vec<DVec3>, Error> + Sync,
     mut each: impl FnMut(&[DVec3]),
 ) -> Result<(), Error> {
     for first in range.clone().step_by(AT_ONCE as usize) {
-        let images = (first..range.end.min(first.saturating_add(AT_ONCE))).into_par_iter().map(&image);
-        images.collect::<Result<Vec<_>, _>>()?.iter().for_each(|image| each(image));
+        let images = (first..range.end.min(first.saturating_add(AT_ONCE)))
+            .into_par_iter()
+            .map(&image);
+        images
+            .collect::<Result<Vec<_>, _>>()?
+            .iter()
+            .for_each(|image| each(image));
     }
     Ok(())
 }

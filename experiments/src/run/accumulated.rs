@@ -1,7 +1,8 @@
 //! A CSV file that grows from run to run, so that evidence accumulates.
 //!
-//! Whoever looks at growing evidence again and again at one level will in the end see anything: n is not
-//! fixed beforehand. So the file counts the looks, and each spends a share of the level of its own.
+//! Whoever looks at growing evidence again and again at one level will in the end see anything: n
+//! is not fixed beforehand. So the file counts the looks, and each spends a share of the level of
+//! its own.
 
 use std::path::{Path, PathBuf};
 
@@ -24,26 +25,33 @@ const LOOKS: &str = "# looks: ";
 
 /// The share of `level` that look number `look` ≥ 1 may spend: 6/(π² k²). All shares together are 1
 /// (Euler's sum), so that tests at these levels, however many looks there will be and whenever they
-/// end, reject a true hypothesis at any of them with probability at most `level` (the union bound over
-/// looks of Darling and Robbins, "Confidence sequences for mean, variance, and median", PNAS 58(1),
-/// 1967).
+/// end, reject a true hypothesis at any of them with probability at most `level` (the union bound
+/// over looks of Darling and Robbins, "Confidence sequences for mean, variance, and median", PNAS
+/// 58(1), 1967).
 pub fn level_of_look(level: f64, look: u32) -> f64 {
     let k = f64::from(look) * std::f64::consts::PI;
     6.0 * level / (k * k)
 }
 
 impl Accumulated {
-    /// The rows that earlier runs left in the file `before` under the same `key` (version, seed, sizes: all
-    /// that decides a row beside its number) and columns, to go on in `path`. A file of another key starts
-    /// afresh.
+    /// The rows that earlier runs left in the file `before` under the same `key` (version, seed,
+    /// sizes: all that decides a row beside its number) and columns, to go on in `path`. A file of
+    /// another key starts afresh.
     pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
         let text = std::fs::read_to_string(before).unwrap_or_default();
         let (looks, rows) = read(&text, key, columns).unwrap_or_default();
-        Self { path, key: key.to_owned(), columns: columns.to_owned(), looks, rows }
+        Self {
+            path,
+            key: key.to_owned(),
+            columns: columns.to_owned(),
+            looks,
+            rows,
+        }
     }
 
-    /// Counts a look at all rows and returns the level that it may spend of `level`. The count is written
-    /// with the rows, when a run has all of its own: one that is interrupted has not looked.
+    /// Counts a look at all rows and returns the level that it may spend of `level`. The count is
+    /// written with the rows, when a run has all of its own: one that is interrupted has not
+    /// looked.
     pub fn look(&mut self, level: f64) -> f64 {
         self.looks += 1;
         level_of_look(level, self.looks)
@@ -56,13 +64,17 @@ impl Accumulated {
 
     /// The number of the next replication.
     pub fn next(&self) -> u64 {
-        let numbers = self.rows.iter().filter_map(|row| row.split(',').next()?.parse::<u64>().ok());
+        let numbers = self
+            .rows
+            .iter()
+            .filter_map(|row| row.split(',').next()?.parse::<u64>().ok());
         numbers.max().map_or(0, |last| last + 1)
     }
 
     /// Adds the fields of a replication; none may hold a comma.
     pub fn push(&mut self, replication: u64, fields: &[String]) {
-        self.rows.push(format!("{replication},{}", fields.join(",")));
+        self.rows
+            .push(format!("{replication},{}", fields.join(",")));
     }
 
     /// All rows: the replication's number and its fields, between commas.
@@ -73,25 +85,37 @@ impl Accumulated {
     /// The fields of a column; nothing where a row has none.
     pub fn column(&self, name: &str) -> impl Iterator<Item = &str> + use<'_> {
         let at = self.columns.split(',').position(|column| column == name);
-        self.rows.iter().map(move |row| at.and_then(|at| row.split(',').nth(at)).unwrap_or_default())
+        self.rows
+            .iter()
+            .map(move |row| at.and_then(|at| row.split(',').nth(at)).unwrap_or_default())
     }
 
     /// The same as numbers; NaN for what is none.
     pub fn numbers(&self, column: &str) -> impl Iterator<Item = f64> + use<'_> {
-        self.column(column).map(|field| field.parse().unwrap_or(f64::NAN))
+        self.column(column)
+            .map(|field| field.parse().unwrap_or(f64::NAN))
     }
 
     /// Writes the file.
     pub fn write(&self) -> Result<(), Error> {
         let rows: String = self.rows.iter().map(|row| format!("{row}\n")).collect();
-        write_text(&self.path, &format!("# {}\n{LOOKS}{}\n{}\n{rows}", self.key, self.looks, self.columns))
+        write_text(
+            &self.path,
+            &format!(
+                "# {}\n{LOOKS}{}\n{}\n{rows}",
+                self.key, self.looks, self.columns
+            ),
+        )
     }
 }
 
 /// Looks and rows of a file with this key and these columns.
 fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<String>)> {
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
-    let (looks, rest) = rest.strip_prefix('\n')?.strip_prefix(LOOKS)?.split_once('\n')?;
+    let (looks, rest) = rest
+        .strip_prefix('\n')?
+        .strip_prefix(LOOKS)?
+        .split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
     Some((looks.parse().ok()?, rows.map(str::to_owned).collect()))
 }

@@ -21,7 +21,8 @@ macro_rules! say {
     }};
 }
 
-/// Does the work of a program, unless this processor lacks what the program is built for: exit code 2 after one line.
+/// Does the work of a program, unless this processor lacks what the program is built for: exit code
+/// 2 after one line.
 ///
 /// Nothing else may stand in `main`, for it could ask for what the processor lacks.
 pub fn start(work: fn() -> ExitCode) -> ExitCode {
@@ -36,8 +37,8 @@ pub fn start(work: fn() -> ExitCode) -> ExitCode {
     black_box(work)()
 }
 
-/// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that of the
-/// signal that ended the work ([`signals::exit_code`]).
+/// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that
+/// of the signal that ended the work ([`signals::exit_code`]).
 pub fn exit(result: Result<Ending, Error>) -> ExitCode {
     let code = match result {
         Ok(Ending::Done) => 0,
@@ -45,7 +46,9 @@ pub fn exit(result: Result<Ending, Error>) -> ExitCode {
         Ok(Ending::Interrupted) => signals::exit_code().unwrap_or(2),
         Err(error) => {
             eprintln!("error: {error}");
-            signals::exit_code().filter(|_| matches!(error, Error::Interrupted)).unwrap_or(2)
+            signals::exit_code()
+                .filter(|_| matches!(error, Error::Interrupted))
+                .unwrap_or(2)
         }
     };
     ExitCode::from(code)
@@ -72,10 +75,18 @@ pub fn begin() {
 pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
     let results = options.out.join(record::RESULTS);
-    say!("\n{} experiments, {figures} figures; for machines: {}", outcomes.len(), results.display());
+    say!(
+        "\n{} experiments, {figures} figures; for machines: {}",
+        outcomes.len(),
+        results.display()
+    );
     let (text, none_fails) = summary::verdicts(outcomes);
     say!("{text}");
-    if none_fails { Ending::Done } else { Ending::ClaimFails }
+    if none_fails {
+        Ending::Done
+    } else {
+        Ending::ClaimFails
+    }
 }
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
@@ -88,7 +99,8 @@ pub fn matches(command: clap::Command) -> clap::ArgMatches {
     or_one_line(tolerant(command).try_get_matches())
 }
 
-/// The whole of a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad input.
+/// The whole of a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad
+/// input.
 pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     const BAD_INPUT: u8 = 3;
     let matches = or_exit(tolerant(T::command()).try_get_matches(), BAD_INPUT);
@@ -99,13 +111,17 @@ pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     }))
 }
 
-/// A number after an option with a list of values is its value, be it "-1", so that the refusal names the option.
-/// Another option is not: then the value is missing.
+/// A number after an option with a list of values is its value, be it "-1", so that the refusal
+/// names the option. Another option is not: then the value is missing.
 fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
         // A flag has the values true and false, and takes none.
-        if listed && argument.get_action().takes_values() { argument.allow_negative_numbers(true) } else { argument }
+        if listed && argument.get_action().takes_values() {
+            argument.allow_negative_numbers(true)
+        } else {
+            argument
+        }
     })
 }
 
@@ -120,8 +136,11 @@ fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {
             let message = error.render().to_string();
-            let lines: Vec<&str> =
-                message.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("Usage:")).collect();
+            let lines: Vec<&str> = message
+                .lines()
+                .map(str::trim)
+                .filter(|line| !line.is_empty() && !line.starts_with("Usage:"))
+                .collect();
             eprintln!("{}", lines.join("; "));
             std::process::exit(code.into());
         }
@@ -153,12 +172,20 @@ pub fn whole<T: TryFrom<u64>>(
         let number = text.parse().ok().filter(|number| range.contains(number));
         number
             .and_then(|number| T::try_from(number).ok())
-            .ok_or_else(|| format!("must be a whole number from {} to {}", range.start(), range.end()))
+            .ok_or_else(|| {
+                format!(
+                    "must be a whole number from {} to {}",
+                    range.start(),
+                    range.end()
+                )
+            })
     }
 }
 
 /// A parser of numbers in a range.
-pub fn real(range: RangeInclusive<f64>) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+pub fn real(
+    range: RangeInclusive<f64>,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| {
         let number = text.parse().ok().filter(|number| range.contains(number));
         number.ok_or_else(|| format!("must be a number from {} to {}", range.start(), range.end()))
@@ -206,9 +233,15 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
 
 /// The experiment of this name.
 pub fn find(id: &str) -> Result<&'static Experiment, Error> {
-    let found = EXPERIMENTS.iter().copied().find(|experiment| experiment.id == id);
+    let found = EXPERIMENTS
+        .iter()
+        .copied()
+        .find(|experiment| experiment.id == id);
     found.ok_or_else(|| {
         let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
-        Error::Option(format!("--only {id} is no experiment: take one of {}", ids.join(", ")))
+        Error::Option(format!(
+            "--only {id} is no experiment: take one of {}",
+            ids.join(", ")
+        ))
     })
 }

@@ -10,24 +10,32 @@ use crate::render::name;
 use crate::run::record::{Ran, recorded_folder, result, update_readme, write_json};
 use crate::run::{ExperimentResult, Judgement, Options, read_json};
 
-/// The file with every number of the runs that were recorded, a list each: their spread is the noise of numbers that
-/// state none.
+/// The file with every number of the runs that were recorded, a list each: their spread is the
+/// noise of numbers that state none.
 const NUMBERS: &str = "numbers.json";
 /// Standard deviations of a number between recorded runs by which a run may be off their mean.
 const FAR: f64 = 10.0;
-/// Numbers without noise may differ by this share, as mathematical functions of platforms round differently.
+/// Numbers without noise may differ by this share, as mathematical functions of platforms round
+/// differently.
 const ROUNDING: f64 = 1e-6;
 
 /// The numbers of several runs, by experiment and name.
 type Numbers = BTreeMap<String, Vec<f64>>;
 
-/// The times and counts of a whole default run; refused if some of it was kept from an earlier one, which has no time.
+/// The times and counts of a whole default run; refused if some of it was kept from an earlier one,
+/// which has no time.
 fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
     let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
-        return Err(Error::Option("the time of a whole run is recorded: add --fresh".to_owned()));
+        return Err(Error::Option(
+            "the time of a whole run is recorded: add --fresh".to_owned(),
+        ));
     };
     let findings = || ran.outcomes.iter().flat_map(|outcome| &outcome.findings);
-    let count = |verdict| findings().filter(|row| row.verdict == Some(verdict)).count() as f64;
+    let count = |verdict| {
+        findings()
+            .filter(|row| row.verdict == Some(verdict))
+            .count() as f64
+    };
     let mut numbers = BTreeMap::from([
         ("seconds".to_owned(), seconds.iter().sum()),
         ("threads".to_owned(), rayon::current_num_threads() as f64),
@@ -50,10 +58,12 @@ fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
     })
 }
 
-/// Records a default run: one of the default seed begins the record anew, one of another seed adds its numbers.
+/// Records a default run: one of the default seed begins the record anew, one of another seed adds
+/// its numbers.
 ///
 /// # Errors
-/// Some of the first was kept from an earlier run, which has no time; a file that cannot be read or written.
+/// Some of the first was kept from an earlier run, which has no time; a file that cannot be read or
+/// written.
 pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
     let folder = recorded_folder().join(DEFAULT_RUN);
     let is_first = options.seed == 1;
@@ -61,7 +71,11 @@ pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
         std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
         write_json(&folder.join("result.json"), &times(ran, options)?)?;
     }
-    let mut numbers: Numbers = if is_first { Numbers::new() } else { read_json(&folder.join(NUMBERS))? };
+    let mut numbers: Numbers = if is_first {
+        Numbers::new()
+    } else {
+        read_json(&folder.join(NUMBERS))?
+    };
     for (key, value) in of(&ran.outcomes) {
         numbers.entry(key).or_default().push(value);
     }
@@ -73,7 +87,11 @@ pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
 fn of(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
     let named = |outcome: &ExperimentResult| {
         let id = outcome.id.clone();
-        outcome.numbers.clone().into_iter().map(move |(key, value)| (format!("{id}.{key}"), value))
+        outcome
+            .numbers
+            .clone()
+            .into_iter()
+            .map(move |(key, value)| (format!("{id}.{key}"), value))
     };
     outcomes.iter().flat_map(named)
 }
@@ -86,8 +104,8 @@ pub struct Beside {
     pub beyond: Vec<String>,
 }
 
-/// Compares the numbers of a default run with the recorded default runs, and where both state their noise with the
-/// recorded full run.
+/// Compares the numbers of a default run with the recorded default runs, and where both state their
+/// noise with the recorded full run.
 ///
 /// # Errors
 /// There is no record.
@@ -98,25 +116,38 @@ pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
     for (key, values) in &recorded {
         match ours.get(key) {
             Some(&value) if is_near(values, value) => {}
-            Some(value) => beyond.push(format!("{key}: {value:.6e}, in recorded default runs {values:.6?}")),
+            Some(value) => beyond.push(format!(
+                "{key}: {value:.6e}, in recorded default runs {values:.6?}"
+            )),
             None => beyond.push(format!("{key}: is no longer there")),
         }
     }
-    beyond.extend(ours.keys().filter(|key| !recorded.contains_key(*key)).map(|key| format!("{key}: is not recorded")));
+    beyond.extend(
+        ours.keys()
+            .filter(|key| !recorded.contains_key(*key))
+            .map(|key| format!("{key}: is not recorded")),
+    );
     for ours in outcomes {
         match result(&recorded_folder().join(&ours.id)) {
             Some(recorded) => beyond.extend(book::run::beyond_noise(&recorded, ours)),
             None => beyond.push(format!("{}: there is no record of it", ours.id)),
         }
     }
-    Ok(Beside { compared: ours.len(), beyond })
+    Ok(Beside {
+        compared: ours.len(),
+        beyond,
+    })
 }
 
 /// Whether a value is as far from the mean of others as their spread lets expect.
 fn is_near(others: &[f64], value: f64) -> bool {
     let others: Moments = others.iter().copied().collect();
     // One alone says nothing of its noise.
-    let variance = if others.count() > 1 { others.variance() } else { 0.0 };
+    let variance = if others.count() > 1 {
+        others.variance()
+    } else {
+        0.0
+    };
     let spread = (variance * (1.0 + 1.0 / others.count() as f64)).sqrt();
     (value - others.mean()).abs() <= FAR * spread + ROUNDING * others.mean().abs().max(value.abs())
 }
@@ -127,7 +158,11 @@ mod tests {
 
     #[test]
     fn values_are_near_by_their_spread_or_exactly() {
-        assert!(is_near(&[1.0, 1.1, 0.9], 1.5) && !is_near(&[1.0, 1.1, 0.9], -1.0) && !is_near(&[1.0, 1.1, 0.9], 3.0));
+        assert!(
+            is_near(&[1.0, 1.1, 0.9], 1.5)
+                && !is_near(&[1.0, 1.1, 0.9], -1.0)
+                && !is_near(&[1.0, 1.1, 0.9], 3.0)
+        );
         assert!(is_near(&[9.0, 9.0, 9.0], 9.0) && !is_near(&[9.0, 9.0, 9.0], 8.0));
         assert!(is_near(&[0.5], 0.5 + 1e-8) && !is_near(&[0.5], 0.501));
     }

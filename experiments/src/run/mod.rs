@@ -1,4 +1,5 @@
-//! A run of an experiment: its options and output folder, and the numbers, figures and findings it records.
+//! A run of an experiment: its options and output folder, and the numbers, figures and findings it
+//! records.
 
 pub mod accumulated;
 pub mod cli;
@@ -56,8 +57,8 @@ pub struct Options {
     /// Threads; from 1 to 1024 [default: one per core]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
     pub threads: Option<usize>,
-    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, to try things out; nothing is
-    /// judged then
+    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, to try things
+    /// out; nothing is judged then
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
     pub shrink: u32,
     /// Show every line of the tables, not only what it comes to
@@ -72,8 +73,8 @@ pub struct Experiment {
     pub id: &'static str,
     /// What it makes or asks, in a line.
     pub title: &'static str,
-    /// Its finding, in a line: `{KEY FORMAT}` stands for a number of the run in a format of [`book::number::format`],
-    /// `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
+    /// Its finding, in a line: `{KEY FORMAT}` stands for a number of the run in a format of
+    /// [`book::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
     pub headline: &'static str,
     /// Raised when its numbers or figures change on purpose.
     pub version: u32,
@@ -112,11 +113,17 @@ impl Run {
                 id: id.to_owned(),
                 title: experiment.title.to_owned(),
                 version: experiment.version,
-                command: format!("cargo run --release --bin {id} -- --tier {tier} --seed {seed}{divided}"),
+                command: format!(
+                    "cargo run --release --bin {id} -- --tier {tier} --seed {seed}{divided}"
+                ),
                 tier,
                 seed,
                 shrink: options.shrink,
-                equations: experiment.equations.iter().map(|equation| equation.id.to_owned()).collect(),
+                equations: experiment
+                    .equations
+                    .iter()
+                    .map(|equation| equation.id.to_owned())
+                    .collect(),
                 fingerprint,
                 ..ExperimentResult::default()
             },
@@ -133,16 +140,25 @@ impl Run {
         self.unfinished.part(key, make)
     }
 
-    /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made once, by
-    /// whichever asks first. `key` says all that decides them beside the program.
+    /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made
+    /// once, by whichever asks first. `key` says all that decides them beside the program.
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
-        Unfinished::begin(self.folder.with_file_name(name), &format!("{:016x} {key}", *PROGRAM))
+        Unfinished::begin(
+            self.folder.with_file_name(name),
+            &format!("{:016x} {key}", *PROGRAM),
+        )
     }
 
-    /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all of its own are there.
+    /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all
+    /// of its own are there.
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.folder.join(file);
-        Ok(Accumulated::continued(&self.unfinished.before(&path)?, path, key, columns))
+        Ok(Accumulated::continued(
+            &self.unfinished.before(&path)?,
+            path,
+            key,
+            columns,
+        ))
     }
 
     /// The tier.
@@ -171,7 +187,10 @@ impl Run {
 
     /// Adds the equations that trials bear on.
     pub fn bears_on(&mut self, trials: &[Trial]) {
-        for equation in trials.iter().filter_map(|trial| equation::by_id(trial.source)) {
+        for equation in trials
+            .iter()
+            .filter_map(|trial| equation::by_id(trial.source))
+        {
             if !self.outcome.equations.iter().any(|id| id == equation.id) {
                 self.outcome.equations.push(equation.id.to_owned());
             }
@@ -186,7 +205,10 @@ impl Run {
     /// The job with the run's seed and, where asked for, fewer pixels or samples.
     pub fn prepared(&self, job: Job) -> Job {
         let shrink = self.options.shrink;
-        let mut job = Job { seed: self.options.seed, ..job };
+        let mut job = Job {
+            seed: self.options.seed,
+            ..job
+        };
         if job.window.is_some() {
             // A window lies at fixed coordinates of the full frame.
             job.spp = (job.spp / shrink).max(2);
@@ -200,7 +222,8 @@ impl Run {
     /// Renders a job.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is named already.
-        job.render(if label == self.outcome.id { "" } else { label })?.whole()
+        job.render(if label == self.outcome.id { "" } else { label })?
+            .whole()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
@@ -210,11 +233,16 @@ impl Run {
         let (exr, camera) = (self.folder.join(format!("{stem}.exr")), job.camera()?);
         write_exr(&exr, &film, &camera, &job.provenance(&camera, true))?;
         let file = format!("{stem}.png");
-        let magnification = if job.window.is_some() { CROP_MAGNIFICATION } else { 1 };
+        let magnification = if job.window.is_some() {
+            CROP_MAGNIFICATION
+        } else {
+            1
+        };
         write_png(&self.figure(&file), &film, job.display(0.0), magnification)?;
         let ([width, height], mean, error) = (film.size(), film.mean(), film.relative_error());
         self.numbers(stem, [("mean", mean), ("relative_error", error)]);
-        let (convention, estimator, percent) = (name(job.convention), name(job.estimator), 100.0 * error);
+        let (convention, estimator, percent) =
+            (name(job.convention), name(job.estimator), 100.0 * error);
         let value = format!(
             "{width}x{height}, {} spp, convention {convention}, estimator {estimator}, mean radiance {mean:.4}, \
              mean relative error {percent:.2} %",
@@ -230,7 +258,8 @@ impl Run {
         self.folder.join(file)
     }
 
-    /// Copies a picture to the folder of the whole run, where a newcomer looks first, and says where it is.
+    /// Copies a picture to the folder of the whole run, where a newcomer looks first, and says
+    /// where it is.
     pub fn first_picture(&self, file: &str) -> Result<(), Error> {
         let to = self.folder.with_file_name(file);
         std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
@@ -238,11 +267,13 @@ impl Run {
         Ok(())
     }
 
-    /// Records a number. JSON knows finite ones only; others are left out. The book's directives end
-    /// names at blanks: they become hyphens, and a colon before one a dot.
+    /// Records a number. JSON knows finite ones only; others are left out. The book's directives
+    /// end names at blanks: they become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
-            self.outcome.numbers.insert(key.replace(": ", ".").replace(' ', "-"), value);
+            self.outcome
+                .numbers
+                .insert(key.replace(": ", ".").replace(' ', "-"), value);
         }
     }
 
@@ -258,8 +289,8 @@ impl Run {
         self.finding((what, value), None, false);
     }
 
-    /// Adds a line about a claim to the table: whether it holds, or a verdict. A shrunk run claims nothing:
-    /// claims state the sizes at which they can be judged.
+    /// Adds a line about a claim to the table: whether it holds, or a verdict. A shrunk run claims
+    /// nothing: claims state the sizes at which they can be judged.
     pub fn claim(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
         self.finding((what, value), Some(verdict.into()), false);
     }
@@ -270,7 +301,11 @@ impl Run {
     }
 
     fn finding(&mut self, (what, value): (&str, String), verdict: Option<Judgement>, detail: bool) {
-        let value = if value.contains("inf") || value.contains("NaN") { without_infinity(&value) } else { value };
+        let value = if value.contains("inf") || value.contains("NaN") {
+            without_infinity(&value)
+        } else {
+            value
+        };
         self.outcome.findings.push(Finding {
             what: what.to_owned(),
             value,
@@ -281,7 +316,10 @@ impl Run {
 
     /// Writes rows of text as a CSV file.
     pub fn csv(&self, file: &str, header: &str, rows: &[String]) -> Result<(), Error> {
-        write_text(&self.folder.join(file), &format!("{header}\n{}\n", rows.join("\n")))
+        write_text(
+            &self.folder.join(file),
+            &format!("{header}\n{}\n", rows.join("\n")),
+        )
     }
 }
 
@@ -311,11 +349,15 @@ fn make_afresh(folder: &Path) -> Result<(), Error> {
 /// Reads a value from a JSON file.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
-    serde_json::from_str(&text).map_err(|error| Error::Option(format!("{}: {error}", path.display())))
+    serde_json::from_str(&text)
+        .map_err(|error| Error::Option(format!("{}: {error}", path.display())))
 }
 
 /// Writes a text file whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
-    write_whole(path, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", path)))
+    write_whole(path, |file| {
+        file.write_all(text.as_bytes())
+            .map_err(Error::file("write", path))
+    })
 }

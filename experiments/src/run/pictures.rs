@@ -8,15 +8,17 @@ use whitefurnace::film::{Film, Window};
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::moments::Moments;
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, render};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, render,
+};
 use whitefurnace::rng::stream;
 use whitefurnace::scene::Scene;
 use whitefurnace::shape::Ray;
 
 use crate::run::progress::interrupted;
 
-/// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film of one
-/// sample per replication, with independent numbers.
+/// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film
+/// of one sample per replication, with independent numbers.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -24,11 +26,20 @@ pub fn render_samples<E: Estimator>(
     (size, window): ([u32; 2], Option<Window>),
     samples: u32,
 ) -> Result<Film, Error> {
-    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed, outlines: false };
+    let sampling = Sampling {
+        pixel,
+        numbers: Numbers::Independent,
+        seed,
+        outlines: false,
+    };
     let mut film = Film::new(size, window, 1)?;
     let on = |_| !interrupted();
     let complete = render(scene, estimator, sampling, &mut film, &(0..samples), &on)?;
-    if complete { Ok(film) } else { Err(Error::Interrupted) }
+    if complete {
+        Ok(film)
+    } else {
+        Err(Error::Interrupted)
+    }
 }
 
 /// The same film of a path tracer with its standard parts, several paths at a time.
@@ -42,26 +53,58 @@ pub fn render_paths(
     (size, window): ([u32; 2], Option<Window>),
     samples: u32,
 ) -> Result<Film, Error> {
-    let sampling = Sampling { pixel, numbers: Numbers::Independent, seed, outlines: false };
-    let lanes = ByLanes { estimator: LaneEstimator::Path(path), sampling, precision: Precision::Double };
+    let sampling = Sampling {
+        pixel,
+        numbers: Numbers::Independent,
+        seed,
+        outlines: false,
+    };
+    let lanes = ByLanes {
+        estimator: LaneEstimator::Path(path),
+        sampling,
+        precision: Precision::Double,
+    };
     let mut film = Film::new(size, window, 1)?;
     let complete = lanes.add(scene, &mut film, 0..samples, &|_| !interrupted())?;
-    if complete { Ok(film) } else { Err(Error::Interrupted) }
+    if complete {
+        Ok(film)
+    } else {
+        Err(Error::Interrupted)
+    }
 }
 
-/// Samples of the first channel along one ray, each with random numbers of its own: sample i takes those of the
-/// stream (seed, place, i).
-pub fn radiance_along(scene: &Scene, path: &PathTracer, ray: &Ray, (seed, place): (u64, u32), samples: u32) -> Moments {
+/// Samples of the first channel along one ray, each with random numbers of its own: sample i takes
+/// those of the stream (seed, place, i).
+pub fn radiance_along(
+    scene: &Scene,
+    path: &PathTracer,
+    ray: &Ray,
+    (seed, place): (u64, u32),
+    samples: u32,
+) -> Moments {
     let hit = scene.intersect(ray);
-    (0..samples).map(|i| path.radiance(scene, ray, hit, &mut stream(seed, place, i)).x).collect()
+    (0..samples)
+        .map(|i| {
+            path.radiance(scene, ray, hit, &mut stream(seed, place, i))
+                .x
+        })
+        .collect()
 }
 
 /// White pixels between two pictures.
 const GAP: u32 = 6;
 
 /// Writes films of the same size side by side, each pixel as `magnification`² equal ones.
-pub fn write_row(path: &Path, films: &[Film], display: Display, magnification: u32) -> Result<(), Error> {
-    let [width, height] = films.first().map_or([1, 1], Film::size).map(|n| n * magnification);
+pub fn write_row(
+    path: &Path,
+    films: &[Film],
+    display: Display,
+    magnification: u32,
+) -> Result<(), Error> {
+    let [width, height] = films
+        .first()
+        .map_or([1, 1], Film::size)
+        .map(|n| n * magnification);
     let size = [films.len() as u32 * (width + GAP) - GAP, height];
     let mut rgb = vec![u8::MAX; 3 * size[0] as usize * size[1] as usize];
     for (k, film) in (0..).zip(films) {

@@ -2,8 +2,9 @@
 
 /// Something that the program may use and the processor lacks.
 ///
-/// `is_x86_feature_detected` does not tell: of what the program is built for it says yes without asking. The bits are
-/// taken one by one because copying a structure could need the very registers that the processor lacks.
+/// `is_x86_feature_detected` does not tell: of what the program is built for it says yes without
+/// asking. The bits are taken one by one because copying a structure could need the very registers
+/// that the processor lacks.
 #[cfg(target_arch = "x86_64")]
 pub fn missing() -> Option<&'static str> {
     use raw_cpuid::native_cpuid::cpuid_count;

@@ -1,4 +1,5 @@
-//! How far a program is: a line at the foot of a terminal, a line of text every few seconds elsewhere.
+//! How far a program is: a line at the foot of a terminal, a line of text every few seconds
+//! elsewhere.
 
 use std::io::IsTerminal as _;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,8 +9,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 pub use crate::run::signals::interrupted;
 
-/// Something that is being done, and the unit of what it counts. Its bar only counts; one of no length says only for
-/// how long.
+/// Something that is being done, and the unit of what it counts. Its bar only counts; one of no
+/// length says only for how long.
 type Task = (ProgressBar, &'static str);
 
 /// What is in hand, the parts of a task after it; and the line that shows it.
@@ -20,7 +21,11 @@ struct Shown {
     due: Option<Instant>,
 }
 
-static SHOWN: Mutex<Shown> = Mutex::new(Shown { tasks: Vec::new(), line: None, due: None });
+static SHOWN: Mutex<Shown> = Mutex::new(Shown {
+    tasks: Vec::new(),
+    line: None,
+    due: None,
+});
 
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
 /// Without a terminal the first line is written so early, the next when none was for so long.
@@ -77,13 +82,25 @@ fn fresh_line() -> ProgressBar {
 /// All labels, and how far the last task is.
 fn describe(tasks: &[Task]) -> Option<String> {
     let (last, unit) = tasks.last()?;
-    let labels = tasks.iter().map(|(task, _)| task.prefix()).filter(|label| !label.is_empty());
-    let state = state(last.position(), last.length().unwrap_or(0), unit, last.elapsed());
-    Some(format!("{}: {state}{}", labels.collect::<Vec<_>>().join(", "), last.message()))
+    let labels = tasks
+        .iter()
+        .map(|(task, _)| task.prefix())
+        .filter(|label| !label.is_empty());
+    let state = state(
+        last.position(),
+        last.length().unwrap_or(0),
+        unit,
+        last.elapsed(),
+    );
+    Some(format!(
+        "{}: {state}{}",
+        labels.collect::<Vec<_>>().join(", "),
+        last.message()
+    ))
 }
 
-/// "45 % of 27.0 million samples, 1.20 million/s, 12 s left": the rate is that since the beginning, and the
-/// remaining time what the rest takes at it.
+/// "45 % of 27.0 million samples, 1.20 million/s, 12 s left": the rate is that since the beginning,
+/// and the remaining time what the rest takes at it.
 pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
     if size == 0 {
@@ -97,18 +114,31 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     );
     if done > 0 && seconds > 0.0 {
         let rate = done as f64 / seconds;
-        text +=
-            &if rate >= 1.0 { format!(", {}/s", quantity(rate)) } else { format!(", {:.1} per minute", 60.0 * rate) };
-        text += &format!(", {} left", duration(size.saturating_sub(done) as f64 / rate));
+        text += &if rate >= 1.0 {
+            format!(", {}/s", quantity(rate))
+        } else {
+            format!(", {:.1} per minute", 60.0 * rate)
+        };
+        text += &format!(
+            ", {} left",
+            duration(size.saturating_sub(done) as f64 / rate)
+        );
     }
     text
 }
 
 /// Three digits and a word.
 fn quantity(value: f64) -> String {
-    let scales = [(1e12, " trillion"), (1e9, " billion"), (1e6, " million"), (1e3, " thousand")];
+    let scales = [
+        (1e12, " trillion"),
+        (1e9, " billion"),
+        (1e6, " million"),
+        (1e3, " thousand"),
+    ];
     // Four digits need no word.
-    let scale = scales.into_iter().find(|&(unit, _)| value >= f64::max(unit, 1e4));
+    let scale = scales
+        .into_iter()
+        .find(|&(unit, _)| value >= f64::max(unit, 1e4));
     match scale.map(|(unit, word)| (value / unit, word)) {
         None if value < 10.0 && value.fract() > 0.0 => format!("{value:.1}"),
         None => format!("{value:.0}"),
@@ -138,13 +168,16 @@ pub struct Bar {
 const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
-    /// For so many of something; for 0, one that says how long it takes already. The label is empty where it goes
-    /// without saying.
+    /// For so many of something; for 0, one that says how long it takes already. The label is empty
+    /// where it goes without saying.
     pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
         let task = ProgressBar::with_draw_target(Some(size), ProgressDrawTarget::hidden());
         let task = task.with_prefix(label.to_owned());
         shown().tasks.push((task.clone(), unit));
-        Self { task, reckoned: Instant::now() }
+        Self {
+            task,
+            reckoned: Instant::now(),
+        }
     }
 
     /// Counts samples; false after a signal to end.
@@ -159,7 +192,11 @@ impl Bar {
             self.reckoned = Instant::now();
             let error = relative();
             let is_known = error > 0.0 && error.is_finite();
-            self.task.set_message(if is_known { format!(", error {:.2} %", 100.0 * error) } else { String::new() });
+            self.task.set_message(if is_known {
+                format!(", error {:.2} %", 100.0 * error)
+            } else {
+                String::new()
+            });
         }
     }
 }

@@ -19,7 +19,10 @@ use crate::experiments::EXPERIMENTS;
 use crate::render::name;
 use crate::run::progress::{self, Bar, interrupted};
 use crate::run::summary::summary;
-use crate::run::{Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json, write_text};
+use crate::run::{
+    Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json,
+    write_text,
+};
 use crate::say;
 
 /// The largest file that the book keeps, in bytes.
@@ -33,29 +36,42 @@ pub struct Ran {
     pub seconds: Vec<Option<f64>>,
 }
 
-/// Runs experiments one after the other, as [`run_each`] does. After each, `results.json` is written anew from all
-/// experiments that have a result in the folder, so that an error in a later one loses none.
+/// Runs experiments one after the other, as [`run_each`] does. After each, `results.json` is
+/// written anew from all experiments that have a result in the folder, so that an error in a later
+/// one loses none.
 pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Ran, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
-    run_each(experiments, options, fresh, || write_results(&results, options))
+    run_each(experiments, options, fresh, || {
+        write_results(&results, options)
+    })
 }
 
-/// Runs experiments one after the other, each in its own folder, and says when one is done; results of an earlier run of
-/// this very program with the same options are kept unless `fresh`.
+/// Runs experiments one after the other, each in its own folder, and says when one is done; results
+/// of an earlier run of this very program with the same options are kept unless `fresh`.
 pub fn run_each(
     experiments: &[&Experiment],
     options: &Options,
     fresh: bool,
     done: impl Fn() -> Result<(), Error>,
 ) -> Result<Ran, Error> {
-    let mut ran = Ran { outcomes: Vec::new(), seconds: Vec::new() };
+    let mut ran = Ran {
+        outcomes: Vec::new(),
+        seconds: Vec::new(),
+    };
     for (i, experiment) in experiments.iter().enumerate() {
         let (Options { seed, shrink, .. }, tier) = (options, name(options.tier));
-        let fingerprint = format!("{:016x} {} {tier} {seed} {shrink}", *PROGRAM, experiment.version);
+        let fingerprint = format!(
+            "{:016x} {} {tier} {seed} {shrink}",
+            *PROGRAM, experiment.version
+        );
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
-        let kept = if fresh { None } else { kept(&folder, &fingerprint) };
+        let kept = if fresh {
+            None
+        } else {
+            kept(&folder, &fingerprint)
+        };
         let (outcome, seconds) = match kept {
             Some(outcome) => (outcome, None),
             None => {
@@ -66,8 +82,18 @@ pub fn run_each(
                 (outcome, Some(start.elapsed().as_secs_f64()))
             }
         };
-        let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| format!("{seconds:.1} s"));
-        say!("{}", summary(experiment, &outcome, &format!("{which}{}, {how}", experiment.id), &options.out));
+        let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| {
+            format!("{seconds:.1} s")
+        });
+        say!(
+            "{}",
+            summary(
+                experiment,
+                &outcome,
+                &format!("{which}{}, {how}", experiment.id),
+                &options.out
+            )
+        );
         progress::said();
         // One experiment alone is what its table is about.
         if options.rows || experiments.len() == 1 {
@@ -95,7 +121,11 @@ fn run_one(
     if interrupted() {
         return Err(Error::Interrupted);
     }
-    let Run { mut outcome, unfinished, .. } = run;
+    let Run {
+        mut outcome,
+        unfinished,
+        ..
+    } = run;
     outcome.digests = digests(folder)?;
     write_json(&folder.join("result.json"), &outcome)?;
     unfinished.end()?;
@@ -123,7 +153,10 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_file() && name != "result.json" {
             let digest = Sha256::digest(&std::fs::read(&path).map_err(Error::file("read", &path))?);
-            digests.insert(name.into_owned(), digest.iter().map(|byte| format!("{byte:02x}")).collect());
+            digests.insert(
+                name.into_owned(),
+                digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            );
         }
     }
     Ok(digests)
@@ -132,7 +165,10 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
 /// A hash of the running program's file: any change of code makes earlier results stale.
 pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
-    std::env::current_exe().and_then(std::fs::read).unwrap_or_default().hash(&mut hasher);
+    std::env::current_exe()
+        .and_then(std::fs::read)
+        .unwrap_or_default()
+        .hash(&mut hasher);
     hasher.finish()
 });
 
@@ -150,7 +186,9 @@ struct Results<'a> {
 
 /// Writes what all experiments found whose results are in the folder.
 fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
-    let found = EXPERIMENTS.iter().filter_map(|experiment| result(&options.out.join(experiment.id)));
+    let found = EXPERIMENTS
+        .iter()
+        .filter_map(|experiment| result(&options.out.join(experiment.id)));
     let outcomes: Vec<ExperimentResult> = found.collect();
     write_json(
         path,
@@ -179,14 +217,18 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
 /// No line of a table is longer, in characters.
 pub const LONGEST_LINE: usize = 160;
 
-/// An experiment's findings as text under its title, a line each; long values go on below their beginning. Details are
-/// left out without `rows`, but not those that fail.
+/// An experiment's findings as text under its title, a line each; long values go on below their
+/// beginning. Details are left out without `rows`, but not those that fail.
 pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
     let mut text = format!("{}: {}", outcome.id, outcome.title);
     let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
     let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
     let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
-    let width = shown.iter().map(|row| label(row).chars().count()).max().unwrap_or(0);
+    let width = shown
+        .iter()
+        .map(|row| label(row).chars().count())
+        .max()
+        .unwrap_or(0);
     for row in &shown {
         let verdict = row.verdict.map(|verdict| match verdict {
             // To be seen among many.
@@ -219,8 +261,8 @@ pub fn recorded_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
 }
 
-/// Copies an experiment's result and figures from `from` to `to`, where older files go; large pictures
-/// in bands by [`split_png`]. Returns the plots that are too large and were left out.
+/// Copies an experiment's result and figures from `from` to `to`, where older files go; large
+/// pictures in bands by [`split_png`]. Returns the plots that are too large and were left out.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let mut outcome: ExperimentResult = read_json(&from.join("result.json"))?;
     // They name a build and files that are not all recorded, which says nothing to a reader.
@@ -230,7 +272,9 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let mut too_large = Vec::new();
     for figure in std::mem::take(&mut outcome.figures) {
         let source = from.join(&figure);
-        let size = std::fs::metadata(&source).map_err(Error::file("read", &source))?.len();
+        let size = std::fs::metadata(&source)
+            .map_err(Error::file("read", &source))?
+            .len();
         if size <= LARGEST_RECORDED {
             std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
         } else if source.extension().is_some_and(|e| e == "png") {
@@ -245,16 +289,24 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     Ok(too_large)
 }
 
-/// Records the results of these experiments in the book's folder and the README, and says what was left out.
+/// Records the results of these experiments in the book's folder and the README, and says what was
+/// left out.
 pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
     let folder = recorded_folder();
     for Experiment { id, .. } in experiments {
         for figure in record(&options.out.join(id), &folder.join(id))? {
-            say!("left out of the book: {id}/{figure}, larger than {} KiB", LARGEST_RECORDED / 1024);
+            say!(
+                "left out of the book: {id}/{figure}, larger than {} KiB",
+                LARGEST_RECORDED / 1024
+            );
         }
     }
     update_readme()?;
-    say!("recorded {} experiments in {}", experiments.len(), folder.display());
+    say!(
+        "recorded {} experiments in {}",
+        experiments.len(),
+        folder.display()
+    );
     Ok(())
 }
 
@@ -263,7 +315,12 @@ pub fn update_readme() -> Result<(), Error> {
     let folder = recorded_folder();
     let readme = folder.join("../../README.md");
     let text = std::fs::read_to_string(&readme).map_err(Error::file("read", &readme))?;
-    let results = book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
-    let text = with_numbers(&text, &results).map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
-    write_whole(&readme, |file| file.write_all(text.as_bytes()).map_err(Error::file("write", &readme)))
+    let results =
+        book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
+    let text = with_numbers(&text, &results)
+        .map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
+    write_whole(&readme, |file| {
+        file.write_all(text.as_bytes())
+            .map_err(Error::file("write", &readme))
+    })
 }

@@ -20,15 +20,15 @@ pub fn interrupted() -> bool {
     RECEIVED.load(Ordering::Relaxed) != 0
 }
 
-/// The exit code of a program that a signal has ended: 128 and the signal's number, as shells have it, that
-/// is 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+/// The exit code of a program that a signal has ended: 128 and the signal's number, as shells have
+/// it, that is 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 pub fn exit_code() -> Option<u8> {
     let signal = RECEIVED.load(Ordering::Relaxed);
     (signal != 0).then(|| 128u8.saturating_add(u8::try_from(signal).unwrap_or(127)))
 }
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP end the work in hand, and a second Ctrl-C the program. A signal
-/// that the program was started to ignore (`nohup`) stays ignored.
+/// From here on Ctrl-C, SIGTERM and SIGHUP end the work in hand, and a second Ctrl-C the program. A
+/// signal that the program was started to ignore (`nohup`) stays ignored.
 pub fn catch() {
     let again = Arc::new(AtomicBool::new(false));
     for signal in CAUGHT.into_iter().filter(|&signal| !ignored(signal)) {
@@ -38,8 +38,8 @@ pub fn catch() {
     }
 }
 
-/// What ends a session sends SIGTERM and SIGHUP together: only a second Ctrl-C is from somebody who cannot
-/// wait.
+/// What ends a session sends SIGTERM and SIGHUP together: only a second Ctrl-C is from somebody who
+/// cannot wait.
 fn register(signal: i32, again: &Arc<AtomicBool>) -> io::Result<()> {
     if signal == SIGINT {
         flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(again))?;

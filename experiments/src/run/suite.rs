@@ -8,7 +8,8 @@ use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 use crate::run::Run;
 use crate::run::progress::{Bar, interrupted};
 
-/// The scale of sample sizes at which experiments repeat the suite: that of the suite itself at the full tier.
+/// The scale of sample sizes at which experiments repeat the suite: that of the suite itself at the
+/// full tier.
 pub fn scale(run: &Run) -> f64 {
     run.scale(run.by_tier(1.0 / 16.0, 1.0))
 }
@@ -43,9 +44,12 @@ pub fn rows(run: &Run, trials: &[Trial]) -> Result<Vec<Vec<Row>>, Error> {
 
 /// The verdict on several outcomes together: fails if one does, holds if all do.
 pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
-    rows.into_iter().fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {
-        (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
-        (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => Verdict::Undecided { needed: a.max(b) },
-        (Verdict::Holds, other) | (other, Verdict::Holds) => other,
-    })
+    rows.into_iter()
+        .fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {
+            (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
+            (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => {
+                Verdict::Undecided { needed: a.max(b) }
+            }
+            (Verdict::Holds, other) | (other, Verdict::Holds) => other,
+        })
 }

@@ -14,7 +14,11 @@ const NAMED: usize = 5;
 
 /// The findings of an experiment with this verdict.
 fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
-    outcome.findings.iter().filter(|row| row.verdict == Some(verdict)).count()
+    outcome
+        .findings
+        .iter()
+        .filter(|row| row.verdict == Some(verdict))
+        .count()
 }
 
 /// The experiment's headline with the numbers of this run.
@@ -25,14 +29,21 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
     let mut pieces = template.split('{');
     let mut text = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
-        let (field, after) = piece.split_once('}').ok_or_else(|| format!("\"{{{piece}\" has no end"))?;
+        let (field, after) = piece
+            .split_once('}')
+            .ok_or_else(|| format!("\"{{{piece}\" has no end"))?;
         text += &match field {
             "holds" => count(outcome, Judgement::Holds).to_string(),
             "fails" => count(outcome, Judgement::Fails).to_string(),
             "undecided" => count(outcome, Judgement::Undecided).to_string(),
             _ => {
-                let (key, format) = field.split_once(' ').map_or((field, None), |(key, format)| (key, Some(format)));
-                let value = outcome.numbers.get(key).ok_or_else(|| format!("{} has no number {key}", outcome.id))?;
+                let (key, format) = field
+                    .split_once(' ')
+                    .map_or((field, None), |(key, format)| (key, Some(format)));
+                let value = outcome
+                    .numbers
+                    .get(key)
+                    .ok_or_else(|| format!("{} has no number {key}", outcome.id))?;
                 number::format(*value, format)?
             }
         };
@@ -41,12 +52,21 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
     Ok(text)
 }
 
-/// A sentence on the finding, and where its picture lies, wrapped at [`WIDTH`]; `label` says which experiment and for how
-/// long.
-pub fn summary(experiment: &Experiment, outcome: &ExperimentResult, label: &str, out: &Path) -> String {
+/// A sentence on the finding, and where its picture lies, wrapped at [`WIDTH`]; `label` says which
+/// experiment and for how long.
+pub fn summary(
+    experiment: &Experiment,
+    outcome: &ExperimentResult,
+    label: &str,
+    out: &Path,
+) -> String {
     // A shrunk run may lack a number that was not finite.
-    let found = headline(experiment.headline, outcome).unwrap_or_else(|_| experiment.title.to_owned());
-    let picture = outcome.figures.first().map(|file| out.join(experiment.id).join(file).display().to_string());
+    let found =
+        headline(experiment.headline, outcome).unwrap_or_else(|_| experiment.title.to_owned());
+    let picture = outcome
+        .figures
+        .first()
+        .map(|file| out.join(experiment.id).join(file).display().to_string());
     let fails = match count(outcome, Judgement::Fails) {
         0 => String::new(),
         fails => format!(" ({fails} FAIL)"),
@@ -70,18 +90,25 @@ pub fn summary(experiment: &Experiment, outcome: &ExperimentResult, label: &str,
     text
 }
 
-/// The lines of claims that fail or, if they are few, are undecided, each cut at [`WIDTH`]; then the counts. The second
-/// says whether nothing fails.
+/// The lines of claims that fail or, if they are few, are undecided, each cut at [`WIDTH`]; then
+/// the counts. The second says whether nothing fails.
 pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     let named = |wanted: Judgement| -> Vec<String> {
         let of = |outcome: &ExperimentResult| -> Vec<String> {
-            let rows = outcome.findings.iter().filter(|row| row.verdict == Some(wanted));
-            rows.map(|row| format!("{}: {}: {}", outcome.id, row.what, row.value)).collect()
+            let rows = outcome
+                .findings
+                .iter()
+                .filter(|row| row.verdict == Some(wanted));
+            rows.map(|row| format!("{}: {}: {}", outcome.id, row.what, row.value))
+                .collect()
         };
         outcomes.iter().flat_map(of).collect()
     };
     let [fails, undecided] = [Judgement::Fails, Judgement::Undecided].map(named);
-    let holds: usize = outcomes.iter().map(|outcome| count(outcome, Judgement::Holds)).sum();
+    let holds: usize = outcomes
+        .iter()
+        .map(|outcome| count(outcome, Judgement::Holds))
+        .sum();
     let mut text = String::new();
     for line in &fails {
         // Writing to a string cannot fail.
@@ -90,13 +117,22 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     for line in undecided.iter().take(NAMED) {
         let line = format!("undecided: {line}");
         let cut: String = line.chars().take(WIDTH - 1).collect();
-        let _ = writeln!(text, "{cut}{}", if cut.len() < line.len() { "…" } else { "" });
+        let _ = writeln!(
+            text,
+            "{cut}{}",
+            if cut.len() < line.len() { "…" } else { "" }
+        );
     }
     let more = undecided.len().saturating_sub(NAMED);
     if more > 0 {
         let _ = writeln!(text, "and {more} more undecided, in results.json");
     }
-    let _ = write!(text, "{holds} hold, {} fail, {} undecided at this tier", fails.len(), undecided.len());
+    let _ = write!(
+        text,
+        "{holds} hold, {} fail, {} undecided at this tier",
+        fails.len(),
+        undecided.len()
+    );
     if outcomes.iter().any(|outcome| outcome.shrink != 1) {
         text += "; nothing is judged in a run with --shrink";
     }

@@ -1,8 +1,9 @@
 //! What a run that was interrupted has done: the next one with the same options goes on from there.
 //!
-//! A run is a function of its options and of the files that were there when it began. So it is continued by
-//! doing it again: from those files as they were, and with the parts that are done taken from where they were
-//! put. It leaves what a run without interruption leaves, wherever it was interrupted.
+//! A run is a function of its options and of the files that were there when it began. So it is
+//! continued by doing it again: from those files as they were, and with the parts that are done
+//! taken from where they were put. It leaves what a run without interruption leaves, wherever it
+//! was interrupted.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -31,8 +32,8 @@ impl Unfinished {
         Ok(Self { folder })
     }
 
-    /// A part of the run: taken from the folder if it was done, else made and put there. Its key is part of
-    /// the name of a file.
+    /// A part of the run: taken from the folder if it was done, else made and put there. Its key is
+    /// part of the name of a file.
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -46,12 +47,16 @@ impl Unfinished {
             return Err(Error::Interrupted);
         }
         let text = serde_json::to_string(&make()?);
-        write_text(&path, &text.map_err(|error| Error::Option(format!("{}: {error}", path.display())))?)?;
+        write_text(
+            &path,
+            &text.map_err(|error| Error::Option(format!("{}: {error}", path.display())))?,
+        )?;
         // What was made now goes the way of what was made before.
         read_json(&path)
     }
 
-    /// A copy of a file of the experiment as it was when the run began; an empty one if there was none.
+    /// A copy of a file of the experiment as it was when the run began; an empty one if there was
+    /// none.
     pub fn before(&self, file: &Path) -> Result<PathBuf, Error> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let copy = self.folder.join(format!("{name}.before"));

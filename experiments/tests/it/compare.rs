@@ -1,11 +1,12 @@
-//! Renderers on trial by their images: right ones agree, faults are named, few samples are undecided, and bad input
-//! is refused.
+//! Renderers on trial by their images: right ones agree, faults are named, few samples are
+//! undecided, and bad input is refused.
 
 use std::path::Path;
 use std::process::Output;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2, WritableImage as _,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
+    WritableImage as _,
 };
 use sha2::{Digest as _, Sha256};
 use whitefurnace::image::read::decode;
@@ -21,14 +22,23 @@ fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = compare(folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
-    assert!(lines.contains(hint) && lines.lines().count() <= 13, "{hint}: {lines}");
-    assert!(code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1, "{lines}");
+    assert!(
+        lines.contains(hint) && lines.lines().count() <= 13,
+        "{hint}: {lines}"
+    );
+    assert!(
+        code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1,
+        "{lines}"
+    );
 }
 
 /// Renders images of `SIDE` pixels across with the seeds from `first` on.
 fn images(folder: &Path, name: &str, first: u32, options: &str) {
     for seed in first..first + 8 {
-        renders(folder, &format!("--size {SIDE}x{SIDE} {options} --seed {seed} --out {name}-{seed}.exr"));
+        renders(
+            folder,
+            &format!("--size {SIDE}x{SIDE} {options} --seed {seed} --out {name}-{seed}.exr"),
+        );
     }
 }
 
@@ -38,12 +48,23 @@ const SIDE: usize = 32;
 fn changed(folder: &Path, from: &str, to: &str, first: u32, change: fn(&[f64], usize) -> f64) {
     for seed in first..first + 8 {
         let path = folder.join(format!("{from}-{seed}.exr"));
-        let picture = decode(&path, &std::fs::read(&path).expect("there"), None, "--layer").expect("an image");
+        let picture = decode(
+            &path,
+            &std::fs::read(&path).expect("there"),
+            None,
+            "--layer",
+        )
+        .expect("an image");
         let mut bytes = format!("PF\n{SIDE} {SIDE}\n-1.0\n").into_bytes();
         for y in (0..SIDE).rev() {
             for x in 0..SIDE {
                 let value = |plane: &Vec<f64>| change(plane, y * SIDE + x) as f32;
-                bytes.extend(picture.values.iter().flat_map(|plane| value(plane).to_le_bytes()));
+                bytes.extend(
+                    picture
+                        .values
+                        .iter()
+                        .flat_map(|plane| value(plane).to_le_bytes()),
+                );
             }
         }
         std::fs::write(folder.join(format!("{to}-{seed}.pfm")), bytes).expect("written");
@@ -56,22 +77,52 @@ fn right_renderers_agree_and_faults_are_named() {
     let sobol = "--scene cornell --spp 64 --adaptive no";
     images(&folder, "a", 1, sobol);
     images(&folder, "b", 11, &format!("{sobol} --estimator light"));
-    ends(&folder, "--a a-*.exr --b b-*.exr --out agree", 0, "AGREE: nothing that could be judged differs");
+    ends(
+        &folder,
+        "--a a-*.exr --b b-*.exr --out agree",
+        0,
+        "AGREE: nothing that could be judged differs",
+    );
     let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("there");
-    let numbers: serde_json::Value = serde_json::from_str(&read("agree/compare.json")).expect("JSON");
+    let numbers: serde_json::Value =
+        serde_json::from_str(&read("agree/compare.json")).expect("JSON");
     assert_eq!(numbers["verdict"], "agree");
     assert_eq!(numbers["kinds"][3]["places"], 3 * SIDE * SIDE);
     let page = read("agree/report.html");
     assert!(page.contains("<h1>agree</h1>") && page.matches("data:image/png").count() == 6);
     assert!(!page.contains("http"), "the page needs no other file");
     // Gamma applied twice, and a shift by half a pixel.
-    changed(&folder, "a", "gamma", 1, |plane, i| plane[i].powf(1.0 / 2.2));
-    ends(&folder, "--a gamma-*.pfm --b b-*.exr --out gamma", 1, "DIFFER: the image mean in ");
-    changed(&folder, "a", "shift", 1, |plane, i| 0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }]));
-    ends(&folder, "--a shift-*.pfm --b b-*.exr --tile 4 --out shift", 1, "DIFFER: the ");
+    changed(&folder, "a", "gamma", 1, |plane, i| {
+        plane[i].powf(1.0 / 2.2)
+    });
+    ends(
+        &folder,
+        "--a gamma-*.pfm --b b-*.exr --out gamma",
+        1,
+        "DIFFER: the image mean in ",
+    );
+    changed(&folder, "a", "shift", 1, |plane, i| {
+        0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }])
+    });
+    ends(
+        &folder,
+        "--a shift-*.pfm --b b-*.exr --tile 4 --out shift",
+        1,
+        "DIFFER: the ",
+    );
     // Few samples, and one image on either side, by its standard errors.
-    ends(&folder, "--a a-1.exr --b b-11.exr --out one", 2, "UNDECIDED: ");
-    ends(&folder, "--a a-1.exr a-2.exr --b b-*.exr --out two", 2, "give three or more");
+    ends(
+        &folder,
+        "--a a-1.exr --b b-11.exr --out one",
+        2,
+        "UNDECIDED: ",
+    );
+    ends(
+        &folder,
+        "--a a-1.exr a-2.exr --b b-*.exr --out two",
+        2,
+        "give three or more",
+    );
 }
 
 #[test]
@@ -80,15 +131,31 @@ fn an_albedo_one_percent_off_is_named() {
     let options = "--scene furnace-box --spp 64";
     images(&folder, "a", 1, options);
     images(&folder, "b", 11, options);
-    // In a closed room of albedo ρ all radiance is E/(1 − ρ): ρ = 0.7425 in place of 0.75 gives 2.9 % less.
-    changed(&folder, "b", "dark", 11, |plane, i| plane[i] * (1.0 - 0.75) / (1.0 - 0.7425));
-    ends(&folder, "--a a-*.exr --b b-*.exr --margin 2 --out agree", 0, "AGREE");
-    ends(&folder, "--a dark-*.pfm --b a-*.exr --out differ", 1, "DIFFER: the image mean in ");
+    // In a closed room of albedo ρ all radiance is E/(1 − ρ): ρ = 0.7425 in place of 0.75 gives 2.9
+    // % less.
+    changed(&folder, "b", "dark", 11, |plane, i| {
+        plane[i] * (1.0 - 0.75) / (1.0 - 0.7425)
+    });
+    ends(
+        &folder,
+        "--a a-*.exr --b b-*.exr --margin 2 --out agree",
+        0,
+        "AGREE",
+    );
+    ends(
+        &folder,
+        "--a dark-*.pfm --b a-*.exr --out differ",
+        1,
+        "DIFFER: the image mean in ",
+    );
     let numbers = std::fs::read(folder.join("differ/compare.json")).expect("there");
     let numbers: serde_json::Value = serde_json::from_slice(&numbers).expect("JSON");
     for mean in numbers["kinds"][0]["found"].as_array().expect("channels") {
         let [low, high] = [0, 1].map(|end| mean["interval"][end].as_f64().expect("a number"));
-        assert!(low < -0.0291 && -0.0291 < high && high < -0.01, "{low} to {high}");
+        assert!(
+            low < -0.0291 && -0.0291 < high && high < -0.01,
+            "{low} to {high}"
+        );
     }
 }
 
@@ -96,7 +163,10 @@ fn an_albedo_one_percent_off_is_named() {
 fn bad_input_gets_one_line_and_exit_code_three() {
     let folder = folder("compare-bad");
     for (name, size, seed) in [("a", "8x6", 1), ("b", "8x6", 2), ("wide", "9x6", 3)] {
-        renders(&folder, &format!("--size {size} --spp 4 --seed {seed} --out {name}.exr"));
+        renders(
+            &folder,
+            &format!("--size {size} --spp 4 --seed {seed} --out {name}.exr"),
+        );
     }
     std::fs::copy(folder.join("a.exr"), folder.join("c.exr")).expect("copied");
     let grey = |value: f32| [&b"Pf\n1 1\n-1\n"[..], &value.to_le_bytes()].concat();
@@ -117,24 +187,57 @@ fn bad_input_gets_one_line_and_exit_code_three() {
             "--a a.exr --b wide.exr",
             "a.exr and wide.exr differ in size or place: 8 × 6 at (0, 0), 9 × 6 at (0, 0); --common",
         ),
-        ("--a a.exr --b c.exr", "a.exr and c.exr have the same bytes, one is a copy"),
-        ("--a a.exr c.exr --b b.exr", "a.exr and c.exr have the same bytes, one is a copy"),
-        ("--a a.exr --reference c.exr", "a.exr and c.exr have the same bytes, one is a copy"),
+        (
+            "--a a.exr --b c.exr",
+            "a.exr and c.exr have the same bytes, one is a copy",
+        ),
+        (
+            "--a a.exr c.exr --b b.exr",
+            "a.exr and c.exr have the same bytes, one is a copy",
+        ),
+        (
+            "--a a.exr --reference c.exr",
+            "a.exr and c.exr have the same bytes, one is a copy",
+        ),
         ("--a a.exr --b ./a.exr", "./a.exr is given twice"),
         ("--a a.exr b.exr --b one.pfm two.pfm", "differ in size"),
-        ("--a grey.pfm grey2.pfm --b a.exr b.exr", "are different images: grey as one grey channel; R, G, B as RGB"),
-        ("--a one.pfm --b two.pfm", "--a has one image, one.pfm, without standard errors"),
-        ("--a one.pfm nan.pfm --b two.pfm", "cannot read nan.pfm: pixel (0, 0), grey, is NaN"),
-        ("--a a.exr --b text.exr", "cannot read text.exr: neither EXR nor PFM"),
-        ("--a a.exr --b b.exr --layer none", "choose by --layer among: R,G,B, albedo, normal, samples, stderr"),
-        ("--a a.exr --b b.exr --b-layer depth", "cannot read b.exr: no layer \"depth\""),
+        (
+            "--a grey.pfm grey2.pfm --b a.exr b.exr",
+            "are different images: grey as one grey channel; R, G, B as RGB",
+        ),
+        (
+            "--a one.pfm --b two.pfm",
+            "--a has one image, one.pfm, without standard errors",
+        ),
+        (
+            "--a one.pfm nan.pfm --b two.pfm",
+            "cannot read nan.pfm: pixel (0, 0), grey, is NaN",
+        ),
+        (
+            "--a a.exr --b text.exr",
+            "cannot read text.exr: neither EXR nor PFM",
+        ),
+        (
+            "--a a.exr --b b.exr --layer none",
+            "choose by --layer among: R,G,B, albedo, normal, samples, stderr",
+        ),
+        (
+            "--a a.exr --b b.exr --b-layer depth",
+            "cannot read b.exr: no layer \"depth\"",
+        ),
         (
             "--a a.exr --b one.pfm --layer albedo",
             "cannot read one.pfm: a PFM or Radiance picture has no layers: leave out --layer",
         ),
-        ("--a a.exr --b b.exr --region 0,0,9,6", "--region [0, 0, 9, 6] reaches beyond"),
+        (
+            "--a a.exr --b b.exr --region 0,0,9,6",
+            "--region [0, 0, 9, 6] reaches beyond",
+        ),
         ("--a a.exr --b b.exr --region 3,0,3,6", "X0 < X1"),
-        ("--a a.exr --b b.exr --level 1", "from 0.000000000001 to 0.5"),
+        (
+            "--a a.exr --b b.exr --level 1",
+            "from 0.000000000001 to 0.5",
+        ),
         ("--a a.exr --b b.exr --out a.exr", "a.exr"),
     ] {
         ends(&folder, options, 3, hint);
@@ -143,12 +246,24 @@ fn bad_input_gets_one_line_and_exit_code_three() {
 
 /// Writes an EXR of 32-bit floats: the first pixel's place, width, and channels by name.
 fn exr(path: &Path, corner: [i32; 2], width: usize, channels: &[(&str, &[f32])]) {
-    let channel = |&(name, values): &(&str, &[f32])| AnyChannel::new(name, FlatSamples::F32(values.to_vec()));
+    let channel =
+        |&(name, values): &(&str, &[f32])| AnyChannel::new(name, FlatSamples::F32(values.to_vec()));
     let height = channels[0].1.len() / width;
-    let attributes = LayerAttributes { layer_position: Vec2(corner[0], corner[1]), ..LayerAttributes::default() };
+    let attributes = LayerAttributes {
+        layer_position: Vec2(corner[0], corner[1]),
+        ..LayerAttributes::default()
+    };
     let channels = AnyChannels::sort(channels.iter().map(channel).collect());
-    let layer = Layer::new((width, height), attributes, Encoding::SMALL_LOSSLESS, channels);
-    Image::from_layer(layer).write().to_file(path).expect("written");
+    let layer = Layer::new(
+        (width, height),
+        attributes,
+        Encoding::SMALL_LOSSLESS,
+        channels,
+    );
+    Image::from_layer(layer)
+        .write()
+        .to_file(path)
+        .expect("written");
 }
 
 /// A value for each pixel that no other has, with noise that is different for each seed.
@@ -157,14 +272,29 @@ fn noisy(x: i32, y: i32, seed: u32) -> f32 {
     2.0 + (0.7 * x as f32).sin() + 0.1 * y as f32 + 0.0002 * f32::from(noise)
 }
 
-/// Such images as `name-0.exr` to `name-3.exr`, of a window of the frame, in channels of these names.
-fn windows(folder: &Path, name: &str, first: u32, [left, top, width, height]: [i32; 4], names: [&str; 3]) {
+/// Such images as `name-0.exr` to `name-3.exr`, of a window of the frame, in channels of these
+/// names.
+fn windows(
+    folder: &Path,
+    name: &str,
+    first: u32,
+    [left, top, width, height]: [i32; 4],
+    names: [&str; 3],
+) {
     for seed in 0..4 {
         let pixel = |i: i32| noisy(left + i % width, top + i / width, first + seed);
-        let [red, green, blue] =
-            [1.0, 2.0, 3.0].map(|c| (0..width * height).map(|i| c * pixel(i)).collect::<Vec<f32>>());
+        let [red, green, blue] = [1.0, 2.0, 3.0].map(|c| {
+            (0..width * height)
+                .map(|i| c * pixel(i))
+                .collect::<Vec<f32>>()
+        });
         let channels = [(names[0], &red[..]), (names[1], &green), (names[2], &blue)];
-        exr(&folder.join(format!("{name}-{seed}.exr")), [left, top], width as usize, &channels);
+        exr(
+            &folder.join(format!("{name}-{seed}.exr")),
+            [left, top],
+            width as usize,
+            &channels,
+        );
     }
 }
 
@@ -175,7 +305,8 @@ fn json(folder: &Path, out: &str) -> serde_json::Value {
     serde_json::from_slice(&numbers).expect("JSON")
 }
 
-/// Which channels were read of each side, and how they were understood, is told; X, Y and Z are three channels.
+/// Which channels were read of each side, and how they were understood, is told; X, Y and Z are
+/// three channels.
 #[test]
 fn what_was_read_is_told() {
     let folder = folder("compare-layers");
@@ -183,7 +314,14 @@ fn what_was_read_is_told() {
     let programs = [
         ("plain", RGB),
         ("vray", ["rgb.red", "rgb.green", "rgb.blue"]),
-        ("blender", ["ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B"]),
+        (
+            "blender",
+            [
+                "ViewLayer.Combined.R",
+                "ViewLayer.Combined.G",
+                "ViewLayer.Combined.B",
+            ],
+        ),
         ("xyz", ["X", "Y", "Z"]),
         ("swapped", ["Z", "Y", "X"]),
         ("odd", ["c0", "c1", "c2"]),
@@ -197,13 +335,28 @@ fn what_was_read_is_told() {
         "\nread of the first: rgb.red, rgb.green, rgb.blue as RGB\nread of the second: R, G, B as RGB\n",
     );
     let numbers = json(&folder, "vray");
-    assert_eq!(numbers["a"][0]["read"], "rgb.red, rgb.green, rgb.blue as RGB");
-    assert_eq!(numbers["b"][3]["channels"], serde_json::json!(["R", "G", "B"]));
+    assert_eq!(
+        numbers["a"][0]["read"],
+        "rgb.red, rgb.green, rgb.blue as RGB"
+    );
+    assert_eq!(
+        numbers["b"][3]["channels"],
+        serde_json::json!(["R", "G", "B"])
+    );
     let page = std::fs::read_to_string(folder.join("vray/report.html")).expect("there");
     assert!(page.contains("read of the first: rgb.red, rgb.green, rgb.blue as RGB."));
-    agree("--a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined", "ViewLayer.Combined.B as RGB");
-    agree("--a blender-*.exr --reference plain-0.exr --b-layer R,G,B --margin 3", "read of the second: R, G, B as RGB");
-    agree("--a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2", "read of the first: c0, c1, c2 as three channels");
+    agree(
+        "--a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined",
+        "ViewLayer.Combined.B as RGB",
+    );
+    agree(
+        "--a blender-*.exr --reference plain-0.exr --b-layer R,G,B --margin 3",
+        "read of the second: R, G, B as RGB",
+    );
+    agree(
+        "--a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2",
+        "read of the first: c0, c1, c2 as three channels",
+    );
     ends(
         &folder,
         "--a odd-*.exr --b plain-*.exr",
@@ -215,8 +368,18 @@ fn what_was_read_is_told() {
         "--a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y",
         "read of both: Y as luminance; not read: X, Z",
     );
-    ends(&folder, "--a xyz-*.exr --b swapped-*.exr", 1, "read of both: X, Y, Z as X, Y, Z\n");
-    ends(&folder, "--a xyz-*.exr --b plain-*.exr", 3, "are different images: X, Y, Z as X, Y, Z; R, G, B as RGB");
+    ends(
+        &folder,
+        "--a xyz-*.exr --b swapped-*.exr",
+        1,
+        "read of both: X, Y, Z as X, Y, Z\n",
+    );
+    ends(
+        &folder,
+        "--a xyz-*.exr --b plain-*.exr",
+        3,
+        "are different images: X, Y, Z as X, Y, Z; R, G, B as RGB",
+    );
 }
 
 /// The part of the frame that all images have is compared if that is asked for.
@@ -242,28 +405,77 @@ fn the_common_part_is_compared() {
             &folder,
             &options,
             3,
-            &format!("{frame}, 32 × 24 at (0, 0); --common judges the part that all have, {common}"),
+            &format!(
+                "{frame}, 32 × 24 at (0, 0); --common judges the part that all have, {common}"
+            ),
         );
         ends(&folder, &format!("{options} --common"), 0, "AGREE");
-        let size: Vec<String> =
-            json(&folder, name)["size"].as_array().expect("two").iter().map(ToString::to_string).collect();
+        let size: Vec<String> = json(&folder, name)["size"]
+            .as_array()
+            .expect("two")
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         assert!(common.starts_with(&size.join(" × ")), "{size:?}");
     }
-    ends(&folder, "--a away-*.exr --b whole-*.exr --common", 3, "no pixel is common to all");
-    // The whole frame, of which the file says that it lies elsewhere; and a part that does lie there.
+    ends(
+        &folder,
+        "--a away-*.exr --b whole-*.exr --common",
+        3,
+        "no pixel is common to all",
+    );
+    // The whole frame, of which the file says that it lies elsewhere; and a part that does lie
+    // there.
     windows(&folder, "laid", 50, [0, 0, 32, 24], RGB);
     for seed in 0..4 {
         let path = folder.join(format!("laid-{seed}.exr"));
-        let picture = decode(&path, &std::fs::read(&path).expect("there"), None, "").expect("an image");
-        let planes = picture.values.iter().map(|plane| plane.iter().map(|&value| value as f32).collect());
-        let [red, green, blue] = planes.collect::<Vec<Vec<f32>>>().try_into().expect("three channels");
-        exr(&path, [5, 7], 32, &[("R", &red), ("G", &green), ("B", &blue)]);
+        let picture =
+            decode(&path, &std::fs::read(&path).expect("there"), None, "").expect("an image");
+        let planes = picture
+            .values
+            .iter()
+            .map(|plane| plane.iter().map(|&value| value as f32).collect());
+        let [red, green, blue] = planes
+            .collect::<Vec<Vec<f32>>>()
+            .try_into()
+            .expect("three channels");
+        exr(
+            &path,
+            [5, 7],
+            32,
+            &[("R", &red), ("G", &green), ("B", &blue)],
+        );
     }
-    ends(&folder, "--a laid-*.exr --b whole-*.exr", 3, "; --ignore-place lays their upper left pixels on one another");
-    ends(&folder, "--a laid-*.exr --b whole-*.exr --ignore-place", 0, "AGREE");
-    ends(&folder, "--a laid-*.exr --b whole-*.exr --common", 1, "DIFFER");
-    ends(&folder, "--a moved-*.exr --b whole-*.exr --ignore-place", 1, "DIFFER");
-    ends(&folder, "--a crop-*.exr --b whole-*.exr --ignore-place --common", 1, "DIFFER");
+    ends(
+        &folder,
+        "--a laid-*.exr --b whole-*.exr",
+        3,
+        "; --ignore-place lays their upper left pixels on one another",
+    );
+    ends(
+        &folder,
+        "--a laid-*.exr --b whole-*.exr --ignore-place",
+        0,
+        "AGREE",
+    );
+    ends(
+        &folder,
+        "--a laid-*.exr --b whole-*.exr --common",
+        1,
+        "DIFFER",
+    );
+    ends(
+        &folder,
+        "--a moved-*.exr --b whole-*.exr --ignore-place",
+        1,
+        "DIFFER",
+    );
+    ends(
+        &folder,
+        "--a crop-*.exr --b whole-*.exr --ignore-place --common",
+        1,
+        "DIFFER",
+    );
 }
 
 /// A change that makes the sides agree is told beside the verdict that they differ.
@@ -273,9 +485,17 @@ fn a_hint_tells_what_makes_them_agree() {
     let folder = folder("compare-hint");
     let write = |name: &str, first: u32, change: Change| {
         for seed in 0..4 {
-            let pixels: Vec<[f32; 3]> = (0..24 * 24).map(|i| change(i % 24, i / 24, first + seed)).collect();
-            let [red, green, blue] = [0, 1, 2].map(|c| pixels.iter().map(|pixel| pixel[c]).collect::<Vec<f32>>());
-            exr(&folder.join(format!("{name}-{seed}.exr")), [0, 0], 24, &[("R", &red), ("G", &green), ("B", &blue)]);
+            let pixels: Vec<[f32; 3]> = (0..24 * 24)
+                .map(|i| change(i % 24, i / 24, first + seed))
+                .collect();
+            let [red, green, blue] =
+                [0, 1, 2].map(|c| pixels.iter().map(|pixel| pixel[c]).collect::<Vec<f32>>());
+            exr(
+                &folder.join(format!("{name}-{seed}.exr")),
+                [0, 0],
+                24,
+                &[("R", &red), ("G", &green), ("B", &blue)],
+            );
         }
     };
     fn plain(x: i32, y: i32, seed: u32) -> [f32; 3] {
@@ -286,11 +506,31 @@ fn a_hint_tells_what_makes_them_agree() {
     }
     write("right", 0, plain);
     let changes: [(&str, Change, &str); 12] = [
-        ("flipped", |x, y, s| plain(x, 23 - y, s), "they agree when the first is flipped upside down"),
-        ("mirrored", |x, y, s| plain(23 - x, y, s), "they agree when the first is mirrored left to right"),
-        ("turned", |x, y, s| plain(23 - x, 23 - y, s), "they agree when the first is turned by half a turn"),
-        ("columns", |x, y, s| plain(y, x, s), "they agree when the first has its rows for columns"),
-        ("moved", |x, y, s| plain(x - 1, y, s), "they agree when the first is moved by one pixel to the left"),
+        (
+            "flipped",
+            |x, y, s| plain(x, 23 - y, s),
+            "they agree when the first is flipped upside down",
+        ),
+        (
+            "mirrored",
+            |x, y, s| plain(23 - x, y, s),
+            "they agree when the first is mirrored left to right",
+        ),
+        (
+            "turned",
+            |x, y, s| plain(23 - x, 23 - y, s),
+            "they agree when the first is turned by half a turn",
+        ),
+        (
+            "columns",
+            |x, y, s| plain(y, x, s),
+            "they agree when the first has its rows for columns",
+        ),
+        (
+            "moved",
+            |x, y, s| plain(x - 1, y, s),
+            "they agree when the first is moved by one pixel to the left",
+        ),
         (
             "corner",
             |x, y, s| plain(x + 1, y + 1, s),
@@ -309,20 +549,33 @@ fn a_hint_tells_what_makes_them_agree() {
             },
             "they agree when red and blue of the first are swapped",
         ),
-        ("exposure", |x, y, s| plain(x, y, s).map(|v| 0.25 * v), "they agree when the first is multiplied by "),
+        (
+            "exposure",
+            |x, y, s| plain(x, y, s).map(|v| 0.25 * v),
+            "they agree when the first is multiplied by ",
+        ),
         (
             "gamma",
             |x, y, s| plain(x, y, s).map(|v| v.powf(1.0 / 2.2)),
             "they agree when the first is decoded from gamma 2.2",
         ),
-        ("slip", |x, y, s| plain(x, y, s).map(|v| if x < 12 { 1.1 * v } else { v }), "DIFFER"),
+        (
+            "slip",
+            |x, y, s| plain(x, y, s).map(|v| if x < 12 { 1.1 * v } else { v }),
+            "DIFFER",
+        ),
         ("same", |x, y, s| plain(x, y, s), "AGREE"),
     ];
     for (i, (name, change, hint)) in changes.into_iter().enumerate() {
         write(name, 10 * (i as u32 + 1), change);
         let options = format!("--a {name}-*.exr --b right-*.exr --out {name}");
         let hinted = name != "slip" && name != "same";
-        ends(&folder, &options, i32::from(name != "same"), &format!("{}{hint}", if hinted { "\nhint: " } else { "" }));
+        ends(
+            &folder,
+            &options,
+            i32::from(name != "same"),
+            &format!("{}{hint}", if hinted { "\nhint: " } else { "" }),
+        );
         assert_eq!(json(&folder, name)["hint"].is_string(), hinted, "{name}");
     }
     ends(
@@ -341,7 +594,11 @@ fn images_without_noise_are_compared_as_they_stand() {
                  materials.ball = { model = \"lambert\", albedo = 1 }\n\
                  objects = [{ shape = \"sphere\", material = \"ball\", centre = [0, 0, 0], radius = 1 }]\n";
     std::fs::write(folder.join("furnace.toml"), scene).expect("written");
-    std::fs::write(folder.join("darker.toml"), scene.replace("background = 1", "background = 0.99")).expect("written");
+    std::fs::write(
+        folder.join("darker.toml"),
+        scene.replace("background = 1", "background = 0.99"),
+    )
+    .expect("written");
     for (name, scene, seed) in [
         ("f-1", "furnace", 1),
         ("f-2", "furnace", 2),
@@ -350,10 +607,14 @@ fn images_without_noise_are_compared_as_they_stand() {
         ("d-1", "darker", 5),
         ("d-2", "darker", 6),
     ] {
-        renders(&folder, &format!("--scene {scene}.toml --size 16x12 --spp 8 --seed {seed} --out {name}.exr"));
+        renders(
+            &folder,
+            &format!("--scene {scene}.toml --size 16x12 --spp 8 --seed {seed} --out {name}.exr"),
+        );
     }
     let agree = "AGREE: neither side has noise, and no value differs by more than rounding";
-    let differ = "DIFFER: the image mean in red is −1.00 % off the second's (and neither side has noise)";
+    let differ =
+        "DIFFER: the image mean in red is −1.00 % off the second's (and neither side has noise)";
     for (options, code, line) in [
         ("--a f-1.exr --b g-1.exr", 0, agree),
         ("--a f-*.exr --b g-*.exr", 0, agree),
@@ -367,10 +628,20 @@ fn images_without_noise_are_compared_as_they_stand() {
     }
     // Without standard errors, too.
     let plain = |name: &str, value: f32| {
-        let bytes = [&b"PF\n16 16\n-1\n"[..], &value.to_le_bytes().repeat(3 * 256)].concat();
+        let bytes = [
+            &b"PF\n16 16\n-1\n"[..],
+            &value.to_le_bytes().repeat(3 * 256),
+        ]
+        .concat();
         std::fs::write(folder.join(format!("{name}.pfm")), bytes).expect("written");
     };
-    for (name, value) in [("one", 1.0), ("other", 1.0), ("dark", 0.99), ("black", 0.0), ("night", 0.0)] {
+    for (name, value) in [
+        ("one", 1.0),
+        ("other", 1.0),
+        ("dark", 0.99),
+        ("black", 0.0),
+        ("night", 0.0),
+    ] {
         plain(name, value);
     }
     ends(
@@ -387,23 +658,53 @@ fn images_without_noise_are_compared_as_they_stand() {
         1,
         "\nhint: they agree when the first is multiplied by 1.01010\n",
     );
-    ends(&folder, "--a black.pfm night.pfm --b one.pfm other.pfm", 1, "DIFFER: the image mean in red is −100.0 % off");
-    ends(&folder, "--a black.pfm --b night.pfm", 0, "differs by more than rounding: all are black");
+    ends(
+        &folder,
+        "--a black.pfm night.pfm --b one.pfm other.pfm",
+        1,
+        "DIFFER: the image mean in red is −100.0 % off",
+    );
+    ends(
+        &folder,
+        "--a black.pfm --b night.pfm",
+        0,
+        "differs by more than rounding: all are black",
+    );
     // One channel without noise beside two that have it.
     let half = |name: &str, seed: u32, red: f32| {
         let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, seed)).collect();
-        exr(&folder.join(name), [0, 0], 16, &[("R", &[red; 256]), ("G", &plane), ("B", &plane)]);
+        exr(
+            &folder.join(name),
+            [0, 0],
+            16,
+            &[("R", &[red; 256]), ("G", &plane), ("B", &plane)],
+        );
     };
     for seed in 0..4 {
         half(&format!("half-{seed}.exr"), seed, 1.0);
         half(&format!("alike-{seed}.exr"), seed + 10, 1.0);
         half(&format!("off-{seed}.exr"), seed + 20, 0.998);
     }
-    ends(&folder, "--a half-*.exr --b alike-*.exr", 0, "AGREE: nothing that could be judged differs");
-    ends(&folder, "--a off-*.exr --b alike-*.exr", 1, "DIFFER: the image mean in red is −0.200 % off");
+    ends(
+        &folder,
+        "--a half-*.exr --b alike-*.exr",
+        0,
+        "AGREE: nothing that could be judged differs",
+    );
+    ends(
+        &folder,
+        "--a off-*.exr --b alike-*.exr",
+        1,
+        "DIFFER: the image mean in red is −0.200 % off",
+    );
     // A seed used twice: in other bytes, in one side or both.
     let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, 1)).collect();
-    let channels = [("R", &[1.0; 256][..]), ("G", &plane), ("B", &plane), ("A", &[1.0; 256])];
+    let channels = [
+        ("R", &[1.0; 256][..]),
+        ("G", &plane),
+        ("B", &plane),
+        ("A", &[1.0; 256]),
+    ];
     exr(&folder.join("again.exr"), [0, 0], 16, &channels);
     ends(
         &folder,
@@ -421,7 +722,12 @@ fn images_without_noise_are_compared_as_they_stand() {
     let rare = |name: &str, at: Option<usize>| {
         let mut plane = [0.0_f32; 256];
         at.into_iter().for_each(|at| plane[at] = 300.0);
-        exr(&folder.join(name), [0, 0], 16, &[("R", &plane), ("G", &plane), ("B", &plane)]);
+        exr(
+            &folder.join(name),
+            [0, 0],
+            16,
+            &[("R", &plane), ("G", &plane), ("B", &plane)],
+        );
     };
     for (i, at) in [None, None, Some(77), None].into_iter().enumerate() {
         rare(&format!("rare-{i}.exr"), at);
@@ -429,5 +735,10 @@ fn images_without_noise_are_compared_as_they_stand() {
     }
     ends(&folder, "--a rare-*.exr --b none-*.exr", 2, "UNDECIDED");
     rare("rare-4.exr", Some(77));
-    ends(&folder, "--a rare-*.exr --b none-*.exr", 3, "rare-2.exr and rare-4.exr have the same bytes, one is a copy");
+    ends(
+        &folder,
+        "--a rare-*.exr --b none-*.exr",
+        3,
+        "rare-2.exr and rare-4.exr have the same bytes, one is a copy",
+    );
 }

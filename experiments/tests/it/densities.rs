@@ -1,4 +1,5 @@
-//! Each density that `judge` knows by name, fed right and wrong samples over its whole range, by samplers written here.
+//! Each density that `judge` knows by name, fed right and wrong samples over its whole range, by
+//! samplers written here.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +12,8 @@ use whitefurnace::harness::directions::{Directions, Precision, Sample};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::rng::{seed_for, stream, uniform2};
 
-/// Samples of a density by inverting its distribution function, from two uniform numbers; `None` if lost.
+/// Samples of a density by inverting its distribution function, from two uniform numbers; `None` if
+/// lost.
 type Sampler = Box<dyn Fn([f64; 2]) -> Option<DVec3>>;
 
 fn around(z: f64, r2: f64) -> Option<DVec3> {
@@ -39,24 +41,41 @@ fn facets(alpha: f64) -> Sampler {
 }
 
 fn ggx(alpha: f64, degrees: f64) -> Sampler {
-    let (ggx, wo) = (Ggx { reflectance: DVec3::ONE, alpha }, from_spherical(degrees.to_radians(), 0.0));
+    let (ggx, wo) = (
+        Ggx {
+            reflectance: DVec3::ONE,
+            alpha,
+        },
+        from_spherical(degrees.to_radians(), 0.0),
+    );
     Box::new(move |random| ggx.sample(wo, random))
 }
 
-/// On two cones about a direction, at the radii of a quarter and of three quarters of a lobe of this width.
+/// On two cones about a direction, at the radii of a quarter and of three quarters of a lobe of
+/// this width.
 fn cones(axis: DVec3, width: f64) -> Sampler {
     Box::new(move |[r1, r2]| {
         let (sin, cos) = (TAU * r2).sin_cos();
         let (x, y) = axis.any_orthonormal_pair();
         let radius = width * if r1 < 0.5 { 0.5 } else { 1.2 };
-        Some((axis + radius * (cos * x + sin * y)).normalize()).filter(|w| w.z > 0.0 || axis.z < 0.1)
+        Some((axis + radius * (cos * x + sin * y)).normalize())
+            .filter(|w| w.z > 0.0 || axis.z < 0.1)
     })
 }
 
 /// The verdicts on so many samples, as text: "holds", or what fails.
-fn verdict(name: &str, samples: &str, precision: Precision, sample: &dyn Fn([f64; 2]) -> Option<DVec3>) -> String {
+fn verdict(
+    name: &str,
+    samples: &str,
+    precision: Precision,
+    sample: &dyn Fn([f64; 2]) -> Option<DVec3>,
+) -> String {
     // Half of them are lost below the horizon where facets are roughest.
-    let n = if name.starts_with("ggx:1,") { 60_000 } else { 30_000 };
+    let n = if name.starts_with("ggx:1,") {
+        60_000
+    } else {
+        30_000
+    };
     let density = named(name).unwrap_or_else(|error| panic!("{name}: {error}"));
     // Always the same numbers: nothing that chance can turn red.
     let mut rng = stream(seed_for(5, &format!("{name} {samples}")), 0, 0);
@@ -64,23 +83,52 @@ fn verdict(name: &str, samples: &str, precision: Precision, sample: &dyn Fn([f64
     for _ in 0..n {
         let direction = sample(uniform2(&mut rng));
         let pdf = direction.map(|w| density.pdf(w));
-        directions.push(&Sample { direction, weight: None, pdf });
+        directions.push(&Sample {
+            direction,
+            weight: None,
+            pdf,
+        });
     }
     let outcomes = directions.outcomes(0.25, None);
-    let failed = outcomes.iter().filter(|outcome| outcome.verdict() != Verdict::Holds);
+    let failed = outcomes
+        .iter()
+        .filter(|outcome| outcome.verdict() != Verdict::Holds);
     let failed: Vec<String> = failed.map(|outcome| format!("{outcome}")).collect();
-    if failed.is_empty() { "holds".to_owned() } else { failed.join("; ") }
+    if failed.is_empty() {
+        "holds".to_owned()
+    } else {
+        failed.join("; ")
+    }
 }
 
-/// Names, their samplers, a sampler that is a little wrong, and the direction and width of the lobe.
+/// Names, their samplers, a sampler that is a little wrong, and the direction and width of the
+/// lobe.
 fn cases() -> Vec<(String, Sampler, Sampler, DVec3, f64)> {
     let mut cases: Vec<(String, Sampler, Sampler, DVec3, f64)> = vec![
-        ("uniform-sphere".into(), Box::new(|[r1, r2]| around(1.0 - 2.0 * r1, r2)), power(0.0), DVec3::Z, 0.7),
-        ("uniform-hemisphere".into(), power(0.0), power(0.2), DVec3::Z, 0.7),
+        (
+            "uniform-sphere".into(),
+            Box::new(|[r1, r2]| around(1.0 - 2.0 * r1, r2)),
+            power(0.0),
+            DVec3::Z,
+            0.7,
+        ),
+        (
+            "uniform-hemisphere".into(),
+            power(0.0),
+            power(0.2),
+            DVec3::Z,
+            0.7,
+        ),
         ("cosine".into(), power(1.0), power(1.2), DVec3::Z, 0.7),
     ];
     for n in [0.0, 30.0, 10_000.0f64] {
-        cases.push((format!("cosine-power:{n}"), power(n), power(1.2 * n + 0.2), DVec3::Z, 1.4 / (n + 2.0).sqrt()));
+        cases.push((
+            format!("cosine-power:{n}"),
+            power(n),
+            power(1.2 * n + 0.2),
+            DVec3::Z,
+            1.4 / (n + 2.0).sqrt(),
+        ));
     }
     for g in [-0.99, -0.3, 0.3, 0.9, 0.99f64] {
         let right = henyey_greenstein(g);
@@ -100,34 +148,63 @@ fn cases() -> Vec<(String, Sampler, Sampler, DVec3, f64)> {
         ));
     }
     for alpha in [0.01, 0.2, 1.0] {
-        cases.push((format!("ggx-normals:{alpha}"), facets(alpha), facets(0.9 * alpha), DVec3::Z, alpha));
+        cases.push((
+            format!("ggx-normals:{alpha}"),
+            facets(alpha),
+            facets(0.9 * alpha),
+            DVec3::Z,
+            alpha,
+        ));
         for degrees in [0.0, 60.0, 89.0f64] {
             let axis = from_spherical(degrees.to_radians(), PI);
-            cases.push((format!("ggx:{alpha},{degrees}"), ggx(alpha, degrees), ggx(0.9 * alpha, degrees), axis, alpha));
+            cases.push((
+                format!("ggx:{alpha},{degrees}"),
+                ggx(alpha, degrees),
+                ggx(0.9 * alpha, degrees),
+                axis,
+                alpha,
+            ));
         }
     }
     cases
 }
 
-/// Right samples hold, in double precision and as single precision stores them; wrong widths, the other sign of g, and
-/// cones fail.
+/// Right samples hold, in double precision and as single precision stores them; wrong widths, the
+/// other sign of g, and cones fail.
 #[test]
 fn each_named_density_tells_right_samples_from_wrong_ones() {
-    let single =
-        |right: &Sampler, random| right(random).map(|w| DVec3::from_array(w.to_array().map(|v| f64::from(v as f32))));
+    let single = |right: &Sampler, random| {
+        right(random).map(|w| DVec3::from_array(w.to_array().map(|v| f64::from(v as f32))))
+    };
     for (name, right, wrong, axis, width) in cases() {
-        assert_eq!(verdict(&name, "right", Precision::DOUBLE, &right), "holds", "{name}");
-        if ["cosine", "0.01", "0.99", "10000"].iter().any(|sharp| name.contains(sharp)) {
-            let stored = verdict(&name, "single", Precision::SINGLE, &|random| single(&right, random));
+        assert_eq!(
+            verdict(&name, "right", Precision::DOUBLE, &right),
+            "holds",
+            "{name}"
+        );
+        if ["cosine", "0.01", "0.99", "10000"]
+            .iter()
+            .any(|sharp| name.contains(sharp))
+        {
+            let stored = verdict(&name, "single", Precision::SINGLE, &|random| {
+                single(&right, random)
+            });
             assert_eq!(stored, "holds", "{name} in single precision");
         }
-        assert!(verdict(&name, "wrong", Precision::DOUBLE, &wrong).contains("fails"), "{name}: wrong samples");
+        assert!(
+            verdict(&name, "wrong", Precision::DOUBLE, &wrong).contains("fails"),
+            "{name}: wrong samples"
+        );
         let two = cones(axis, width);
-        assert!(verdict(&name, "cones", Precision::DOUBLE, &two).contains("fails"), "{name}: two cones");
+        assert!(
+            verdict(&name, "cones", Precision::DOUBLE, &two).contains("fails"),
+            "{name}: two cones"
+        );
     }
 }
 
-/// A million samples tell each of a dozen cells to 5 %, of every density: its cells are equally probable.
+/// A million samples tell each of a dozen cells to 5 %, of every density: its cells are equally
+/// probable.
 #[test]
 fn cells_are_equally_probable_however_narrow_the_lobe() {
     for (name, ..) in cases() {
@@ -135,7 +212,10 @@ fn cells_are_equally_probable_however_narrow_the_lobe() {
         let cells = density.cells(12);
         let kept: f64 = cells.iter().sum();
         for mass in &cells {
-            assert!((0.9..1.1).contains(&(mass * 12.0 / kept)), "{name}: {cells:?}");
+            assert!(
+                (0.9..1.1).contains(&(mass * 12.0 / kept)),
+                "{name}: {cells:?}"
+            );
         }
     }
 }

@@ -19,7 +19,11 @@ fn measure(p: f64, levels: [[f64; 2]; 2]) -> Measure {
         n: 1000,
         valid_from: 2,
         bound: false,
-        graded: vec![Graded { up: true, p, levels }],
+        graded: vec![Graded {
+            up: true,
+            p,
+            levels,
+        }],
     }
 }
 
@@ -60,7 +64,13 @@ fn counts_are_held_to_the_stated_power() {
     assert!(p(&seeds([100, 50]))[1] < 1e-6);
     // A lower bound may be exceeded, and must be reached.
     let bounds = |counts| -> Vec<Measure> {
-        seeds(counts).into_iter().map(|measure| Measure { bound: true, ..measure }).collect()
+        seeds(counts)
+            .into_iter()
+            .map(|measure| Measure {
+                bound: true,
+                ..measure
+            })
+            .collect()
     };
     assert!(p(&bounds([180, 20])).iter().all(|&p| p > 0.9));
     assert!(p(&bounds([60, 90]))[0] < 1e-6);
@@ -76,20 +86,40 @@ fn what_is_not_judged_is_named() {
         assert_eq!(left_out[reasons[0]], ["trial: outcome"]);
         reasons[0]
     };
-    let graded =
-        |levels| move |measure: Measure| Measure { graded: vec![Graded { up: true, p: 0.5, levels }], ..measure };
-    let none = |approximate| move |measure| Measure { approximate, graded: Vec::new(), ..measure };
+    let graded = |levels| {
+        move |measure: Measure| Measure {
+            graded: vec![Graded {
+                up: true,
+                p: 0.5,
+                levels,
+            }],
+            ..measure
+        }
+    };
+    let none = |approximate| {
+        move |measure| Measure {
+            approximate,
+            graded: Vec::new(),
+            ..measure
+        }
+    };
     assert!(why(&none(true)).contains("margin"));
     assert!(why(&none(false)).contains("without"));
     assert!(why(&graded([[0.95, 0.5], [1.0, 1.0]])).contains("too small"));
-    let skewed = |measure| Measure { valid_from: 1_000_000, ..measure };
+    let skewed = |measure| Measure {
+        valid_from: 1_000_000,
+        ..measure
+    };
     assert!(why(&skewed).contains("skewed"));
 }
 
-/// Where the effect is seen at the suite's own level, that level is asked for once, with the power stated there.
+/// Where the effect is seen at the suite's own level, that level is asked for once, with the power
+/// stated there.
 #[test]
 fn no_level_is_finer_than_the_suites_own() {
-    let found: Vec<Measure> = (0..SEEDS).map(|_| measure(0.0, [[ALPHA, 0.97], [ALPHA, 0.97]])).collect();
+    let found: Vec<Measure> = (0..SEEDS)
+        .map(|_| measure(0.0, [[ALPHA, 0.97], [ALPHA, 0.97]]))
+        .collect();
     let (counted, _) = count(&found);
     assert_eq!(counted.len(), 1);
     assert_eq!((counted[0].level, counted[0].power), (ALPHA, 0.97));

@@ -19,20 +19,32 @@ fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
     assert!(lines.contains(hint), "{hint}: {lines}");
-    assert!(code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1, "{lines}");
+    assert!(
+        code != 3 || lines.starts_with("error: ") && lines.lines().count() == 1,
+        "{lines}"
+    );
 }
 
 /// Directions by their cosine, by always the same numbers.
 fn cosines(n: u32) -> Vec<DVec3> {
     let mut rng = stream(5, 0, 0);
-    (0..n).map(|_| cosine_hemisphere(uniform2(&mut rng))).collect()
+    (0..n)
+        .map(|_| cosine_hemisphere(uniform2(&mut rng)))
+        .collect()
 }
 
 fn npy(path: &Path, order: npyz::Order, shape: [u64; 2], numbers: impl Iterator<Item = f64>) {
     let file = std::fs::File::create(path).expect("a file");
-    let writer = npyz::WriteOptions::new().default_dtype().order(order).shape(&shape).writer(file);
+    let writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .order(order)
+        .shape(&shape)
+        .writer(file);
     let mut writer = writer.begin_nd().expect("a header");
-    writer.extend(numbers).and_then(|()| writer.finish()).expect("written");
+    writer
+        .extend(numbers)
+        .and_then(|()| writer.finish())
+        .expect("written");
 }
 
 #[test]
@@ -45,73 +57,193 @@ fn samples_are_read_from_every_format_and_judged() {
         writeln!(rows, "{},{z},{y},{x}", z / std::f64::consts::PI).expect("text");
     }
     write("header.csv", &rows);
-    ends(&folder, "--samples header.csv --density cosine", 0, "reported pdf: holds");
-    ends(&folder, "--samples header.csv --density cosine --columns pdf,x,y,z", 1, "DIFFER: ");
-    ends(&folder, "--samples header.csv --density cosine --columns -,z,y,x", 0, "AGREE: ");
+    ends(
+        &folder,
+        "--samples header.csv --density cosine",
+        0,
+        "reported pdf: holds",
+    );
+    ends(
+        &folder,
+        "--samples header.csv --density cosine --columns pdf,x,y,z",
+        1,
+        "DIFFER: ",
+    );
+    ends(
+        &folder,
+        "--samples header.csv --density cosine --columns -,z,y,x",
+        0,
+        "AGREE: ",
+    );
     let shape = [directions.len() as u64, 3];
-    npy(&folder.join("c.npy"), npyz::Order::C, shape, directions.iter().flat_map(|w| w.to_array()));
+    npy(
+        &folder.join("c.npy"),
+        npyz::Order::C,
+        shape,
+        directions.iter().flat_map(|w| w.to_array()),
+    );
     let columns = (0..3).flat_map(|axis| directions.iter().map(move |w| w[axis]));
-    npy(&folder.join("fortran.npy"), npyz::Order::Fortran, shape, columns);
+    npy(
+        &folder.join("fortran.npy"),
+        npyz::Order::Fortran,
+        shape,
+        columns,
+    );
     let lines = |options: &str| text(&run(env!("CARGO_BIN_EXE_judge"), &folder, options).stdout);
-    let [c, fortran] = ["c", "fortran"].map(|name| lines(&format!("--samples {name}.npy --density cosine-power:1")));
+    let [c, fortran] = ["c", "fortran"]
+        .map(|name| lines(&format!("--samples {name}.npy --density cosine-power:1")));
     assert!(c.starts_with("AGREE: ") && c == fortran, "{c}{fortran}");
     let found = std::fs::read(folder.join("out/judge/judge.json")).expect("a report");
     let found: serde_json::Value = serde_json::from_slice(&found).expect("JSON");
-    assert_eq!((found["n"].as_u64(), found["verdict"].as_str()), (Some(200_000), Some("agree")));
+    assert_eq!(
+        (found["n"].as_u64(), found["verdict"].as_str()),
+        (Some(200_000), Some("agree"))
+    );
     assert!(folder.join("out/judge/cells.svg").is_file());
-    ends(&folder, "--samples c.npy --density uniform-hemisphere", 1, "DIFFER: the histogram of ");
+    ends(
+        &folder,
+        "--samples c.npy --density uniform-hemisphere",
+        1,
+        "DIFFER: the histogram of ",
+    );
     // The densities of the cosine's table are its bands' heights.
-    let table: String = (0..100).map(|i| format!("{}\n", 99.5 - f64::from(i))).collect();
+    let table: String = (0..100)
+        .map(|i| format!("{}\n", 99.5 - f64::from(i)))
+        .collect();
     write("table.csv", &table);
     ends(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
-    ends(&folder, "--samples c.npy --table table.csv --domain sphere", 1, "DIFFER: ");
+    ends(
+        &folder,
+        "--samples c.npy --table table.csv --domain sphere",
+        1,
+        "DIFFER: ",
+    );
     // Weights of 1, of which half are lost; and too few samples.
     let lost = |i: usize, w: &DVec3| {
-        if i.is_multiple_of(2) { "0,0,0,0".to_owned() } else { format!("{},{},{},1", w.x, w.y, w.z) }
+        if i.is_multiple_of(2) {
+            "0,0,0,0".to_owned()
+        } else {
+            format!("{},{},{},1", w.x, w.y, w.z)
+        }
     };
-    let rows: String = directions.iter().enumerate().map(|(i, w)| lost(i, w) + "\n").collect();
+    let rows: String = directions
+        .iter()
+        .enumerate()
+        .map(|(i, w)| lost(i, w) + "\n")
+        .collect();
     write("lost.csv", &rows);
-    ends(&folder, "--samples lost.csv --density cosine --mean-weight 0.5", 1, "100000 samples lost, 0.0 expected");
-    ends(&folder, "--samples lost.csv --density cosine --mean-weight 0.5", 1, "mean weight: holds");
-    ends(&folder, "--samples lost.csv --density cosine --mean-weight 1", 1, "mean weight: fails");
-    let few: String = directions[..20].iter().map(|w| format!("{},{},{}\n", w.x, w.y, w.z)).collect();
+    ends(
+        &folder,
+        "--samples lost.csv --density cosine --mean-weight 0.5",
+        1,
+        "100000 samples lost, 0.0 expected",
+    );
+    ends(
+        &folder,
+        "--samples lost.csv --density cosine --mean-weight 0.5",
+        1,
+        "mean weight: holds",
+    );
+    ends(
+        &folder,
+        "--samples lost.csv --density cosine --mean-weight 1",
+        1,
+        "mean weight: fails",
+    );
+    let few: String = directions[..20]
+        .iter()
+        .map(|w| format!("{},{},{}\n", w.x, w.y, w.z))
+        .collect();
     write("few.csv", &few);
-    ends(&folder, "--samples few.csv --density cosine --margin 20", 2, "UNDECIDED: nothing differs");
+    ends(
+        &folder,
+        "--samples few.csv --density cosine --margin 20",
+        2,
+        "UNDECIDED: nothing differs",
+    );
 }
 
 #[test]
 fn what_is_no_sample_is_refused_in_one_line() {
     let folder = folder("judge-bad");
-    npy(&folder.join("whole.npy"), npyz::Order::C, [5, 4], (0..20).map(f64::from));
+    npy(
+        &folder.join("whole.npy"),
+        npyz::Order::C,
+        [5, 4],
+        (0..20).map(f64::from),
+    );
     let bytes = std::fs::read(folder.join("whole.npy")).expect("written");
     for (name, bytes, hint) in [
         ("empty.csv", &b""[..], "no samples"),
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
         ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
-        ("words.csv", b"0,0,1\n0,zero,1\n", "line 2: \u{201c}zero\u{201d} is no number"),
-        ("short.csv", b"0,0,1\n0,0\n", "line 2: 2 numbers, where 3 are expected"),
+        (
+            "words.csv",
+            b"0,0,1\n0,zero,1\n",
+            "line 2: \u{201c}zero\u{201d} is no number",
+        ),
+        (
+            "short.csv",
+            b"0,0,1\n0,0\n",
+            "line 2: 2 numbers, where 3 are expected",
+        ),
         ("two.csv", b"0,1\n", "2 columns, where 3 to 5 are expected"),
-        ("long.csv", b"0,0,1\n0,1,1\n", "line 2: the direction [0, 1, 1] has length 1.41"),
+        (
+            "long.csv",
+            b"0,0,1\n0,1,1\n",
+            "line 2: the direction [0, 1, 1] has length 1.41",
+        ),
         ("nan.csv", b"0,0,NaN\n", "has length NaN"),
         ("weight.csv", b"0,0,1,-1\n", "the weight is -1"),
         ("bytes.csv", &[0xff, 0x31], "line 1: not UTF-8"),
-        ("commas.csv", b"0,6,0,0,0,8\n", "decimal commas with commas between the numbers"),
+        (
+            "commas.csv",
+            b"0,6,0,0,0,8\n",
+            "decimal commas with commas between the numbers",
+        ),
         ("packed.csv", b"\x1f\x8b\x08\0", "compressed by gzip"),
-        ("columns.csv", b"1 2 3 4 5 6 7 8 9 10 11\n", "transpose them"),
-        ("none.npy", &bytes.iter().map(|&byte| if byte == b'4' { b'0' } else { byte }).collect::<Vec<_>>(), "columns"),
-        ("cut.npy", &bytes[..bytes.len() - 150], "shorter than its shape"),
+        (
+            "columns.csv",
+            b"1 2 3 4 5 6 7 8 9 10 11\n",
+            "transpose them",
+        ),
+        (
+            "none.npy",
+            &bytes
+                .iter()
+                .map(|&byte| if byte == b'4' { b'0' } else { byte })
+                .collect::<Vec<_>>(),
+            "columns",
+        ),
+        (
+            "cut.npy",
+            &bytes[..bytes.len() - 150],
+            "shorter than its shape",
+        ),
         ("header.npy", &bytes[..40], "header.npy"),
-        ("rows.npy", &bytes, "row 0: the direction [0, 1, 2] has length"),
+        (
+            "rows.npy",
+            &bytes,
+            "row 0: the direction [0, 1, 2] has length",
+        ),
     ] {
         std::fs::write(folder.join(name), bytes).expect("written");
-        ends(&folder, &format!("--samples {name} --density cosine"), 3, hint);
+        ends(
+            &folder,
+            &format!("--samples {name} --density cosine"),
+            3,
+            hint,
+        );
     }
     std::fs::write(folder.join("one.csv"), "0,0,1\n").expect("written");
     for (options, hint) in [
         ("--density cosin", "there are uniform-sphere"),
         ("--density ggx:0.3", "not with so many numbers"),
         ("--density ggx:3,60", "ALPHA must be from 0.01 to 1"),
-        ("--density cosine --mean-weight 1", "needs samples with a column weight"),
+        (
+            "--density cosine --mean-weight 1",
+            "needs samples with a column weight",
+        ),
         ("--density cosine --columns x,y", "no column z"),
         ("--table empty.csv", "no number above 0"),
         ("--table nan.csv", "line 1: a pdf must be finite"),
@@ -123,16 +255,25 @@ fn what_is_no_sample_is_refused_in_one_line() {
     }
 }
 
-/// Any bytes in any place, and any end: rows that the file has room for, a table, or an error of one line.
+/// Any bytes in any place, and any end: rows that the file has room for, a table, or an error of
+/// one line.
 #[test]
 fn damaged_files_are_read_or_refused() {
     let folder = folder("judge-damaged");
-    let mut wholes = vec![b"# heights\nx, y, z, weight\n0, 0.6, 0.8, 1\n0,0,0,0\n1e-3,0,1,2\n".to_vec()];
+    let mut wholes =
+        vec![b"# heights\nx, y, z, weight\n0, 0.6, 0.8, 1\n0,0,0,0\n1e-3,0,1,2\n".to_vec()];
     for order in [npyz::Order::C, npyz::Order::Fortran] {
-        npy(&folder.join("whole.npy"), order, [5, 4], (0..20).map(f64::from));
+        npy(
+            &folder.join("whole.npy"),
+            order,
+            [5, 4],
+            (0..20).map(f64::from),
+        );
         wholes.push(std::fs::read(folder.join("whole.npy")).expect("written"));
     }
-    let context = Context::from_environment().expect("a seed").named("damaged samples");
+    let context = Context::from_environment()
+        .expect("a seed")
+        .named("damaged samples");
     let (mut rng, path) = (context.rng("damage"), folder.join("damaged"));
     let mut found = [0; 2];
     for _ in 0..context.arguments(3000) {
@@ -142,7 +283,11 @@ fn damaged_files_are_read_or_refused() {
             let at = below(bytes.len());
             bytes[at] = [b'0', b'9', b'-', b',', below(256) as u8][below(5)];
         }
-        bytes.truncate(if below(4) == 0 { below(bytes.len()) } else { bytes.len() });
+        bytes.truncate(if below(4) == 0 {
+            below(bytes.len())
+        } else {
+            bytes.len()
+        });
         std::fs::write(&path, &bytes).expect("written");
         let mut count = 0;
         let read = rows(&path, &mut |row| {
@@ -172,9 +317,15 @@ fn text_is_read_in_every_form() {
             names = row.names.map(<[String]>::to_vec);
             Ok(())
         });
-        result.map(|()| (found, names)).map_err(|error| error.to_string())
+        result
+            .map(|()| (found, names))
+            .map_err(|error| error.to_string())
     };
-    let utf16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let utf16 = |text: &str| {
+        text.encode_utf16()
+            .flat_map(u16::to_le_bytes)
+            .collect::<Vec<u8>>()
+    };
     for bytes in [
         &b"0.6 0 0.8\n0 -1.5 0\n"[..],
         b"0.6\t0\t0.8\r\n0\t-1.5\t0\r\n",
@@ -189,7 +340,10 @@ fn text_is_read_in_every_form() {
         &utf16("0.6,0,0.8\n0,-1.5,0\n"),
     ] {
         let (found, names) = read(bytes).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!((found, names), (vec![vec![0.6, 0.0, 0.8], vec![0.0, -1.5, 0.0]], None));
+        assert_eq!(
+            (found, names),
+            (vec![vec![0.6, 0.0, 0.8], vec![0.0, -1.5, 0.0]], None)
+        );
     }
     for header in ["x;y;z", "# x y z", "\"X [m]\", \"y (1)\", 'z'"] {
         let (_, names) = read(format!("{header}\n0.6,0,0.8\n").as_bytes()).expect("rows");
@@ -199,5 +353,8 @@ fn text_is_read_in_every_form() {
     let cut = read(&whole.as_bytes()[..whole.len() - 3]).expect_err("cut");
     assert!(cut.contains("line 12") && cut.contains("cut off"), "{cut}");
     let mixed = read(b"0,6;0;0,8\n0.6;0;0.8\n").expect_err("mixed");
-    assert!(mixed.contains("line 2") && mixed.contains("decimal commas"), "{mixed}");
+    assert!(
+        mixed.contains("line 2") && mixed.contains("decimal commas"),
+        "{mixed}"
+    );
 }

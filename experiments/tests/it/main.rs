@@ -44,7 +44,11 @@ fn folder(test: &str) -> PathBuf {
 
 /// The output of a program that runs in a folder.
 fn run(program: &str, folder: &Path, options: &str) -> Output {
-    Command::new(program).args(options.split_whitespace()).current_dir(folder).output().expect("the program starts")
+    Command::new(program)
+        .args(options.split_whitespace())
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
 }
 
 fn render(folder: &Path, options: &str) -> Output {
@@ -60,19 +64,30 @@ fn job(words: &str) -> Job {
 /// Asserts that it renders.
 fn renders(folder: &Path, options: &str) {
     let output = render(folder, options);
-    assert!(output.status.success(), "{options}: {}", text(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{options}: {}",
+        text(&output.stderr)
+    );
 }
 
 fn reproduce(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_reproduce"), folder, options)
 }
 
-/// Asserts exit code 2 and, but for notes on a scene file, one line on standard error that says this.
+/// Asserts exit code 2 and, but for notes on a scene file, one line on standard error that says
+/// this.
 fn refused(output: &Output, hint: &str) {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
-    let lines: Vec<&str> = message.lines().filter(|line| !line.starts_with("note: ")).collect();
-    assert!(matches!(lines[..], [line] if line.starts_with("error: ") && line.contains(hint)), "{hint}: {message}");
+    let lines: Vec<&str> = message
+        .lines()
+        .filter(|line| !line.starts_with("note: "))
+        .collect();
+    assert!(
+        matches!(lines[..], [line] if line.starts_with("error: ") && line.contains(hint)),
+        "{hint}: {message}"
+    );
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -81,7 +96,14 @@ fn text(bytes: &[u8]) -> String {
 
 /// A small run into a folder.
 fn quick(out: PathBuf, shrink: u32) -> Options {
-    Options { tier: Tier::Quick, out, seed: 1, threads: None, shrink, rows: false }
+    Options {
+        tier: Tier::Quick,
+        out,
+        seed: 1,
+        threads: None,
+        shrink,
+        rows: false,
+    }
 }
 
 /// A recorded result with other findings: what is said, the value, and the verdict.

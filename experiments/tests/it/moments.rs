@@ -32,21 +32,29 @@ impl Look for Watch {
 fn moments(job: &Job) -> Vec<Film> {
     let mut watch = Watch::default();
     let film = job.film().expect("a film");
-    let rendered = job.go_on("", film, &(0..job.all_replications()), &mut [&mut watch]).expect("rendered");
+    let rendered = job
+        .go_on("", film, &(0..job.all_replications()), &mut [&mut watch])
+        .expect("rendered");
     watch.films.push(rendered.film);
     watch.films
 }
 
 /// The pixels that a render of so many replications has.
 fn pixels_of(job: &Job, replications: u32) -> Vec<Pixel> {
-    let film = job.go_on("", job.film().expect("a film"), &(0..replications), &mut []).expect("rendered").film;
+    let film = job
+        .go_on("", job.film().expect("a film"), &(0..replications), &mut [])
+        .expect("rendered")
+        .film;
     film.pixels().to_vec()
 }
 
 /// Saves films of a job in a file.
 fn saver(job: &Job, path: &Path) -> Checkpoints {
     let camera = job.camera().expect("a scene");
-    let part = Part { range: 0..job.all_replications(), of: job.all_replications() };
+    let part = Part {
+        range: 0..job.all_replications(),
+        of: job.all_replications(),
+    };
     Checkpoints::new(path.to_owned(), Unfinished::notes(job, &camera, &part, 0.0))
 }
 
@@ -54,11 +62,16 @@ fn saver(job: &Job, path: &Path) -> Checkpoints {
 fn assert_saves(saver: &mut Checkpoints, film: &Film, path: &Path) {
     saver.look(film);
     saver.finish();
-    assert!(Unfinished::read(path).expect("a file").film == *film, "{}", path.display());
+    assert!(
+        Unfinished::read(path).expect("a file").film == *film,
+        "{}",
+        path.display()
+    );
 }
 
-/// Tall and wide, with independent and with Sobol' numbers, in each precision: each pixel has at every moment what a render
-/// of as many replications has. All moments are saved into one file by the same saver, and shown.
+/// Tall and wide, with independent and with Sobol' numbers, in each precision: each pixel has at
+/// every moment what a render of as many replications has. All moments are saved into one file by
+/// the same saver, and shown.
 #[test]
 fn every_moment_is_a_render_of_as_many_samples() {
     let folder = folder("moments");
@@ -80,7 +93,9 @@ fn every_moment_is_a_render_of_as_many_samples() {
             let mut means = Vec::new();
             for (i, pixel) in film.pixels().iter().enumerate() {
                 let count = pixel.replications();
-                let same = renders.entry(count).or_insert_with(|| pixels_of(&job, count));
+                let same = renders
+                    .entry(count)
+                    .or_insert_with(|| pixels_of(&job, count));
                 assert!(*pixel == same[i], "{words}: pixel {i} at moment {moment}");
                 means.push(same[i].mean());
             }
@@ -90,8 +105,10 @@ fn every_moment_is_a_render_of_as_many_samples() {
             let mut preview = Preview::png(shown.clone(), job.size, display);
             preview.look(&films[moment.saturating_sub(1)]);
             preview.finish(film);
-            let rgb: Vec<u8> =
-                means.iter().flat_map(|mean| mean.to_array().map(|value| display.encode(value))).collect();
+            let rgb: Vec<u8> = means
+                .iter()
+                .flat_map(|mean| mean.to_array().map(|value| display.encode(value)))
+                .collect();
             write_rgb(&expected, job.size, &rgb).expect("written");
             let bytes = [&shown, &expected].map(|path| std::fs::read(path).expect("there"));
             assert!(bytes[0] == bytes[1], "{words}: moment {moment}");
@@ -111,12 +128,23 @@ fn a_begun_scramble_is_shown_as_the_mean_of_its_passes() {
     let mut saver = saver(&job, &path);
     for (index, film) in films.iter().take(12).enumerate() {
         assert_saves(&mut saver, film, &path);
-        let pass = Pass { numbers: Numbers::Sobol(4), seed: job.seed, index: index as u32 };
-        let image = Bdpt::new(Standard).image(&scene, job.size, pass).expect("an image");
-        sums.iter_mut().zip(image).for_each(|(sum, value)| *sum += value);
+        let pass = Pass {
+            numbers: Numbers::Sobol(4),
+            seed: job.seed,
+            index: index as u32,
+        };
+        let image = Bdpt::new(Standard)
+            .image(&scene, job.size, pass)
+            .expect("an image");
+        sums.iter_mut()
+            .zip(image)
+            .for_each(|(sum, value)| *sum += value);
         for (shown, sum) in film.means_so_far().into_iter().zip(&sums) {
             let expected = *sum / (index + 1) as f64;
-            assert!((shown - expected).abs().max_element() <= 1e-9 * (1.0 + expected.max_element()), "pass {index}");
+            assert!(
+                (shown - expected).abs().max_element() <= 1e-9 * (1.0 + expected.max_element()),
+                "pass {index}"
+            );
         }
     }
 }

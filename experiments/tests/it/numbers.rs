@@ -1,5 +1,6 @@
-//! Each number that `compare` and `judge` write or print has a check of its value here, by the textbook's formula or in
-//! closed form; what their densities and verdicts are worth is tested elsewhere.
+//! Each number that `compare` and `judge` write or print has a check of its value here, by the
+//! textbook's formula or in closed form; what their densities and verdicts are worth is tested
+//! elsewhere.
 
 use std::f64::consts::{FRAC_2_PI, PI};
 use std::fmt::Write as _;
@@ -24,11 +25,16 @@ fn random(seed: usize) -> f64 {
     ((mixed ^ (mixed >> 32)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// The images of a side, each its pixels from the lowest row up; the right half is brighter by `right`.
+/// The images of a side, each its pixels from the lowest row up; the right half is brighter by
+/// `right`.
 fn write_side(folder: &Path, name: &str, first: usize, right: f64) -> Vec<Vec<f64>> {
     let image = |k: usize| -> Vec<f64> {
         let pixel = |i: usize| {
-            let brightness = if i % WIDTH >= WIDTH / 2 { 1.0 + right } else { 1.0 };
+            let brightness = if i % WIDTH >= WIDTH / 2 {
+                1.0 + right
+            } else {
+                1.0
+            };
             f64::from((brightness + 0.1 * random(first + k * WIDTH * HEIGHT + i)) as f32)
         };
         (0..WIDTH * HEIGHT).map(pixel).collect()
@@ -36,7 +42,9 @@ fn write_side(folder: &Path, name: &str, first: usize, right: f64) -> Vec<Vec<f6
     let images: Vec<Vec<f64>> = (0..IMAGES).map(image).collect();
     for (k, image) in images.iter().enumerate() {
         let mut bytes = format!("Pf\n{WIDTH} {HEIGHT}\n-1.0\n").into_bytes();
-        image.iter().for_each(|value| bytes.extend((*value as f32).to_le_bytes()));
+        image
+            .iter()
+            .for_each(|value| bytes.extend((*value as f32).to_le_bytes()));
         std::fs::write(folder.join(format!("{name}-{k}.pfm")), bytes).expect("written");
     }
     images
@@ -46,30 +54,60 @@ fn write_side(folder: &Path, name: &str, first: usize, right: f64) -> Vec<Vec<f6
 fn mean_of(values: &[f64]) -> [f64; 2] {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    [mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0) / n]
+    [
+        mean,
+        values
+            .iter()
+            .map(|value| (value - mean).powi(2))
+            .sum::<f64>()
+            / (n - 1.0)
+            / n,
+    ]
 }
 
-/// Welch's test of a set of pixels: means, relative difference and standard error, degrees of freedom, standard errors, p.
+/// Welch's test of a set of pixels: means, relative difference and standard error, degrees of
+/// freedom, standard errors, p.
 fn welch(sides: &[Vec<Vec<f64>>; 2], pixels: &[usize]) -> [f64; 7] {
     let of = |image: &Vec<f64>| pixels.iter().map(|&i| image[i]).sum::<f64>() / pixels.len() as f64;
-    let [[a, va], [b, vb]] = sides.each_ref().map(|side| mean_of(&side.iter().map(of).collect::<Vec<_>>()));
+    let [[a, va], [b, vb]] = sides
+        .each_ref()
+        .map(|side| mean_of(&side.iter().map(of).collect::<Vec<_>>()));
     // As many as either side has, at least, whatever their shares of the noise.
     let dof = IMAGES as f64 - 1.0;
     let (error, scale) = ((va + vb).sqrt(), b.abs());
-    let beyond = ((a - b).abs() - ROUNDING * a.max(b)).max(0.0).copysign(a - b) / error;
-    [a, b, (a - b) / scale, error / scale, dof, beyond, student_two_sided(beyond, dof)]
+    let beyond = ((a - b).abs() - ROUNDING * a.max(b))
+        .max(0.0)
+        .copysign(a - b)
+        / error;
+    [
+        a,
+        b,
+        (a - b) / scale,
+        error / scale,
+        dof,
+        beyond,
+        student_two_sided(beyond, dof),
+    ]
 }
 
 /// Whether a number is this, to so much of it.
 fn is(found: &Value, expected: f64, relative: f64, what: &str) {
-    let found = found.as_f64().unwrap_or_else(|| panic!("{what} is {found}"));
-    assert!((found - expected).abs() <= relative * expected.abs(), "{what}: {found}, should be {expected}");
+    let found = found
+        .as_f64()
+        .unwrap_or_else(|| panic!("{what} is {found}"));
+    assert!(
+        (found - expected).abs() <= relative * expected.abs(),
+        "{what}: {found}, should be {expected}"
+    );
 }
 
 #[test]
 fn numbers_of_compare_are_those_of_the_textbook() {
     let folder = folder("numbers-compare");
-    let sides = [write_side(&folder, "a", 0, 0.1), write_side(&folder, "b", 5000, 0.0)];
+    let sides = [
+        write_side(&folder, "a", 0, 0.1),
+        write_side(&folder, "b", 5000, 0.0),
+    ];
     let output = run(
         env!("CARGO_BIN_EXE_compare"),
         &folder,
@@ -88,14 +126,25 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         assert_eq!(numbers[key], expected, "{key}");
     }
     let all: Vec<usize> = (0..WIDTH * HEIGHT).collect();
-    let half =
-        |right: bool| -> Vec<usize> { all.iter().copied().filter(|i| (i % WIDTH >= WIDTH / 2) == right).collect() };
+    let half = |right: bool| -> Vec<usize> {
+        all.iter()
+            .copied()
+            .filter(|i| (i % WIDTH >= WIDTH / 2) == right)
+            .collect()
+    };
     let each: Vec<f64> = all.iter().map(|&i| welch(&sides, &[i])[6]).collect();
-    for (kind, places, pixels) in [(0, 1, vec![all.clone()]), (2, 2, vec![half(false), half(true)]), (3, 32, vec![])] {
+    for (kind, places, pixels) in [
+        (0, 1, vec![all.clone()]),
+        (2, 2, vec![half(false), half(true)]),
+        (3, 32, vec![]),
+    ] {
         let found = &numbers["kinds"][kind];
         let level = 0.002 / 4.0 / f64::from(places);
         is(&found["level"], level, 1e-12, "level");
-        assert_eq!((&found["places"], &found["varying"]), (&json!(places), &json!(places)));
+        assert_eq!(
+            (&found["places"], &found["varying"]),
+            (&json!(places), &json!(places))
+        );
         for (i, pixels) in pixels.iter().enumerate() {
             let place = &found["found"][i];
             let [a, b, difference, error, dof, sigmas, p] = welch(&sides, pixels);
@@ -108,33 +157,68 @@ fn numbers_of_compare_are_those_of_the_textbook() {
             is(&place["p"], p, 1e-2, "p");
             let reach = student_upper(level / 2.0, dof) * error + ROUNDING * (a / b).max(1.0);
             for (end, side) in [-1.0, 1.0].into_iter().enumerate() {
-                is(&place["interval"][end], difference + side * reach, 1e-6, "end of the interval");
+                is(
+                    &place["interval"][end],
+                    difference + side * reach,
+                    1e-6,
+                    "end of the interval",
+                );
             }
         }
         let differ = found["found"].as_array().expect("places").iter();
-        let enough = differ.filter(|place| place["judged"] == true && place["p"].as_f64().expect("p") < level);
-        assert_eq!(found["differ"].as_u64(), Some(enough.count() as u64), "{found}");
-        assert_eq!(found["judged"].as_u64().map(|count| count > 0), Some(true), "{found}");
+        let enough = differ
+            .filter(|place| place["judged"] == true && place["p"].as_f64().expect("p") < level);
+        assert_eq!(
+            found["differ"].as_u64(),
+            Some(enough.count() as u64),
+            "{found}"
+        );
+        assert_eq!(
+            found["judged"].as_u64().map(|count| count > 0),
+            Some(true),
+            "{found}"
+        );
     }
     // The right half differs, the left does not.
-    assert_eq!((&numbers["verdict"], &numbers["kinds"][2]["differ"]), (&json!("differ"), &json!(1)));
+    assert_eq!(
+        (&numbers["verdict"], &numbers["kinds"][2]["differ"]),
+        (&json!("differ"), &json!(1))
+    );
     let mut bins = vec![0; 20];
-    each.iter().for_each(|p| bins[((p * 20.0) as usize).min(19)] += 1);
+    each.iter()
+        .for_each(|p| bins[((p * 20.0) as usize).min(19)] += 1);
     assert_eq!(numbers["pixel_p_values"], json!(bins));
     // What would be seen is more than the critical value, and less than thrice that.
     let [_, _, difference, error, dof, _, p] = welch(&sides, &all);
     let critical = student_upper(0.002 / 8.0, dof) * error;
-    let seen = numbers["smallest_bias"][0]["relative"].as_f64().expect("a bias");
-    assert!((critical..3.0 * critical).contains(&seen), "{seen} and {critical}");
+    let seen = numbers["smallest_bias"][0]["relative"]
+        .as_f64()
+        .expect("a bias");
+    assert!(
+        (critical..3.0 * critical).contains(&seen),
+        "{seen} and {critical}"
+    );
     // The same in print.
-    let line = said.lines().find(|line| line.starts_with("image mean, ")).expect("a line");
-    assert!(line.contains(&format!(": {:+.2}", 100.0 * difference)), "{difference}: {line}");
-    assert!(line.contains(&format!("p {p:.1e}")) && line.contains(" would have been seen"), "{p:e}: {line}");
-    assert!(said.contains("chance of a false alarm at most 0.002"), "{said}");
+    let line = said
+        .lines()
+        .find(|line| line.starts_with("image mean, "))
+        .expect("a line");
+    assert!(
+        line.contains(&format!(": {:+.2}", 100.0 * difference)),
+        "{difference}: {line}"
+    );
+    assert!(
+        line.contains(&format!("p {p:.1e}")) && line.contains(" would have been seen"),
+        "{p:e}: {line}"
+    );
+    assert!(
+        said.contains("chance of a false alarm at most 0.002"),
+        "{said}"
+    );
 }
 
-/// Directions in a corner of the quantiles: of the cosine law the sine of the polar angle squared is uniform, here below
-/// one half, and the azimuth within the first quarter.
+/// Directions in a corner of the quantiles: of the cosine law the sine of the polar angle squared
+/// is uniform, here below one half, and the azimuth within the first quarter.
 #[test]
 fn numbers_of_judge_are_those_of_closed_forms() {
     const N: usize = 160_000;
@@ -145,7 +229,15 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         let [u, phi] = [0.5 * random(3 * i), 0.5 * PI * random(3 * i + 1)];
         let (r, z) = (f64::sqrt(u), (1.0 - u).sqrt());
         weights.push(0.5 + 0.5 * random(3 * i + 2));
-        writeln!(rows, "{},{},{z},{},{}", r * phi.cos(), r * phi.sin(), weights[i], 1.02 * z / PI).expect("text");
+        writeln!(
+            rows,
+            "{},{},{z},{},{}",
+            r * phi.cos(),
+            r * phi.sin(),
+            weights[i],
+            1.02 * z / PI
+        )
+        .expect("text");
     }
     std::fs::write(folder.join("corner.csv"), rows).expect("written");
     let options = "--samples corner.csv --density cosine --mean-weight 0.7 --margin 10";
@@ -154,51 +246,153 @@ fn numbers_of_judge_are_those_of_closed_forms() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     let numbers = std::fs::read(folder.join("out/judge/judge.json")).expect("a report");
     let numbers: Value = serde_json::from_slice(&numbers).expect("JSON");
-    assert_eq!((&numbers["n"], &numbers["verdict"]), (&json!(N), &json!("differ")));
+    assert_eq!(
+        (&numbers["n"], &numbers["verdict"]),
+        (&json!(N), &json!("differ"))
+    );
     assert_eq!(numbers["precision"]["direction"], "double precision");
     let [mean, squared] = mean_of(&weights);
     is(&numbers["mean_weight"][0], mean, 1e-12, "mean weight");
-    is(&numbers["mean_weight"][1], squared.sqrt(), 1e-9, "its standard error");
+    is(
+        &numbers["mean_weight"][1],
+        squared.sqrt(),
+        1e-9,
+        "its standard error",
+    );
     let outcomes = numbers["outcomes"].as_array().expect("outcomes");
-    let random_ones = outcomes.iter().filter(|outcome| outcome["statistic"] != "exact").count();
-    is(&numbers["false_alarm"], ALPHA * random_ones as f64, 1e-9, "chance of a false alarm");
-    let outcome = |name: &str| outcomes.iter().find(|o| o["name"] == name).unwrap_or_else(|| panic!("{name}"));
+    let random_ones = outcomes
+        .iter()
+        .filter(|outcome| outcome["statistic"] != "exact")
+        .count();
+    is(
+        &numbers["false_alarm"],
+        ALPHA * random_ones as f64,
+        1e-9,
+        "chance of a false alarm",
+    );
+    let outcome = |name: &str| {
+        outcomes
+            .iter()
+            .find(|o| o["name"] == name)
+            .unwrap_or_else(|| panic!("{name}"))
+    };
     // The mean and the variance of each function, and what the mean should be.
     let of_turn = 0.5 - FRAC_2_PI * FRAC_2_PI;
     for (name, mean, variance, right) in [
         ("mean of u", 0.25, 1.0 / 48.0, 0.5),
-        ("mean of u²", 1.0 / 12.0, 1.0 / 80.0 - 1.0 / 144.0, 1.0 / 3.0),
+        (
+            "mean of u²",
+            1.0 / 12.0,
+            1.0 / 80.0 - 1.0 / 144.0,
+            1.0 / 3.0,
+        ),
         ("mean of cos 2πv", FRAC_2_PI, of_turn, 0.0),
         ("mean of sin 2πv", FRAC_2_PI, of_turn, 0.0),
         ("mean of cos 4πv", 0.0, 0.5, 0.0),
         ("mean of sin 4πv", FRAC_2_PI, of_turn, 0.0),
-        ("mean of (2u − 1) cos 2πv", -0.5 * FRAC_2_PI, 1.0 / 6.0 - 0.25 * FRAC_2_PI * FRAC_2_PI, 0.0),
-        ("mean of (2u − 1) sin 2πv", -0.5 * FRAC_2_PI, 1.0 / 6.0 - 0.25 * FRAC_2_PI * FRAC_2_PI, 0.0),
+        (
+            "mean of (2u − 1) cos 2πv",
+            -0.5 * FRAC_2_PI,
+            1.0 / 6.0 - 0.25 * FRAC_2_PI * FRAC_2_PI,
+            0.0,
+        ),
+        (
+            "mean of (2u − 1) sin 2πv",
+            -0.5 * FRAC_2_PI,
+            1.0 / 6.0 - 0.25 * FRAC_2_PI * FRAC_2_PI,
+            0.0,
+        ),
     ] {
         let found = outcome(name);
-        let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{name}: {key}"));
+        let number = |key: &str| {
+            found[key]
+                .as_f64()
+                .unwrap_or_else(|| panic!("{name}: {key}"))
+        };
         let error = (variance / N as f64).sqrt();
         // Values are taken at the centres of 32 × 64 fields.
-        assert!((number("estimate") - mean).abs() < 4.0 * error + 1e-3, "{name}: {found}, should be {mean}");
-        assert!((number("reference") - right).abs() < 1e-3, "{name}: {found}");
+        assert!(
+            (number("estimate") - mean).abs() < 4.0 * error + 1e-3,
+            "{name}: {found}, should be {mean}"
+        );
+        assert!(
+            (number("reference") - right).abs() < 1e-3,
+            "{name}: {found}"
+        );
         let [low, high] = [0, 1].map(|end| found["interval"][end].as_f64().expect("a number"));
         let half = student_upper(0.5 * ALPHA, N as f64 - 1.0) * error;
-        assert!(((high - low) / (2.0 * half) - 1.0).abs() < 0.05, "{name}: {found}, half is {half}");
-        assert!((low + high - 2.0 * number("estimate")).abs() < 1e-9, "{name}: {found}");
+        assert!(
+            ((high - low) / (2.0 * half) - 1.0).abs() < 0.05,
+            "{name}: {found}, half is {half}"
+        );
+        assert!(
+            (low + high - 2.0 * number("estimate")).abs() < 1e-9,
+            "{name}: {found}"
+        );
         is(&found["dof"], N as f64 - 1.0, 1e-9, "degrees of freedom");
-        is(&found["value"], (number("estimate") - number("reference")) / error, 0.1, name);
-        assert_eq!(found["verdict"], if (mean - right).abs() > 0.05 { "fails" } else { "holds" }, "{found}");
+        is(
+            &found["value"],
+            (number("estimate") - number("reference")) / error,
+            0.1,
+            name,
+        );
+        assert_eq!(
+            found["verdict"],
+            if (mean - right).abs() > 0.05 {
+                "fails"
+            } else {
+                "holds"
+            },
+            "{found}"
+        );
         let estimate = format!("{:.6}", number("estimate")).replace("-0.000000", "0.000000");
-        assert!(said.contains(&format!("{estimate}, should be ")), "{estimate}: {said}");
+        assert!(
+            said.contains(&format!("{estimate}, should be ")),
+            "{estimate}: {said}"
+        );
     }
-    is(&outcome("reported pdf")["estimate"], 0.02, 1e-3, "error of the reported pdf");
-    is(&outcome("mean weight")["estimate"], mean, 1e-9, "estimate of the mean weight");
-    is(&outcome("mean weight")["reference"], 0.7, 1e-9, "what the mean weight should be");
-    // A quarter of the azimuths of half of the rows hold everything: eight times what is expected, or nothing.
-    let histogram = outcomes.iter().find(|o| o["statistic"] == "chi-square" && o["claim"] == 0.0).expect("many cells");
-    is(&histogram["estimate"], 7.0, 0.5, "largest deviation of a cell");
-    let cells: f64 = histogram["name"].as_str().expect("a name").replace(" cells", "").parse().expect("a number");
-    is(&histogram["dof"], cells - 1.0, 0.1, "degrees of freedom of many cells");
+    is(
+        &outcome("reported pdf")["estimate"],
+        0.02,
+        1e-3,
+        "error of the reported pdf",
+    );
+    is(
+        &outcome("mean weight")["estimate"],
+        mean,
+        1e-9,
+        "estimate of the mean weight",
+    );
+    is(
+        &outcome("mean weight")["reference"],
+        0.7,
+        1e-9,
+        "what the mean weight should be",
+    );
+    // A quarter of the azimuths of half of the rows hold everything: eight times what is expected,
+    // or nothing.
+    let histogram = outcomes
+        .iter()
+        .find(|o| o["statistic"] == "chi-square" && o["claim"] == 0.0)
+        .expect("many cells");
+    is(
+        &histogram["estimate"],
+        7.0,
+        0.5,
+        "largest deviation of a cell",
+    );
+    let cells: f64 = histogram["name"]
+        .as_str()
+        .expect("a name")
+        .replace(" cells", "")
+        .parse()
+        .expect("a number");
+    is(
+        &histogram["dof"],
+        cells - 1.0,
+        0.1,
+        "degrees of freedom of many cells",
+    );
     // Σ (o − e)²/e is n (Σ o²/e/n − 1): seven times n.
     is(&histogram["value"], 7.0 * N as f64, 0.15, "chi-square");
 }

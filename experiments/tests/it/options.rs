@@ -1,5 +1,6 @@
-//! Every option of `render` changes what it says, and nothing else: the program makes the bytes of the
-//! library's own call with the same settings, written down here anew, and another picture than without it.
+//! Every option of `render` changes what it says, and nothing else: the program makes the bytes of
+//! the library's own call with the same settings, written down here anew, and another picture than
+//! without it.
 
 use std::collections::BTreeSet;
 
@@ -13,13 +14,15 @@ use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
 use whitefurnace::estimator::radiosity::Fineness;
 use whitefurnace::estimator::{
-    Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path, PhotonMapping,
-    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
+    PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Numbers, Precision, Renderer, Sampling};
+use whitefurnace::render::{
+    ByLanes, ByPasses, ByRays, LaneEstimator, Numbers, Precision, Renderer, Sampling,
+};
 use whitefurnace::rng::seed_for;
 use whitefurnace::roulette::EARLY;
 use whitefurnace::sampler::Pass;
@@ -47,7 +50,13 @@ struct Call {
 /// Path tracing as the program does it unasked.
 fn path(strategy: Strategy) -> Path {
     let lights = LightSampling::ByContribution;
-    Path { lights, heuristic: Heuristic::Power, early: EARLY, by_bodies: true, ..Path::new(Standard, strategy) }
+    Path {
+        lights,
+        heuristic: Heuristic::Power,
+        early: EARLY,
+        by_bodies: true,
+        ..Path::new(Standard, strategy)
+    }
 }
 
 /// Where an option is tried: as options of the program, and as what they change of a call.
@@ -55,9 +64,12 @@ fn path(strategy: Strategy) -> Path {
 struct Base(&'static str, fn(&mut Call));
 
 const PLAIN: Base = Base("", |_| {});
-const PHOTON: Base =
-    Base("--estimator photon --photons 3000 --radius 0.5", |c| c.film = |c| c.photons([3000; 2], [0.5; 2]));
-const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| c.film = |c| c.sppm(3000, 0.5));
+const PHOTON: Base = Base("--estimator photon --photons 3000 --radius 0.5", |c| {
+    c.film = |c| c.photons([3000; 2], [0.5; 2]);
+});
+const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| {
+    c.film = |c| c.sppm(3000, 0.5);
+});
 const REPORT: Base = Base("--convention report", |c| {
     c.outlines = false;
     c.film = |c| c.report(1, LightRules::REPORT);
@@ -72,7 +84,9 @@ const PUBLISHED: Base = Base("--convention published", |c| {
     c.display = Display::Truncated;
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
-const JITTER: Base = Base("--pixel jitter --grid 2", |c| divided(c, PixelSampling::Jitter(2)));
+const JITTER: Base = Base("--pixel jitter --grid 2", |c| {
+    divided(c, PixelSampling::Jitter(2));
+});
 /// So dark that lights are not simply white.
 const DIM: Base = Base("--scene diffuse-room --exposure -8", |c| {
     (c.scene, c.display) = (room::diffuse(), Display::Srgb { exposure: -8.0 });
@@ -82,21 +96,30 @@ const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60
     c.film = |c| c.radiosity(60);
 });
 const AREA: Base = Base("--light-sampling area", |c| {
-    c.film = |c| c.rays(Path { lights: LightSampling::Area, ..path(Strategy::Mis) });
+    c.film = |c| {
+        c.rays(Path {
+            lights: LightSampling::Area,
+            ..path(Strategy::Mis)
+        })
+    };
 });
 const ADAPTIVE: Base = Base("--adaptive yes", |c| {
     (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(3), 12, true);
 });
 macro_rules! knot {
     () => {
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/library/data/scenes/knot.toml")
+        concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../tests/library/data/scenes/knot.toml"
+        )
     };
 }
 const KNOT: &str = knot!();
 /// Three lights, one of which is a sphere.
 const LIGHTS: Base = Base(concat!("--scene ", knot!()), |c| c.scene = loaded(KNOT));
-const BASES: [Base; 12] =
-    [PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY, AREA, LIGHTS, ADAPTIVE];
+const BASES: [Base; 12] = [
+    PLAIN, PHOTON, SPPM, REPORT, PUBLISHED, CORNELL, JITTER, DIM, RADIOSITY, AREA, LIGHTS, ADAPTIVE,
+];
 
 impl Base {
     fn call(self) -> Call {
@@ -125,34 +148,75 @@ impl Call {
 
     /// With these photons and radii: for all light, and for caustics.
     fn photons(&self, particles: [u32; 2], radii: [f64; 2]) -> Result<Film, Error> {
-        let lookup = Lookup::Gather { caustic_particles: particles[1], caustic_radius: radii[1] };
+        let lookup = Lookup::Gather {
+            caustic_particles: particles[1],
+            caustic_radius: radii[1],
+        };
         self.looked_up((particles[0], radii[0]), lookup)
     }
 
     fn looked_up(&self, map: (u32, f64), lookup: Lookup) -> Result<Film, Error> {
-        let pass = Pass { numbers: self.numbers, seed: self.seed, index: 0 };
-        self.rays(PhotonMapping::new(Standard, self.scene(), lookup, map, pass)?)
+        let pass = Pass {
+            numbers: self.numbers,
+            seed: self.seed,
+            index: 0,
+        };
+        self.rays(PhotonMapping::new(
+            Standard,
+            self.scene(),
+            lookup,
+            map,
+            pass,
+        )?)
     }
 
     fn sppm(&self, particles: u32, radius: f64) -> Result<Film, Error> {
-        self.images(Sppm { parts: Standard, particles, radius })
+        self.images(Sppm {
+            parts: Standard,
+            particles,
+            radius,
+        })
     }
 
     fn radiosity(&self, patches: u32) -> Result<Film, Error> {
-        self.rays(Radiosity::new(Standard, self.scene(), Fineness { patches, halvings: 0 }, &|_| true)?)
+        self.rays(Radiosity::new(
+            Standard,
+            self.scene(),
+            Fineness {
+                patches,
+                halvings: 0,
+            },
+            &|_| true,
+        )?)
     }
 
     fn report(&self, rays: u32, rules: LightRules) -> Result<Film, Error> {
-        self.rays(Report { rays, rules, ..Report::default() })
+        self.rays(Report {
+            rays,
+            rules,
+            ..Report::default()
+        })
     }
 
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
-        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed, outlines: self.outlines };
-        let mut renderer = ByRays { estimator, sampling };
+        let sampling = Sampling {
+            pixel: self.pixel,
+            numbers: self.numbers,
+            seed: self.seed,
+            outlines: self.outlines,
+        };
+        let mut renderer = ByRays {
+            estimator,
+            sampling,
+        };
         if !self.adaptive {
             return self.rendered(&renderer);
         }
-        renderer.sampling = Sampling { numbers: Numbers::Sobol(1), seed: seed_for(self.seed, "adaptive"), ..sampling };
+        renderer.sampling = Sampling {
+            numbers: Numbers::Sobol(1),
+            seed: seed_for(self.seed, "adaptive"),
+            ..sampling
+        };
         let mut pilot = Film::new(self.size, None, 1)?;
         renderer.add(self.scene(), &mut pilot, 0..4, &|_| true)?;
         renderer.sampling = sampling;
@@ -164,12 +228,25 @@ impl Call {
     }
 
     fn singles(&self, estimator: LaneEstimator) -> Result<Film, Error> {
-        let sampling = Sampling { pixel: self.pixel, numbers: self.numbers, seed: self.seed, outlines: self.outlines };
-        self.rendered(&ByLanes { estimator, sampling, precision: Precision::Single })
+        let sampling = Sampling {
+            pixel: self.pixel,
+            numbers: self.numbers,
+            seed: self.seed,
+            outlines: self.outlines,
+        };
+        self.rendered(&ByLanes {
+            estimator,
+            sampling,
+            precision: Precision::Single,
+        })
     }
 
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
-        self.rendered(&ByPasses { estimator, numbers: self.numbers, seed: self.seed })
+        self.rendered(&ByPasses {
+            estimator,
+            numbers: self.numbers,
+            seed: self.seed,
+        })
     }
 
     fn rendered(&self, renderer: &dyn Renderer) -> Result<Film, Error> {
@@ -192,7 +269,10 @@ fn white_sphere(call: &mut Call, bsdf: Bsdf) {
     call.scene = room::with_white_sphere(bsdf, room::Walls::default());
 }
 
-const EVERY_KEY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/library/data/scenes/every-key.toml");
+const EVERY_KEY: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/library/data/scenes/every-key.toml"
+);
 
 fn loaded(file: &str) -> Result<Scene, Error> {
     SceneFile::load(file.as_ref()).and_then(|file| file.description.build())
@@ -203,27 +283,52 @@ const GREY: DVec3 = DVec3::splat(room::WHITE);
 fn rows() -> Vec<Row> {
     let rows = [
         Row("scene", "report", PLAIN, |_| {}),
-        Row("scene", "diffuse-room", PLAIN, |c| c.scene = room::diffuse()),
-        Row("scene", "environment", PLAIN, |c| c.scene = simple::environment()),
-        Row("scene", "furnace-box", PLAIN, |c| c.scene = simple::furnace_box(0.75)),
+        Row("scene", "diffuse-room", PLAIN, |c| {
+            c.scene = room::diffuse();
+        }),
+        Row("scene", "environment", PLAIN, |c| {
+            c.scene = simple::environment();
+        }),
+        Row("scene", "furnace-box", PLAIN, |c| {
+            c.scene = simple::furnace_box(0.75);
+        }),
         Row("scene", "cavity-cap", PLAIN, |c| {
             c.scene = simple::cavity_cap(0.75, simple::Cap::Reflecting);
         }),
-        Row("scene", "glass-cube", PLAIN, |c| c.scene = simple::glass_cube(false)),
+        Row("scene", "glass-cube", PLAIN, |c| {
+            c.scene = simple::glass_cube(false);
+        }),
         Row("scene", "cornell", PLAIN, |c| c.scene = simple::cornell()),
         Row("scene", EVERY_KEY, PLAIN, |c| c.scene = loaded(EVERY_KEY)),
         Row("convention", "physical", PLAIN, |_| {}),
         Row("convention", "report", PLAIN, |c| *c = REPORT.call()),
         Row("convention", "published", PLAIN, PUBLISHED.1),
-        Row("estimator", "bsdf", PLAIN, |c| c.film = |c| c.rays(path(Strategy::Bsdf))),
-        Row("estimator", "light", PLAIN, |c| c.film = |c| c.rays(path(Strategy::Light))),
+        Row("estimator", "bsdf", PLAIN, |c| {
+            c.film = |c| c.rays(path(Strategy::Bsdf));
+        }),
+        Row("estimator", "light", PLAIN, |c| {
+            c.film = |c| c.rays(path(Strategy::Light));
+        }),
         Row("estimator", "mis", PLAIN, |_| {}),
-        Row("estimator", "light-tracer", CORNELL, |c| c.film = |c| c.images(LightTracer::<Standard>::default())),
-        Row("estimator", "photon", SPPM, |c| c.film = |c| c.photons([3000, 3000], [0.5, 0.5])),
-        Row("estimator", "sppm", PHOTON, |c| c.film = |c| c.sppm(3000, 0.5)),
-        Row("estimator", "bdpt", PLAIN, |c| c.film = |c| c.images(Bdpt::new(Standard))),
+        Row("estimator", "light-tracer", CORNELL, |c| {
+            c.film = |c| c.images(LightTracer::<Standard>::default());
+        }),
+        Row("estimator", "photon", SPPM, |c| {
+            c.film = |c| c.photons([3000, 3000], [0.5, 0.5]);
+        }),
+        Row("estimator", "sppm", PHOTON, |c| {
+            c.film = |c| c.sppm(3000, 0.5);
+        }),
+        Row("estimator", "bdpt", PLAIN, |c| {
+            c.film = |c| c.images(Bdpt::new(Standard));
+        }),
         Row("estimator", "bdpt-ends", PLAIN, |c| {
-            c.film = |c| c.images(Bdpt { parts: Standard, connections: Connections::Ends });
+            c.film = |c| {
+                c.images(Bdpt {
+                    parts: Standard,
+                    connections: Connections::Ends,
+                })
+            };
         }),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
@@ -232,61 +337,120 @@ fn rows() -> Vec<Row> {
             c.numbers = Numbers::Independent;
         }),
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
-        Row("estimator", "whitted", PLAIN, |c| c.film = |c| c.rays(Whitted::new(LightRules::PHYSICAL))),
+        Row("estimator", "whitted", PLAIN, |c| {
+            c.film = |c| c.rays(Whitted::new(LightRules::PHYSICAL));
+        }),
         Row("estimator", "whitted", REPORT, |c| {
             c.film = |c| c.rays(Whitted::new(LightRules::REPORT));
             c.numbers = Numbers::Sobol(1);
         }),
         Row("engine", "lanes", PLAIN, |_| {}),
-        Row("engine", "single", PLAIN, |c| c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)))),
+        Row("engine", "single", PLAIN, |c| {
+            c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)));
+        }),
         Row("light-sampling", "area", LIGHTS, AREA.1),
         Row("light-sampling", "solid-angle", LIGHTS, |c| {
-            c.film = |c| c.rays(Path { lights: LightSampling::SolidAngle, ..path(Strategy::Mis) });
+            c.film = |c| {
+                c.rays(Path {
+                    lights: LightSampling::SolidAngle,
+                    ..path(Strategy::Mis)
+                })
+            };
         }),
         Row("light-sampling", "by-shape", LIGHTS, |c| {
-            c.film = |c| c.rays(Path { lights: LightSampling::ByShape, ..path(Strategy::Mis) });
+            c.film = |c| {
+                c.rays(Path {
+                    lights: LightSampling::ByShape,
+                    ..path(Strategy::Mis)
+                })
+            };
         }),
         Row("light-sampling", "by-contribution", LIGHTS, |_| {}),
         Row("scene", KNOT, PLAIN, |c| c.scene = loaded(KNOT)),
         Row("scene", KNOT, AREA, |c| c.scene = loaded(KNOT)),
         Row("heuristic", "balance", PLAIN, |c| {
-            c.film = |c| c.rays(Path { heuristic: Heuristic::Balance, ..path(Strategy::Mis) });
+            c.film = |c| {
+                c.rays(Path {
+                    heuristic: Heuristic::Balance,
+                    ..path(Strategy::Mis)
+                })
+            };
         }),
         Row("heuristic", "power", PLAIN, |_| {}),
         Row("specular-shadow-rays", "yes", PLAIN, |_| {}),
         Row("specular-shadow-rays", "no", PLAIN, |c| {
-            c.film = |c| c.rays(Path { by_bodies: false, ..path(Strategy::Mis) });
+            c.film = |c| {
+                c.rays(Path {
+                    by_bodies: false,
+                    ..path(Strategy::Mis)
+                })
+            };
         }),
         Row("bounces", "2", PLAIN, |c| {
-            c.film = |c| c.rays(Path { bounces: Some(2), ..path(Strategy::Mis) });
+            c.film = |c| {
+                c.rays(Path {
+                    bounces: Some(2),
+                    ..path(Strategy::Mis)
+                })
+            };
         }),
-        Row("diffuse", "lambert", PLAIN, |c| white_sphere(c, Bsdf::Lambert { albedo: GREY })),
+        Row("diffuse", "lambert", PLAIN, |c| {
+            white_sphere(c, Bsdf::Lambert { albedo: GREY });
+        }),
         Row("diffuse", "printed", PLAIN, |c| {
             c.scene = room::report(Convention::Physical, OrenNayarForm::Printed);
         }),
         Row("diffuse", "corrected", PLAIN, |_| {}),
         Row("diffuse", "eon", PLAIN, |c| {
             let roughness = OrenNayar::new(room::SIGMA).roughness();
-            white_sphere(c, Bsdf::Eon { albedo: GREY, roughness });
+            white_sphere(
+                c,
+                Bsdf::Eon {
+                    albedo: GREY,
+                    roughness,
+                },
+            );
         }),
         Row("diffuse", "ggx", PLAIN, |c| {
-            white_sphere(c, Bsdf::model(Ggx { reflectance: GREY, alpha: room::SIGMA }));
+            white_sphere(
+                c,
+                Bsdf::model(Ggx {
+                    reflectance: GREY,
+                    alpha: room::SIGMA,
+                }),
+            );
         }),
-        Row("rays", "3", REPORT, |c| c.film = |c| c.report(3, LightRules::REPORT)),
+        Row("rays", "3", REPORT, |c| {
+            c.film = |c| c.report(3, LightRules::REPORT);
+        }),
         Row("photons", "2000", SPPM, |c| c.film = |c| c.sppm(2000, 0.5)),
-        Row("photons", "2000", PHOTON, |c| c.film = |c| c.photons([2000, 2000], [0.5, 0.5])),
+        Row("photons", "2000", PHOTON, |c| {
+            c.film = |c| c.photons([2000, 2000], [0.5, 0.5]);
+        }),
         Row("radius", "0.3", SPPM, |c| c.film = |c| c.sppm(3000, 0.3)),
-        Row("radius", "0.3", PHOTON, |c| c.film = |c| c.photons([3000, 3000], [0.3, 0.3])),
+        Row("radius", "0.3", PHOTON, |c| {
+            c.film = |c| c.photons([3000, 3000], [0.3, 0.3]);
+        }),
         Row("gather", "yes", PHOTON, |_| {}),
-        Row("gather", "no", PHOTON, |c| c.film = |c| c.looked_up((3000, 0.5), Lookup::Direct)),
-        Row("caustic-photons", "20000", PHOTON, |c| c.film = |c| c.photons([3000, 20_000], [0.5, 0.5])),
-        Row("caustic-radius", "0.2", PHOTON, |c| c.film = |c| c.photons([3000, 3000], [0.5, 0.2])),
-        Row("patches", "200", RADIOSITY, |c| c.film = |c| c.radiosity(200)),
+        Row("gather", "no", PHOTON, |c| {
+            c.film = |c| c.looked_up((3000, 0.5), Lookup::Direct);
+        }),
+        Row("caustic-photons", "20000", PHOTON, |c| {
+            c.film = |c| c.photons([3000, 20_000], [0.5, 0.5]);
+        }),
+        Row("caustic-radius", "0.2", PHOTON, |c| {
+            c.film = |c| c.photons([3000, 3000], [0.5, 0.2]);
+        }),
+        Row("patches", "200", RADIOSITY, |c| {
+            c.film = |c| c.radiosity(200);
+        }),
         Row("outlines", "yes", DIM, |_| {}),
         Row("outlines", "no", DIM, |c| c.outlines = false),
         Row("adaptive", "yes", ADAPTIVE, |_| {}),
         Row("adaptive", "no", ADAPTIVE, |c| c.adaptive = false),
-        Row("pixel", "centre", PLAIN, |c| (c.pixel, c.outlines) = (PixelSampling::Centre, false)),
+        Row("pixel", "centre", PLAIN, |c| {
+            (c.pixel, c.outlines) = (PixelSampling::Centre, false);
+        }),
         Row("pixel", "grid", PLAIN, |c| {
             divided(c, PixelSampling::Grid(4));
             c.outlines = false;
@@ -298,30 +462,54 @@ fn rows() -> Vec<Row> {
             c.spp = 16;
         }),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
-        Row("sampler", "independent", PLAIN, |c| c.numbers = Numbers::Independent),
-        Row("sampler", "independent", PHOTON, |c| c.numbers = Numbers::Independent),
-        Row("sampler", "independent", SPPM, |c| c.numbers = Numbers::Independent),
+        Row("sampler", "independent", PLAIN, |c| {
+            c.numbers = Numbers::Independent;
+        }),
+        Row("sampler", "independent", PHOTON, |c| {
+            c.numbers = Numbers::Independent;
+        }),
+        Row("sampler", "independent", SPPM, |c| {
+            c.numbers = Numbers::Independent;
+        }),
         Row("sampler", "sobol", PLAIN, |_| {}),
-        Row("sampler", "sobol", REPORT, |c| c.numbers = Numbers::Sobol(1)),
+        Row("sampler", "sobol", REPORT, |c| {
+            c.numbers = Numbers::Sobol(1);
+        }),
         Row("scrambles", "2", PLAIN, |c| c.numbers = Numbers::Sobol(2)),
         Row("scrambles", "1", SPPM, |c| c.numbers = Numbers::Sobol(4)),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
-        Row("spp", "16", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(4), 16)),
-        Row("spp", "21", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(3), 21)),
-        Row("spp", "28", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(7), 28)),
-        Row("spp", "32", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(8), 32, true)),
-        Row("spp", "65", PLAIN, |c| (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(13), 65, true)),
-        Row("spp", "10", PLAIN, |c| (c.numbers, c.spp) = (Numbers::Sobol(2), 10)),
+        Row("spp", "16", PLAIN, |c| {
+            (c.numbers, c.spp) = (Numbers::Sobol(4), 16);
+        }),
+        Row("spp", "21", PLAIN, |c| {
+            (c.numbers, c.spp) = (Numbers::Sobol(3), 21);
+        }),
+        Row("spp", "28", PLAIN, |c| {
+            (c.numbers, c.spp) = (Numbers::Sobol(7), 28);
+        }),
+        Row("spp", "32", PLAIN, |c| {
+            (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(8), 32, true);
+        }),
+        Row("spp", "65", PLAIN, |c| {
+            (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(13), 65, true);
+        }),
+        Row("spp", "10", PLAIN, |c| {
+            (c.numbers, c.spp) = (Numbers::Sobol(2), 10);
+        }),
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
         Row("threads", "3", PLAIN, |_| {}),
-        Row("exposure", "-1.5", PLAIN, |c| c.display = Display::Srgb { exposure: -1.5 }),
+        Row("exposure", "-1.5", PLAIN, |c| {
+            c.display = Display::Srgb { exposure: -1.5 }
+        }),
         Row("out", "other.exr", PLAIN, |_| {}),
     ];
     // The bases themselves, too.
-    rows.into_iter().chain(BASES.map(|base| Row("", "", base, |_| {}))).collect()
+    rows.into_iter()
+        .chain(BASES.map(|base| Row("", "", base, |_| {})))
+        .collect()
 }
 
 impl Row {
@@ -329,7 +517,10 @@ impl Row {
     fn words(&self) -> Vec<String> {
         let Row(option, value, base, _) = self;
         let call = self.call();
-        let (size, spp) = (format!("{}x{}", call.size[0], call.size[1]), call.spp.to_string());
+        let (size, spp) = (
+            format!("{}x{}", call.size[0], call.size[1]),
+            call.spp.to_string(),
+        );
         let rest = format!("--size {size} --spp {spp} --out a.exr {}", base.0);
         let rest: Vec<&str> = rest.split_whitespace().collect();
         let option = format!("--{option}");
@@ -372,7 +563,10 @@ fn every_option_is_the_librarys_own_call() {
         let Row(option, value, ..) = row;
         let says_nothing = option == "engine" && value != "single";
         if !says_nothing && !["", "threads", "exposure", "out"].contains(&option) {
-            assert!(provenance.contains(&format!("\n{option}={value}\n")), "{command}: {provenance}");
+            assert!(
+                provenance.contains(&format!("\n{option}={value}\n")),
+                "{command}: {provenance}"
+            );
         }
         let (exr, png) = (folder.join("own.exr"), folder.join("own.png"));
         write_exr(&exr, &film, camera, &provenance).expect("written");
@@ -390,8 +584,12 @@ fn every_option_is_the_librarys_own_call() {
         }
     }
     for (Row(option, value, base, _), command, picture) in &pictures {
-        let (_, of_base) = bases.iter().find(|(other, _)| *other == base.0).expect("a row");
-        let same_bytes = ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
+        let (_, of_base) = bases
+            .iter()
+            .find(|(other, _)| *other == base.0)
+            .expect("a row");
+        let same_bytes =
+            ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
         let same = same_bytes || says(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
@@ -403,13 +601,26 @@ fn says(base: Base, option: &str, value: &str) -> bool {
         return true;
     }
     let command = Render::command();
-    let argument = command.get_arguments().find(|argument| argument.get_long() == Some(option)).expect("an option");
-    let default = argument.get_default_values().first().filter(|_| !argument.is_hide_default_value_set());
+    let argument = command
+        .get_arguments()
+        .find(|argument| argument.get_long() == Some(option))
+        .expect("an option");
+    let default = argument
+        .get_default_values()
+        .first()
+        .filter(|_| !argument.is_hide_default_value_set());
     let default = default.and_then(|value| value.to_str());
     // The help says what these are where they are left out.
-    let implied = [("convention", "physical"), ("estimator", "mis"), ("sampler", "sobol"), ("outlines", "yes")];
+    let implied = [
+        ("convention", "physical"),
+        ("estimator", "mis"),
+        ("sampler", "sobol"),
+        ("outlines", "yes"),
+    ];
     let unsaid = !base.0.contains(&format!("--{option} "));
-    unsaid && (default == Some(value) || [PLAIN.0, DIM.0].contains(&base.0) && implied.contains(&(option, value)))
+    unsaid
+        && (default == Some(value)
+            || [PLAIN.0, DIM.0].contains(&base.0) && implied.contains(&(option, value)))
 }
 
 /// A new option or value needs a row.
@@ -425,8 +636,10 @@ fn every_option_and_value_has_a_row() {
         if ["time", "target-error", "resume", "shard", "preview", "tev"].contains(&long) {
             continue;
         }
-        let tried =
-            |value: Option<&str>| rows.iter().any(|row| row.0 == long && value.is_none_or(|value| row.1 == value));
+        let tried = |value: Option<&str>| {
+            rows.iter()
+                .any(|row| row.0 == long && value.is_none_or(|value| row.1 == value))
+        };
         let values = argument.get_possible_values();
         if values.is_empty() && !tried(None) {
             lacking.insert(format!("--{long}"));

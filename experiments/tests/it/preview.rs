@@ -29,7 +29,9 @@ impl Message {
 
     fn take<const N: usize>(&mut self) -> [u8; N] {
         self.at += N;
-        self.bytes[self.at - N..self.at].try_into().expect("as many")
+        self.bytes[self.at - N..self.at]
+            .try_into()
+            .expect("as many")
     }
 
     fn numbers<const N: usize>(&mut self) -> [usize; N] {
@@ -37,7 +39,10 @@ impl Message {
     }
 
     fn text(&mut self) -> String {
-        let length = self.bytes[self.at..].iter().position(|byte| *byte == 0).expect("an end");
+        let length = self.bytes[self.at..]
+            .iter()
+            .position(|byte| *byte == 0)
+            .expect("an end");
         self.at += length + 1;
         text(&self.bytes[self.at - 1 - length..self.at - 1])
     }
@@ -61,9 +66,14 @@ fn viewer(image: &'static str, size: [usize; 2]) -> (String, Receiver<Vec<f32>>)
             assert_eq!(update.numbers(), [3]);
             assert_eq!([0; 3].map(|_| update.text()), ["R", "G", "B"]);
             let [x, y, width, height] = update.numbers();
-            let [offsets, strides] = [0; 2].map(|_| [0; 3].map(|_| i64::from_le_bytes(update.take()) as usize));
-            let (values, []) = update.bytes[update.at..].as_chunks() else { panic!("half a float") };
-            assert!(values.len() == 3 * width * height && x + width <= size[0] && y + height <= size[1]);
+            let [offsets, strides] =
+                [0; 2].map(|_| [0; 3].map(|_| i64::from_le_bytes(update.take()) as usize));
+            let (values, []) = update.bytes[update.at..].as_chunks() else {
+                panic!("half a float")
+            };
+            assert!(
+                values.len() == 3 * width * height && x + width <= size[0] && y + height <= size[1]
+            );
             for pixel in 0..width * height {
                 let there = (y + pixel / width) * size[0] + x + pixel % width;
                 for channel in 0..3 {
@@ -81,9 +91,14 @@ fn viewer(image: &'static str, size: [usize; 2]) -> (String, Receiver<Vec<f32>>)
 
 /// R, G and B of each pixel of a file.
 fn pixels(path: &Path) -> Vec<f32> {
-    let picture = decode(path, &std::fs::read(path).expect("there"), None, "--layer").expect("an image");
+    let picture =
+        decode(path, &std::fs::read(path).expect("there"), None, "--layer").expect("an image");
     let [red, green, blue] = [0, 1, 2].map(|channel| &picture.values[channel]);
-    red.iter().zip(green).zip(blue).flat_map(|((r, g), b)| [*r as f32, *g as f32, *b as f32]).collect()
+    red.iter()
+        .zip(green)
+        .zip(blue)
+        .flat_map(|((r, g), b)| [*r as f32, *g as f32, *b as f32])
+        .collect()
 }
 
 #[test]
@@ -93,14 +108,26 @@ fn what_is_seen_ends_as_the_image_and_changes_none_of_its_bytes() {
     // More than a message of rows; and passes of which several are a replication.
     for (options, size) in [
         ("--scene cornell --size 300x250 --spp 4", [300, 250]),
-        ("--scene cornell --estimator bdpt --size 12x9 --spp 8 --scrambles 2", [12, 9]),
+        (
+            "--scene cornell --estimator bdpt --size 12x9 --spp 8 --scrambles 2",
+            [12, 9],
+        ),
     ] {
         let (address, images) = viewer("a.exr", size);
-        renders(&folder, &format!("{options} --out a.exr --preview view.png --tev {address}"));
+        renders(
+            &folder,
+            &format!("{options} --out a.exr --preview view.png --tev {address}"),
+        );
         renders(&folder, &format!("{options} --out b.exr"));
-        assert!(bytes("a.exr") == bytes("b.exr") && bytes("a.png") == bytes("b.png"), "{options}");
+        assert!(
+            bytes("a.exr") == bytes("b.exr") && bytes("a.png") == bytes("b.png"),
+            "{options}"
+        );
         assert!(bytes("view.png") == bytes("a.png"), "{options}");
-        assert!(images.iter().last().expect("an image") == pixels(&folder.join("a.exr")), "{options}");
+        assert!(
+            images.iter().last().expect("an image") == pixels(&folder.join("a.exr")),
+            "{options}"
+        );
     }
 }
 
@@ -110,21 +137,36 @@ fn what_is_seen_goes_on_while_it_is_made() {
     for options in ["", "--estimator bdpt --scrambles 4 "] {
         let (address, images) = viewer("a.exr", [64, 48]);
         let words = format!("{ENDLESS}1 --preview view.png --tev {address} {options}");
-        let words = if options.is_empty() { words } else { words.replace("4000000000", "40000") };
-        let mut render = Running::start(RENDER, &words.split_whitespace().collect::<Vec<_>>(), &folder);
+        let words = if options.is_empty() {
+            words
+        } else {
+            words.replace("4000000000", "40000")
+        };
+        let mut render = Running::start(
+            RENDER,
+            &words.split_whitespace().collect::<Vec<_>>(),
+            &folder,
+        );
         let mut seen: Vec<Vec<f32>> = Vec::new();
         while seen.len() < 3 {
             seen.push(images.recv().expect("an image"));
             let last = seen.last().expect("one");
-            assert!(last.iter().any(|value| *value > 0.0) && !last.iter().any(|value| value.is_nan()));
+            assert!(
+                last.iter().any(|value| *value > 0.0) && !last.iter().any(|value| value.is_nan())
+            );
         }
-        assert!(seen.windows(2).all(|two| two[0] != two[1]), "it stands still");
+        assert!(
+            seen.windows(2).all(|two| two[0] != two[1]),
+            "it stands still"
+        );
         assert!(folder.join("view.png").exists());
         render.signal("-TERM");
         render.wait_for("interrupted");
         assert_eq!(render.end(), Some(143));
         if options.is_empty() {
-            assert!(images.iter().last().expect("an image") == pixels(&folder.join("a.partial.exr")));
+            assert!(
+                images.iter().last().expect("an image") == pixels(&folder.join("a.partial.exr"))
+            );
             assert_eq!(
                 std::fs::read(folder.join("view.png")).expect("there"),
                 std::fs::read(folder.join("a.partial.png")).expect("there")
@@ -139,12 +181,19 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     let listen = || TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = |listener: &TcpListener| listener.local_addr().expect("an address").port();
     // Nobody listens there, and no other test is given that port.
-    refused(&render(&folder, "--spp 1 --size 8x6 --tev localhost:1"), "no viewer is reached there");
+    refused(
+        &render(&folder, "--spp 1 --size 8x6 --tev localhost:1"),
+        "no viewer is reached there",
+    );
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 0);
 
     let listener = listen();
     let words = format!("{ENDLESS}1 --tev localhost:{}", port(&listener));
-    let mut render = Running::start(RENDER, &words.split_whitespace().collect::<Vec<_>>(), &folder);
+    let mut render = Running::start(
+        RENDER,
+        &words.split_whitespace().collect::<Vec<_>>(),
+        &folder,
+    );
     drop(listener.accept().expect("a renderer"));
     render.wait_for("the viewer is gone");
     render.wait_for("% of");
@@ -154,9 +203,15 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     // It takes nothing of an image that is larger than what the system keeps for it.
     let listener = listen();
     let options = "--scene environment --size 2000x1250 --spp 1 --out";
-    let stuck = crate::render(&folder, &format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&listener)));
+    let stuck = crate::render(
+        &folder,
+        &format!("{options} stuck.exr --tev 127.0.0.1:{}", port(&listener)),
+    );
     let said = text(&stuck.stderr);
-    assert!(stuck.status.success() && said.contains("the last image was not taken in time"), "{said}");
+    assert!(
+        stuck.status.success() && said.contains("the last image was not taken in time"),
+        "{said}"
+    );
     renders(&folder, &format!("{options} whole.exr"));
     let bytes = |file: &str| std::fs::read(folder.join(file)).expect("there");
     assert!(bytes("stuck.exr") == bytes("whole.exr"));

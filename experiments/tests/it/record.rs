@@ -47,7 +47,11 @@ fn recorded_results_are_those_of_the_code() {
             }
         }
     }
-    assert!(stale.is_empty(), "{}\nrun cargo run --release -- --tier full --update-book", stale.join("\n"));
+    assert!(
+        stale.is_empty(),
+        "{}\nrun cargo run --release -- --tier full --update-book",
+        stale.join("\n")
+    );
 }
 
 #[test]
@@ -77,9 +81,15 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
     for band in (1..).map(|k| to.join(format!("c.band-{k}.png"))) {
         let Ok(bytes) = fs::read(&band) else { break };
         assert!(bytes.len() as u64 <= LARGEST_RECORDED, "{}", band.display());
-        let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().expect("a PNG");
+        let mut reader = png::Decoder::new(Cursor::new(bytes))
+            .read_info()
+            .expect("a PNG");
         // But for the last one, bands can be shown at quarters of their size without seams.
-        assert!(joined.len() % (4 * 3 * size[0] as usize) == 0, "{}", band.display());
+        assert!(
+            joined.len() % (4 * 3 * size[0] as usize) == 0,
+            "{}",
+            band.display()
+        );
         let mut rows = vec![0; reader.output_buffer_size().expect("a size")];
         reader.next_frame(&mut rows).expect("pixels");
         joined.extend(rows);
@@ -95,9 +105,16 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
         fs::write(folder.join(name), text).expect("file");
         run(env!("CARGO_BIN_EXE_plot-cells"), &folder, name)
     };
-    let good = plot("good.csv", "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n");
+    let good = plot(
+        "good.csv",
+        "place,expected,observed,sigmas\n\"u, v\",1e3,1.1e3,3.2\n\"w\",5e2,4.9e2,-0.4\n",
+    );
     assert!(good.status.success());
-    assert!(fs::read_to_string(folder.join("good.svg")).expect("a plot").contains("u, v"));
+    assert!(
+        fs::read_to_string(folder.join("good.svg"))
+            .expect("a plot")
+            .contains("u, v")
+    );
     for (text, line) in [
         ("a,b\n", "line 1"),
         ("place,expected,observed,sigmas\n", "line 2"),
@@ -117,9 +134,21 @@ fn batches_of_a_mean_are_plotted() {
         f64::from(i % 3)
     });
     let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
-    let path = write_cells("toy/mean", &outcome, &folder).expect("written").expect("cells");
-    assert_eq!(trial_cells::read(&path).expect("a data file").len(), outcome.cells.len());
-    let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells")).arg(&path).output().expect("the program starts");
+    let path = write_cells("toy/mean", &outcome, &folder)
+        .expect("written")
+        .expect("cells");
+    assert_eq!(
+        trial_cells::read(&path).expect("a data file").len(),
+        outcome.cells.len()
+    );
+    let plot = Command::new(env!("CARGO_BIN_EXE_plot-cells"))
+        .arg(&path)
+        .output()
+        .expect("the program starts");
     assert!(plot.status.success());
-    assert!(fs::read_to_string(path.with_extension("svg")).expect("a plot").contains(" (16 values)"));
+    assert!(
+        fs::read_to_string(path.with_extension("svg"))
+            .expect("a plot")
+            .contains(" (16 values)")
+    );
 }

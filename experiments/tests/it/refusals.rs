@@ -12,7 +12,9 @@ use crate::{folder, refused, render, renders, reproduce, text};
 #[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     for case in include_str!("refusals.txt").lines() {
-        let (options, hint) = case.split_once(" => ").expect("options, and what is said of them");
+        let (options, hint) = case
+            .split_once(" => ")
+            .expect("options, and what is said of them");
         let folder = folder("errors");
         // An option may be given once only.
         let defaults: String = [("--size", "8x6"), ("--spp", "1")]
@@ -21,7 +23,9 @@ fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
             .map(|(option, value)| format!("{option} {value} "))
             .collect();
         refused(&render(&folder, &(defaults + options)), hint);
-        let left = std::fs::read_dir(&folder).expect("the folder is there").count();
+        let left = std::fs::read_dir(&folder)
+            .expect("the folder is there")
+            .count();
         assert_eq!(left, 0, "{options} left files behind");
     }
 }
@@ -38,34 +42,71 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     std::fs::write(folder.join("bad.toml"), scene.replace("albedo", "albdo")).expect("written");
     let small = "--size 4x3 --spp 2";
     for (options, hint) in [
-        ("--scene bad.toml", "scene bad.toml, line 3: materials.clay has no key \"albdo\"; did you mean \"albedo\"?"),
+        (
+            "--scene bad.toml",
+            "scene bad.toml, line 3: materials.clay has no key \"albdo\"; did you mean \"albedo\"?",
+        ),
         ("--scene none.toml", "cannot read none.toml"),
-        ("--scene good.toml --convention report", "--scene good.toml is defined under --convention physical only"),
+        (
+            "--scene good.toml --convention report",
+            "--scene good.toml is defined under --convention physical only",
+        ),
         ("--scene good.toml --diffuse eon", "--scene report"),
         ("--scene good.toml --estimator radiosity", "background"),
-        ("--scene good.toml --estimator light-tracer", "--scene good.toml is lit by its background"),
+        (
+            "--scene good.toml --estimator light-tracer",
+            "--scene good.toml is lit by its background",
+        ),
     ] {
         refused(&render(&folder, &format!("{small} {options}")), hint);
     }
     // Single precision where it would show, before anything is rendered.
     let far = scene.replace("[0, 0, 5]", "[0, 0, 50000]");
-    let far = far.replace("\"obj\"", "\"sphere\"").replace("file = \"one.obj\"", "centre = [0, 0, 0], radius = 0.5");
+    let far = far
+        .replace("\"obj\"", "\"sphere\"")
+        .replace("file = \"one.obj\"", "centre = [0, 0, 0], radius = 0.5");
     std::fs::write(folder.join("far.toml"), far).expect("written");
     let said = "--engine single: the scene has something of size 5.0e-1, too small for single precision where the scene reaches \
                 to 50000.0, more than 4096 times as far; take --engine lanes";
-    refused(&render(&folder, &format!("{small} --scene far.toml --engine single")), said);
+    refused(
+        &render(
+            &folder,
+            &format!("{small} --scene far.toml --engine single"),
+        ),
+        said,
+    );
     // Those that rough glass is beyond, the report's own, too.
-    let frosted = scene.replace("\"lambert\", albedo = 0.5", "\"rough-glass\", index = 1.5, alpha = 0.3");
+    let frosted = scene.replace(
+        "\"lambert\", albedo = 0.5",
+        "\"rough-glass\", index = 1.5, alpha = 0.3",
+    );
     std::fs::write(folder.join("frosted.toml"), frosted).expect("written");
-    for estimator in ["report", "whitted", "light-tracer", "bdpt", "bdpt-ends", "photon", "sppm", "radiosity"] {
+    for estimator in [
+        "report",
+        "whitted",
+        "light-tracer",
+        "bdpt",
+        "bdpt-ends",
+        "photon",
+        "sppm",
+        "radiosity",
+    ] {
         let said = format!(
             "--estimator {estimator} does not take rough glass, of which the material \"clay\" of frosted.toml is"
         );
-        refused(&render(&folder, &format!("{small} --scene frosted.toml --estimator {estimator}")), &said);
+        refused(
+            &render(
+                &folder,
+                &format!("{small} --scene frosted.toml --estimator {estimator}"),
+            ),
+            &said,
+        );
     }
     for estimator in ["mis", "bsdf", "light"] {
         for engine in ["lanes", "single"] {
-            let options = format!("--scene frosted.toml --estimator {estimator} --engine {engine} --out frosted.exr");
+            let options = format!(
+                "--scene frosted.toml --estimator {estimator} --engine {engine} --out frosted.exr"
+            );
             let output = render(&folder, &format!("{small} {options}"));
             assert!(output.status.success(), "{}", text(&output.stderr));
         }
@@ -73,7 +114,10 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     // A name that the header cannot hold as it is.
     std::fs::copy(folder.join("good.toml"), folder.join("房.toml")).expect("copied");
     renders(&folder, &format!("{small} --scene 房.toml --out d.exr"));
-    assert!(text(&std::fs::read(folder.join("d.exr")).expect("there")).contains("\nscene=\\u{623f}.toml\n"));
+    assert!(
+        text(&std::fs::read(folder.join("d.exr")).expect("there"))
+            .contains("\nscene=\\u{623f}.toml\n")
+    );
     let bytes = |file: &str| {
         let output = render(&folder, &format!("{small} --scene good.toml --out {file}"));
         assert!(output.status.success());
@@ -81,24 +125,47 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         assert_eq!(text(&output.stderr).replace('\r', ""), note);
         text(&std::fs::read(folder.join(file)).expect("there"))
     };
-    let exported = crate::run(env!("CARGO_BIN_EXE_export"), &folder, "--scene good.toml --to mitsuba");
-    assert_eq!(text(&exported.stderr).matches("note: one.obj: 1 of 2 triangles").count(), 1);
+    let exported = crate::run(
+        env!("CARGO_BIN_EXE_export"),
+        &folder,
+        "--scene good.toml --to mitsuba",
+    );
+    assert_eq!(
+        text(&exported.stderr)
+            .matches("note: one.obj: 1 of 2 triangles")
+            .count(),
+        1
+    );
     // A sun that no image holds.
-    std::fs::write(folder.join("sun.toml"), scene.replace("background = 1", "background = 2e7")).expect("written");
+    std::fs::write(
+        folder.join("sun.toml"),
+        scene.replace("background = 1", "background = 2e7"),
+    )
+    .expect("written");
     let said = "an image holds finite values from 0 to 16777216: the scene is too bright: multiply every emission and the \
                 background";
     refused(&render(&folder, &format!("{small} --scene sun.toml")), said);
     let first = bytes("a.exr");
-    assert!(first.contains("scene=good.toml\nscene-sha256="), "the file says what it shows");
+    assert!(
+        first.contains("scene=good.toml\nscene-sha256="),
+        "the file says what it shows"
+    );
     assert_eq!(first, bytes("b.exr"));
-    std::fs::write(folder.join("one.obj"), format!("{pyramid}# the same, and yet another file")).expect("written");
+    std::fs::write(
+        folder.join("one.obj"),
+        format!("{pyramid}# the same, and yet another file"),
+    )
+    .expect("written");
     assert_ne!(first, bytes("c.exr"));
 }
 
 /// What an option refuses names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {
-    let commands = [Render::command(), run::Options::augment_args(clap::Command::new("any"))];
+    let commands = [
+        Render::command(),
+        run::Options::augment_args(clap::Command::new("any")),
+    ];
     let mut ranged = 0;
     for command in commands {
         for argument in command.get_arguments() {
@@ -114,7 +181,10 @@ fn ranges_stand_in_the_help() {
             assert!(message.contains(&format!("'--{long}")), "{message}");
             if let Some((_, range)) = message.split_once(" number from ") {
                 let range = range.lines().next().expect("a line");
-                assert!(help.contains(&format!("from {range}")), "--{long}: {help}: {range}");
+                assert!(
+                    help.contains(&format!("from {range}")),
+                    "--{long}: {help}: {range}"
+                );
                 ranged += 1;
             }
         }
@@ -133,13 +203,18 @@ fn what_mends_an_error_fits_it() {
         ("read", ErrorKind::NotFound, "check its name"),
         ("read", ErrorKind::PermissionDenied, "may be read"),
     ] {
-        let message = Error::file(action, Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
+        let message =
+            Error::file(action, Path::new("a.exr"))(std::io::Error::from(kind)).to_string();
         assert!(message.contains(hint), "{message}");
-        assert!(message.contains("folder") == hint.contains("folder"), "{message}");
+        assert!(
+            message.contains("folder") == hint.contains("folder"),
+            "{message}"
+        );
     }
 }
 
-/// Radiance from 3·10⁻³¹ to 3·10⁶: what may be off by more than a ten-thousandth is noted. By how much is in the library's tests.
+/// Radiance from 3·10⁻³¹ to 3·10⁶: what may be off by more than a ten-thousandth is noted. By how
+/// much is in the library's tests.
 #[test]
 fn images_too_faint_for_the_film_are_noted() {
     let folder = folder("faint");
@@ -150,7 +225,10 @@ fn images_too_faint_for_the_film_are_noted() {
              centre = [0, 0, -90], radius = 0.5 }}]\n"
         );
         std::fs::write(folder.join("faint.toml"), scene).expect("written");
-        let output = render(&folder, "--scene faint.toml --size 8x6 --spp 4 --out faint.exr");
+        let output = render(
+            &folder,
+            "--scene faint.toml --size 8x6 --spp 4 --out faint.exr",
+        );
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
@@ -158,7 +236,11 @@ fn images_too_faint_for_the_film_are_noted() {
         let background = 3.0 * 10_f64.powi(exponent - 1);
         let note = said(background);
         let faint = background < 1e-6;
-        assert_eq!(note.contains("note: the image is black"), background < 1e-10, "{background:e}: {note}");
+        assert_eq!(
+            note.contains("note: the image is black"),
+            background < 1e-10,
+            "{background:e}: {note}"
+        );
         assert_eq!(
             note.contains("note: the mean of the image is"),
             faint && background > 1e-10,
@@ -171,13 +253,22 @@ fn images_too_faint_for_the_film_are_noted() {
 fn a_failed_run_keeps_the_file_that_was_there() {
     let folder = folder("keeps");
     std::fs::write(folder.join("a.exr"), "precious").expect("written");
-    assert_eq!(render(&folder, "--spp 0 --out a.exr").status.code(), Some(2));
-    assert_eq!(std::fs::read_to_string(folder.join("a.exr")).expect("there"), "precious");
+    assert_eq!(
+        render(&folder, "--spp 0 --out a.exr").status.code(),
+        Some(2)
+    );
+    assert_eq!(
+        std::fs::read_to_string(folder.join("a.exr")).expect("there"),
+        "precious"
+    );
 }
 
 #[test]
 fn only_full_runs_are_recorded() {
-    for options in ["--update-book --only fig9", "--update-book --tier full --shrink 2"] {
+    for options in [
+        "--update-book --only fig9",
+        "--update-book --tier full --shrink 2",
+    ] {
         refused(&reproduce(&folder("refuse"), options), "--tier full");
     }
 }
@@ -186,11 +277,19 @@ fn only_full_runs_are_recorded() {
 fn every_experiment_is_listed_and_has_a_program() {
     let folder = folder("list");
     let list = text(&reproduce(&folder, "--list").stdout);
-    let ids = list.lines().map(|line| line.split(' ').next().expect("a name"));
-    assert!(ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)), "{list}");
+    let ids = list
+        .lines()
+        .map(|line| line.split(' ').next().expect("a name"));
+    assert!(
+        ids.eq(EXPERIMENTS.iter().map(|experiment| experiment.id)),
+        "{list}"
+    );
     refused(&reproduce(&folder, "--only fig10"), "fig9");
     let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs/src/bin");
     for id in EXPERIMENTS.iter().map(|experiment| experiment.id) {
-        assert!(programs.join(format!("{id}.rs")).is_file(), "{id} has no program");
+        assert!(
+            programs.join(format!("{id}.rs")).is_file(),
+            "{id} has no program"
+        );
     }
 }

@@ -33,20 +33,32 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     for case in cases {
         let bytes = |threads, seed| {
             let job = job(&format!("render {case} --size 40x30 --seed {seed}"));
-            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("threads");
             let rendered = pool.install(|| job.render("")).expect("a film");
             let camera = job.camera().expect("a scene");
-            write_exr(&path, &rendered.film, &camera, &job.provenance(&camera, true)).expect("written");
+            write_exr(
+                &path,
+                &rendered.film,
+                &camera,
+                &job.provenance(&camera, true),
+            )
+            .expect("written");
             std::fs::read(&path).expect("the EXR is there")
         };
         let one = bytes(1, 1);
-        assert!(one == bytes(2, 1) && one == bytes(16, 1), "{case}: threads changed the bytes");
+        assert!(
+            one == bytes(2, 1) && one == bytes(16, 1),
+            "{case}: threads changed the bytes"
+        );
         assert!(one != bytes(2, 2), "{case}: the seed changed nothing");
     }
 }
 
-/// Which estimators a scene admits is written down here anew; all others are refused. All show the same albedo, normal and
-/// depth, to the last bit.
+/// Which estimators a scene admits is written down here anew; all others are refused. All show the
+/// same albedo, normal and depth, to the last bit.
 #[test]
 fn every_scene_renders_with_every_legal_estimator() {
     use EstimatorName::{LightTracer, Photon, Radiosity, Sppm};
@@ -65,18 +77,35 @@ fn every_scene_renders_with_every_legal_estimator() {
                     scene: scene.into(),
                     estimator,
                     light_sampling,
-                    photons: Photons { photons: 2000, gather, ..Photons::default() },
+                    photons: Photons {
+                        photons: 2000,
+                        gather,
+                        ..Photons::default()
+                    },
                     patches: 60,
                     size: [8, 6],
                     spp: 2,
                     ..Job::default()
                 };
                 let made = job.render("");
-                assert_eq!(made.is_ok(), is_legal(estimator), "{scene:?}, {estimator:?}: {:?}", made.as_ref().err());
+                assert_eq!(
+                    made.is_ok(),
+                    is_legal(estimator),
+                    "{scene:?}, {estimator:?}: {:?}",
+                    made.as_ref().err()
+                );
                 let Ok(made) = made else { continue };
-                let shown = made.film.pixels().iter().map(|pixel| format!("{:?}", pixel.features()));
+                let shown = made
+                    .film
+                    .pixels()
+                    .iter()
+                    .map(|pixel| format!("{:?}", pixel.features()));
                 let shown: Vec<String> = shown.collect();
-                assert_eq!(features.get_or_insert_with(|| shown.clone()), &shown, "{scene:?}, {estimator:?}");
+                assert_eq!(
+                    features.get_or_insert_with(|| shown.clone()),
+                    &shown,
+                    "{scene:?}, {estimator:?}"
+                );
             }
         }
     }

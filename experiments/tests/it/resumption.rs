@@ -1,4 +1,5 @@
-//! Runs that were interrupted go on, runs that are done are kept, and evidence that accumulates is judged once.
+//! Runs that were interrupted go on, runs that are done are kept, and evidence that accumulates is
+//! judged once.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -49,18 +50,22 @@ const TOY: Experiment = Experiment {
         run.number("level", level);
         run.note("rows", accumulated.rows().len().to_string());
         let [none, odd] = [-1.0 / 0.0, f64::NAN];
-        run.note("no number", format!("order {none:.2}, ± {odd:.1} %; information"));
+        run.note(
+            "no number",
+            format!("order {none:.2}, ± {odd:.1} %; information"),
+        );
         Ok(())
     },
 };
 
-/// Three runs, and three that are interrupted at every place: the files are the same. So it is with every
-/// file of accumulated rows, since there is no other way to one.
+/// Three runs, and three that are interrupted at every place: the files are the same. So it is with
+/// every file of accumulated rows, since there is no other way to one.
 #[test]
 fn interrupted_and_continued_is_uninterrupted() {
     let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
     let files = |out: &Path| {
-        ["toy.csv", "result.json"].map(|file| fs::read_to_string(out.join("toy").join(file)).expect("a file"))
+        ["toy.csv", "result.json"]
+            .map(|file| fs::read_to_string(out.join("toy").join(file)).expect("a file"))
     };
     let [whole, pieces] = ["toy-whole", "toy-pieces"].map(folder);
     let mut last = None;
@@ -100,11 +105,14 @@ fn interrupted_and_continued_is_uninterrupted() {
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let files = book::check::files(folder).expect("the folder is there");
     let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
-    files.iter().map(|file| (relative(file), fs::read(file).expect("a file"))).collect()
+    files
+        .iter()
+        .map(|file| (relative(file), fs::read(file).expect("a file")))
+        .collect()
 }
 
-/// The experiment with the most parts and accumulated rows, whole, and interrupted before its last file, with a third of the
-/// parts not there yet: the files are the same.
+/// The experiment with the most parts and accumulated rows, whole, and interrupted before its last
+/// file, with a third of the parts not there yet: the files are the same.
 #[test]
 fn agreement_goes_on() {
     let go = |out: &Path| run_all(&[&AGREEMENT], &quick(out.to_owned(), 4096), true).map(drop);
@@ -124,7 +132,10 @@ fn agreement_goes_on() {
         fs::remove_file(made.join("unfinished").join(part)).expect("removed");
     }
     go(&pieces).expect("a continued run");
-    assert!(files(&made) == files(&whole.join("agreement")), "it went on otherwise");
+    assert!(
+        files(&made) == files(&whole.join("agreement")),
+        "it went on otherwise"
+    );
 }
 
 #[test]
@@ -134,18 +145,26 @@ fn reproduce_goes_on_where_it_stopped() {
     let first = reproduce(&folder, options);
     assert!(first.status.success(), "{}", text(&first.stderr));
     let results = folder.join("out/results.json");
-    let json: serde_json::Value = serde_json::from_str(&fs::read_to_string(&results).expect("results")).expect("JSON");
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&results).expect("results")).expect("JSON");
     let experiments = json["experiments"].as_array().expect("a list");
     assert_eq!(experiments.len(), 2);
     assert_eq!(experiments[1]["numbers"]["edges.lost"], 0.0);
     let bytes = fs::read(&results).expect("results");
 
     let again = reproduce(&folder, options);
-    assert_eq!(text(&again.stdout).matches("kept from an earlier run").count(), 2);
+    assert_eq!(
+        text(&again.stdout)
+            .matches("kept from an earlier run")
+            .count(),
+        2
+    );
     assert_eq!(fs::read(&results).expect("results"), bytes);
     let kept = |options: &str| {
         let output = reproduce(&folder, options);
-        text(&output.stdout).matches("kept from an earlier run").count()
+        text(&output.stdout)
+            .matches("kept from an earlier run")
+            .count()
     };
     // A file that is gone or garbled, a new one, other options or --fresh: made again.
     let figure = folder.join("out/fig9/noise.png");
@@ -160,11 +179,17 @@ fn reproduce_goes_on_where_it_stopped() {
         assert_eq!(kept(options), 1, "{file}");
         assert!(fs::read(&path).expect("a file") != garbled);
     }
-    for changed in [format!("{options} --seed 2"), format!("{options} --seed 2 --fresh")] {
+    for changed in [
+        format!("{options} --seed 2"),
+        format!("{options} --seed 2 --fresh"),
+    ] {
         let before = fs::read(&figure).expect("a figure");
         assert_eq!(kept(&changed), 0);
         // The seed decides what is drawn.
-        assert_eq!(fs::read(&figure).expect("a figure") == before, changed.ends_with("--fresh"));
+        assert_eq!(
+            fs::read(&figure).expect("a figure") == before,
+            changed.ends_with("--fresh")
+        );
     }
 }
 
@@ -181,12 +206,17 @@ fn results_of_one_experiment_leave_the_others() {
         let found = json["experiments"].as_array().expect("a list").iter();
         let found = found.map(|experiment| {
             let word = |key: &str| experiment[key].as_str().expect("a text").to_owned();
-            (word("id"), experiment["shrink"].as_u64().expect("a number"), word("command"))
+            (
+                word("id"),
+                experiment["shrink"].as_u64().expect("a number"),
+                word("command"),
+            )
         });
         found.collect()
     };
-    let command =
-        |id: &str, shrink: u32| format!("cargo run --release --bin {id} -- --tier quick --seed 1 --shrink {shrink}");
+    let command = |id: &str, shrink: u32| {
+        format!("cargo run --release --bin {id} -- --tier quick --seed 1 --shrink {shrink}")
+    };
     let row = |id: &str, shrink: u32| (id.to_owned(), u64::from(shrink), command(id, shrink));
     let both = results("--shrink 4096 --only watertight --only fig9 --only fig9");
     assert_eq!(both, [row("fig9", 4096), row("watertight", 4096)]);
@@ -201,32 +231,63 @@ fn shards_of_reproduce_are_the_whole() {
     let options = "--shrink 4096 --only fig9 --only watertight --only room";
     let shard = |i: u32| reproduce(&parts, &format!("{options} --shard {i}/2"));
     let made = std::thread::scope(|scope| {
-        [1, 2].map(|i| scope.spawn(move || shard(i))).map(|made| made.join().expect("it ran"))
+        [1, 2]
+            .map(|i| scope.spawn(move || shard(i)))
+            .map(|made| made.join().expect("it ran"))
     });
     for (made, share) in made.iter().zip([2, 1]) {
         assert!(made.status.success(), "{}", text(&made.stderr));
-        assert_eq!(text(&made.stdout).lines().filter(|line| line.starts_with('[')).count(), share);
+        assert_eq!(
+            text(&made.stdout)
+                .lines()
+                .filter(|line| line.starts_with('['))
+                .count(),
+            share
+        );
     }
-    assert!(!parts.join("out/results.json").exists(), "a shard does not know the others");
+    assert!(
+        !parts.join("out/results.json").exists(),
+        "a shard does not know the others"
+    );
     let joined = reproduce(&parts, options);
-    assert_eq!(text(&joined.stdout).matches("kept from an earlier run").count(), 3);
+    assert_eq!(
+        text(&joined.stdout)
+            .matches("kept from an earlier run")
+            .count(),
+        3
+    );
     assert!(reproduce(&whole, options).status.success());
     assert!(files(&parts.join("out")) == files(&whole.join("out")));
 
-    // In as many shards as there can be, each experiment is in one, and those that share a folder are in the same.
+    // In as many shards as there can be, each experiment is in one, and those that share a folder
+    // are in the same.
     let list = |shard: &str| -> Vec<String> {
         let listed = text(&reproduce(&whole, &format!("--list --shard {shard}")).stdout);
-        listed.lines().map(|line| line.split(' ').next().expect("a name").to_owned()).collect()
+        listed
+            .lines()
+            .map(|line| line.split(' ').next().expect("a name").to_owned())
+            .collect()
     };
-    let shards: Vec<Vec<String>> =
-        (1..EXPERIMENTS.len()).map(|i| list(&format!("{i}/{}", EXPERIMENTS.len() - 1))).collect();
-    assert!(shards.iter().all(|shard| shard.len() == 1 || *shard == TOGETHER));
+    let shards: Vec<Vec<String>> = (1..EXPERIMENTS.len())
+        .map(|i| list(&format!("{i}/{}", EXPERIMENTS.len() - 1)))
+        .collect();
+    assert!(
+        shards
+            .iter()
+            .all(|shard| shard.len() == 1 || *shard == TOGETHER)
+    );
     let all: BTreeSet<&String> = shards.iter().flatten().collect();
-    assert_eq!((all.len(), shards.iter().flatten().count()), (EXPERIMENTS.len(), EXPERIMENTS.len()));
+    assert_eq!(
+        (all.len(), shards.iter().flatten().count()),
+        (EXPERIMENTS.len(), EXPERIMENTS.len())
+    );
     for (options, hint) in [
         ("--shard 2/1", "i/n"),
         ("--shard -1/2", "i/n"),
-        ("--only fig9 --shard 1/2", "--shard 1/2: the experiments are 1 parts"),
+        (
+            "--only fig9 --shard 1/2",
+            "--shard 1/2: the experiments are 1 parts",
+        ),
         ("--shard 1/2 --update-book --tier full", "'--update-book'"),
     ] {
         refused(&reproduce(&whole, options), hint);
@@ -245,14 +306,21 @@ fn looks_at_accumulated_rows_spend_the_level_once() {
     }
     let path = folder("accumulated").join("a.csv");
     for look in 1..=3 {
-        let mut accumulated = Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
-        assert_eq!((accumulated.looks(), accumulated.next()), (look - 1, u64::from(look - 1)));
+        let mut accumulated =
+            Accumulated::continued(&path, path.clone(), "seed 1", "replication,p");
+        assert_eq!(
+            (accumulated.looks(), accumulated.next()),
+            (look - 1, u64::from(look - 1))
+        );
         assert_eq!(accumulated.look(0.01), level_of_look(0.01, look));
         accumulated.push(accumulated.next(), &[String::from("0.5")]);
         accumulated.write().expect("written");
     }
     let text = fs::read_to_string(&path).expect("the rows");
-    assert_eq!(text, "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n");
+    assert_eq!(
+        text,
+        "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n"
+    );
     // Other numbers are other evidence, at which nobody has looked.
     for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
         let other = Accumulated::continued(&path, path.clone(), key, columns);

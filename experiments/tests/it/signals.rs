@@ -25,7 +25,10 @@ impl Running {
             .spawn()
             .expect("the program starts");
         let errors = child.stderr.take().expect("a pipe");
-        Self { child, lines: std::io::BufReader::new(errors).lines() }
+        Self {
+            child,
+            lines: std::io::BufReader::new(errors).lines(),
+        }
     }
 
     /// Waits for a line that says this: however long it takes.
@@ -40,7 +43,13 @@ impl Running {
 
     pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        assert!(Command::new("kill").args([name, &id]).status().expect("kill").success());
+        assert!(
+            Command::new("kill")
+                .args([name, &id])
+                .status()
+                .expect("kill")
+                .success()
+        );
     }
 
     pub fn has_ended(&mut self) -> bool {
@@ -71,7 +80,8 @@ fn signals_write_what_is_done_beside_what_was_finished() {
             continue;
         }
         renders(&folder, "--size 8x6 --spp 1 --out a.exr");
-        let finished = ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
+        let finished =
+            ["a.exr", "a.png"].map(|file| std::fs::read(folder.join(file)).expect("there"));
         let mut render = endless(&folder, 1);
         let line = render.wait_for("% of 12.3 trillion samples");
         assert!(line.contains("/s") && line.contains("left"), "{line}");
@@ -83,7 +93,11 @@ fn signals_write_what_is_done_beside_what_was_finished() {
         for file in ["a.partial.exr", "a.partial.png"] {
             std::fs::remove_file(folder.join(file)).expect("a partial image");
         }
-        assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 2, "{signal}");
+        assert_eq!(
+            std::fs::read_dir(&folder).expect("the folder").count(),
+            2,
+            "{signal}"
+        );
     }
 }
 
@@ -112,7 +126,10 @@ fn threads_are_as_many_as_asked_for() {
 #[test]
 fn a_signal_that_was_ignored_stays_ignored() {
     let folder = folder("nohup");
-    let script = format!("trap '' HUP; exec {} {ENDLESS} 1", env!("CARGO_BIN_EXE_render"));
+    let script = format!(
+        "trap '' HUP; exec {} {ENDLESS} 1",
+        env!("CARGO_BIN_EXE_render")
+    );
     let mut render = Running::start("sh", &["-c", &script], &folder);
     render.wait_for("% of");
     render.signal("-HUP");

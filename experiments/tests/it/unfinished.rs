@@ -1,4 +1,5 @@
-//! Runs that were killed, that go on, or that are a part of a whole: the bytes of an uninterrupted run, or a refusal.
+//! Runs that were killed, that go on, or that are a part of a whole: the bytes of an uninterrupted
+//! run, or a refusal.
 
 use std::path::Path;
 use std::process::Output;
@@ -31,7 +32,10 @@ fn words(options: &str) -> Vec<&str> {
 fn what_was_killed_goes_on_to_the_same_bytes() {
     let program = env!("CARGO_BIN_EXE_render");
     let folder = folder("killed");
-    for options in ["--scene cornell --size 40x30 --outlines no", "--scene cornell --estimator bdpt --size 40x30"] {
+    for options in [
+        "--scene cornell --size 40x30 --outlines no",
+        "--scene cornell --estimator bdpt --size 40x30",
+    ] {
         // So many samples take a machine of any speed two seconds or three: it saves each second.
         const SURELY_SAVED: Duration = Duration::from_secs(3);
         let takes = |spp: u64| {
@@ -62,7 +66,10 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
                     break;
                 }
                 // It was faster than when it was measured.
-                assert!(start.elapsed() < SURELY_SAVED, "{options}: nothing was saved");
+                assert!(
+                    start.elapsed() < SURELY_SAVED,
+                    "{options}: nothing was saved"
+                );
                 spp *= 2;
                 takes(spp);
                 continue;
@@ -71,7 +78,10 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
             assert_eq!(render.end(), None);
             (kills, threads) = (kills + 1, 3 - threads);
         }
-        assert!(bytes(&folder, "a") == bytes(&folder, "whole"), "{options}: other bytes after {kills} kills");
+        assert!(
+            bytes(&folder, "a") == bytes(&folder, "whole"),
+            "{options}: other bytes after {kills} kills"
+        );
         // Nothing is left of what was saved, not even on its way.
         assert_eq!(count(&folder), 4, "{options}");
     }
@@ -90,18 +100,33 @@ fn what_cannot_go_on_is_refused_and_stays() {
     let other = |from: &str, to: &str| ENDLESS.replace(from, to) + "1";
     for (options, hint) in [
         (other("64x48", "48x64"), "size=64x48 there, size=48x64 here"),
-        (other("4000000000", "8"), "adaptive=yes, spp=4000000000 there, scrambles=4, adaptive=no, spp=8 here"),
-        (other("--out", "--seed 2 --out"), "seed=1 there, seed=2 here"),
+        (
+            other("4000000000", "8"),
+            "adaptive=yes, spp=4000000000 there, scrambles=4, adaptive=no, spp=8 here",
+        ),
+        (
+            other("--out", "--seed 2 --out"),
+            "seed=1 there, seed=2 here",
+        ),
         (
             other("--out", "--estimator bsdf --out"),
             "heuristic=power, specular-shadow-rays=yes there, estimator=bsdf here",
         ),
-        (other("--out", "--shard 1/2 --out"), "there, 0..2000000000 of 4000000000 here"),
+        (
+            other("--out", "--shard 1/2 --out"),
+            "there, 0..2000000000 of 4000000000 here",
+        ),
     ] {
         refused(&resume(&options), hint);
-        assert!(std::fs::read(&saved).expect("there") == good, "{options} changed the file");
+        assert!(
+            std::fs::read(&saved).expect("there") == good,
+            "{options} changed the file"
+        );
     }
-    for (bytes, hint) in [(&good[..good.len() / 2], "truncated"), (&b"no image"[..], "truncated")] {
+    for (bytes, hint) in [
+        (&good[..good.len() / 2], "truncated"),
+        (&b"no image"[..], "truncated"),
+    ] {
         std::fs::write(&saved, bytes).expect("written");
         refused(&resume(&other("", "")), hint);
         assert!(std::fs::read(&saved).expect("there") == bytes);
@@ -112,7 +137,10 @@ fn what_cannot_go_on_is_refused_and_stays() {
 
     // A disk that takes no such file: it is said, work goes on, and what was saved stays.
     std::fs::write(&saved, &good).expect("written");
-    let script = format!("trap '' XFSZ; ulimit -f 8; exec {} {ENDLESS} 1 --resume", env!("CARGO_BIN_EXE_render"));
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 8; exec {} {ENDLESS} 1 --resume",
+        env!("CARGO_BIN_EXE_render")
+    );
     let mut render = Running::start("sh", &["-c", &script], &folder);
     render.wait_for("warning: cannot write a.partial.exr");
     render.signal("-TERM");
@@ -127,27 +155,52 @@ fn shards_are_the_whole() {
     let folder = folder("shards");
     let all = "--scene cornell --size 12x9 --exposure 1";
     // Replications of several samples, of one, and of several passes.
-    for (case, options) in
-        ["--spp 14 --scrambles 7", "--sampler independent --spp 5", "--estimator bdpt --spp 8", "--spp 64"]
-            .into_iter()
-            .enumerate()
+    for (case, options) in [
+        "--spp 14 --scrambles 7",
+        "--sampler independent --spp 5",
+        "--estimator bdpt --spp 8",
+        "--spp 64",
+    ]
+    .into_iter()
+    .enumerate()
     {
         let whole = format!("{all} {options} --out whole.exr");
         renders(&folder, &whole);
         for shard in 1..=3 {
-            renders(&folder, &format!("{all} {options} --shard {shard}/3 --out p{shard}.exr"));
+            renders(
+                &folder,
+                &format!("{all} {options} --shard {shard}/3 --out p{shard}.exr"),
+            );
         }
         let joined = merge(&folder, "--out joined.exr p2.exr p3.exr p1.exr");
         assert!(joined.status.success(), "{}", text(&joined.stderr));
-        assert!(bytes(&folder, "joined") == bytes(&folder, "whole"), "{options}");
+        assert!(
+            bytes(&folder, "joined") == bytes(&folder, "whole"),
+            "{options}"
+        );
         if case == 0 {
-            refused(&merge(&folder, "--out x.exr p1.exr p3.exr"), "no part has the replications 2..4 of 7");
-            refused(&merge(&folder, "--out x.exr p2.exr p1.exr"), "no part has the replications 4..7 of 7");
-            refused(&merge(&folder, "--out x.exr p3.exr p1.exr p3.exr"), "p3.exr and p3.exr have the same");
-            refused(&merge(&folder, "--out x.exr p1.exr whole.exr"), "whole.exr: no film with sums");
+            refused(
+                &merge(&folder, "--out x.exr p1.exr p3.exr"),
+                "no part has the replications 2..4 of 7",
+            );
+            refused(
+                &merge(&folder, "--out x.exr p2.exr p1.exr"),
+                "no part has the replications 4..7 of 7",
+            );
+            refused(
+                &merge(&folder, "--out x.exr p3.exr p1.exr p3.exr"),
+                "p3.exr and p3.exr have the same",
+            );
+            refused(
+                &merge(&folder, "--out x.exr p1.exr whole.exr"),
+                "whole.exr: no film with sums",
+            );
             refused(&merge(&folder, "--out x.png p1.exr"), ".exr");
             refused(&merge(&folder, "--out x.exr p1.exr p9.exr"), "p9.exr");
-            renders(&folder, &format!("{all} {options} --seed 2 --shard 2/3 --out q2.exr"));
+            renders(
+                &folder,
+                &format!("{all} {options} --seed 2 --shard 2/3 --out q2.exr"),
+            );
             refused(
                 &merge(&folder, "--out x.exr p1.exr q2.exr p3.exr"),
                 "q2.exr is of another image than p1.exr: seed=2",
@@ -159,14 +212,21 @@ fn shards_are_the_whole() {
     render.wait_for("% of");
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));
-    refused(&merge(&folder, "--out x.exr a.partial.exr"), "a.partial.exr is not finished");
+    refused(
+        &merge(&folder, "--out x.exr a.partial.exr"),
+        "a.partial.exr is not finished",
+    );
     assert!(!folder.join("x.exr").exists());
 }
 
 /// Were they the image's own, where it stops would bias it.
 #[test]
 fn a_pilot_has_samples_of_its_own() {
-    let job = Job { seed: 7, spp: 512, ..Job::default() };
+    let job = Job {
+        seed: 7,
+        spp: 512,
+        ..Job::default()
+    };
     let pilot = job.pilot(64);
     assert!(pilot.spp == 64 && pilot.seed != job.seed && pilot.size == job.size);
 }
@@ -177,14 +237,27 @@ fn a_pilot_decides_what_spp_would_say() {
     for (aim, options) in [
         ("--target-error 5%", "--scene cornell --size 24x18"),
         ("--target-error 10%", "--scene cornell --size 24x18"),
-        ("--target-error 5%", "--scene cornell --estimator light-tracer --sampler independent --size 24x18"),
-        ("--time 1s", "--convention report --pixel jitter --grid 3 --size 24x18"),
+        (
+            "--target-error 5%",
+            "--scene cornell --estimator light-tracer --sampler independent --size 24x18",
+        ),
+        (
+            "--time 1s",
+            "--convention report --pixel jitter --grid 3 --size 24x18",
+        ),
     ] {
         let decided = render(&folder, &format!("{options} {aim} --out a.exr"));
         let said = text(&decided.stdout);
-        let spp = said.split("--spp ").nth(1).and_then(|rest| rest.lines().next()).expect("a number");
+        let spp = said
+            .split("--spp ")
+            .nth(1)
+            .and_then(|rest| rest.lines().next())
+            .expect("a number");
         renders(&folder, &format!("{options} --spp {spp} --out b.exr"));
-        assert!(bytes(&folder, "a") == bytes(&folder, "b"), "{options} {aim}: {said}");
+        assert!(
+            bytes(&folder, "a") == bytes(&folder, "b"),
+            "{options} {aim}: {said}"
+        );
         // More precision takes more samples, and so does more time.
         assert!(spp.parse::<u32>().expect("a number") > 4, "{said}");
     }

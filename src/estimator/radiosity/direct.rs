@@ -18,21 +18,34 @@ const POINTS: u32 = 64;
 /// An emitter as patches: one if it is flat.
 #[derive(Clone, Debug)]
 pub(super) enum Light {
-    Flat { patch: Box<Patch>, emitter: Emitter },
-    Curved { patches: Vec<Patch>, radiance: DVec3 },
+    Flat {
+        patch: Box<Patch>,
+        emitter: Emitter,
+    },
+    Curved {
+        patches: Vec<Patch>,
+        radiance: DVec3,
+    },
 }
 
 impl Light {
     /// The emitters of a scene; spheres are divided into patches of about this area.
     pub fn of(scene: &Scene, target: f64) -> Vec<Self> {
         let light = |emitter: &Emitter| match emitter.shape {
-            EmitterShape::Rectangle { corner, edges: [a, b] } => Self::Flat {
-                patch: Box::new(Patch::flat([corner, corner + a, corner + a + b, corner + b], true)),
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => Self::Flat {
+                patch: Box::new(Patch::flat(
+                    [corner, corner + a, corner + a + b, corner + b],
+                    true,
+                )),
                 emitter: *emitter,
             },
-            EmitterShape::Triangle(corners) => {
-                Self::Flat { patch: Box::new(Patch::flat(corners, true)), emitter: *emitter }
-            }
+            EmitterShape::Triangle(corners) => Self::Flat {
+                patch: Box::new(Patch::flat(corners, true)),
+                emitter: *emitter,
+            },
             EmitterShape::Sphere(sphere) => Self::Curved {
                 patches: super::mesh::sphere_patches(&sphere, true, target, 0)
                     .into_iter()
@@ -46,7 +59,12 @@ impl Light {
     }
 
     /// The irradiance at a point with a unit normal.
-    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(&self, parts: &P, scene: &Scene, at: &Node) -> DVec3 {
+    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        scene: &Scene,
+        at: &Node,
+    ) -> DVec3 {
         match self {
             Self::Flat { patch, emitter } => {
                 let Some(Sight { factor, .. }) = patch.sight(parts, at.point, at.normal) else {
@@ -58,15 +76,17 @@ impl Light {
                 let seen = patches
                     .iter()
                     .filter_map(|patch| patch.sight(parts, at.point, at.normal))
-                    .filter(|sight| parts.visible(scene, (at.point, at.normal), sight.target, false));
+                    .filter(|sight| {
+                        parts.visible(scene, (at.point, at.normal), sight.target, false)
+                    });
                 PI * seen.map(|sight| sight.factor).sum::<f64>() * *radiance
             }
         }
     }
 }
 
-/// The share of a flat emitter's light that no surface stops: by the points of a Hammersley set, each
-/// with the weight of its geometry term. Exact where all or nothing is seen.
+/// The share of a flat emitter's light that no surface stops: by the points of a Hammersley set,
+/// each with the weight of its geometry term. Exact where all or nothing is seen.
 fn seen_share<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
@@ -80,8 +100,10 @@ fn seen_share<P: FiniteElements + NextEvent + Scattering>(
         let distance_squared = offset.length_squared();
         let direction = offset / distance_squared.sqrt();
         let across = parts.cosine(y.normal, -direction);
-        let weight =
-            parts.seen_weight(parts.cosine(at.normal, direction), parts.solid_angle_per_area(across, distance_squared));
+        let weight = parts.seen_weight(
+            parts.cosine(at.normal, direction),
+            parts.solid_angle_per_area(across, distance_squared),
+        );
         all += weight;
         if weight > 0.0 && parts.visible(scene, (at.point, at.normal), (y.point, y.normal), false) {
             seen += weight;

@@ -15,8 +15,8 @@ use crate::shape::{Ray, Sphere};
 /// How finely surfaces are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fineness {
-    /// About how many patches all surfaces are divided into; each primitive has at least one, a sphere at
-    /// least six.
+    /// About how many patches all surfaces are divided into; each primitive has at least one, a
+    /// sphere at least six.
     pub patches: u32,
     /// How often the sides of all these patches are halved.
     pub halvings: u32,
@@ -25,7 +25,10 @@ pub struct Fineness {
 impl Default for Fineness {
     /// 2000 patches.
     fn default() -> Self {
-        Self { patches: 2000, halvings: 0 }
+        Self {
+            patches: 2000,
+            halvings: 0,
+        }
     }
 }
 
@@ -81,10 +84,10 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Divides the surfaces of a scene that reflect. Triangles are divided into n² equal ones, spheres
-    /// along circles of latitude and meridians. Nodes are the points at which the mean of a quadratic
-    /// over the patch is exact: three of a triangle (Hammer and Stroud 1956), 2 × 2 Gauss points of a
-    /// sphere's patch in height and azimuth.
+    /// Divides the surfaces of a scene that reflect. Triangles are divided into n² equal ones,
+    /// spheres along circles of latitude and meridians. Nodes are the points at which the mean of a
+    /// quadratic over the patch is exact: three of a triangle (Hammer and Stroud 1956), 2 × 2 Gauss
+    /// points of a sphere's patch in height and azimuth.
     ///
     /// # Errors
     /// [`Error::Scene`] for mirrors, glass, Oren-Nayar surfaces and a background that emits;
@@ -92,7 +95,10 @@ impl Mesh {
     pub fn new(scene: &Scene, fineness: Fineness) -> Result<Self, Error> {
         check(scene, fineness)?;
         let reflects = |surface: &Surface| surface.bsdf.albedo() != DVec3::ZERO;
-        let total: f64 = scene.primitives().map(|(geometry, _)| area(&geometry)).sum();
+        let total: f64 = scene
+            .primitives()
+            .map(|(geometry, _)| area(&geometry))
+            .sum();
         let target = total / f64::from(fineness.patches);
         let mut mesh = Self {
             elements: Vec::new(),
@@ -121,7 +127,13 @@ impl Mesh {
         self.nodes.len()
     }
 
-    fn divide(&mut self, geometry: &Geometry, surface: &Surface, target: f64, halvings: u32) -> Division {
+    fn divide(
+        &mut self,
+        geometry: &Geometry,
+        surface: &Surface,
+        target: f64,
+        halvings: u32,
+    ) -> Division {
         match *geometry {
             Geometry::Triangle(corners) => {
                 let parts = ((area(geometry) / target).sqrt().ceil() as u32).max(1) << halvings;
@@ -133,7 +145,11 @@ impl Mesh {
                         self.push(patch, &nodes, surface, front);
                     }
                 }
-                Division::Triangle { corners, parts, first }
+                Division::Triangle {
+                    corners,
+                    parts,
+                    first,
+                }
             }
             Geometry::Sphere(sphere) => {
                 let first = self.elements.len();
@@ -160,7 +176,10 @@ impl Mesh {
 
     fn push(&mut self, patch: Patch, points: &[DVec3], surface: &Surface, front: bool) {
         let start = self.nodes.len();
-        self.nodes.extend(points.iter().map(|&point| Node { point, normal: patch.normal(point) }));
+        self.nodes.extend(points.iter().map(|&point| Node {
+            point,
+            normal: patch.normal(point),
+        }));
         self.elements.push(Element {
             area: patch.area(),
             patch,
@@ -176,12 +195,20 @@ impl Mesh {
         let front = hit.normal.dot(ray.direction) < 0.0;
         match &self.divisions[hit.primitive as usize] {
             Division::Black => None,
-            Division::Triangle { corners, parts, first } => {
+            Division::Triangle {
+                corners,
+                parts,
+                first,
+            } => {
                 let (place, weights) = locate_in_triangle(*corners, *parts, hit.point);
                 let back = if front { 0 } else { (parts * parts) as usize };
                 Some((&self.elements[first + back + place], weights))
             }
-            Division::Sphere { sphere, bands, count } => {
+            Division::Sphere {
+                sphere,
+                bands,
+                count,
+            } => {
                 let offset = (hit.point - sphere.centre) / sphere.radius;
                 let [top, bottom] = inclinations(sphere);
                 let down = (offset.z.clamp(-1.0, 1.0).acos() - top) / (bottom - top);
@@ -219,7 +246,9 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
     let refuse = |what: &str| {
         Err(Error::Scene {
             scene: scene.name().to_owned(),
-            message: format!("radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"),
+            message: format!(
+                "radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"
+            ),
         })
     };
     if !scene.background().is_black() {
@@ -249,9 +278,14 @@ fn inclinations(sphere: &Sphere) -> [f64; 2] {
     [high.acos(), low.acos()]
 }
 
-/// The front (or back) of a sphere's zone as patches of about the area `target`, in bands from the upper
-/// end; then both sides of each are halved so many times.
-pub(super) fn sphere_patches(sphere: &Sphere, front: bool, target: f64, halvings: u32) -> Vec<Vec<SpherePatch>> {
+/// The front (or back) of a sphere's zone as patches of about the area `target`, in bands from the
+/// upper end; then both sides of each are halved so many times.
+pub(super) fn sphere_patches(
+    sphere: &Sphere,
+    front: bool,
+    target: f64,
+    halvings: u32,
+) -> Vec<Vec<SpherePatch>> {
     let side = target.sqrt();
     let [top, bottom] = inclinations(sphere);
     let coarse = ((sphere.radius * (bottom - top) / side).ceil() as u32).max(2);
@@ -304,7 +338,11 @@ fn locate_in_triangle([a, b, c]: [DVec3; 3], n: u32, point: DVec3) -> (usize, [f
     let upper = s + t > 1.0 && i + j + 1 < n;
     let [i, j, n] = [i, j, n].map(|k| k as usize);
     let place = 2 * n * i - i * i + 2 * j + usize::from(upper);
-    let barycentric = if upper { [s + t - 1.0, 1.0 - s, 1.0 - t] } else { [1.0 - s - t, s, t] };
+    let barycentric = if upper {
+        [s + t - 1.0, 1.0 - s, 1.0 - t]
+    } else {
+        [1.0 - s - t, s, t]
+    };
     // Linear, 1 at the node near its corner and 0 at the other two.
     let [w0, w1, w2] = barycentric.map(|w| 2.0 * w - 1.0 / 3.0);
     (place, [w0, w1, w2, 0.0])

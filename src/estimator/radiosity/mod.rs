@@ -1,8 +1,9 @@
 //! Radiosity: the light of a scene of Lambert surfaces, by finite elements instead of random paths.
 //!
-//! Direct light is computed where it is asked for. Light that has met at least one surface is solved
-//! for on a mesh, with the radiance that leaves a patch constant over it and irradiance linear, and read
-//! from the mesh. Nothing is random: the error is that of the mesh, and refining the mesh shows it.
+//! Direct light is computed where it is asked for. Light that has met at least one surface is
+//! solved for on a mesh, with the radiance that leaves a patch constant over it and irradiance
+//! linear, and read from the mesh. Nothing is random: the error is that of the mesh, and refining
+//! the mesh shows it.
 
 mod direct;
 mod mesh;
@@ -32,11 +33,11 @@ pub fn leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
     emitted + lambert(albedo) * irradiance
 }
 
-/// The solution is good enough when no patch's radiance is further than this from what it should be,
-/// relative to the largest.
+/// The solution is good enough when no patch's radiance is further than this from what it should
+/// be, relative to the largest.
 pub const RESIDUAL: f64 = 1e-6;
-/// After so many sweeps without coming that near, the work ends: the albedo of a closed scene is 1 or all
-/// but that.
+/// After so many sweeps without coming that near, the work ends: the albedo of a closed scene is 1
+/// or all but that.
 const MOST_SWEEPS: u32 = 10_000;
 /// The most memory that form factors may take, in bytes.
 pub const MOST_MEMORY: u64 = 3 << 30;
@@ -55,9 +56,9 @@ pub struct FormFactors {
 }
 
 impl FormFactors {
-    /// Computes them: each pair in closed form where it is flat, times the visibility of one point in
-    /// the midst of what is seen. `row_done` is called after each node with 1, from any thread; when it
-    /// returns false, the work ends.
+    /// Computes them: each pair in closed form where it is flat, times the visibility of one point
+    /// in the midst of what is seen. `row_done` is called after each node with 1, from any thread;
+    /// when it returns false, the work ends.
     ///
     /// # Errors
     /// [`Error::Option`] before any work if they may take more than [`MOST_MEMORY`];
@@ -99,15 +100,25 @@ impl FormFactors {
 
     /// The irradiance that a node receives from elements of these radiances, divided by π.
     fn gather(&self, node: usize, radiances: &[DVec3]) -> DVec3 {
-        self.of_node(node).map(|(element, factor)| factor * radiances[element]).sum()
+        self.of_node(node)
+            .map(|(element, factor)| factor * radiances[element])
+            .sum()
     }
 }
 
-fn row<P: FiniteElements + NextEvent + Scattering>(parts: &P, scene: &Scene, mesh: &Mesh, node: &Node) -> Box<[Link]> {
+fn row<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    mesh: &Mesh,
+    node: &Node,
+) -> Box<[Link]> {
     let link = |(element, sight): (u32, patch::Sight)| {
         parts
             .visible(scene, (node.point, node.normal), sight.target, false)
-            .then_some(Link { element, factor: sight.factor as f32 })
+            .then_some(Link {
+                element,
+                factor: sight.factor as f32,
+            })
     };
     (0..)
         .zip(&mesh.elements)
@@ -118,8 +129,8 @@ fn row<P: FiniteElements + NextEvent + Scattering>(parts: &P, scene: &Scene, mes
         .collect()
 }
 
-/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]: of the four pairs of sides of
-/// two patches one at most sees the other, unless a patch is cut by the plane of the other.
+/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]: of the four pairs of sides
+/// of two patches one at most sees the other, unless a patch is cut by the plane of the other.
 ///
 /// # Errors
 /// [`Error::Option`].
@@ -130,7 +141,9 @@ pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
 
 /// [`check_memory`] by the numbers of nodes and elements on one side.
 fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
-    let bytes = nodes.saturating_mul(elements).saturating_mul(size_of::<Link>() as u64);
+    let bytes = nodes
+        .saturating_mul(elements)
+        .saturating_mul(size_of::<Link>() as u64);
     if bytes > MOST_MEMORY {
         return Err(Error::Option(format!(
             "the form factors of {elements} patches take up to {:.1} GiB of memory, more than {:.1}: \
@@ -152,8 +165,8 @@ pub enum ReadOut {
     Gathered,
 }
 
-/// A scene whose light is solved for. As an estimator it draws no random numbers; it must be given the
-/// scene that it was made for.
+/// A scene whose light is solved for. As an estimator it draws no random numbers; it must be given
+/// the scene that it was made for.
 #[derive(Clone, Debug)]
 pub struct Radiosity<P = Standard> {
     parts: P,
@@ -173,8 +186,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     /// Solves for the light of a scene; `row_done` as for [`FormFactors::new`].
     ///
     /// # Errors
-    /// What [`Mesh::new`] and [`FormFactors::new`] refuse; [`Error::Scene`] for one whose light does not
-    /// settle.
+    /// What [`Mesh::new`] and [`FormFactors::new`] refuse; [`Error::Scene`] for one whose light
+    /// does not settle.
     pub fn new(
         parts: P,
         scene: &Scene,
@@ -184,7 +197,11 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let mesh = Mesh::new(scene, fineness)?;
         let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
         let lights = Light::of(scene, mesh.target);
-        let direct = mesh.nodes.par_iter().map(|node| arriving(&parts, scene, &lights, node)).collect();
+        let direct = mesh
+            .nodes
+            .par_iter()
+            .map(|node| arriving(&parts, scene, &lights, node))
+            .collect();
         let mut solution = Self {
             exchanged: vec![DVec3::ZERO; mesh.elements.len()],
             indirect: vec![DVec3::ZERO; mesh.nodes.len()],
@@ -216,7 +233,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
                 });
             }
             for i in 0..self.exchanged.len() {
-                self.exchanged[i] = self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
+                self.exchanged[i] =
+                    self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
             }
             for node in 0..self.indirect.len() {
                 self.indirect[node] = PI * factors.gather(node, &self.exchanged);
@@ -232,17 +250,23 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     fn check_numbers(&self) -> Result<(), Error> {
         let mut nodes = self.mesh.nodes.iter().zip(&self.direct).zip(&self.indirect);
         match nodes.find(|((_, direct), indirect)| (**direct + **indirect).is_nan()) {
-            Some(((node, _), _)) if !self.residual.is_nan() => {
-                Err(Error::Radiance { value: f64::NAN, place: format!(" as the irradiance at {}", node.point) })
-            }
+            Some(((node, _), _)) if !self.residual.is_nan() => Err(Error::Radiance {
+                value: f64::NAN,
+                place: format!(" as the irradiance at {}", node.point),
+            }),
             _ => Ok(()),
         }
     }
 
-    /// What an element sends if its nodes have this irradiance from others: that of the whole patch is
-    /// the nodes' mean.
+    /// What an element sends if its nodes have this irradiance from others: that of the whole patch
+    /// is the nodes' mean.
     fn renewed(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
-        let Element { albedo, emission, ref nodes, .. } = self.mesh.elements[element];
+        let Element {
+            albedo,
+            emission,
+            ref nodes,
+            ..
+        } = self.mesh.elements[element];
         let count = nodes.len() as f64;
         let irradiance: DVec3 = nodes.clone().map(|n| self.direct[n] + indirect(n)).sum();
         let leaving = self.parts.leaving(albedo, emission, irradiance / count);
@@ -264,7 +288,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         }
     }
 
-    /// The largest difference between the two sides of (radiosity), relative to the largest radiance.
+    /// The largest difference between the two sides of (radiosity), relative to the largest
+    /// radiance.
     pub fn residual(&self) -> f64 {
         self.residual
     }
@@ -288,7 +313,10 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let Some((element, weights)) = self.mesh.locate(hit, ray) else {
             return DVec3::ZERO;
         };
-        let at = Node { point: hit.point, normal: hit.normal * -hit.normal.dot(ray.direction).signum() };
+        let at = Node {
+            point: hit.point,
+            normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
+        };
         let direct = arriving(&self.parts, scene, &self.lights, &at);
         let indirect = match self.read_out {
             ReadOut::Interpolated => {
@@ -299,7 +327,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             }
             ReadOut::Gathered => {
                 let links = row(&self.parts, scene, &self.mesh, &at);
-                let sent = |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
+                let sent =
+                    |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
                 PI * links.iter().map(sent).sum::<DVec3>()
             }
         };
@@ -319,13 +348,20 @@ fn arriving<P: FiniteElements + NextEvent + Scattering>(
 }
 
 impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, _rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        _rng: &mut R,
+    ) -> DVec3 {
         let Some(hit) = hit else {
             return scene.background().radiance(ray.direction);
         };
         let albedo = scene.surface(&hit).bsdf.albedo();
         let irradiance = self.irradiance(scene, ray, &hit);
-        self.parts.leaving(albedo, scene.emitted(&hit, ray.direction), irradiance)
+        self.parts
+            .leaving(albedo, scene.emitted(&hit, ray.direction), irradiance)
     }
 }
 
@@ -336,8 +372,8 @@ pub trait FiniteElements: Sync {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
         form_factor::polygon(normal, corners)
     }
-    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by the
-    /// receiver's cosine and the solid angle per area.
+    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by
+    /// the receiver's cosine and the solid angle per area.
     #[inline]
     fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
         cosine * solid_angle

@@ -67,8 +67,13 @@ impl Patch {
         if !front {
             corners.reverse();
         }
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        Self::Flat { polygon: Polygon::new(&corners), normal }
+        let normal = (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .normalize();
+        Self::Flat {
+            polygon: Polygon::new(&corners),
+            normal,
+        }
     }
 
     /// The unit normal at a point of the patch.
@@ -100,7 +105,10 @@ impl Patch {
         normal: DVec3,
     ) -> Option<Sight> {
         match self {
-            Self::Flat { polygon, normal: own } => {
+            Self::Flat {
+                polygon,
+                normal: own,
+            } => {
                 let offset = polygon.corners()[0] - point;
                 if -offset.dot(*own) <= IN_PLANE * offset.length() {
                     return None;
@@ -112,7 +120,10 @@ impl Patch {
                 let factor = parts.form_factor(normal, seen.corners());
                 // What is no number must not pass for what is too faint.
                 let faint = factor <= FAINTEST;
-                (!faint).then(|| Sight { factor, target: (point + seen.middle(), *own) })
+                (!faint).then(|| Sight {
+                    factor,
+                    target: (point + seen.middle(), *own),
+                })
             }
             Self::Curved(patch) => patch.sight(parts, point, normal),
         }
@@ -155,7 +166,12 @@ impl SpherePatch {
         let linear = |x: f64| [(high - x) / (high - low), (x - low) / (high - low)];
         let down = linear(share(self.heights, height));
         let around = linear(share(self.azimuths, azimuth));
-        [down[0] * around[0], down[0] * around[1], down[1] * around[0], down[1] * around[1]]
+        [
+            down[0] * around[0],
+            down[0] * around[1],
+            down[1] * around[0],
+            down[1] * around[1],
+        ]
     }
 
     /// Four parts of equal area.
@@ -165,15 +181,17 @@ impl SpherePatch {
         let halves = |[a, b]: [f64; 2], m: f64| [[a, m], [m, b]];
         let [upper, lower] = halves(self.heights, z);
         let [left, right] = halves(self.azimuths, phi);
-        [(upper, left), (upper, right), (lower, left), (lower, right)].map(|(heights, azimuths)| Self {
-            heights,
-            azimuths,
-            ..*self
+        [(upper, left), (upper, right), (lower, left), (lower, right)].map(|(heights, azimuths)| {
+            Self {
+                heights,
+                azimuths,
+                ..*self
+            }
         })
     }
 
-    /// The form factor by the midpoint rule, exact from the sphere's own inside, where the integrand is
-    /// constant.
+    /// The form factor by the midpoint rule, exact from the sphere's own inside, where the
+    /// integrand is constant.
     fn sight<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
@@ -212,7 +230,8 @@ impl SpherePatch {
         let own = self.normal(y);
         let cosine = parts.cosine(normal, direction);
         let across = parts.cosine(own, -direction);
-        let factor = cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
+        let factor =
+            cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
         found.0 += factor;
         if factor > found.1 {
             found.1 = factor;

@@ -17,19 +17,21 @@ use crate::harness::trial::Context;
 
 /// Samples by which it is found how far rounding moves integrals.
 const PROBES: usize = 2000;
-/// The chance that samples which rounding put onto the horizon are taken for forbidden ones: a thousandth of a share.
+/// The chance that samples which rounding put onto the horizon are taken for forbidden ones: a
+/// thousandth of a share.
 const HORIZON_LEVEL: f64 = 1e-12;
 
 /// Cells that show what a few cannot: a ring for the whole of a lobe.
 const MANY: usize = 128;
-/// Their share of the level of the chi-square: so little that the few cells tell what they would tell alone.
+/// Their share of the level of the chi-square: so little that the few cells tell what they would
+/// tell alone.
 const SHARE_OF_MANY: f64 = 1e-3;
 
 /// What the precision of a subject does to its integrals for one outgoing direction.
 struct Blur {
     rounding: Rounding,
-    /// Sampled directions, each with the relative error of f cos and of the pdf that rounding explains there; none in
-    /// double precision.
+    /// Sampled directions, each with the relative error of f cos and of the pdf that rounding
+    /// explains there; none in double precision.
     probes: Vec<(DVec3, f64)>,
     /// The mean of these errors.
     mean: f64,
@@ -37,7 +39,12 @@ struct Blur {
 
 impl Blur {
     /// By the conditioning at samples of the subject.
-    fn new(subject: &BsdfSubject, wo: DVec3, rounding: Rounding, mut draw: impl FnMut() -> [f64; 3]) -> Self {
+    fn new(
+        subject: &BsdfSubject,
+        wo: DVec3,
+        rounding: Rounding,
+        mut draw: impl FnMut() -> [f64; 3],
+    ) -> Self {
         let count = if rounding.is_coarse() { PROBES } else { 0 };
         let probes: Vec<(DVec3, f64)> = (0..count)
             .filter_map(|_| subject.sample(wo, draw().map(|u| rounding.number(u))))
@@ -45,12 +52,23 @@ impl Blur {
                 let pdf = rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
                 let f_cos = rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
                 // Where light is zero beside a pdf, it is zero with any rounding.
-                let f_cos = if subject.eval(wo, s.wi) == 0.0 { 0.0 } else { f_cos };
-                (s.wi, (rounding.tolerance() + pdf.max(f_cos)).min(LARGEST_BOUND))
+                let f_cos = if subject.eval(wo, s.wi) == 0.0 {
+                    0.0
+                } else {
+                    f_cos
+                };
+                (
+                    s.wi,
+                    (rounding.tolerance() + pdf.max(f_cos)).min(LARGEST_BOUND),
+                )
             })
             .collect();
         let mean = mean_of(probes.iter().map(|(_, bound)| *bound));
-        Self { rounding, probes, mean }
+        Self {
+            rounding,
+            probes,
+            mean,
+        }
     }
 
     /// How exactly integrals of size about one can be known.
@@ -63,8 +81,11 @@ impl Blur {
         if self.mean <= 0.5 * LARGEST_BOUND {
             return outcome;
         }
-        let why =
-            format!("in {} values are off by {:.1e} and more for rounding alone", self.rounding.words(), self.mean);
+        let why = format!(
+            "in {} values are off by {:.1e} and more for rounding alone",
+            self.rounding.words(),
+            self.mean
+        );
         outcome.without_evidence(&why, u64::MAX)
     }
 }
@@ -78,7 +99,8 @@ fn mean_of(numbers: impl Iterator<Item = f64>) -> f64 {
 /// The weights of samples, and the same with a control variate for those that are lost.
 struct Weights {
     plain: Values,
-    /// A lost sample counts as the mean weight of the others, less what such samples bring in the mean.
+    /// A lost sample counts as the mean weight of the others, less what such samples bring in the
+    /// mean.
     controlled: Values,
     /// The mean weight of samples that are not lost.
     kept: f64,
@@ -89,30 +111,48 @@ struct Weights {
 impl Weights {
     fn new(albedo: f64, partition: &Partition) -> Self {
         let kept = albedo / partition.mass();
-        Self { plain: Values::new(albedo), controlled: Values::new(albedo), kept, loss: partition.loss }
+        Self {
+            plain: Values::new(albedo),
+            controlled: Values::new(albedo),
+            kept,
+            loss: partition.loss,
+        }
     }
 
     fn push(&mut self, weight: Option<f64>) {
         self.plain.push(weight.unwrap_or(0.0));
-        self.controlled.push(weight.unwrap_or(self.kept) - self.kept * self.loss);
+        self.controlled
+            .push(weight.unwrap_or(self.kept) - self.kept * self.loss);
     }
 
-    /// The values whose mean is the albedo. That as many are lost as the pdf says is tested apart from them; where a few
-    /// are, they alone would make plain weights too skewed for a test.
+    /// The values whose mean is the albedo. That as many are lost as the pdf says is tested apart
+    /// from them; where a few are, they alone would make plain weights too skewed for a test.
     fn values(self, rounding: Rounding, lost: u64) -> Values {
         let controlled = lost > 0 && self.kept.is_finite() && self.plain.moments.variance() > 0.0;
         let better = rounding.is_coarse() || self.plain.valid_from() > self.plain.moments.count();
-        if controlled && better { self.controlled } else { self.plain }
+        if controlled && better {
+            self.controlled
+        } else {
+            self.plain
+        }
     }
 }
 
 /// The checks for one outgoing direction, `degrees` from the normal.
-pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo: DVec3, degrees: f64) -> Vec<Outcome> {
+pub fn at_direction(
+    subject: &BsdfSubject,
+    size: &CheckUp,
+    context: &Context,
+    wo: DVec3,
+    degrees: f64,
+) -> Vec<Outcome> {
     let rounding = rounding(subject, size, context);
     let mut probes = context.rng(&format!("rounding at {degrees}"));
     let blur = Blur::new(subject, wo, rounding, || uniform3(&mut probes));
     let fields = fields(subject, wo, &blur);
-    let albedo = subject.domain().integrate_all(blur.known(), &|wi| subject.f_cos(wo, wi));
+    let albedo = subject
+        .domain()
+        .integrate_all(blur.known(), &|wi| subject.f_cos(wo, wi));
     let n = context.n(size.samples);
     let mut weights = Weights::new(albedo.value, &fields);
     let mut rng = context.rng(&format!("samples at {degrees}"));
@@ -137,8 +177,24 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
     let at = |what: &str| format!("{what} at {degrees} degrees");
     let mut outcomes = vec![
         mass(subject, wo, &at("integral of the pdf"), &blur),
-        histogram(&at("chi-square of samples"), &fields, size.cells, &counts, &blur),
-        furnace(subject, wo, &at("furnace"), &values, Albedo { value: albedo.value, blur: &blur }, size.delta),
+        histogram(
+            &at("chi-square of samples"),
+            &fields,
+            size.cells,
+            &counts,
+            &blur,
+        ),
+        furnace(
+            subject,
+            wo,
+            &at("furnace"),
+            &values,
+            Albedo {
+                value: albedo.value,
+                blur: &blur,
+            },
+            size.delta,
+        ),
         Outcome::exact(
             at("energy bound"),
             1,
@@ -154,10 +210,16 @@ pub fn at_direction(subject: &BsdfSubject, size: &CheckUp, context: &Context, wo
             1,
             (albedo.value - known).abs(),
             MASS_TOLERANCE + blur.known(),
-            format!("{:.9} by quadrature, {known:.9} in closed form", albedo.value),
+            format!(
+                "{:.9} by quadrature, {known:.9} in closed form",
+                albedo.value
+            ),
         ));
     }
-    outcomes.into_iter().map(|outcome| blur.judged(outcome)).collect()
+    outcomes
+        .into_iter()
+        .map(|outcome| blur.judged(outcome))
+        .collect()
 }
 
 /// The grid of the pdf's quantiles on which samples are counted.
@@ -170,14 +232,17 @@ fn fields(subject: &BsdfSubject, wo: DVec3, blur: &Blur) -> Partition {
     }
 }
 
-/// About so many cells of nearly equal probability. In single precision their probabilities may be off by what rounding
-/// of the pdf explains, and by what it leaves of the quadrature's error.
+/// About so many cells of nearly equal probability. In single precision their probabilities may be
+/// off by what rounding of the pdf explains, and by what it leaves of the quadrature's error.
 fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
     let mut partition = fields.gathered(cells);
     if blur.rounding.is_coarse() {
         let mut probes = vec![Vec::new(); partition.masses.len()];
         for (wi, bound) in &blur.probes {
-            partition.cell(*wi).into_iter().for_each(|cell| probes[cell].push(*bound));
+            partition
+                .cell(*wi)
+                .into_iter()
+                .for_each(|cell| probes[cell].push(*bound));
         }
         let relative = (partition.masses.iter().zip(probes))
             .filter(|(mass, _)| **mass > 0.0)
@@ -189,17 +254,28 @@ fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
 }
 
 /// Chi-square over few cells, whose probabilities are told to [`CELL_DELTA`], and over many.
-fn histogram(name: &str, fields: &Partition, cells: usize, counts: &Counts, blur: &Blur) -> Outcome {
+fn histogram(
+    name: &str,
+    fields: &Partition,
+    cells: usize,
+    counts: &Counts,
+    blur: &Blur,
+) -> Outcome {
     let over = |cells: usize| {
         let partition = gathered(fields, cells, blur);
         chi_square(name, &partition, &counts.gathered(&partition), CELL_DELTA)
     };
     let [few, many] = [over(cells), over(MANY)];
     let p = (few.p / (1.0 - SHARE_OF_MANY)).min(1.0);
-    // Where too many samples ask more of the probabilities than quadrature knows, the few cells judge alone.
+    // Where too many samples ask more of the probabilities than quadrature knows, the few cells
+    // judge alone.
     let finer = many.p / SHARE_OF_MANY;
     if many.valid_from <= many.n && finer < p {
-        Outcome { p: finer, worst: many.worst, ..few }
+        Outcome {
+            p: finer,
+            worst: many.worst,
+            ..few
+        }
     } else {
         Outcome { p, ..few }
     }
@@ -214,19 +290,31 @@ fn more_than_rounding_explains(
     horizon: u64,
 ) -> bool {
     let near = rounding.horizon();
-    let rows =
-        if subject.domain() == Domain::Sphere { [0.5 - 0.5 * near, 0.5 + 0.5 * near] } else { [1.0 - near, 1.0] };
+    let rows = if subject.domain() == Domain::Sphere {
+        [0.5 - 0.5 * near, 0.5 + 0.5 * near]
+    } else {
+        [1.0 - near, 1.0]
+    };
     let mass = || {
-        let integral = subject.domain().integrate([rows, [0.0, 1.0]], MASS_TOLERANCE, &|wi| subject.pdf(wo, wi));
+        let integral = subject
+            .domain()
+            .integrate([rows, [0.0, 1.0]], MASS_TOLERANCE, &|wi| {
+                subject.pdf(wo, wi)
+            });
         integral.value + integral.error + MASS_TOLERANCE
     };
     horizon > 0 && binomial_sf(horizon, counts.n, mass()) < HORIZON_LEVEL
 }
 
 fn mass(subject: &BsdfSubject, wo: DVec3, name: &str, blur: &Blur) -> Outcome {
-    let integral = subject.domain().integrate_all(0.25 * blur.known(), &|wi| subject.pdf(wo, wi));
+    let integral = subject
+        .domain()
+        .integrate_all(0.25 * blur.known(), &|wi| subject.pdf(wo, wi));
     let error = subject.loss.error(integral.value, wo);
-    let worst = format!("the pdf integrates to {:.9} (quadrature error {:.1e})", integral.value, integral.error);
+    let worst = format!(
+        "the pdf integrates to {:.9} (quadrature error {:.1e})",
+        integral.value, integral.error
+    );
     Outcome::exact(name, 1, nan_or(integral.value, error), blur.known(), worst)
 }
 
@@ -237,10 +325,20 @@ struct Albedo<'a> {
     blur: &'a Blur,
 }
 
-/// The mean weight is the albedo, as far as that is known. Weights that do not vary are right if by quadrature, too,
-/// f cos/pdf is the same for all directions; then each of them must be the albedo.
-fn furnace(subject: &BsdfSubject, wo: DVec3, name: &str, values: &Values, albedo: Albedo<'_>, delta: f64) -> Outcome {
-    let Albedo { value: albedo, blur } = albedo;
+/// The mean weight is the albedo, as far as that is known. Weights that do not vary are right if by
+/// quadrature, too, f cos/pdf is the same for all directions; then each of them must be the albedo.
+fn furnace(
+    subject: &BsdfSubject,
+    wo: DVec3,
+    name: &str,
+    values: &Values,
+    albedo: Albedo<'_>,
+    delta: f64,
+) -> Outcome {
+    let Albedo {
+        value: albedo,
+        blur,
+    } = albedo;
     let deviation = |wi| {
         // f cos/pdf − albedo, weighted by the pdf; where there is no pdf, there must be no light.
         (subject.f_cos(wo, wi) - albedo * subject.pdf(wo, wi)).abs()
@@ -248,18 +346,31 @@ fn furnace(subject: &BsdfSubject, wo: DVec3, name: &str, values: &Values, albedo
     let known = blur.known();
     let coarse = blur.rounding.is_coarse();
     let spread = values.moments.variance().sqrt();
-    let least = if coarse { blur.rounding.tolerance() } else { ROUNDING };
+    let least = if coarse {
+        blur.rounding.tolerance()
+    } else {
+        ROUNDING
+    };
     let constant = || subject.domain().integrate_all(known, &deviation);
     let estimate = values.moments.mean();
     if spread <= least * albedo && constant().value <= 2.0 * known {
         if coarse {
             // All weights are the same but for rounding, and their mean is known to less than that.
-            let worst = format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
-            return Outcome::exact(name, values.moments.count(), (estimate - albedo).abs(), known, worst);
+            let worst =
+                format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
+            return Outcome::exact(
+                name,
+                values.moments.count(),
+                (estimate - albedo).abs(),
+                known,
+                worst,
+            );
         }
         return every(name, values.moments, albedo, MASS_TOLERANCE);
     }
-    let claim = Claim::Exact { delta: delta * albedo };
+    let claim = Claim::Exact {
+        delta: delta * albedo,
+    };
     // An estimate as near as the albedo is known is equal to it, however little varies.
     let reference = if (estimate - albedo).abs() <= known {
         estimate

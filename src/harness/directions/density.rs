@@ -1,4 +1,5 @@
-//! Densities of directions, and the grid of nearly equal probability on which their samples are counted.
+//! Densities of directions, and the grid of nearly equal probability on which their samples are
+//! counted.
 
 use std::f64::consts::TAU;
 
@@ -22,9 +23,9 @@ pub(super) const SHARP: f64 = 3e-8;
 
 type Moment = fn(f64, f64) -> f64;
 
-/// Functions of u and v whose means are tested: they notice what is spread over many cells. u is the share of the
-/// probability at smaller polar angles, v the share at smaller azimuths within the row: both are uniform numbers if
-/// the directions follow the density, however narrow that is.
+/// Functions of u and v whose means are tested: they notice what is spread over many cells. u is
+/// the share of the probability at smaller polar angles, v the share at smaller azimuths within the
+/// row: both are uniform numbers if the directions follow the density, however narrow that is.
 pub(super) const MOMENTS: [(&str, Moment); 8] = [
     ("mean of u", |u, _| u),
     ("mean of u²", |u, _| u * u),
@@ -32,38 +33,53 @@ pub(super) const MOMENTS: [(&str, Moment); 8] = [
     ("mean of sin 2πv", |_, v| (TAU * v).sin()),
     ("mean of cos 4πv", |_, v| (2.0 * TAU * v).cos()),
     ("mean of sin 4πv", |_, v| (2.0 * TAU * v).sin()),
-    ("mean of (2u − 1) cos 2πv", |u, v| (2.0 * u - 1.0) * (TAU * v).cos()),
-    ("mean of (2u − 1) sin 2πv", |u, v| (2.0 * u - 1.0) * (TAU * v).sin()),
+    ("mean of (2u − 1) cos 2πv", |u, v| {
+        (2.0 * u - 1.0) * (TAU * v).cos()
+    }),
+    ("mean of (2u − 1) sin 2πv", |u, v| {
+        (2.0 * u - 1.0) * (TAU * v).sin()
+    }),
 ];
 
 impl Density {
-    /// A pdf with respect to solid angle, 1/sr, on [`Domain::Sphere`] or a hemisphere. What it lacks to one, samplers
-    /// lose.
+    /// A pdf with respect to solid angle, 1/sr, on [`Domain::Sphere`] or a hemisphere. What it
+    /// lacks to one, samplers lose.
     ///
     /// # Panics
     /// If the domain is none of directions.
     pub fn new(domain: Domain, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
-        assert!(domain.largest_angle().is_some(), "a domain of points, where directions are needed");
+        assert!(
+            domain.largest_angle().is_some(),
+            "a domain of points, where directions are needed"
+        );
         let pdf = move |w: DVec3| pdf(w);
         Self::of(Partition::fields(domain, SHARP, &pdf), pdf)
     }
 
-    /// A pdf that is constant on each cell of a grid of the sphere or hemisphere: rows of cells from the pole z = 1 down,
-    /// of equal solid angle, and in each the columns by azimuth, from x by way of y. Numbers of at least 0 in any
-    /// proportion. The probabilities of its fields are exact.
+    /// A pdf that is constant on each cell of a grid of the sphere or hemisphere: rows of cells
+    /// from the pole z = 1 down, of equal solid angle, and in each the columns by azimuth, from x
+    /// by way of y. Numbers of at least 0 in any proportion. The probabilities of its fields are
+    /// exact.
     ///
     /// # Panics
     /// If rows differ in length, no number is above 0, or the domain is none of directions.
     pub fn of_table(domain: Domain, table: &[Vec<f64>]) -> Self {
         let (rows, columns) = (table.len(), table[0].len());
-        assert!(table.iter().all(|row| row.len() == columns), "rows of different lengths");
+        assert!(
+            table.iter().all(|row| row.len() == columns),
+            "rows of different lengths"
+        );
         let total: f64 = table.iter().flatten().sum();
         assert!(total > 0.0, "no number above 0");
         let largest = domain.largest_angle().expect("a domain of directions");
         let heights = 1.0 - largest.cos().round();
         let quantiles = Quantiles::of_table(heights, table);
         let measure = TAU * heights / (rows * columns) as f64;
-        let densities: Vec<f64> = table.iter().flatten().map(|value| value / total / measure).collect();
+        let densities: Vec<f64> = table
+            .iter()
+            .flatten()
+            .map(|value| value / total / measure)
+            .collect();
         let pdf = move |w: DVec3| {
             let [height, turn] = place(w);
             let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
@@ -78,11 +94,19 @@ impl Density {
 
     fn of(fields: Partition, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
         let mean = |f: Moment| {
-            let all = fields.masses.iter().enumerate().map(|(field, mass)| mass * at_centre(f, field));
+            let all = fields
+                .masses
+                .iter()
+                .enumerate()
+                .map(|(field, mass)| mass * at_centre(f, field));
             all.sum::<f64>() / fields.mass()
         };
         let moments = MOMENTS.map(|(_, f)| mean(f));
-        Self { fields, moments, pdf: Box::new(pdf) }
+        Self {
+            fields,
+            moments,
+            pdf: Box::new(pdf),
+        }
     }
 
     /// The pdf with respect to solid angle, 1/sr.
@@ -90,7 +114,8 @@ impl Density {
         (self.pdf)(copied(direction))
     }
 
-    /// The probabilities of about so many cells on which samples are counted; with the loss they sum to one.
+    /// The probabilities of about so many cells on which samples are counted; with the loss they
+    /// sum to one.
     pub fn cells(&self, cells: usize) -> Vec<f64> {
         self.fields.gathered(cells).masses
     }
@@ -99,5 +124,8 @@ impl Density {
 /// The value of a moment's function at the centre of a field.
 pub(super) fn at_centre(f: Moment, field: usize) -> f64 {
     let [rows, columns] = FIELDS;
-    f(((field / columns) as f64 + 0.5) / rows as f64, ((field % columns) as f64 + 0.5) / columns as f64)
+    f(
+        ((field / columns) as f64 + 0.5) / rows as f64,
+        ((field % columns) as f64 + 0.5) / columns as f64,
+    )
 }

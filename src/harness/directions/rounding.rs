@@ -20,15 +20,32 @@ pub struct Rounding {
 
 impl Rounding {
     /// Numbers computed in double precision.
-    pub const DOUBLE: Self = Self { absolute: 0.0, relative: 0.5 * f64::EPSILON, base: 2.0 };
-    /// Numbers computed in single precision, whose errors are a few of their roundings: 2⁻²² absolute and relative.
-    pub const SINGLE: Self = Self { absolute: SINGLE, relative: SINGLE, base: 2.0 };
+    pub const DOUBLE: Self = Self {
+        absolute: 0.0,
+        relative: 0.5 * f64::EPSILON,
+        base: 2.0,
+    };
+    /// Numbers computed in single precision, whose errors are a few of their roundings: 2⁻²²
+    /// absolute and relative.
+    pub const SINGLE: Self = Self {
+        absolute: SINGLE,
+        relative: SINGLE,
+        base: 2.0,
+    };
     /// Numbers stored in half precision, with 11 bits.
-    pub const HALF: Self = Self { absolute: SINGLE, relative: 1.0 / 2048.0, base: 2.0 };
+    pub const HALF: Self = Self {
+        absolute: SINGLE,
+        relative: 1.0 / 2048.0,
+        base: 2.0,
+    };
 
     /// Numbers printed with so many decimals, of which the largest have so many significant digits.
     pub fn printed(decimals: i32, digits: i32) -> Self {
-        Self { absolute: 0.5 * 10f64.powi(-decimals), relative: 0.5 * 10f64.powi(1 - digits), base: 10.0 }
+        Self {
+            absolute: 0.5 * 10f64.powi(-decimals),
+            relative: 0.5 * 10f64.powi(1 - digits),
+            base: 10.0,
+        }
     }
 
     /// How far the exact number may be from this one.
@@ -54,11 +71,20 @@ pub struct Precision {
 
 impl Precision {
     /// All numbers computed in double precision.
-    pub const DOUBLE: Self = Self { direction: Rounding::DOUBLE, weight: Rounding::DOUBLE, pdf: Rounding::DOUBLE };
+    pub const DOUBLE: Self = Self {
+        direction: Rounding::DOUBLE,
+        weight: Rounding::DOUBLE,
+        pdf: Rounding::DOUBLE,
+    };
     /// All numbers computed in single precision.
-    pub const SINGLE: Self = Self { direction: Rounding::SINGLE, weight: Rounding::SINGLE, pdf: Rounding::SINGLE };
+    pub const SINGLE: Self = Self {
+        direction: Rounding::SINGLE,
+        weight: Rounding::SINGLE,
+        pdf: Rounding::SINGLE,
+    };
 
-    /// Whether directions are so exact that rounding shows nowhere but at the border of the density's support.
+    /// Whether directions are so exact that rounding shows nowhere but at the border of the
+    /// density's support.
     fn is_fine(&self) -> bool {
         self.direction.half_width(0.75) < FINE
     }
@@ -75,23 +101,40 @@ const SINGLE: f64 = 1.0 / 4_194_304.0;
 const FINE: f64 = 1e-8;
 /// Among so many directions that would be rounded to the same numbers one is drawn by the density.
 const CANDIDATES: usize = 8;
-/// How many are tried for them, and how many in three times the distance before a sample is where the density is zero.
+/// How many are tried for them, and how many in three times the distance before a sample is where
+/// the density is zero.
 const TRIES: [usize; 2] = [200, 2000];
 
-/// The direction that may have been meant: drawn by the density among those that are rounded to `raw`, so that rounded
-/// samples of the density follow it exactly. `None` if the density is zero within the rounding.
-pub(super) fn refined(density: &Density, precision: &Precision, raw: DVec3, rng: &mut impl Rng) -> Option<DVec3> {
+/// The direction that may have been meant: drawn by the density among those that are rounded to
+/// `raw`, so that rounded samples of the density follow it exactly. `None` if the density is zero
+/// within the rounding.
+pub(super) fn refined(
+    density: &Density,
+    precision: &Precision,
+    raw: DVec3,
+    rng: &mut impl Rng,
+) -> Option<DVec3> {
     let unit = raw.normalize();
     let weight = |w: DVec3| {
         let pdf = density.pdf(w);
-        if pdf > 0.0 && pdf.is_finite() && density.fields.cell(w).is_some() { pdf } else { 0.0 }
+        if pdf > 0.0 && pdf.is_finite() && density.fields.cell(w).is_some() {
+            pdf
+        } else {
+            0.0
+        }
     };
     let fine = precision.is_fine();
     if fine && weight(unit) > 0.0 {
         return Some(unit);
     }
-    let half = DVec3::from_array(raw.to_array().map(|value| precision.direction.half_width(value).max(SINGLE)));
-    let near = Near { unit, radius: half.length() + raw.distance(unit) };
+    let half = DVec3::from_array(
+        raw.to_array()
+            .map(|value| precision.direction.half_width(value).max(SINGLE)),
+    );
+    let near = Near {
+        unit,
+        radius: half.length() + raw.distance(unit),
+    };
     let (mut chosen, mut total, mut found) = (None, 0.0, 0);
     for _ in 0..TRIES[0] {
         let turned = near.along_meridian(rng);
@@ -108,22 +151,32 @@ pub(super) fn refined(density: &Density, precision: &Precision, raw: DVec3, rng:
             break;
         }
     }
-    let further = || (0..TRIES[1]).map(|_| near.across(near.along_meridian(rng), 3.0, rng)).find(|&w| weight(w) > 0.0);
+    let further = || {
+        (0..TRIES[1])
+            .map(|_| near.across(near.along_meridian(rng), 3.0, rng))
+            .find(|&w| weight(w) > 0.0)
+    };
     chosen.or_else(further)
 }
 
 /// The least and the largest density within the rounding of a direction.
 pub(super) fn range(density: &Density, precision: &Precision, raw: DVec3) -> [f64; 2] {
     let unit = raw.normalize();
-    let half = raw.to_array().map(|value| precision.direction.half_width(value));
+    let half = raw
+        .to_array()
+        .map(|value| precision.direction.half_width(value));
     // The circle about the box, and a little more, for it is tried at few places.
     let radius = 1.1 * (DVec3::from_array(half).length() + raw.distance(unit));
     let near = Near { unit, radius };
-    let meridian =
-        if precision.is_fine() { vec![unit] } else { [-1.0, 0.0, 1.0].map(|t| near.turned(t, 0.0)).to_vec() };
+    let meridian = if precision.is_fine() {
+        vec![unit]
+    } else {
+        [-1.0, 0.0, 1.0].map(|t| near.turned(t, 0.0)).to_vec()
+    };
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for centre in meridian {
-        let rim = (0..8).map(|i| near.offset(centre, radius, std::f64::consts::TAU * f64::from(i) / 8.0));
+        let rim =
+            (0..8).map(|i| near.offset(centre, radius, std::f64::consts::TAU * f64::from(i) / 8.0));
         for w in rim.chain([centre]) {
             let pdf = density.pdf(w);
             range = [range[0].min(pdf), range[1].max(pdf)];
@@ -139,8 +192,9 @@ struct Near {
 }
 
 impl Near {
-    /// The direction with another z, by `share` of what single precision leaves open: samplers round the cosine first,
-    /// which near the poles moves a direction by more than rounding its components would.
+    /// The direction with another z, by `share` of what single precision leaves open: samplers
+    /// round the cosine first, which near the poles moves a direction by more than rounding its
+    /// components would.
     fn turned(&self, share: f64, azimuth_at_pole: f64) -> DVec3 {
         let z = (self.unit.z + 0.5 * SINGLE * share).clamp(-1.0, 1.0);
         let (x, y) = (self.unit.x, self.unit.y);
@@ -160,7 +214,11 @@ impl Near {
     /// Uniform in a disc of some radii about a direction.
     fn across(&self, centre: DVec3, radii: f64, rng: &mut impl Rng) -> DVec3 {
         let [r, turn] = [uniform(rng), uniform(rng)];
-        self.offset(centre, radii * self.radius * r.sqrt(), std::f64::consts::TAU * turn)
+        self.offset(
+            centre,
+            radii * self.radius * r.sqrt(),
+            std::f64::consts::TAU * turn,
+        )
     }
 
     fn offset(&self, centre: DVec3, distance: f64, angle: f64) -> DVec3 {

@@ -4,13 +4,14 @@ use rayon::prelude::*;
 
 use crate::harness::mean::satterthwaite;
 
-/// The images of one renderer, or their means and standard errors, in one channel: pixels row by row.
+/// The images of one renderer, or their means and standard errors, in one channel: pixels row by
+/// row.
 #[derive(Clone, Debug)]
 pub enum Side<'a> {
     /// Independent images, at least two; three or more tell of their skewness.
     Images(Vec<&'a [f64]>),
-    /// One image and its standard errors. Pixels are taken to be independent, with a skewness of the mean of at most
-    /// 1, as of light that was met once, and one degree of freedom each.
+    /// One image and its standard errors. Pixels are taken to be independent, with a skewness of
+    /// the mean of at most 1, as of light that was met once, and one degree of freedom each.
     Errors(&'a [f64], &'a [f64]),
     /// A reference without error.
     Exact(&'a [f64]),
@@ -29,7 +30,8 @@ impl Side<'_> {
 /// Left, top, and the first column and row that are outside.
 pub type Area = [usize; 4];
 
-/// The brightest thousandth of a side's values in one channel, but at least one: what they carry of its noise.
+/// The brightest thousandth of a side's values in one channel, but at least one: what they carry of
+/// its noise.
 #[derive(Clone, Copy, Debug)]
 pub struct Brightest {
     /// How many values they are.
@@ -56,8 +58,8 @@ pub(super) struct Prepared<'a> {
     width: usize,
     /// Mean, and variance and third cumulant of the mean, of each pixel.
     pub pixels: Vec<[f64; 3]>,
-    /// The variance of the mean of a tile, or of a ninth of the image if that is more, over what it were if pixels were
-    /// independent; at least 1.
+    /// The variance of the mean of a tile, or of a ninth of the image if that is more, over what it
+    /// were if pixels were independent; at least 1.
     pub correlation: f64,
 }
 
@@ -70,20 +72,40 @@ impl<'a> Prepared<'a> {
                 .map(|i| {
                     let n = images.len() as f64;
                     let mean = mean_of(images.iter().map(|image| image[i]));
-                    let power = |k: i32| images.iter().map(|image| (image[i] - mean).powi(k)).sum::<f64>();
-                    // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is known of skewness.
-                    [mean, power(2) / (n - 1.0) / n, power(3) / ((n - 1.0) * (n - 2.0)) / n]
+                    let power = |k: i32| {
+                        images
+                            .iter()
+                            .map(|image| (image[i] - mean).powi(k))
+                            .sum::<f64>()
+                    };
+                    // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is
+                    // known of skewness.
+                    [
+                        mean,
+                        power(2) / (n - 1.0) / n,
+                        power(3) / ((n - 1.0) * (n - 2.0)) / n,
+                    ]
                 })
                 .collect(),
-            Side::Errors(mean, errors) => mean.iter().zip(*errors).map(|(&m, &e)| [m, e * e, e.powi(3)]).collect(),
+            Side::Errors(mean, errors) => mean
+                .iter()
+                .zip(*errors)
+                .map(|(&m, &e)| [m, e * e, e.powi(3)])
+                .collect(),
             Side::Exact(mean) => mean.iter().map(|&m| [m, 0.0, 0.0]).collect(),
         };
-        let mut prepared = Self { side, width, pixels, correlation: 1.0 };
+        let mut prepared = Self {
+            side,
+            width,
+            pixels,
+            correlation: 1.0,
+        };
         if let Side::Images(_) = side {
             let ratio = |areas: &[Area]| {
                 let sums = areas.iter().map(|at| (prepared.part(at), area(at).powi(2)));
-                let (found, independent) =
-                    sums.fold((0.0, 0.0), |(f, i), (part, k)| (f + k * part.variance, i + k * part.independent[0]));
+                let (found, independent) = sums.fold((0.0, 0.0), |(f, i), (part, k)| {
+                    (f + k * part.variance, i + k * part.independent[0])
+                });
                 found / independent
             };
             // NaN, where nothing varies, becomes 1.
@@ -101,7 +123,8 @@ impl<'a> Prepared<'a> {
     pub fn part(&self, at: &Area) -> Part {
         let pixels = || self.pixels_of(at);
         let share = 1.0 / area(at);
-        let sum = |k: usize| pixels().map(|i| self.pixels[i][k]).sum::<f64>() * share.powi(1 + k as i32);
+        let sum =
+            |k: usize| pixels().map(|i| self.pixels[i][k]).sum::<f64>() * share.powi(1 + k as i32);
         let independent = [sum(1), sum(2)];
         let (mean, variance, dof) = match self.side {
             Side::Images(images) => {
@@ -112,10 +135,19 @@ impl<'a> Prepared<'a> {
                 let squares = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>();
                 (mean, squares / (n - 1.0) / n, n - 1.0)
             }
-            Side::Errors(..) => (sum(0), independent[0], satterthwaite(pixels().map(|i| (self.pixels[i][1], 1.0)))),
+            Side::Errors(..) => (
+                sum(0),
+                independent[0],
+                satterthwaite(pixels().map(|i| (self.pixels[i][1], 1.0))),
+            ),
             Side::Exact(_) => (sum(0), 0.0, f64::INFINITY),
         };
-        Part { mean, variance, dof, independent }
+        Part {
+            mean,
+            variance,
+            dof,
+            independent,
+        }
     }
 
     /// The values that are brightest beside the mean of their pixel.
@@ -123,13 +155,25 @@ impl<'a> Prepared<'a> {
         // How far above the mean, number of the image, of the pixel.
         let (mut values, per_square): (Vec<(f64, u32, usize)>, f64) = match self.side {
             Side::Images(images) => {
-                let above = |k: usize| move |(i, value): (usize, &f64)| (value - self.pixels[i][0], k as u32, i);
-                let values = images.iter().enumerate().flat_map(|(k, image)| image.iter().enumerate().map(above(k)));
-                // A lone bright value is 1 − 1/n of itself above the mean that it is part of, and n(n − 1) squares make
-                // the variance of a mean.
+                let above = |k: usize| {
+                    move |(i, value): (usize, &f64)| (value - self.pixels[i][0], k as u32, i)
+                };
+                let values = images
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(k, image)| image.iter().enumerate().map(above(k)));
+                // A lone bright value is 1 − 1/n of itself above the mean that it is part of, and
+                // n(n − 1) squares make the variance of a mean.
                 (values.collect(), (images.len() as f64 - 1.0).powi(-2))
             }
-            Side::Errors(_, errors) => (errors.iter().enumerate().map(|(i, &error)| (error, 0, i)).collect(), 1.0),
+            Side::Errors(_, errors) => (
+                errors
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &error)| (error, 0, i))
+                    .collect(),
+                1.0,
+            ),
             Side::Exact(_) => (Vec::new(), 1.0),
         };
         let count = (values.len() / 1000).max(1).min(values.len());
@@ -139,11 +183,19 @@ impl<'a> Prepared<'a> {
         let top = &values[..count];
         let squares: f64 = top.iter().map(|(above, ..)| above * above).sum();
         let variance: f64 = self.pixels.iter().map(|[_, variance, _]| variance).sum();
-        let first = top.iter().max_by(|x, y| x.0.total_cmp(&y.0)).map_or([0; 2], |&(_, k, i)| [k as usize, i]);
-        Brightest { count, share: squares * per_square / variance, at: first }
+        let first = top
+            .iter()
+            .max_by(|x, y| x.0.total_cmp(&y.0))
+            .map_or([0; 2], |&(_, k, i)| [k as usize, i]);
+        Brightest {
+            count,
+            share: squares * per_square / variance,
+            at: first,
+        }
     }
 
-    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of` pixels.
+    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of`
+    /// pixels.
     pub fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
         // A sum of few terms is as skewed as so many fewer independent ones.
         let together = if pixels > 1.0 { self.correlation } else { 1.0 };

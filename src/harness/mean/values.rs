@@ -21,7 +21,13 @@ pub struct Values {
 impl Values {
     /// No values yet; the mean is expected near `centre`.
     pub fn new(centre: f64) -> Self {
-        Self { moments: Moments::default(), batches: Batches::default(), centre, cubes: 0.0, fourths: 0.0 }
+        Self {
+            moments: Moments::default(),
+            batches: Batches::default(),
+            centre,
+            cubes: 0.0,
+            fourths: 0.0,
+        }
     }
 
     /// `n` values from a sampler.
@@ -31,18 +37,29 @@ impl Values {
         values
     }
 
-    /// All that decides a statistic, as numbers to be stored: count, mean, variance, centre, and sum of
-    /// cubes about it. The batches are left out.
+    /// All that decides a statistic, as numbers to be stored: count, mean, variance, centre, and
+    /// sum of cubes about it. The batches are left out.
     pub fn state(&self) -> [f64; 5] {
         let m = &self.moments;
         // Unknown, and no file's number, below two values.
         let variance = if m.count() < 2 { 0.0 } else { m.variance() };
-        [m.count() as f64, m.mean(), variance, self.centre, self.cubes]
+        [
+            m.count() as f64,
+            m.mean(),
+            variance,
+            self.centre,
+            self.cubes,
+        ]
     }
 
     /// The values with this [`state`](Self::state), without batches.
     pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
-        Self { moments: Moments::of(count as u64, mean, variance), centre, cubes, ..Self::new(centre) }
+        Self {
+            moments: Moments::of(count as u64, mean, variance),
+            centre,
+            cubes,
+            ..Self::new(centre)
+        }
     }
 
     /// Adds one value.
@@ -70,22 +87,24 @@ impl Values {
         third / variance.powf(1.5)
     }
 
-    /// The degrees of freedom that the sample variance really has, 2n/(κ − 1) for the fourth standardised
-    /// moment κ: its relative variance is (κ − 1)/n, 2/(n − 1) for normal values. At most n − 1.
+    /// The degrees of freedom that the sample variance really has, 2n/(κ − 1) for the fourth
+    /// standardised moment κ: its relative variance is (κ − 1)/n, 2/(n − 1) for normal values. At
+    /// most n − 1.
     pub fn variance_dof(&self) -> f64 {
         let n = self.moments.count() as f64;
         // Central moments divide by n.
         let second = self.moments.variance() * (n - 1.0) / n;
         let shift = self.moments.mean() - self.centre;
         let square = shift * shift;
-        let fourth =
-            self.fourths / n - 4.0 * shift * self.cubes / n + square * (6.0 * (second + square) - 3.0 * square);
+        let fourth = self.fourths / n - 4.0 * shift * self.cubes / n
+            + square * (6.0 * (second + square) - 3.0 * square);
         let dof = 2.0 * n / (fourth / (second * second) - 1.0);
         // Two values that are equally frequent have κ = 1; a constant has none.
         if dof > 0.0 { dof.min(n - 1.0) } else { n - 1.0 }
     }
 
-    /// From how many values on the tail of a t test at [`ALPHA`] is valid, as far as skewness decides it.
+    /// From how many values on the tail of a t test at [`ALPHA`] is valid, as far as skewness
+    /// decides it.
     pub fn valid_from(&self) -> u64 {
         self.valid_from_at(ALPHA)
     }
@@ -100,7 +119,8 @@ impl Values {
         sigma.valid_from(n, self.skewness() / (n as f64).sqrt(), alpha)
     }
 
-    /// Skewness, variance of the mean and count: a part of [`skewness_of_sum`](super::skewness_of_sum).
+    /// Skewness, variance of the mean and count: a part of
+    /// [`skewness_of_sum`](super::skewness_of_sum).
     pub fn part(&self) -> (f64, f64, u64) {
         let n = self.moments.count();
         (self.skewness(), self.moments.variance() / n as f64, n)
@@ -110,7 +130,11 @@ impl Values {
     pub fn transformed(&self, factor: f64, shift: f64) -> Self {
         let m = self.moments;
         Self {
-            moments: Moments::of(m.count(), factor * m.mean() + shift, factor * factor * m.variance()),
+            moments: Moments::of(
+                m.count(),
+                factor * m.mean() + shift,
+                factor * factor * m.variance(),
+            ),
             batches: self.batches.transformed(factor, shift),
             centre: factor * self.centre + shift,
             cubes: factor.powi(3) * self.cubes,
@@ -118,9 +142,8 @@ impl Values {
         }
     }
 
-    /// The values of a subject whose mean is not `reference`, but off by `effect`: by a factor, as faults
-    /// of weights and densities are; by a shift, if the mean is
-    /// near 0.
+    /// The values of a subject whose mean is not `reference`, but off by `effect`: by a factor, as
+    /// faults of weights and densities are; by a shift, if the mean is near 0.
     pub(super) fn off_by(&self, effect: f64, reference: f64) -> Self {
         if effect.abs() > 0.5 * reference.abs() {
             self.transformed(1.0, effect)

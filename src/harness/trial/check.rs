@@ -20,9 +20,12 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
 }
 
 /// The outcomes that must reject a control: those that it names or, where it names none, the only
-/// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a choice is
-/// left.
-pub fn meant<'a>(rejected_by: &[&str], outcomes: impl IntoIterator<Item = &'a Outcome>) -> Vec<&'a Outcome> {
+/// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a
+/// choice is left.
+pub fn meant<'a>(
+    rejected_by: &[&str],
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+) -> Vec<&'a Outcome> {
     let all: Vec<&Outcome> = outcomes.into_iter().collect();
     if !rejected_by.is_empty() {
         let find = |name: &&str| all.iter().copied().find(|outcome| outcome.name == **name);
@@ -37,8 +40,8 @@ pub fn meant<'a>(rejected_by: &[&str], outcomes: impl IntoIterator<Item = &'a Ou
     }
 }
 
-/// Whether a control is rejected for the reason that it states: every outcome that is [`meant`] fails,
-/// and not for a NaN or an infinite estimate. Below scale 1 *undecided* will do.
+/// Whether a control is rejected for the reason that it states: every outcome that is [`meant`]
+/// fails, and not for a NaN or an infinite estimate. Below scale 1 *undecided* will do.
 pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> bool {
     let meant = meant(&control.rejected_by, rows.iter().map(|row| &row.outcome));
     !meant.is_empty()
@@ -49,15 +52,19 @@ pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> b
         })
 }
 
-/// Puts a trial and all of its controls to the test. The error is a message to act on, one paragraph
-/// for the trial and each control that is red; data files are written to the context's folder.
+/// Puts a trial and all of its controls to the test. The error is a message to act on, one
+/// paragraph for the trial and each control that is red; data files are written to the context's
+/// folder.
 ///
 /// # Errors
 /// The message, if anything is red.
 pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     let found = check_subject(trial, context);
-    let message: String =
-        trial.controls.iter().filter_map(|control| check_control(trial, control, context).err()).collect();
+    let message: String = trial
+        .controls
+        .iter()
+        .filter_map(|control| check_control(trial, control, context).err())
+        .collect();
     match found {
         Ok(rows) if message.is_empty() => Ok(rows),
         Ok(_) => Err(message),
@@ -93,12 +100,20 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
         }
     }
     message += &refused(&trial.name, found.iter().map(|row| &row.outcome), context);
-    if message.is_empty() { Ok(found) } else { Err(message) }
+    if message.is_empty() {
+        Ok(found)
+    } else {
+        Err(message)
+    }
 }
 
-/// What the [`guard`] has against outcomes that are to hold, a line each; nothing where sizes are not
-/// [planned](Context::is_planned).
-pub fn refused<'a>(name: &str, outcomes: impl IntoIterator<Item = &'a Outcome>, context: &Context) -> String {
+/// What the [`guard`] has against outcomes that are to hold, a line each; nothing where sizes are
+/// not [planned](Context::is_planned).
+pub fn refused<'a>(
+    name: &str,
+    outcomes: impl IntoIterator<Item = &'a Outcome>,
+    context: &Context,
+) -> String {
     outcomes
         .into_iter()
         .filter(|_| context.is_planned())
@@ -111,11 +126,17 @@ pub fn refused<'a>(name: &str, outcomes: impl IntoIterator<Item = &'a Outcome>, 
 ///
 /// # Errors
 /// The message, if the fault is not rejected.
-pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Result<Vec<Row>, String> {
+pub fn check_control(
+    trial: &Trial,
+    control: &Control,
+    context: &Context,
+) -> Result<Vec<Row>, String> {
     let rows = run_control(trial, control, context);
     if control_is_green(control, &rows, context) {
         let outcomes = rows.iter().map(|row| &row.outcome);
-        let near = meant(&control.rejected_by, outcomes).into_iter().filter_map(guard::may_hold);
+        let near = meant(&control.rejected_by, outcomes)
+            .into_iter()
+            .filter_map(guard::may_hold);
         let message: String = near
             .filter(|_| context.is_planned())
             .map(|why| {
@@ -123,7 +144,11 @@ pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Res
                 format!("{name}: too small for the error budget: {why}\n")
             })
             .collect();
-        return if message.is_empty() { Ok(rows) } else { Err(message) };
+        return if message.is_empty() {
+            Ok(rows)
+        } else {
+            Err(message)
+        };
     }
     let by = match control.rejected_by.as_slice() {
         [] => String::from("the trial's only random outcome (where there are several, name which)"),
@@ -142,9 +167,14 @@ pub fn check_control(trial: &Trial, control: &Control, context: &Context) -> Res
 /// What a person needs in order to act on a verdict.
 fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     let mut text = String::new();
-    let source = equation::by_id(trial.source)
-        .map_or_else(|| trial.source.to_owned(), |known| format!("{} ({}), {}", known.id, known.number, known.title));
-    for row in rows.iter().filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty()) {
+    let source = equation::by_id(trial.source).map_or_else(
+        || trial.source.to_owned(),
+        |known| format!("{} ({}), {}", known.id, known.number, known.title),
+    );
+    for row in rows
+        .iter()
+        .filter(|row| row.verdict != Verdict::Holds || !row.control.is_empty())
+    {
         let o = &row.outcome;
         let verdict = match row.verdict {
             Verdict::Undecided { needed } => format!("undecided, needs about {needed} samples"),
@@ -180,23 +210,30 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     text
 }
 
-/// The shell command that repeats this trial alone, or this fault under it: by the name of the running test
-/// if it has one, as a `#[test]` function does, else by its own.
+/// The shell command that repeats this trial alone, or this fault under it: by the name of the
+/// running test if it has one, as a `#[test]` function does, else by its own.
 pub fn command(context: &Context, trial: &str, control: &str) -> String {
     let thread = std::thread::current();
     let test = match thread.name() {
         None | Some("main") => full_name(trial, control),
         Some(test) => test.to_owned(),
     };
-    let scale = if context.scale == 1.0 { String::new() } else { format!("WHITEFURNACE_SCALE={} ", context.scale) };
-    format!("WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'", context.seed)
+    let scale = if context.scale == 1.0 {
+        String::new()
+    } else {
+        format!("WHITEFURNACE_SCALE={} ", context.scale)
+    };
+    format!(
+        "WHITEFURNACE_SEED={} {scale}cargo test -- --exact '{test}'",
+        context.seed
+    )
 }
 
 /// Asserts that every outcome holds, in a `#[test]` function of your own.
 ///
 /// # Panics
-/// If one does not, or there is none: the message has each outcome that fails or is undecided, its data file in
-/// `target/trials` and the command that plots it.
+/// If one does not, or there is none: the message has each outcome that fails or is undecided, its
+/// data file in `target/trials` and the command that plots it.
 #[track_caller]
 pub fn assert_holds(outcomes: &[Outcome]) {
     assert!(!outcomes.is_empty(), "no outcome: nothing was put on trial");
@@ -204,7 +241,10 @@ pub fn assert_holds(outcomes: &[Outcome]) {
     let test = thread.name().unwrap_or("trial");
     let folder = Path::new("target/trials");
     let mut message = String::new();
-    for outcome in outcomes.iter().filter(|outcome| outcome.verdict() != Verdict::Holds) {
+    for outcome in outcomes
+        .iter()
+        .filter(|outcome| outcome.verdict() != Verdict::Holds)
+    {
         let _ = writeln!(message, "{outcome}");
         if let Verdict::Undecided { needed } = outcome.verdict() {
             let _ = writeln!(message, "  needs about {needed} samples");
@@ -218,15 +258,18 @@ pub fn assert_holds(outcomes: &[Outcome]) {
 fn data_file(written: Result<Option<PathBuf>, Error>) -> String {
     match written {
         Ok(Some(path)) => {
-            format!("  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'\n", path.display())
+            format!(
+                "  data       {0}\n  plot       cargo run --release --bin plot-cells -- '{0}'\n",
+                path.display()
+            )
         }
         Ok(None) => String::new(),
         Err(error) => format!("  data       not written: {error}\n"),
     }
 }
 
-/// Writes the cells of an outcome as CSV (place, expected, observed, sigmas) and returns the path, of which `name`
-/// is a part; nothing for an outcome without cells.
+/// Writes the cells of an outcome as CSV (place, expected, observed, sigmas) and returns the path,
+/// of which `name` is a part; nothing for an outcome without cells.
 ///
 /// # Errors
 /// [`Error::File`] if the folder or the file cannot be written.
@@ -236,10 +279,23 @@ pub fn write_cells(name: &str, outcome: &Outcome, folder: &Path) -> Result<Optio
     }
     let mut text = String::from("place,expected,observed,sigmas\n");
     for cell in &outcome.cells {
-        let _ = writeln!(text, "\"{}\",{:e},{:e},{:.3}", cell.place, cell.expected, cell.observed, cell.sigmas);
+        let _ = writeln!(
+            text,
+            "\"{}\",{:e},{:e},{:.3}",
+            cell.place, cell.expected, cell.observed, cell.sigmas
+        );
     }
-    let kept = |c: char| if c.is_alphanumeric() || c == '-' || c == '.' { c } else { '_' };
-    let name: String = format!("{name} {}", outcome.name).chars().map(kept).collect();
+    let kept = |c: char| {
+        if c.is_alphanumeric() || c == '-' || c == '.' {
+            c
+        } else {
+            '_'
+        }
+    };
+    let name: String = format!("{name} {}", outcome.name)
+        .chars()
+        .map(kept)
+        .collect();
     let path = folder.join(name + ".csv");
     std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
     std::fs::write(&path, text).map_err(Error::file("write", &path))?;

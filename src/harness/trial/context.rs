@@ -11,8 +11,8 @@ use crate::shard::{EXPECTED, Shard};
 /// The master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// The scales that `WHITEFURNACE_SCALE` takes: below, statistics are undefined; above, samples outnumber the
-/// streams.
+/// The scales that `WHITEFURNACE_SCALE` takes: below, statistics are undefined; above, samples
+/// outnumber the streams.
 pub const SCALES: RangeInclusive<f64> = 1e-4..=256.0;
 
 /// What a run of trials shares: master seed, scale of sample sizes, folder for data files.
@@ -39,7 +39,12 @@ impl Context {
                 "the scale of sample sizes is {scale}; it must be a positive number such as 16 or 0.25"
             )));
         }
-        Ok(Self { seed, scale, folder: PathBuf::from("target/trials"), name: String::new() })
+        Ok(Self {
+            seed,
+            scale,
+            folder: PathBuf::from("target/trials"),
+            name: String::new(),
+        })
     }
 
     /// Reads `WHITEFURNACE_SEED` (default [`DEFAULT_SEED`]) and `WHITEFURNACE_SCALE` (default 1).
@@ -49,16 +54,27 @@ impl Context {
     /// [`Error::Option`] if one of them is not a number, or the scale is not among [`SCALES`].
     pub fn from_environment() -> Result<Self, Error> {
         let seeds = "a whole number from 0 to 18446744073709551615, such as 2019";
-        let scales = format!("a number from {} to {}, such as 16", SCALES.start(), SCALES.end());
+        let scales = format!(
+            "a number from {} to {}, such as 16",
+            SCALES.start(),
+            SCALES.end()
+        );
         Self::new(
             read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
-            read("WHITEFURNACE_SCALE", 1.0, (&scales, |scale| SCALES.contains(scale)))?,
+            read(
+                "WHITEFURNACE_SCALE",
+                1.0,
+                (&scales, |scale| SCALES.contains(scale)),
+            )?,
         )
     }
 
     /// The same context for the trial or test with this name.
     pub fn named(&self, name: &str) -> Self {
-        Self { name: name.to_owned(), ..self.clone() }
+        Self {
+            name: name.to_owned(),
+            ..self.clone()
+        }
     }
 
     /// The seed of a part of this trial; independent for different trials and parts.
@@ -66,8 +82,9 @@ impl Context {
         seed_for(seed_for(self.seed, &self.name), part)
     }
 
-    /// Whether sizes of samples are planned for this run, so that the [`guard`](crate::harness::guard) judges them: under
-    /// the default seed, at full scale or above.
+    /// Whether sizes of samples are planned for this run, so that the
+    /// [`guard`](crate::harness::guard) judges them: under the default seed, at full scale or
+    /// above.
     pub fn is_planned(&self) -> bool {
         self.seed == DEFAULT_SEED && self.scale >= 1.0
     }
@@ -82,22 +99,29 @@ impl Context {
         ((samples as f64 * self.scale).round() as u64).max(2)
     }
 
-    /// How many arguments an exact identity is tried on: as many as asked for also where sample sizes are
-    /// reduced, for no power is lost by a smaller sample that an identity could tell of.
+    /// How many arguments an exact identity is tried on: as many as asked for also where sample
+    /// sizes are reduced, for no power is lost by a smaller sample that an identity could tell of.
     pub fn arguments(&self, count: u64) -> u64 {
         (count as f64 * self.scale.max(1.0)).round() as u64
     }
 }
 
 /// The value of a variable of the environment.
-fn read<T: FromStr>(name: &str, default: T, (expected, fits): (&str, impl Fn(&T) -> bool)) -> Result<T, Error> {
+fn read<T: FromStr>(
+    name: &str,
+    default: T,
+    (expected, fits): (&str, impl Fn(&T) -> bool),
+) -> Result<T, Error> {
     let Some(text) = std::env::var_os(name) else {
         return Ok(default);
     };
     let value = text.to_str().and_then(|text| text.trim().parse().ok());
-    value
-        .filter(fits)
-        .ok_or_else(|| Error::Option(format!("{name} is '{}': set it to {expected}, or unset it", text.display())))
+    value.filter(fits).ok_or_else(|| {
+        Error::Option(format!(
+            "{name} is '{}': set it to {expected}, or unset it",
+            text.display()
+        ))
+    })
 }
 
 /// Reads `WHITEFURNACE_SHARD`: the part of a suite of tests that is to run; all if it is not set.
@@ -105,5 +129,9 @@ fn read<T: FromStr>(name: &str, default: T, (expected, fits): (&str, impl Fn(&T)
 /// # Errors
 /// [`Error::Option`] for what is no part.
 pub fn shard_from_environment() -> Result<Shard, Error> {
-    read("WHITEFURNACE_SHARD", Shard::WHOLE, (EXPECTED, |_: &Shard| true))
+    read(
+        "WHITEFURNACE_SHARD",
+        Shard::WHOLE,
+        (EXPECTED, |_: &Shard| true),
+    )
 }

@@ -21,10 +21,18 @@ struct Channel {
 
 impl Channel {
     fn new(place: [usize; 2], name: String) -> Self {
-        let dot = name.rfind('.').filter(|&dot| dot > 0 && dot + 1 < name.len());
-        let (layer, component) = dot.map_or(("", &name[..]), |dot| (&name[..dot], &name[dot + 1..]));
+        let dot = name
+            .rfind('.')
+            .filter(|&dot| dot > 0 && dot + 1 < name.len());
+        let (layer, component) =
+            dot.map_or(("", &name[..]), |dot| (&name[..dot], &name[dot + 1..]));
         let component = component.trim_matches(['.', '[', ']']).to_lowercase();
-        Self { place, layer: layer.to_owned(), component, name }
+        Self {
+            place,
+            layer: layer.to_owned(),
+            component,
+            name,
+        }
     }
 
     /// Whether it is none of an image, by its own name.
@@ -40,25 +48,42 @@ const BLUE: &[&str] = &["b", "blue"];
 const LUMINANCE: &[&str] = &["y", "l", "luminance", "grey", "gray"];
 
 /// Words within names of layers that are no image, and names that are such words as a whole.
-const AUXILIARY: [&str; 8] = ["normal", "albedo", "depth", "crypto", "variance", "stderr", "samplecount", "velocity"];
+const AUXILIARY: [&str; 8] = [
+    "normal",
+    "albedo",
+    "depth",
+    "crypto",
+    "variance",
+    "stderr",
+    "samplecount",
+    "velocity",
+];
 const AUXILIARY_WHOLE: [&str; 24] = [
-    "n", "ns", "ng", "nn", "p", "pos", "position", "z", "uv", "st", "id", "ao", "std", "mse", "var", "error", "motion",
-    "samples", "vector", "matte", "mask", "mist", "indexob", "indexma",
+    "n", "ns", "ng", "nn", "p", "pos", "position", "z", "uv", "st", "id", "ao", "std", "mse",
+    "var", "error", "motion", "samples", "vector", "matte", "mask", "mist", "indexob", "indexma",
 ];
 
 /// Whether a layer is none of an image, by its name.
 fn is_auxiliary(layer: &str) -> bool {
     let layer = layer.to_lowercase();
-    let whole = layer.split(|c: char| !c.is_alphanumeric()).any(|word| AUXILIARY_WHOLE.contains(&word));
+    let whole = layer
+        .split(|c: char| !c.is_alphanumeric())
+        .any(|word| AUXILIARY_WHOLE.contains(&word));
     whole || AUXILIARY.iter().any(|word| layer.contains(word))
 }
 
 /// The image that some channels make, and which they are in order; none if they make none, or two.
 fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
-    let has = |component: &str| channels.iter().any(|channel| channel.component == component);
+    let has = |component: &str| {
+        channels
+            .iter()
+            .any(|channel| channel.component == component)
+    };
     let all = |names: &[&[&str]]| -> Option<Vec<&'a Channel>> {
         let one = |names: &&[&str]| {
-            let mut found = channels.iter().filter(|channel| names.contains(&&channel.component[..]));
+            let mut found = channels
+                .iter()
+                .filter(|channel| names.contains(&&channel.component[..]));
             found.next().filter(|_| found.next().is_none()).copied()
         };
         names.iter().map(one).collect()
@@ -69,7 +94,11 @@ fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
     }
     let vector = all(&[&["x"], &["y"], &["z"]]).map(|found| (Meaning::Xyz, found));
     let is_more = has("x") || has("ry") || has("by");
-    vector.or_else(|| all(&[LUMINANCE]).filter(|_| !is_more).map(|found| (Meaning::Luminance, found)))
+    vector.or_else(|| {
+        all(&[LUMINANCE])
+            .filter(|_| !is_more)
+            .map(|found| (Meaning::Luminance, found))
+    })
 }
 
 /// The channels that `layer` names, or that are the image without a name.
@@ -78,20 +107,34 @@ fn choose<'a>(
     layer: Option<&str>,
     option: &str,
 ) -> Result<(Meaning, Vec<&'a Channel>), String> {
-    let mut names: Vec<&str> = channels.iter().map(|channel| channel.layer.as_str()).collect();
+    let mut names: Vec<&str> = channels
+        .iter()
+        .map(|channel| channel.layer.as_str())
+        .collect();
     names.sort_unstable();
     names.dedup();
-    let of = |name: &str| -> Vec<&Channel> { channels.iter().filter(|channel| channel.layer == name).collect() };
+    let of = |name: &str| -> Vec<&Channel> {
+        channels
+            .iter()
+            .filter(|channel| channel.layer == name)
+            .collect()
+    };
     let found = match layer {
-        Some(layer) => names.contains(&layer).then(|| image(&of(layer))).flatten().or_else(|| named(channels, layer)),
+        Some(layer) => names
+            .contains(&layer)
+            .then(|| image(&of(layer)))
+            .flatten()
+            .or_else(|| named(channels, layer)),
         None => {
-            let is_candidate =
-                |name: &&&str| !is_auxiliary(name) && !of(name).iter().all(|channel| channel.is_beside());
+            let is_candidate = |name: &&&str| {
+                !is_auxiliary(name) && !of(name).iter().all(|channel| channel.is_beside())
+            };
             let candidates: Vec<&&str> = names.iter().filter(is_candidate).collect();
             let root = image(&of("")).filter(|(meaning, _)| *meaning == Meaning::Rgb);
             root.or_else(|| match candidates[..] {
                 // A layer of X, Y, Z may be any vector.
-                [one] => image(&of(one)).filter(|(meaning, _)| one.is_empty() || *meaning != Meaning::Xyz),
+                [one] => image(&of(one))
+                    .filter(|(meaning, _)| one.is_empty() || *meaning != Meaning::Xyz),
                 _ => None,
             })
         }
@@ -100,9 +143,16 @@ fn choose<'a>(
         return Ok(found);
     }
     let chosen = layer.unwrap_or_default();
-    let has = |component| channels.iter().any(|channel| channel.layer == chosen && channel.component == component);
+    let has = |component| {
+        channels
+            .iter()
+            .any(|channel| channel.layer == chosen && channel.component == component)
+    };
     if has("y") && has("ry") && has("by") {
-        return Err("luminance and chroma, channels Y, RY and BY, are not read: write R, G and B".to_owned());
+        return Err(
+            "luminance and chroma, channels Y, RY and BY, are not read: write R, G and B"
+                .to_owned(),
+        );
     }
     let problem = match layer {
         Some(layer) => format!("no layer {layer:?} of channels R, G, B, or Y, or X, Y, Z"),
@@ -111,12 +161,22 @@ fn choose<'a>(
     let works = |name: &&str| {
         let (_, found) = image(&of(name))?;
         let full: Vec<&str> = found.iter().map(|channel| channel.name.as_str()).collect();
-        Some(if name.is_empty() { full.join(",") } else { (*name).to_owned() })
+        Some(if name.is_empty() {
+            full.join(",")
+        } else {
+            (*name).to_owned()
+        })
     };
     let layers: Vec<String> = names.iter().filter_map(works).collect();
     Err(if layers.is_empty() {
-        let full: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
-        format!("{problem}; choose one or three channels, with commas, by {option} among: {}", listed(&full))
+        let full: Vec<String> = channels
+            .iter()
+            .map(|channel| channel.name.clone())
+            .collect();
+        format!(
+            "{problem}; choose one or three channels, with commas, by {option} among: {}",
+            listed(&full)
+        )
     } else {
         format!("{problem}; choose by {option} among: {}", listed(&layers))
     })
@@ -125,14 +185,27 @@ fn choose<'a>(
 /// One or three channels by their full names.
 fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a Channel>)> {
     let one = |name: &str| {
-        let mut found = channels.iter().filter(|channel| channel.name == name.trim());
+        let mut found = channels
+            .iter()
+            .filter(|channel| channel.name == name.trim());
         found.next().filter(|_| found.next().is_none())
     };
     let found: Vec<&Channel> = names.split(',').map(one).collect::<Option<_>>()?;
-    let is =
-        |names: &[&[&str]]| found.iter().zip(names).all(|(channel, names)| names.contains(&&channel.component[..]));
+    let is = |names: &[&[&str]]| {
+        found
+            .iter()
+            .zip(names)
+            .all(|(channel, names)| names.contains(&&channel.component[..]))
+    };
     match found.len() {
-        1 => Some((if is(&[LUMINANCE]) { Meaning::Luminance } else { Meaning::Grey }, found)),
+        1 => Some((
+            if is(&[LUMINANCE]) {
+                Meaning::Luminance
+            } else {
+                Meaning::Grey
+            },
+            found,
+        )),
         3 if is(&[RED, GREEN, BLUE]) => Some((Meaning::Rgb, found)),
         3 if is(&[&["x"], &["y"], &["z"]]) => Some((Meaning::Xyz, found)),
         3 => Some((Meaning::Three, found)),
@@ -146,13 +219,19 @@ fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a C
 /// A message.
 pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Picture, String> {
     let text = |error: exr::error::Error| error.to_string();
-    for header in MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(text)?.headers {
+    for header in MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(text)?
+        .headers
+    {
         check_size(header.layer_size.0.checked_mul(header.layer_size.1))?;
         if header.deep {
             return Err("deep data: write it flat".to_owned());
         }
-        if let Some(channel) =
-            header.channels.list.iter().find(|channel| (channel.sampling.0, channel.sampling.1) != (1, 1))
+        if let Some(channel) = header
+            .channels
+            .list
+            .iter()
+            .find(|channel| (channel.sampling.0, channel.sampling.1) != (1, 1))
         {
             return Err(format!(
                 "channel {} has fewer values than pixels: write R, G and B of full size",
@@ -160,43 +239,80 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
             ));
         }
     }
-    let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+    let reader = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes();
     let file = reader.from_buffered(Cursor::new(bytes)).map_err(text)?;
     let parts = &file.layer_data;
     let mut channels = Vec::new();
     for (i, part) in parts.iter().enumerate() {
-        let prefix = part.attributes.layer_name.as_ref().filter(|_| parts.len() > 1);
+        let prefix = part
+            .attributes
+            .layer_name
+            .as_ref()
+            .filter(|_| parts.len() > 1);
         let prefix = prefix.map_or(String::new(), |name| format!("{name}."));
         for (k, channel) in part.channel_data.list.iter().enumerate() {
             let name = channel.name.to_string();
-            let name = if name.starts_with(&prefix) { name } else { prefix.clone() + &name };
+            let name = if name.starts_with(&prefix) {
+                name
+            } else {
+                prefix.clone() + &name
+            };
             channels.push(Channel::new([i, k], name));
         }
     }
     // Channels that belong to no layer are also called by the name of the only part.
-    let only =
-        if let [part] = &parts[..] { part.attributes.layer_name.as_ref().map(ToString::to_string) } else { None };
-    let root = only.filter(|only| layer == Some(only) && channels.iter().all(|channel| channel.layer != *only));
-    let (meaning, chosen) =
-        match root.and_then(|_| image(&channels.iter().filter(|c| c.layer.is_empty()).collect::<Vec<_>>())) {
-            Some(found) => found,
-            None => choose(&channels, layer, option)?,
-        };
+    let only = if let [part] = &parts[..] {
+        part.attributes.layer_name.as_ref().map(ToString::to_string)
+    } else {
+        None
+    };
+    let root = only.filter(|only| {
+        layer == Some(only) && channels.iter().all(|channel| channel.layer != *only)
+    });
+    let (meaning, chosen) = match root.and_then(|_| {
+        image(
+            &channels
+                .iter()
+                .filter(|c| c.layer.is_empty())
+                .collect::<Vec<_>>(),
+        )
+    }) {
+        Some(found) => found,
+        None => choose(&channels, layer, option)?,
+    };
     let part = &parts[chosen[0].place[0]];
     let position = part.attributes.layer_position;
     let planes = |channels: &[&Channel]| -> Result<Vec<Vec<f64>>, String> {
         let plane = |channel: &&Channel| {
             let [i, k] = channel.place;
             if (parts[i].size, parts[i].attributes.layer_position) != (part.size, position) {
-                return Err(format!("channels {} and {} differ in size or place", chosen[0].name, channel.name));
+                return Err(format!(
+                    "channels {} and {} differ in size or place",
+                    chosen[0].name, channel.name
+                ));
             }
-            Ok(parts[i].channel_data.list[k].sample_data.values_as_f32().map(f64::from).collect())
+            Ok(parts[i].channel_data.list[k]
+                .sample_data
+                .values_as_f32()
+                .map(f64::from)
+                .collect())
         };
         channels.iter().map(plane).collect()
     };
     let error_of = |channel: &&Channel| {
-        let layer = if channel.layer.is_empty() { "stderr".to_owned() } else { format!("{}.stderr", channel.layer) };
-        channels.iter().find(|other| other.layer == layer && other.component == channel.component)
+        let layer = if channel.layer.is_empty() {
+            "stderr".to_owned()
+        } else {
+            format!("{}.stderr", channel.layer)
+        };
+        channels
+            .iter()
+            .find(|other| other.layer == layer && other.component == channel.component)
     };
     let errors: Option<Vec<&Channel>> = chosen.iter().map(error_of).collect();
     let is_read = |channel: &Channel| {
@@ -213,10 +329,15 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
     }
     let is_half = |channel: &&Channel| {
         let [i, k] = channel.place;
-        matches!(parts[i].channel_data.list[k].sample_data, FlatSamples::F16(_))
+        matches!(
+            parts[i].channel_data.list[k].sample_data,
+            FlatSamples::F16(_)
+        )
     };
     let stated = file.attributes.chromaticities;
-    let primaries = stated.map_or(REC_709, |c| [c.red, c.green, c.blue, c.white].map(|xy| [xy.0, xy.1]));
+    let primaries = stated.map_or(REC_709, |c| {
+        [c.red, c.green, c.blue, c.white].map(|xy| [xy.0, xy.1])
+    });
     Ok(Picture {
         size: [part.size.0, part.size.1],
         corner: [position.0, position.1],
@@ -225,7 +346,11 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
         left_out,
         values: planes(&chosen)?,
         standard_errors: errors.as_deref().map(planes).transpose()?,
-        rounding: if chosen.iter().any(is_half) { HALF } else { FLOAT },
+        rounding: if chosen.iter().any(is_half) {
+            HALF
+        } else {
+            FLOAT
+        },
         primaries,
         is_cube: part.attributes.environment_map == Some(EnvironmentMap::Cube),
     })

@@ -2,16 +2,20 @@
 
 use super::{FLOAT, Meaning, Picture, REC_709, check_size};
 
-/// Reads `PF` or `Pf`, width, height and a scale, whose sign is the order of the bytes, as text; then rows of 32-bit floats
-/// from the bottom. Lines of the text may end in CR LF, and begin with # for a comment; a line's end may follow the pixels.
+/// Reads `PF` or `Pf`, width, height and a scale, whose sign is the order of the bytes, as text;
+/// then rows of 32-bit floats from the bottom. Lines of the text may end in CR LF, and begin with #
+/// for a comment; a line's end may follow the pixels.
 ///
 /// # Errors
-/// A message: no such header, a scale that is neither 1 nor -1, or pixels that do not fill the size.
+/// A message: no such header, a scale that is neither 1 nor -1, or pixels that do not fill the
+/// size.
 pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
     let mut at = 0;
     let mut word = || {
         loop {
-            at += bytes[at..].iter().position(|byte| !byte.is_ascii_whitespace())?;
+            at += bytes[at..]
+                .iter()
+                .position(|byte| !byte.is_ascii_whitespace())?;
             if bytes[at] != b'#' {
                 break;
             }
@@ -22,9 +26,14 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
         at += length;
         Some(word)
     };
-    let header = (word(), word().and_then(|w| w.parse().ok()), word().and_then(|h| h.parse().ok()));
+    let header = (
+        word(),
+        word().and_then(|w| w.parse().ok()),
+        word().and_then(|h| h.parse().ok()),
+    );
     let scale = word().and_then(|scale| scale.parse::<f64>().ok());
-    let (Some(kind @ ("PF" | "Pf")), Some(width), Some(height), Some(scale)) = (header.0, header.1, header.2, scale)
+    let (Some(kind @ ("PF" | "Pf")), Some(width), Some(height), Some(scale)) =
+        (header.0, header.1, header.2, scale)
     else {
         return Err("no header of a PFM: PF or Pf, width, height, scale".to_owned());
     };
@@ -44,17 +53,35 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
     })?;
     let number = |bytes: &[u8]| {
         let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        f64::from(if scale < 0.0 { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) })
+        f64::from(if scale < 0.0 {
+            f32::from_le_bytes(bytes)
+        } else {
+            f32::from_be_bytes(bytes)
+        })
     };
     let plane = |channel: usize| -> Vec<f64> {
         let rows = rest.chunks_exact(4 * colours * width).rev();
-        rows.flat_map(|row| row.chunks_exact(4).skip(channel).step_by(colours).map(number)).collect()
+        rows.flat_map(|row| {
+            row.chunks_exact(4)
+                .skip(channel)
+                .step_by(colours)
+                .map(number)
+        })
+        .collect()
     };
-    let names = if colours == 3 { &["R", "G", "B"][..] } else { &["grey"] };
+    let names = if colours == 3 {
+        &["R", "G", "B"][..]
+    } else {
+        &["grey"]
+    };
     Ok(Picture {
         size: [width, height],
         corner: [0; 2],
-        meaning: if colours == 3 { Meaning::Rgb } else { Meaning::Grey },
+        meaning: if colours == 3 {
+            Meaning::Rgb
+        } else {
+            Meaning::Grey
+        },
         channels: names.iter().map(|name| (*name).to_owned()).collect(),
         left_out: Vec::new(),
         values: (0..colours).map(plane).collect(),
@@ -65,16 +92,22 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
     })
 }
 
-/// The bytes of the pixels in what follows the header's last word: after one white space, or the rest of its line; before
-/// the end of the file, or a last end of a line. The number of bytes decides, for pixels may look like white space.
+/// The bytes of the pixels in what follows the header's last word: after one white space, or the
+/// rest of its line; before the end of the file, or a last end of a line. The number of bytes
+/// decides, for pixels may look like white space.
 fn pixel_bytes(rest: &[u8], expected: usize) -> Option<&[u8]> {
-    let blanks = rest.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    let blanks = rest
+        .iter()
+        .take_while(|byte| matches!(byte, b' ' | b'\t'))
+        .count();
     let line = match rest[blanks..] {
         [b'\r', b'\n', ..] => blanks + 2,
         _ => blanks + 1,
     };
     let starts = [1, line];
-    let exact = starts.iter().find_map(|&start| rest.get(start..).filter(|rest| rest.len() == expected));
+    let exact = starts
+        .iter()
+        .find_map(|&start| rest.get(start..).filter(|rest| rest.len() == expected));
     let ended = || {
         starts.iter().rev().find_map(|&start| {
             let (pixels, end) = rest.get(start..)?.split_at_checked(expected)?;

@@ -5,7 +5,10 @@ const KINDS: [(&[u8], &str); 35] = [
     (b"\xff\xfe\0\0", "text in UTF-32: save it as UTF-8"),
     (b"\xff\xfe", "text in UTF-16: save it as UTF-8"),
     (b"\xfe\xff", "text in UTF-16: save it as UTF-8"),
-    (b"version https://git-lfs", "a pointer of Git LFS: fetch the file itself with \"git lfs pull\""),
+    (
+        b"version https://git-lfs",
+        "a pointer of Git LFS: fetch the file itself with \"git lfs pull\"",
+    ),
     (b"ply\n", "a PLY mesh"),
     (b"ply\r", "a PLY mesh"),
     (b"solid", "an STL mesh"),
@@ -21,8 +24,14 @@ const KINDS: [(&[u8], &str); 35] = [
     (b"Ogawa", "an Alembic scene"),
     (b"OFF", "an OFF mesh"),
     (b"MM", "a 3DS scene"),
-    (b"<!DOCTYPE html", "a web page (HTML): download the file itself"),
-    (b"<!doctype html", "a web page (HTML): download the file itself"),
+    (
+        b"<!DOCTYPE html",
+        "a web page (HTML): download the file itself",
+    ),
+    (
+        b"<!doctype html",
+        "a web page (HTML): download the file itself",
+    ),
     (b"<html", "a web page (HTML): download the file itself"),
     (b"<", "XML, perhaps a COLLADA or X3D scene"),
     (b"PK\x03\x04", "a zip archive: unpack it"),
@@ -31,7 +40,10 @@ const KINDS: [(&[u8], &str); 35] = [
     (b"Rar!", "a RAR archive: unpack it"),
     (b"BZh", "compressed by bzip2: unpack it"),
     (b"\xfd7zXZ", "compressed by xz: unpack it"),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd, perhaps a Blender scene"),
+    (
+        b"\x28\xb5\x2f\xfd",
+        "compressed by zstd, perhaps a Blender scene",
+    ),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"\x76\x2f\x31\x01", "an EXR image"),
@@ -41,19 +53,35 @@ const KINDS: [(&[u8], &str); 35] = [
 
 /// The kind of a file that is no OBJ for certain.
 pub(super) fn kind(bytes: &[u8]) -> Option<&'static str> {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let text = bytes
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(bytes)
+        .trim_ascii_start();
     if text.is_empty() {
         return Some("empty");
     }
-    // Binary STL may begin with any 80 bytes, by then comes the number of its triangles, of 50 bytes each.
-    let count = bytes.get(80..84).map(|count| count.iter().rev().fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte)));
+    // Binary STL may begin with any 80 bytes, by then comes the number of its triangles, of 50
+    // bytes each.
+    let count = bytes.get(80..84).map(|count| {
+        count
+            .iter()
+            .rev()
+            .fold(0u64, |sum, byte| (sum << 8) | u64::from(*byte))
+    });
     if count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * count) {
         return Some("an STL mesh");
     }
-    let known = KINDS.iter().find(|(start, _)| text.starts_with(start)).map(|(_, kind)| *kind);
-    known.or_else(|| match bytes.iter().take(4096).position(|byte| *byte == 0) {
-        Some(0 | 1) if bytes.len().is_multiple_of(2) => Some("text in UTF-16, or binary: save it as UTF-8"),
-        Some(_) => Some("a binary file"),
-        None => None,
-    })
+    let known = KINDS
+        .iter()
+        .find(|(start, _)| text.starts_with(start))
+        .map(|(_, kind)| *kind);
+    known.or_else(
+        || match bytes.iter().take(4096).position(|byte| *byte == 0) {
+            Some(0 | 1) if bytes.len().is_multiple_of(2) => {
+                Some("text in UTF-16, or binary: save it as UTF-8")
+            }
+            Some(_) => Some("a binary file"),
+            None => None,
+        },
+    )
 }

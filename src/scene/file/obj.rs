@@ -1,5 +1,6 @@
-//! Wavefront OBJ: vertices, faces and the names of their materials, with the line of what is wrong. Normals and texture
-//! coordinates say nothing of a surface's geometry; what else is left unread is counted in notes.
+//! Wavefront OBJ: vertices, faces and the names of their materials, with the line of what is wrong.
+//! Normals and texture coordinates say nothing of a surface's geometry; what else is left unread is
+//! counted in notes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -38,11 +39,19 @@ pub(super) struct Name {
 /// [`Error::Scene`] with the line of what is wrong, or what the file is if it is no OBJ.
 pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj, Error> {
     if let Some(kind) = foreign::kind(bytes) {
-        return Err(fault(file, 1, format!("the file is {kind}; a Wavefront OBJ file is needed")));
+        return Err(fault(
+            file,
+            1,
+            format!("the file is {kind}; a Wavefront OBJ file is needed"),
+        ));
     }
     let text = String::from_utf8_lossy(bytes);
     // Old programs end lines by CR alone.
-    let text = if text.contains('\r') { Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")) } else { text };
+    let text = if text.contains('\r') {
+        Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n"))
+    } else {
+        text
+    };
     let (mut obj, mut polygons) = (Obj::default(), Polygons::default());
     let (mut weighted, mut unread) = (0, BTreeMap::<String, usize>::new());
     // The name of the present material, and its index once a face has it.
@@ -51,20 +60,31 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
     while let Some((line, first)) = lines.next() {
         let wrong = |message: String| fault(file, line, message);
         let (mut joined, mut piece) = (String::new(), content(first));
-        while let Some(before) = piece.trim_end().strip_suffix('\\').filter(|_| !ends_with_name(first)) {
+        while let Some(before) = piece
+            .trim_end()
+            .strip_suffix('\\')
+            .filter(|_| !ends_with_name(first))
+        {
             joined.extend([before, " "]);
             piece = lines.next().map_or("", |(_, next)| content(next));
         }
-        let logical = if joined.is_empty() { Cow::from(piece) } else { Cow::from(joined + piece) };
+        let logical = if joined.is_empty() {
+            Cow::from(piece)
+        } else {
+            Cow::from(joined + piece)
+        };
         let mut words = logical.split_ascii_whitespace();
-        let Some(keyword) = words.next() else { continue };
+        let Some(keyword) = words.next() else {
+            continue;
+        };
         match keyword {
             "v" => {
                 limits.vertices(1).map_err(wrong)?;
                 let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
                 // Three coordinates, perhaps a weight or a colour.
                 let is_sound = |numbers: &Vec<f64>| {
-                    (3..=8).contains(&numbers.len()) && numbers[..3].iter().all(|x| x.abs() <= LARGEST)
+                    (3..=8).contains(&numbers.len())
+                        && numbers[..3].iter().all(|x| x.abs() <= LARGEST)
                 };
                 let numbers = numbers.filter(is_sound).ok_or_else(|| {
                     wrong(format!("a vertex needs three numbers from -{LARGEST} to {LARGEST} and no other words"))
@@ -77,7 +97,9 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
                 let corners = words.map(|word| {
                     corner(word, count).ok_or_else(|| {
                         let word = shown(word);
-                        wrong(format!("a face's corner {word} is none of the {count} vertices before it"))
+                        wrong(format!(
+                            "a face's corner {word} is none of the {count} vertices before it"
+                        ))
                     })
                 });
                 let corners = corners.collect::<Result<Vec<u32>, _>>()?;
@@ -85,16 +107,21 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
                     return Err(wrong("a face needs at least three corners".to_owned()));
                 }
                 limits.triangles(corners.len() - 2).map_err(wrong)?;
-                let triangles =
-                    polygons.add(&obj.vertices, &corners).map_err(|message| wrong(format!("the face {message}")))?;
+                let triangles = polygons
+                    .add(&obj.vertices, &corners)
+                    .map_err(|message| wrong(format!("the face {message}")))?;
                 let of = *material.get_or_insert_with(|| {
                     let known = obj.materials.iter().position(|known| known.name == name);
                     known.unwrap_or_else(|| {
-                        obj.materials.push(Name { name: name.clone(), line });
+                        obj.materials.push(Name {
+                            name: name.clone(),
+                            line,
+                        });
                         obj.materials.len() - 1
                     })
                 });
-                obj.triangles.extend(triangles.into_iter().map(|triangle| (of, triangle)));
+                obj.triangles
+                    .extend(triangles.into_iter().map(|triangle| (of, triangle)));
             }
             "usemtl" => {
                 (name, material) = (name_in(first), None);
@@ -104,30 +131,52 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
         }
     }
     if obj.materials.is_empty() {
-        let hint = if unread.contains_key("\"newmtl\"") { ": it is a library of materials (MTL)" } else { "" };
-        return Err(fault(file, text.lines().count().max(1), format!("the file ends without a face{hint}")));
+        let hint = if unread.contains_key("\"newmtl\"") {
+            ": it is a library of materials (MTL)"
+        } else {
+            ""
+        };
+        return Err(fault(
+            file,
+            text.lines().count().max(1),
+            format!("the file ends without a face{hint}"),
+        ));
     }
     let mut notes: Vec<String> = polygons.notes().collect();
     if weighted > 0 {
-        notes.push(format!("{weighted} vertices have a weight other than 1, which is not used"));
+        notes.push(format!(
+            "{weighted} vertices have a weight other than 1, which is not used"
+        ));
     }
     if unread.remove("\"mtllib\"").is_some() {
-        notes.push("its mtllib is not read: the scene file has the materials, which usemtl names".to_owned());
+        notes.push(
+            "its mtllib is not read: the scene file has the materials, which usemtl names"
+                .to_owned(),
+        );
     }
     if !unread.is_empty() {
-        let counts: Vec<String> = unread.iter().take(8).map(|(word, count)| format!("{word} ({count})")).collect();
+        let counts: Vec<String> = unread
+            .iter()
+            .take(8)
+            .map(|(word, count)| format!("{word} ({count})"))
+            .collect();
         let more = if unread.len() > 8 { " and others" } else { "" };
-        notes.push(format!("lines that are no part of a surface are left out: {}{more}", counts.join(", ")));
+        notes.push(format!(
+            "lines that are no part of a surface are left out: {}{more}",
+            counts.join(", ")
+        ));
     }
     obj.notes = notes.iter().map(|note| format!("{file}: {note}")).collect();
     Ok(obj)
 }
 
-/// A line without the byte-order mark before it and the comment behind it. The `#` of a number that is none, as 1.#INF,
-/// begins no comment.
+/// A line without the byte-order mark before it and the comment behind it. The `#` of a number that
+/// is none, as 1.#INF, begins no comment.
 fn content(line: &str) -> &str {
     let line = line.trim_start_matches('\u{feff}');
-    let comment = line.match_indices('#').find(|(at, _)| !line[..*at].ends_with('.'));
+    let comment = line
+        .match_indices('#')
+        .find(|(at, _)| !line[..*at].ends_with('.'));
     comment.map_or(line, |(at, _)| &line[..at])
 }
 
@@ -140,13 +189,26 @@ fn ends_with_name(line: &str) -> bool {
 /// The name after `usemtl`, which may hold blanks and `#`, but not a blank before `#`.
 fn name_in(line: &str) -> Option<String> {
     let name = line.trim().split_once(char::is_whitespace)?.1.trim_start();
-    let comment = name.match_indices('#').find(|(at, _)| name[..*at].ends_with([' ', '\t']));
-    Some(comment.map_or(name, |(at, _)| name[..at].trim_end()).to_owned())
+    let comment = name
+        .match_indices('#')
+        .find(|(at, _)| name[..*at].ends_with([' ', '\t']));
+    Some(
+        comment
+            .map_or(name, |(at, _)| name[..at].trim_end())
+            .to_owned(),
+    )
 }
 
-/// The index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, where 1 is the first vertex and −1 the latest.
+/// The index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, where 1 is the first vertex and −1 the
+/// latest.
 fn corner(word: &str, count: usize) -> Option<u32> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
-    let index = if number < 0 { count as i64 + number } else { number - 1 };
-    u32::try_from(index).ok().filter(|index| (*index as usize) < count)
+    let index = if number < 0 {
+        count as i64 + number
+    } else {
+        number - 1
+    };
+    u32::try_from(index)
+        .ok()
+        .filter(|index| (*index as usize) < count)
 }

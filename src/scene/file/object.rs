@@ -15,9 +15,25 @@ use crate::shape::Sphere;
 /// The shapes with their own keys.
 const SHAPES: [(&str, &[&str]); 5] = [
     ("rectangle", &["material", "corner", "edges"]),
-    ("sphere", &["material", "centre", "radius", "zone", "inward"]),
-    ("mesh", &["vertices", "faces", "scale", "rotate", "translate"]),
-    ("box", &["material", "corners", "inward", "scale", "rotate", "translate"]),
+    (
+        "sphere",
+        &["material", "centre", "radius", "zone", "inward"],
+    ),
+    (
+        "mesh",
+        &["vertices", "faces", "scale", "rotate", "translate"],
+    ),
+    (
+        "box",
+        &[
+            "material",
+            "corners",
+            "inward",
+            "scale",
+            "rotate",
+            "translate",
+        ],
+    ),
     ("obj", &["material", "file", "scale", "rotate", "translate"]),
 ];
 
@@ -36,26 +52,41 @@ impl Placement {
             rotation.keys(&[&["axis", "degrees"]])?;
             let axis = rotation.need("axis")?.point()?.try_normalize();
             let axis = axis.ok_or_else(|| rotation.fault("needs an axis that is not zero"))?;
-            let angle = rotation.need("degrees")?.number(-360.0..=360.0)?.to_radians();
+            let angle = rotation
+                .need("degrees")?
+                .number(-360.0..=360.0)?
+                .to_radians();
             Ok(DQuat::from_axis_angle(axis, angle))
         };
         let scale = |value: Value| {
             let scale = value.colour(-LARGEST..=LARGEST)?;
             let is_sound = scale.abs().min_element() >= 1e-9;
             let range = format!("must not be nearer to 0 than 1e-9, nor beyond {LARGEST}");
-            if is_sound { Ok(scale) } else { Err(value.fault(range)) }
+            if is_sound {
+                Ok(scale)
+            } else {
+                Err(value.fault(range))
+            }
         };
         Ok(Self {
             scale: table.get("scale").map_or(Ok(DVec3::ONE), scale)?,
             rotation: table.get("rotate").map(rotation).transpose()?,
-            translation: table.get("translate").map_or(Ok(DVec3::ZERO), |value| value.point())?,
+            translation: table
+                .get("translate")
+                .map_or(Ok(DVec3::ZERO), |value| value.point())?,
             unit,
         })
     }
 
     /// Whether it turns what is counter-clockwise into clockwise.
     fn mirrors(&self) -> bool {
-        self.scale.to_array().iter().filter(|factor| **factor < 0.0).count() % 2 == 1
+        self.scale
+            .to_array()
+            .iter()
+            .filter(|factor| **factor < 0.0)
+            .count()
+            % 2
+            == 1
     }
 
     /// A triangle whose front stays where the mirror image of its front is.
@@ -72,7 +103,11 @@ impl Placement {
 }
 
 impl Reading<'_> {
-    pub(super) fn object(&mut self, table: &Table, description: &Description) -> Result<Object, Error> {
+    pub(super) fn object(
+        &mut self,
+        table: &Table,
+        description: &Description,
+    ) -> Result<Object, Error> {
         refuse_light(table)?;
         let (shape, keys) = table.need("shape")?.choice(&SHAPES)?;
         table.keys(&[keys, &["shape"]])?;
@@ -84,54 +119,95 @@ impl Reading<'_> {
                 Err(value.fault(format!("is not known: {}", description.unknown(name))))
             }
         };
-        let material = || table.need("material").and_then(|value| known(value.text()?, &value));
+        let material = || {
+            table
+                .need("material")
+                .and_then(|value| known(value.text()?, &value))
+        };
         let point = |key| Ok(table.need(key)?.point()? * self.unit);
-        let inward = || table.get("inward").map_or(Ok(false), |inward| inward.truth());
+        let inward = || {
+            table
+                .get("inward")
+                .map_or(Ok(false), |inward| inward.truth())
+        };
         Ok(match shape {
             "rectangle" => {
                 let (corner, material) = (point("corner")?, material()?);
-                let edges = table.need("edges")?.two(Value::point)?.map(|edge| edge * self.unit);
+                let edges = table
+                    .need("edges")?
+                    .two(Value::point)?
+                    .map(|edge| edge * self.unit);
                 let [right, left] = edges.map(|edge| corner + edge);
                 let opposite = right + edges[1];
                 let halves = [[corner, right, opposite], [corner, opposite, left]];
                 if halves.iter().any(|half| triangle_normal(*half).is_none()) {
                     return Err(table.fault("needs two edges that span an area"));
                 }
-                self.limits.triangles(2).map_err(|message| table.fault(message))?;
-                Object::Rectangle { corner, edges, material }
+                self.limits
+                    .triangles(2)
+                    .map_err(|message| table.fault(message))?;
+                Object::Rectangle {
+                    corner,
+                    edges,
+                    material,
+                }
             }
             "sphere" => {
                 let any = f64::NEG_INFINITY..=f64::INFINITY;
                 let zone = |zone: Value| zone.two(|z| z.number(any.clone()));
-                let zone = table.get("zone").map_or(Ok([*any.start(), *any.end()]), zone)?.map(|z| z * self.unit);
+                let zone = table
+                    .get("zone")
+                    .map_or(Ok([*any.start(), *any.end()]), zone)?
+                    .map(|z| z * self.unit);
                 let radius = table.need("radius")?.number(1e-9..=LARGEST)? * self.unit;
-                let sphere = Sphere { centre: point("centre")?, radius, zone, inward: inward()? };
+                let sphere = Sphere {
+                    centre: point("centre")?,
+                    radius,
+                    zone,
+                    inward: inward()?,
+                };
                 if !is_sound(&sphere) {
-                    return Err(table.fault("needs a zone from a lower to a higher z that meets the sphere"));
+                    return Err(table
+                        .fault("needs a zone from a lower to a higher z that meets the sphere"));
                 }
-                Object::Sphere { sphere, material: material()? }
+                Object::Sphere {
+                    sphere,
+                    material: material()?,
+                }
             }
             "box" => {
                 let [low, high] = table.need("corners")?.two(Value::point)?;
                 if !low.cmplt(high).all() {
-                    return Err(
-                        table.fault("needs the corner of the least x, y and z first, then that of the greatest")
-                    );
+                    return Err(table.fault(
+                        "needs the corner of the least x, y and z first, then that of the greatest",
+                    ));
                 }
                 let placement = Placement::of(table, self.unit)?;
                 let (mut vertices, triangles) = cuboid(low, high, inward()? != placement.mirrors());
                 placement.place(&mut vertices);
-                if triangles.iter().any(|t| triangle_normal(t.map(|i| vertices[i as usize])).is_none()) {
+                if triangles
+                    .iter()
+                    .any(|t| triangle_normal(t.map(|i| vertices[i as usize])).is_none())
+                {
                     return Err(table.fault("is so flat or so small that a side has no area"));
                 }
                 let triangles = vec![(material()?, triangles.to_vec())];
-                self.limits.triangles(12).map_err(|message| table.fault(message))?;
-                Object::Mesh { vertices: vertices.to_vec(), triangles }
+                self.limits
+                    .triangles(12)
+                    .map_err(|message| table.fault(message))?;
+                Object::Mesh {
+                    vertices: vertices.to_vec(),
+                    triangles,
+                }
             }
             "mesh" => {
                 let list = table.need("vertices")?.array()?;
-                self.limits.vertices(list.len()).map_err(|message| table.fault(message))?;
-                let mut vertices = list.map(|vertex| vertex.point()).collect::<Result<Vec<_>, _>>()?;
+                self.limits
+                    .vertices(list.len())
+                    .map_err(|message| table.fault(message))?;
+                let mut vertices = list
+                    .map(|vertex| vertex.point())
+                    .collect::<Result<Vec<_>, _>>()?;
                 let placement = Placement::of(table, self.unit)?;
                 placement.place(&mut vertices);
                 let (mut triangles, mut polygons) = (Vec::new(), Polygons::default());
@@ -143,29 +219,44 @@ impl Reading<'_> {
                         if corners.len() < 3 {
                             return Err(face.fault("needs at least three corners for each face"));
                         }
-                        self.limits.triangles(corners.len() - 2).map_err(|message| face.fault(message))?;
+                        self.limits
+                            .triangles(corners.len() - 2)
+                            .map_err(|message| face.fault(message))?;
                         let divided = polygons.add(&vertices, &corners);
-                        for triangle in divided.map_err(|message| face.fault(format!("has a face that {message}")))? {
+                        for triangle in divided
+                            .map_err(|message| face.fault(format!("has a face that {message}")))?
+                        {
                             if triangle_normal(triangle.map(|i| vertices[i as usize])).is_none() {
-                                return Err(
-                                    face.fault(format!("has the triangle {triangle:?} without area: remove it"))
-                                );
+                                return Err(face.fault(format!(
+                                    "has the triangle {triangle:?} without area: remove it"
+                                )));
                             }
                             all.push(placement.turned(triangle));
                         }
                     }
                     triangles.push((known(name, &faces)?, all));
                 }
-                self.notes.extend(polygons.notes().map(|note| table.note(note)));
-                Object::Mesh { vertices, triangles }
+                self.notes
+                    .extend(polygons.notes().map(|note| table.note(note)));
+                Object::Mesh {
+                    vertices,
+                    triangles,
+                }
             }
             _ => {
                 let value = table.need("file")?;
-                let default = table.get("material").map(|value| known(value.text()?, &value)).transpose()?;
+                let default = table
+                    .get("material")
+                    .map(|value| known(value.text()?, &value))
+                    .transpose()?;
                 let (path, bytes) = self.bytes_of(table, "file")?;
                 let file = path.display().to_string();
-                let Obj { mut vertices, materials, triangles: all, notes } =
-                    obj::parse(&file, &bytes, &mut self.limits)?;
+                let Obj {
+                    mut vertices,
+                    materials,
+                    triangles: all,
+                    notes,
+                } = obj::parse(&file, &bytes, &mut self.limits)?;
                 self.notes.extend(notes);
                 let (mut names, mut lacking) = (Vec::new(), Vec::new());
                 for Name { name, line } in materials {
@@ -178,15 +269,26 @@ impl Reading<'_> {
                             return Err(fault(file, line, message));
                         }
                     }
-                    lacking.extend(name.as_ref().filter(|_| own.is_none()).map(|name| shown(name)));
+                    lacking.extend(
+                        name.as_ref()
+                            .filter(|_| own.is_none())
+                            .map(|name| shown(name)),
+                    );
                 }
                 if !lacking.is_empty() {
-                    let more =
-                        if lacking.len() > 8 { format!(" and {} others", lacking.len() - 8) } else { String::new() };
-                    let lacking =
-                        format!("materials that the scene lacks: {}{more}", lacking[..lacking.len().min(8)].join(", "));
+                    let more = if lacking.len() > 8 {
+                        format!(" and {} others", lacking.len() - 8)
+                    } else {
+                        String::new()
+                    };
+                    let lacking = format!(
+                        "materials that the scene lacks: {}{more}",
+                        lacking[..lacking.len().min(8)].join(", ")
+                    );
                     let Some(material) = default else {
-                        return Err(value.fault(format!("uses {lacking}; add them, or give the object a material")));
+                        return Err(value.fault(format!(
+                            "uses {lacking}; add them, or give the object a material"
+                        )));
                     };
                     self.notes.push(format!(
                         "{file}: it uses {lacking}; these faces are of the object's material, {}",
@@ -200,10 +302,13 @@ impl Reading<'_> {
                 let places: Vec<usize> = names
                     .into_iter()
                     .map(|name| {
-                        triangles.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
-                            triangles.push((name, Vec::new()));
-                            triangles.len() - 1
-                        })
+                        triangles
+                            .iter()
+                            .position(|(known, _)| *known == name)
+                            .unwrap_or_else(|| {
+                                triangles.push((name, Vec::new()));
+                                triangles.len() - 1
+                            })
                     })
                     .collect();
                 let before = all.len();
@@ -212,14 +317,23 @@ impl Reading<'_> {
                         triangles[places[name]].1.push(placement.turned(triangle));
                     }
                 }
-                let flat = before - triangles.iter().map(|(_, triangles)| triangles.len()).sum::<usize>();
+                let flat = before
+                    - triangles
+                        .iter()
+                        .map(|(_, triangles)| triangles.len())
+                        .sum::<usize>();
                 if flat == before {
                     return Err(value.fault("has no triangle with an area"));
                 }
                 if flat > 0 {
-                    self.notes.push(format!("{file}: {flat} of {before} triangles have no area and are left out"));
+                    self.notes.push(format!(
+                        "{file}: {flat} of {before} triangles have no area and are left out"
+                    ));
                 }
-                Object::Mesh { vertices, triangles }
+                Object::Mesh {
+                    vertices,
+                    triangles,
+                }
             }
         })
     }

@@ -4,9 +4,12 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use glam::{DVec2, DVec3};
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, MIN_ALLOWED_VALUE, Point2, Triangulation as _};
+use spade::{
+    ConstrainedDelaunayTriangulation, HasPosition, MIN_ALLOWED_VALUE, Point2, Triangulation as _,
+};
 
-/// Farthest that a corner may lie off the plane of a face that counts as flat, as a fraction of the face's extent.
+/// Farthest that a corner may lie off the plane of a face that counts as flat, as a fraction of the
+/// face's extent.
 const FLAT: f64 = 1e-3;
 
 /// The polygons of one mesh as triangles, each polygon once.
@@ -25,7 +28,8 @@ pub(super) struct Polygons {
 }
 
 impl Polygons {
-    /// The triangles of a polygon, counter-clockwise as it is; none for one that was added before, whichever its side.
+    /// The triangles of a polygon, counter-clockwise as it is; none for one that was added before,
+    /// whichever its side.
     ///
     /// # Errors
     /// A message for a polygon that crosses itself.
@@ -35,7 +39,10 @@ impl Polygons {
         }
         self.placed = vertices.len();
         self.faces += 1;
-        let places: Vec<u32> = corners.iter().map(|&i| self.places[&bits(vertices[i as usize])]).collect();
+        let places: Vec<u32> = corners
+            .iter()
+            .map(|&i| self.places[&bits(vertices[i as usize])])
+            .collect();
         let (key, reversed) = cycle(places);
         match self.seen.entry(key) {
             Entry::Occupied(first) => {
@@ -47,13 +54,23 @@ impl Polygons {
         };
         let points: Vec<DVec3> = corners.iter().map(|&i| vertices[i as usize]).collect();
         self.bent += usize::from(is_bent(&points));
-        let triangles = divide(&points).ok_or("crosses itself or folds back on itself: divide it into triangles")?;
-        Ok(triangles.iter().map(|triangle| triangle.map(|i| corners[i])).collect())
+        let triangles = divide(&points)
+            .ok_or("crosses itself or folds back on itself: divide it into triangles")?;
+        Ok(triangles
+            .iter()
+            .map(|triangle| triangle.map(|i| corners[i]))
+            .collect())
     }
 
     /// What a user should know about the polygons added.
     pub fn notes(&self) -> impl Iterator<Item = String> {
-        let Self { faces, repeated, turned_over, bent, .. } = *self;
+        let Self {
+            faces,
+            repeated,
+            turned_over,
+            bent,
+            ..
+        } = *self;
         let twice = (repeated > 0).then(|| {
             format!(
                 "{repeated} of {faces} faces repeat an earlier one, {turned_over} of them turned over: the first of \
@@ -72,8 +89,8 @@ fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// A polygon's form that does not depend on its first corner, its direction and corners repeated in a row; and whether
-/// that form goes the other way round.
+/// A polygon's form that does not depend on its first corner, its direction and corners repeated in
+/// a row; and whether that form goes the other way round.
 fn cycle(mut corners: Vec<u32>) -> (Vec<u32>, bool) {
     corners.dedup();
     if corners.len() > 1 && corners.first() == corners.last() {
@@ -87,28 +104,41 @@ fn cycle(mut corners: Vec<u32>) -> (Vec<u32>, bool) {
     };
     let reversed = rotated(corners.iter().rev().copied().collect());
     let corners = rotated(corners);
-    if reversed < corners { (reversed, true) } else { (corners, false) }
+    if reversed < corners {
+        (reversed, true)
+    } else {
+        (corners, false)
+    }
 }
 
 /// The normal of the plane that fits a polygon, times twice the area within it (Newell's sum).
 fn newell(points: &[DVec3]) -> DVec3 {
     let from_first = |i: usize| points[i] - points[0];
-    (1..points.len() - 1).map(|i| from_first(i).cross(from_first(i + 1))).sum()
+    (1..points.len() - 1)
+        .map(|i| from_first(i).cross(from_first(i + 1)))
+        .sum()
 }
 
 fn is_bent(points: &[DVec3]) -> bool {
     let middle = points.iter().sum::<DVec3>() / points.len() as f64;
-    let extent = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+    let extent = points
+        .iter()
+        .map(|p| p.distance(middle))
+        .fold(0.0, f64::max);
     let normal = newell(points).normalize_or_zero();
-    points.len() > 3 && points.iter().any(|p| (*p - middle).dot(normal).abs() > FLAT * extent)
+    points.len() > 3
+        && points
+            .iter()
+            .any(|p| (*p - middle).dot(normal).abs() > FLAT * extent)
 }
 
-/// The triangles of a polygon by indices of its corners; `None` if it crosses itself, seen along its normal.
+/// The triangles of a polygon by indices of its corners; `None` if it crosses itself, seen along
+/// its normal.
 ///
-/// A triangle, a polygon whose triangles from its first corner cover it, and one without area are divided from the first
-/// corner. For others the triangles are those of the constrained Delaunay triangulation of the polygon in projection
-/// within which its winding number is 1; it must be 0 or 1 everywhere, so that holes joined to the outside by an edge
-/// there and back are holes.
+/// A triangle, a polygon whose triangles from its first corner cover it, and one without area are
+/// divided from the first corner. For others the triangles are those of the constrained Delaunay
+/// triangulation of the polygon in projection within which its winding number is 1; it must be 0 or
+/// 1 everywhere, so that holes joined to the outside by an edge there and back are holes.
 fn divide(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let fan: Vec<[usize; 3]> = (1..points.len() - 1).map(|i| [0, i, i + 1]).collect();
     let area = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
@@ -119,12 +149,23 @@ fn divide(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let mut mesh = ConstrainedDelaunayTriangulation::<Corner>::new();
     let mut handles = Vec::with_capacity(points.len());
     for (index, at) in flat.iter().enumerate() {
-        let [x, y] = at.to_array().map(|x| if x.abs() < MIN_ALLOWED_VALUE { 0.0 } else { x });
-        let handle = mesh.insert(Corner { index, at: Point2::new(x, y) }).ok()?;
+        let [x, y] = at
+            .to_array()
+            .map(|x| if x.abs() < MIN_ALLOWED_VALUE { 0.0 } else { x });
+        let handle = mesh
+            .insert(Corner {
+                index,
+                at: Point2::new(x, y),
+            })
+            .ok()?;
         handles.push(handle);
     }
     // Corners that coincide in projection only.
-    if handles.iter().zip(points).any(|(&handle, point)| points[mesh.vertex(handle).data().index] != *point) {
+    if handles
+        .iter()
+        .zip(points)
+        .any(|(&handle, point)| points[mesh.vertex(handle).data().index] != *point)
+    {
         return None;
     }
     let mut crossings = HashMap::<(usize, usize), i64>::new();
@@ -142,22 +183,38 @@ fn divide(points: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     }
     let mut windings = vec![None; mesh.num_all_faces()];
     windings[mesh.outer_face().fix().index()] = Some(0);
-    let mut open: Vec<_> = mesh.directed_edges().filter(|edge| edge.face().is_outer()).collect();
+    let mut open: Vec<_> = mesh
+        .directed_edges()
+        .filter(|edge| edge.face().is_outer())
+        .collect();
     while let Some(edge) = open.pop() {
         let [a, b] = edge.vertices().map(|v| v.fix().index());
         let across = edge.rev().face();
         if windings[across.fix().index()].is_some() {
             continue;
         }
-        let winding = windings[edge.face().fix().index()]? - crossings.get(&(a, b)).copied().unwrap_or(0);
+        let winding =
+            windings[edge.face().fix().index()]? - crossings.get(&(a, b)).copied().unwrap_or(0);
         windings[across.fix().index()] = Some(winding);
-        open.extend(across.as_inner().into_iter().flat_map(|face| face.adjacent_edges()));
+        open.extend(
+            across
+                .as_inner()
+                .into_iter()
+                .flat_map(|face| face.adjacent_edges()),
+        );
     }
-    if windings.iter().any(|winding| !matches!(winding, Some(0 | 1))) {
+    if windings
+        .iter()
+        .any(|winding| !matches!(winding, Some(0 | 1)))
+    {
         return None;
     }
-    let inside = mesh.inner_faces().filter(|face| windings[face.fix().index()] == Some(1));
-    let triangles: Vec<_> = inside.map(|face| face.vertices().map(|v| v.data().index)).collect();
+    let inside = mesh
+        .inner_faces()
+        .filter(|face| windings[face.fix().index()] == Some(1));
+    let triangles: Vec<_> = inside
+        .map(|face| face.vertices().map(|v| v.data().index))
+        .collect();
     (!triangles.is_empty()).then_some(triangles)
 }
 
@@ -175,16 +232,24 @@ impl HasPosition for Corner {
     }
 }
 
-/// The projection of a polygon along the axis that is nearest to its normal, in which it is counter-clockwise.
+/// The projection of a polygon along the axis that is nearest to its normal, in which it is
+/// counter-clockwise.
 fn flattened(points: &[DVec3]) -> Vec<DVec2> {
     let normal = newell(points);
     let axis = normal.abs().max_position();
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-    let project = |p: &DVec3| if normal[axis] < 0.0 { DVec2::new(p[v], p[u]) } else { DVec2::new(p[u], p[v]) };
+    let project = |p: &DVec3| {
+        if normal[axis] < 0.0 {
+            DVec2::new(p[v], p[u])
+        } else {
+            DVec2::new(p[u], p[v])
+        }
+    };
     points.iter().map(project).collect()
 }
 
-/// Whether the triangles from the first corner turn one way and all within half a turn, so that they cover the polygon.
+/// Whether the triangles from the first corner turn one way and all within half a turn, so that
+/// they cover the polygon.
 fn fan_covers(points: &[DVec2]) -> bool {
     let side = |i: usize, j: usize| (points[i] - points[0]).perp_dot(points[j] - points[0]);
     (2..points.len()).all(|i| side(i - 1, i) > 0.0 && side(1, i) > 0.0)

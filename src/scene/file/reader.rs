@@ -26,7 +26,10 @@ impl Source<'_> {
     pub fn parse(&self) -> Result<Spanned<DeTable<'_>>, Error> {
         DeTable::parse(self.text).map_err(|error| {
             let at = error.span().map_or(self.text.len(), |span| span.start);
-            self.fault(at, format!("this is not TOML: {}", error.message().replace('\n', " ")))
+            self.fault(
+                at,
+                format!("this is not TOML: {}", error.message().replace('\n', " ")),
+            )
         })
     }
 
@@ -44,13 +47,19 @@ impl Source<'_> {
 
 /// What is wrong at a line of a file.
 pub(super) fn fault(file: impl Display, line: usize, message: impl Display) -> Error {
-    Error::Scene { scene: format!("{file}, line {line}"), message: message.to_string() }
+    Error::Scene {
+        scene: format!("{file}, line {line}"),
+        message: message.to_string(),
+    }
 }
 
 /// The start of what somebody wrote, on one line.
 pub(super) fn shown(text: &str) -> String {
     let start: String = text.chars().take(40).collect();
-    format!("{start:?}{}", if start.len() < text.len() { "..." } else { "" })
+    format!(
+        "{start:?}{}",
+        if start.len() < text.len() { "..." } else { "" }
+    )
 }
 
 /// A value and where it stands.
@@ -65,46 +74,71 @@ pub(super) struct Value<'s> {
 impl<'s> Value<'s> {
     /// What is wrong with it, as the end of a sentence that begins with its keys.
     pub fn fault(&self, message: impl Display) -> Error {
-        self.source.fault(self.value.span().start, format!("{} {message}", self.path))
+        self.source
+            .fault(self.value.span().start, format!("{} {message}", self.path))
     }
 
     pub fn number(&self, range: RangeInclusive<f64>) -> Result<f64, Error> {
         let number = match self.value.get_ref() {
-            DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
+            DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix())
+                .ok()
+                .map(|n| n as f64),
             DeValue::Float(x) => x.as_str().parse().ok(),
             _ => None,
         };
-        number.filter(|number| range.contains(number)).ok_or_else(|| {
-            let (low, high) = (range.start(), range.end());
-            self.fault(format!("must be a number from {low} to {high}"))
-        })
+        number
+            .filter(|number| range.contains(number))
+            .ok_or_else(|| {
+                let (low, high) = (range.start(), range.end());
+                self.fault(format!("must be a number from {low} to {high}"))
+            })
     }
 
     /// An index below `count`.
     pub fn index(&self, count: usize) -> Result<u32, Error> {
         let last = count.saturating_sub(1) as f64;
-        let index = self.number(0.0..=last).ok().filter(|index| index.fract() == 0.0 && count > 0);
+        let index = self
+            .number(0.0..=last)
+            .ok()
+            .filter(|index| index.fract() == 0.0 && count > 0);
         index.map(|index| index as u32).ok_or_else(|| {
-            self.fault(format!("points at a vertex that is not there: there are {count}, and the first is 0"))
+            self.fault(format!(
+                "points at a vertex that is not there: there are {count}, and the first is 0"
+            ))
         })
     }
 
     pub fn array(&self) -> Result<impl ExactSizeIterator<Item = Self> + use<'s>, Error> {
         let (source, path) = (self.source, Rc::clone(&self.path));
-        let array = self.value.get_ref().as_array().ok_or_else(|| self.fault("must be an array"))?;
-        Ok(array.iter().map(move |value| Self { source, path: Rc::clone(&path), value }))
+        let array = self
+            .value
+            .get_ref()
+            .as_array()
+            .ok_or_else(|| self.fault("must be an array"))?;
+        Ok(array.iter().map(move |value| Self {
+            source,
+            path: Rc::clone(&path),
+            value,
+        }))
     }
 
     /// Two values of a kind.
     pub fn two<T>(&self, each: impl Fn(&Self) -> Result<T, Error>) -> Result<[T; 2], Error> {
-        let items = self.array()?.map(|item| each(&item)).collect::<Result<Vec<T>, _>>()?;
-        items.try_into().map_err(|_| self.fault("must be an array of two"))
+        let items = self
+            .array()?
+            .map(|item| each(&item))
+            .collect::<Result<Vec<T>, _>>()?;
+        items
+            .try_into()
+            .map_err(|_| self.fault("must be an array of two"))
     }
 
     fn three(&self, range: RangeInclusive<f64>) -> Result<DVec3, Error> {
         let three = self.array().ok().filter(|array| array.len() == 3);
         let numbers = three.ok_or_else(|| self.fault("must be three numbers, as in [0, 0, 1]"))?;
-        let numbers: Vec<f64> = numbers.map(|number| number.number(range.clone())).collect::<Result<_, _>>()?;
+        let numbers: Vec<f64> = numbers
+            .map(|number| number.number(range.clone()))
+            .collect::<Result<_, _>>()?;
         Ok(DVec3::from_slice(&numbers))
     }
 
@@ -114,25 +148,42 @@ impl<'s> Value<'s> {
 
     /// One number for all channels, or three.
     pub fn colour(&self, range: RangeInclusive<f64>) -> Result<DVec3, Error> {
-        if self.value.get_ref().is_array() { self.three(range) } else { Ok(DVec3::splat(self.number(range)?)) }
+        if self.value.get_ref().is_array() {
+            self.three(range)
+        } else {
+            Ok(DVec3::splat(self.number(range)?))
+        }
     }
 
     pub fn text(&self) -> Result<&'s str, Error> {
-        self.value.get_ref().as_str().ok_or_else(|| self.fault("must be a text in quotation marks"))
+        self.value
+            .get_ref()
+            .as_str()
+            .ok_or_else(|| self.fault("must be a text in quotation marks"))
     }
 
     pub fn truth(&self) -> Result<bool, Error> {
-        self.value.get_ref().as_bool().ok_or_else(|| self.fault("must be true or false"))
+        self.value
+            .get_ref()
+            .as_bool()
+            .ok_or_else(|| self.fault("must be true or false"))
     }
 
     /// The choice whose name is given.
-    pub fn choice<T: Copy>(&self, choices: &[(&'static str, T)]) -> Result<(&'static str, T), Error> {
+    pub fn choice<T: Copy>(
+        &self,
+        choices: &[(&'static str, T)],
+    ) -> Result<(&'static str, T), Error> {
         let name = self.text()?;
-        choices.iter().find(|choice| choice.0 == name).copied().ok_or_else(|| {
-            let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
-            let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
-            self.fault(format!("cannot be {}{hint}", shown(name)))
-        })
+        choices
+            .iter()
+            .find(|choice| choice.0 == name)
+            .copied()
+            .ok_or_else(|| {
+                let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
+                let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
+                self.fault(format!("cannot be {}{hint}", shown(name)))
+            })
     }
 
     pub fn is_table(&self) -> bool {
@@ -141,8 +192,17 @@ impl<'s> Value<'s> {
 
     pub fn table(&self) -> Result<Table<'s>, Error> {
         let (source, path, at) = (self.source, Rc::clone(&self.path), self.value.span().start);
-        let entries = self.value.get_ref().as_table().ok_or_else(|| self.fault("must be a table of keys"))?;
-        Ok(Table { source, path, at, entries })
+        let entries = self
+            .value
+            .get_ref()
+            .as_table()
+            .ok_or_else(|| self.fault("must be a table of keys"))?;
+        Ok(Table {
+            source,
+            path,
+            at,
+            entries,
+        })
     }
 }
 
@@ -156,29 +216,59 @@ pub(super) struct Table<'s> {
 
 impl<'s> Table<'s> {
     pub fn root(source: &'s Source<'s>, table: &'s Spanned<DeTable<'s>>) -> Self {
-        Self { source, path: "".into(), at: 0, entries: table.get_ref() }
+        Self {
+            source,
+            path: "".into(),
+            at: 0,
+            entries: table.get_ref(),
+        }
     }
 
     /// What is wrong with it, as the end of a sentence that begins with its keys.
     pub fn fault(&self, message: impl Display) -> Error {
-        let what = if self.path.is_empty() { "the file" } else { &self.path };
+        let what = if self.path.is_empty() {
+            "the file"
+        } else {
+            &self.path
+        };
         self.source.fault(self.at, format!("{what} {message}"))
     }
 
     /// A note about it, with its file and line.
     pub fn note(&self, message: impl Display) -> String {
-        format!("{}, line {}: {} {message}", self.source.file, self.source.line(self.at), self.path)
+        format!(
+            "{}, line {}: {} {message}",
+            self.source.file,
+            self.source.line(self.at),
+            self.path
+        )
     }
 
     /// Refuses keys other than these.
     pub fn keys(&self, valid: &[&[&str]]) -> Result<(), Error> {
         let valid = valid.concat();
-        let wrong = self.entries.keys().find(|key| !valid.contains(&key.get_ref().as_ref()));
+        let wrong = self
+            .entries
+            .keys()
+            .find(|key| !valid.contains(&key.get_ref().as_ref()));
         wrong.map_or(Ok(()), |key| {
-            refuse_lights(key.get_ref(), &self.value(key.get_ref(), &self.entries[key]))?;
-            let (name, place) = (key.get_ref(), if self.path.is_empty() { "a scene" } else { &self.path });
+            refuse_lights(
+                key.get_ref(),
+                &self.value(key.get_ref(), &self.entries[key]),
+            )?;
+            let (name, place) = (
+                key.get_ref(),
+                if self.path.is_empty() {
+                    "a scene"
+                } else {
+                    &self.path
+                },
+            );
             let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
-            Err(self.source.fault(key.span().start, format!("{place} has no key {}{hint}", shown(name))))
+            Err(self.source.fault(
+                key.span().start,
+                format!("{place} has no key {}{hint}", shown(name)),
+            ))
         })
     }
 
@@ -188,22 +278,39 @@ impl<'s> Table<'s> {
 
     /// A value that must be there.
     pub fn need(&self, key: &str) -> Result<Value<'s>, Error> {
-        let other = || self.entries.keys().find(|other| advice(other.get_ref(), &[key]).is_some());
-        let hint = || other().map_or(String::new(), |other| format!("; {} is not known here", shown(other.get_ref())));
-        self.get(key).ok_or_else(|| self.fault(format!("needs the key {key}{}", hint())))
+        let other = || {
+            self.entries
+                .keys()
+                .find(|other| advice(other.get_ref(), &[key]).is_some())
+        };
+        let hint = || {
+            other().map_or(String::new(), |other| {
+                format!("; {} is not known here", shown(other.get_ref()))
+            })
+        };
+        self.get(key)
+            .ok_or_else(|| self.fault(format!("needs the key {key}{}", hint())))
     }
 
     /// All keys with their values, in the order of the file.
     pub fn rows(&self) -> impl Iterator<Item = (&'s str, Value<'s>)> {
         let mut rows: Vec<_> = self.entries.iter().collect();
         rows.sort_by_key(|(key, _)| key.span().start);
-        rows.into_iter().map(|(key, value)| (key.get_ref().as_ref(), self.value(key.get_ref(), value)))
+        rows.into_iter()
+            .map(|(key, value)| (key.get_ref().as_ref(), self.value(key.get_ref(), value)))
     }
 
     fn value(&self, key: &str, value: &'s Spanned<DeValue<'s>>) -> Value<'s> {
         let dot = if self.path.is_empty() { "" } else { "." };
-        let key =
-            if key.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) { key.to_owned() } else { shown(key) };
-        Value { source: self.source, path: format!("{}{dot}{key}", self.path).into(), value }
+        let key = if key.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
+            key.to_owned()
+        } else {
+            shown(key)
+        };
+        Value {
+            source: self.source,
+            path: format!("{}{dot}{key}", self.path).into(),
+            value,
+        }
     }
 }

@@ -22,9 +22,20 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
         _ => return Err(table.fault("needs one of fov_deg and half_height, and not both")),
     };
     let point = |key| table.need(key)?.point();
-    let camera = Camera::new(point("eye")? * unit, point("target")? * unit, point("up")?, half_height);
-    let needs = || table.fault("needs a target away from the eye and an upright that is not the line of sight");
-    if camera.is_valid() { Ok(camera) } else { Err(needs()) }
+    let camera = Camera::new(
+        point("eye")? * unit,
+        point("target")? * unit,
+        point("up")?,
+        half_height,
+    );
+    let needs = || {
+        table.fault("needs a target away from the eye and an upright that is not the line of sight")
+    };
+    if camera.is_valid() {
+        Ok(camera)
+    } else {
+        Err(needs())
+    }
 }
 
 /// What may still be read.
@@ -45,7 +56,9 @@ impl Limits {
 }
 
 fn spend(left: &mut usize, count: usize, what: &str) -> Result<(), String> {
-    *left = left.checked_sub(count).ok_or_else(|| format!("the scene has more than {MOST} {what}: use fewer"))?;
+    *left = left
+        .checked_sub(count)
+        .ok_or_else(|| format!("the scene has more than {MOST} {what}: use fewer"))?;
     Ok(())
 }
 
@@ -60,33 +73,65 @@ pub(super) struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    pub(super) fn of(source: &Source, name: &str, folder: &'a Path) -> Result<(Description, Self), Error> {
-        let limits = Limits { bytes: LARGEST_OTHER, vertices: MOST, triangles: MOST };
+    pub(super) fn of(
+        source: &Source,
+        name: &str,
+        folder: &'a Path,
+    ) -> Result<(Description, Self), Error> {
+        let limits = Limits {
+            bytes: LARGEST_OTHER,
+            vertices: MOST,
+            triangles: MOST,
+        };
         let (digest, notes, materials) = (Sha256::new(), Vec::new(), HashSet::new());
-        let mut reading = Self { folder, unit: 1.0, materials, limits, digest, notes };
+        let mut reading = Self {
+            folder,
+            unit: 1.0,
+            materials,
+            limits,
+            digest,
+            notes,
+        };
         reading.hash(source.text.as_bytes());
         let parsed = source.parse()?;
         let root = Table::root(source, &parsed);
-        root.keys(&[&["name", "unit", "background", "camera", "materials", "objects"]])?;
+        root.keys(&[&[
+            "name",
+            "unit",
+            "background",
+            "camera",
+            "materials",
+            "objects",
+        ]])?;
         if let Some(unit) = root.get("unit") {
             reading.unit = unit.number(1e-6..=1e6)?;
         }
         let mut description = Description {
-            name: root.get("name").map_or(Ok(name), |name| name.text())?.to_owned(),
+            name: root
+                .get("name")
+                .map_or(Ok(name), |name| name.text())?
+                .to_owned(),
             background: root
                 .get("background")
-                .map_or(Ok(Environment::Uniform(DVec3::ZERO)), |value| reading.background(&value))?,
+                .map_or(Ok(Environment::Uniform(DVec3::ZERO)), |value| {
+                    reading.background(&value)
+                })?,
             camera: camera(&root.need("camera")?.table()?, reading.unit)?,
             materials: Vec::new(),
             objects: Vec::new(),
         };
         if let Some(materials) = root.get("materials") {
             for (name, value) in materials.table()?.rows() {
-                if name.is_empty() || name.chars().count() > 64 || name.chars().any(char::is_control) {
+                if name.is_empty()
+                    || name.chars().count() > 64
+                    || name.chars().any(char::is_control)
+                {
                     return Err(value.fault("needs a name of 1 to 64 printable characters"));
                 }
                 reading.materials.insert(name.to_owned());
-                description.materials.push((name.to_owned(), surface(&value.table()?)?));
+                description
+                    .materials
+                    .push((name.to_owned(), surface(&value.table()?)?));
             }
         }
         if let Some(objects) = root.get("objects") {
@@ -107,18 +152,25 @@ impl<'a> Reading<'a> {
         table.keys(&[&["image", "layer", "scale", "up", "front"]])?;
         let (image, bytes) = self.bytes_of(&table, "image")?;
         let layer = table.get("layer").map(|layer| layer.text()).transpose()?;
-        let picture = image::decode(&image, &bytes, layer, "layer").map_err(|error| table.fault(error))?;
+        let picture =
+            image::decode(&image, &bytes, layer, "layer").map_err(|error| table.fault(error))?;
         if !picture.has_primaries(REC_709) {
             let found = picture.primaries;
-            return Err(
-                table.fault(format!("has primaries {found:?}, not those of Rec. 709 and sRGB: convert its image"))
-            );
+            return Err(table.fault(format!(
+                "has primaries {found:?}, not those of Rec. 709 and sRGB: convert its image"
+            )));
         }
         if picture.is_cube {
             return Err(table.fault("is a cube map: convert its image to longitude and latitude"));
         }
-        if !matches!(picture.meaning, Meaning::Rgb | Meaning::Luminance | Meaning::Grey) {
-            return Err(table.fault(format!("is no radiance in R, G, B, or of one channel: {}", picture.reading())));
+        if !matches!(
+            picture.meaning,
+            Meaning::Rgb | Meaning::Luminance | Meaning::Grey
+        ) {
+            return Err(table.fault(format!(
+                "is no radiance in R, G, B, or of one channel: {}",
+                picture.reading()
+            )));
         }
         let [width, height] = picture.size;
         if width != 2 * height {
@@ -128,18 +180,35 @@ impl<'a> Reading<'a> {
                 image.display()
             ));
         }
-        let scale = table.get("scale").map_or(Ok(1.0), |scale| scale.number(1e-9..=LARGEST))?;
+        let scale = table
+            .get("scale")
+            .map_or(Ok(1.0), |scale| scale.number(1e-9..=LARGEST))?;
         let axis = |key, default| table.get(key).map_or(Ok(default), |axis| axis.point());
         let planes = &picture.values;
-        let pixel =
-            |i: usize| DVec3::new(planes[0][i], planes[1 % planes.len()][i], planes[2 % planes.len()][i]) * scale;
+        let pixel = |i: usize| {
+            DVec3::new(
+                planes[0][i],
+                planes[1 % planes.len()][i],
+                planes[2 % planes.len()][i],
+            ) * scale
+        };
         let pixels = (0..planes[0].len()).map(pixel).collect();
-        let map = EnvironmentMap::new(picture.size, pixels, axis("up", DVec3::Z)?, axis("front", DVec3::X)?);
-        map.map(Environment::Map).map_err(|message| table.fault(format!("is no environment map: {message}")))
+        let map = EnvironmentMap::new(
+            picture.size,
+            pixels,
+            axis("up", DVec3::Z)?,
+            axis("front", DVec3::X)?,
+        );
+        map.map(Environment::Map)
+            .map_err(|message| table.fault(format!("is no environment map: {message}")))
     }
 
     /// The bytes of the file that a key names, which become a part of what tells scenes apart.
-    pub(super) fn bytes_of(&mut self, table: &Table, key: &str) -> Result<(PathBuf, Vec<u8>), Error> {
+    pub(super) fn bytes_of(
+        &mut self,
+        table: &Table,
+        key: &str,
+    ) -> Result<(PathBuf, Vec<u8>), Error> {
         let value = table.need(key)?;
         let name = value.text()?;
         let path = self.folder.join(name);

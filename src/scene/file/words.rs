@@ -7,22 +7,37 @@ use glam::DVec3;
 use super::reader::{LARGEST, Table, Value};
 use crate::error::Error;
 
-/// Keys of other programs, and keys or values of this one that may be meant: the first that is valid where the word stands.
-/// Words are in lower case without `-`, `_` and blanks.
+/// Keys of other programs, and keys or values of this one that may be meant: the first that is
+/// valid where the word stands. Words are in lower case without `-`, `_` and blanks.
 const SYNONYMS: [(&str, &[&str]); 32] = [
-    ("ior eta refraction refractiveindex indexofrefraction intior n", &["index"]),
+    (
+        "ior eta refraction refractiveindex indexofrefraction intior n",
+        &["index"],
+    ),
     (
         "color colour diffuse diffusecolor kd rgb basecolor rho reflectance albedo diffusereflectance specular \
          specularreflectance ks tint f0",
         &["albedo", "reflectance"],
     ),
-    ("roughness rough alpha sigma", &["alpha", "sigma", "roughness"]),
-    ("position pos centre center location origin", &["centre", "eye", "corner", "translate"]),
+    (
+        "roughness rough alpha sigma",
+        &["alpha", "sigma", "roughness"],
+    ),
+    (
+        "position pos centre center location origin",
+        &["centre", "eye", "corner", "translate"],
+    ),
     ("from lookfrom", &["eye"]),
     ("lookat to at interest", &["target"]),
     ("fov vfov yfov angle fieldofview", &["fov_deg"]),
-    ("emit emits emissive emittance ke le emissioncolor radiance luminance intensity power strength", &["emission"]),
-    ("radiance sky environment envmap ambient world emission", &["background"]),
+    (
+        "emit emits emissive emittance ke le emissioncolor radiance luminance intensity power strength",
+        &["emission"],
+    ),
+    (
+        "radiance sky environment envmap ambient world emission",
+        &["background"],
+    ),
     ("filename path src url mesh", &["file", "image"]),
     ("texture map file", &["image"]),
     ("rotation orientation", &["rotate"]),
@@ -35,14 +50,23 @@ const SYNONYMS: [(&str, &[&str]); 32] = [
     ("verts points positions p", &["vertices"]),
     ("indices triangles tris polygons", &["faces"]),
     ("min max bounds aabb", &["corners"]),
-    ("flip flipnormals reverse reverseorientation inside", &["inward"]),
+    (
+        "flip flipnormals reverse reverseorientation inside",
+        &["inward"],
+    ),
     ("shapes geometry primitives spheres meshes", &["objects"]),
     ("material bsdfs", &["materials"]),
     ("units", &["unit"]),
     ("matte lambertian diffuse", &["lambert"]),
-    ("metal conductor roughconductor microfacet glossy metallic", &["ggx"]),
+    (
+        "metal conductor roughconductor microfacet glossy metallic",
+        &["ggx"],
+    ),
     ("dielectric refractive water", &["glass"]),
-    ("roughdielectric frosted frostedglass roughglass", &["rough-glass"]),
+    (
+        "roughdielectric frosted frostedglass roughglass",
+        &["rough-glass"],
+    ),
     ("specular reflective perfectmirror", &["mirror"]),
     ("ball uvsphere icosphere", &["sphere"]),
     ("null none", &["black"]),
@@ -54,21 +78,36 @@ const INSTEAD: [(&str, &str); 7] = [
         "plastic roughplastic principled disney uber pbr phong blinn blinnphong coated standard",
         "no model has a coat: take \"lambert\" or \"eon\" for the body, \"ggx\" for metal",
     ),
-    ("emissive emitter light area arealight diffuselight emission", "take \"black\" with emission = a radiance"),
-    ("plane quad square rect ground parallelogram", "take \"rectangle\" with a corner and two edges"),
+    (
+        "emissive emitter light area arealight diffuselight emission",
+        "take \"black\" with emission = a radiance",
+    ),
+    (
+        "plane quad square rect ground parallelogram",
+        "take \"rectangle\" with a corner and two edges",
+    ),
     ("cube cuboid aabb", "take \"box\" with two corners"),
-    ("triangle polygon tri trimesh trianglemesh polymesh", "take \"mesh\" with vertices and faces"),
+    (
+        "triangle polygon tri trimesh trianglemesh polymesh",
+        "take \"mesh\" with vertices and faces",
+    ),
     (
         "disc disk circle cylinder cone torus curve tube capsule",
         "take a \"mesh\" or \"obj\" that approximates it; a face may have any number of corners",
     ),
-    ("ply stl gltf glb fbx usd wavefront", "convert the file to Wavefront OBJ and take \"obj\""),
+    (
+        "ply stl gltf glb fbx usd wavefront",
+        "convert the file to Wavefront OBJ and take \"obj\"",
+    ),
 ];
 
 /// Kinds of lights without extent.
 const LIGHTS: [(&str, Light); 3] = [
     ("point pointlight omni bulb", Light::Point),
-    ("directional directionallight distant distantlight sun sunlight parallel", Light::Directional),
+    (
+        "directional directionallight distant distantlight sun sunlight parallel",
+        Light::Directional,
+    ),
     ("spot spotlight", Light::Spot),
 ];
 
@@ -80,24 +119,44 @@ enum Light {
 }
 
 fn plain(word: &str) -> String {
-    word.chars().filter(|c| !"-_ ".contains(*c)).take(64).flat_map(char::to_lowercase).collect()
+    word.chars()
+        .filter(|c| !"-_ ".contains(*c))
+        .take(64)
+        .flat_map(char::to_lowercase)
+        .collect()
 }
 
 fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
     let word = plain(word);
-    table.iter().filter(|(words, _)| words.split(' ').any(|known| known == word)).map(|(_, meaning)| *meaning).collect()
+    table
+        .iter()
+        .filter(|(words, _)| words.split(' ').any(|known| known == word))
+        .map(|(_, meaning)| *meaning)
+        .collect()
 }
 
 /// A tail for messages about a word that is not valid, if other programs know it.
 pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
-    let meant = find(&SYNONYMS, wrong).concat().into_iter().find(|meant| valid.contains(meant));
+    let meant = find(&SYNONYMS, wrong)
+        .concat()
+        .into_iter()
+        .find(|meant| valid.contains(meant));
     let Some(meant) = meant else {
         // Advice on models and shapes, not on keys.
-        let takes = |instead: &&str| valid.iter().any(|valid| instead.contains(&format!("\"{valid}\"")));
-        return find(&INSTEAD, wrong).into_iter().find(takes).map(|instead| format!("; {instead}"));
+        let takes = |instead: &&str| {
+            valid
+                .iter()
+                .any(|valid| instead.contains(&format!("\"{valid}\"")))
+        };
+        return find(&INSTEAD, wrong)
+            .into_iter()
+            .find(takes)
+            .map(|instead| format!("; {instead}"));
     };
     let more = match (plain(wrong).as_str(), meant) {
-        ("roughness" | "rough", "alpha") => " It is the square of the roughness in Blender, glTF and Disney's model",
+        ("roughness" | "rough", "alpha") => {
+            " It is the square of the roughness in Blender, glTF and Disney's model"
+        }
         ("sigma" | "roughness" | "rough", "sigma") => " It is in radians",
         ("intensity" | "power" | "strength", "emission") => " It is a radiance: power / (π area)",
         (_, "fov_deg") => " It is the vertical angle in degrees",
@@ -108,8 +167,15 @@ pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
 
 /// Refuses a table that describes a light without extent, whichever of its keys says so.
 pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
-    for value in ["shape", "model", "type", "kind", "light"].iter().filter_map(|key| table.get(key)) {
-        if let Some(light) = value.text().ok().and_then(|text| find(&LIGHTS, text).first().copied()) {
+    for value in ["shape", "model", "type", "kind", "light"]
+        .iter()
+        .filter_map(|key| table.get(key))
+    {
+        if let Some(light) = value
+            .text()
+            .ok()
+            .and_then(|text| find(&LIGHTS, text).first().copied())
+        {
             return Err(value.fault(instead(light, Some(table))));
         }
     }
@@ -185,5 +251,9 @@ fn place(v: DVec3) -> String {
 
 /// A colour as a scene file has it.
 fn written(v: DVec3) -> String {
-    if v == DVec3::splat(v.x) { v.x.to_string() } else { place(v) }
+    if v == DVec3::splat(v.x) {
+        v.x.to_string()
+    } else {
+        place(v)
+    }
 }

@@ -1,5 +1,5 @@
-//! The reference: a walk that sends no shadow rays, weights nothing and knows nothing of bodies, from the scene and its
-//! reflection models alone.
+//! The reference: a walk that sends no shadow rays, weights nothing and knows nothing of bodies,
+//! from the scene and its reflection models alone.
 
 use crate::prelude::*;
 use whitefurnace::bsdf::Vertex;
@@ -11,8 +11,8 @@ pub enum Light {
     All(u32),
     /// The light that the light tracer shows: nothing in mirrors or through glass.
     StraightToTheEye,
-    /// The light that Whitted's method shows: what is scattered at one diffuse surface and comes straight from an emitter there, or none:
-    /// by so many segments at most.
+    /// The light that Whitted's method shows: what is scattered at one diffuse surface and comes
+    /// straight from an emitter there, or none: by so many segments at most.
     Whitted(u32),
 }
 
@@ -21,7 +21,13 @@ pub enum Light {
 pub struct Naive(pub Light);
 
 impl Estimator for Naive {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         let (mut ray, mut hit, mut throughput, mut radiance) = (*ray, hit, DVec3::ONE, DVec3::ZERO);
         let (mut scattered, mut diffusely) = (0_u32, false);
         loop {
@@ -32,7 +38,11 @@ impl Estimator for Naive {
                     Light::Whitted(_) => !diffusely,
                 };
                 let background = scene.background().radiance(ray.direction);
-                return if shows { radiance + throughput * background } else { radiance };
+                return if shows {
+                    radiance + throughput * background
+                } else {
+                    radiance
+                };
             };
             rng.block(scattered + 1);
             radiance += throughput * scene.emitted(&here, ray.direction);

@@ -1,4 +1,5 @@
-//! Scenes of a row's features, in which the red radiance that arrives anywhere is 1 as far as surfaces conserve energy.
+//! Scenes of a row's features, in which the red radiance that arrives anywhere is 1 as far as
+//! surfaces conserve energy.
 
 use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::bsdf::rough_glass::RoughGlass;
@@ -8,9 +9,25 @@ use super::table::{Factor, Row};
 use crate::prelude::*;
 
 pub const SHAPES: &[&str] = &["sphere", "zones", "hollow", "rectangles", "box", "mesh"];
-pub const MATERIALS: &[&str] =
-    &["black", "lambert", "oren-nayar", "eon", "mirror", "glass", "rough glass", "ggx", "absorbing"];
-pub const EMITTERS: &[&str] = &["none", "rectangles", "triangles", "sphere", "zones", "several"];
+pub const MATERIALS: &[&str] = &[
+    "black",
+    "lambert",
+    "oren-nayar",
+    "eon",
+    "mirror",
+    "glass",
+    "rough glass",
+    "ggx",
+    "absorbing",
+];
+pub const EMITTERS: &[&str] = &[
+    "none",
+    "rectangles",
+    "triangles",
+    "sphere",
+    "zones",
+    "several",
+];
 pub const EMISSIONS: &[&str] = &["black", "lambert", "mirror", "glass", "ggx"];
 pub const BACKGROUNDS: &[&str] = &["dark", "constant", "map", "closed sphere", "closed box"];
 pub const CASTERS: &[&str] = &["none", "flat mirror", "mirror ball", "glass ball"];
@@ -35,30 +52,49 @@ const INDEX: f64 = 1.5;
 /// The albedo of the walls of closed scenes.
 const WALL: f64 = 0.4;
 
-/// The red radiance that arrives at the eye, if it has a closed form: nothing absorbs or is lost, and all that emits
-/// emits what it does not reflect.
+/// The red radiance that arrives at the eye, if it has a closed form: nothing absorbs or is lost,
+/// and all that emits emits what it does not reflect.
 pub fn exact(row: &Row) -> Option<f64> {
     if row.is("background", "dark") && row.is("emitter", "none") {
         return Some(0.0);
     }
     let conserves = ["lambert", "mirror", "glass", "absorbing"];
-    let objects = ["a material", "b material", "c material"].iter().all(|object| conserves.contains(&row.get(object)));
-    let emitters = row.is("emitter", "none") || ["black", "lambert", "mirror"].contains(&row.get("emission"));
-    let within = if row.is("eye", "in glass") { INDEX * INDEX } else { 1.0 };
+    let objects = ["a material", "b material", "c material"]
+        .iter()
+        .all(|object| conserves.contains(&row.get(object)));
+    let emitters =
+        row.is("emitter", "none") || ["black", "lambert", "mirror"].contains(&row.get("emission"));
+    let within = if row.is("eye", "in glass") {
+        INDEX * INDEX
+    } else {
+        1.0
+    };
     (objects && emitters).then_some(within)
 }
 
-/// A material that reflects this share of red light and less of the others, as far as it can be chosen.
+/// A material that reflects this share of red light and less of the others, as far as it can be
+/// chosen.
 fn material(name: &str, red: f64) -> Surface {
     let albedo = DVec3::new(red, 0.6 * red, 0.3 * red);
     Surface::new(match name {
         "black" => Bsdf::Black,
         "oren-nayar" => Bsdf::oren_nayar(albedo, 0.5, OrenNayarForm::Corrected),
-        "eon" => Bsdf::Eon { albedo, roughness: 0.6 },
-        "mirror" => Bsdf::Mirror { reflectance: albedo },
+        "eon" => Bsdf::Eon {
+            albedo,
+            roughness: 0.6,
+        },
+        "mirror" => Bsdf::Mirror {
+            reflectance: albedo,
+        },
         "glass" => Bsdf::Glass { index: INDEX },
-        "rough glass" => Bsdf::RoughGlass(RoughGlass { index: INDEX, alpha: 0.5 }),
-        "ggx" => Bsdf::model(Ggx { reflectance: albedo, alpha: 0.5 }),
+        "rough glass" => Bsdf::RoughGlass(RoughGlass {
+            index: INDEX,
+            alpha: 0.5,
+        }),
+        "ggx" => Bsdf::model(Ggx {
+            reflectance: albedo,
+            alpha: 0.5,
+        }),
         _ => Bsdf::Lambert { albedo },
     })
     .absorbing(if name == "absorbing" { 0.3 } else { 0.0 })
@@ -88,33 +124,66 @@ fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: 
         "sphere" => ball(s, sphere, surface),
         "hollow" => {
             ball(s, sphere, surface);
-            ball(s, Sphere { inward: true, ..Sphere::new(centre, 0.7 * radius) }, surface);
+            ball(
+                s,
+                Sphere {
+                    inward: true,
+                    ..Sphere::new(centre, 0.7 * radius)
+                },
+                surface,
+            );
         }
         "zones" => {
             let cuts = [-1.0, -0.3, 0.4, 1.0].map(|cut: f64| cut * radius);
             let zone = |low: f64, high: f64| {
                 [
-                    if low == -radius { f64::NEG_INFINITY } else { low },
+                    if low == -radius {
+                        f64::NEG_INFINITY
+                    } else {
+                        low
+                    },
                     if high == radius { f64::INFINITY } else { high },
                 ]
             };
             for ends in cuts.windows(2) {
-                ball(s, Sphere { zone: zone(ends[0], ends[1]), ..sphere }, surface);
+                ball(
+                    s,
+                    Sphere {
+                        zone: zone(ends[0], ends[1]),
+                        ..sphere
+                    },
+                    surface,
+                );
             }
         }
         "box" => add_mesh(s, Mesh::cube(), centre, 0.55 * radius, surface),
         "triangles" => {
-            let vertices =
-                [DVec3::new(1.0, 0.0, -0.3), DVec3::new(-0.5, 0.8, -0.3), DVec3::new(-0.5, -0.8, -0.3), DVec3::Z];
+            let vertices = [
+                DVec3::new(1.0, 0.0, -0.3),
+                DVec3::new(-0.5, 0.8, -0.3),
+                DVec3::new(-0.5, -0.8, -0.3),
+                DVec3::Z,
+            ];
             let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-            add_mesh(s, Mesh { vertices: vertices.to_vec(), triangles }, centre, radius, surface);
+            add_mesh(
+                s,
+                Mesh {
+                    vertices: vertices.to_vec(),
+                    triangles,
+                },
+                centre,
+                radius,
+                surface,
+            );
         }
         "mesh" => add_mesh(s, Mesh::globe(6, 8), centre, radius, surface),
         _ => {
             let (half, surface) = (0.55 * radius, s.surface(surface));
-            for [x, y, z] in
-                [[DVec3::X, DVec3::Y, DVec3::Z], [DVec3::Y, DVec3::Z, DVec3::X], [DVec3::Z, DVec3::X, DVec3::Y]]
-            {
+            for [x, y, z] in [
+                [DVec3::X, DVec3::Y, DVec3::Z],
+                [DVec3::Y, DVec3::Z, DVec3::X],
+                [DVec3::Z, DVec3::X, DVec3::Y],
+            ] {
                 let [x, y, z] = [half * x, half * y, half * z];
                 s.rectangle(centre - x - y + z, [2.0 * x, 2.0 * y], surface);
                 s.rectangle(centre - x - y - z, [2.0 * y, 2.0 * x], surface);
@@ -123,10 +192,16 @@ fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: 
     }
 }
 
-/// A map whose red is 1 everywhere and whose other colours, by which shadow rays pick as well, are not.
+/// A map whose red is 1 everywhere and whose other colours, by which shadow rays pick as well, are
+/// not.
 fn map() -> Environment {
     let pixel = |i: usize| DVec3::new(1.0, (i % 3) as f64, (i * i % 5) as f64);
-    let map = EnvironmentMap::new([6, 3], (0..18).map(pixel).collect(), DVec3::new(0.2, 0.1, 1.0), DVec3::Y);
+    let map = EnvironmentMap::new(
+        [6, 3],
+        (0..18).map(pixel).collect(),
+        DVec3::new(0.2, 0.1, 1.0),
+        DVec3::Y,
+    );
     Environment::Map(map.expect("a map"))
 }
 
@@ -139,7 +214,14 @@ pub fn scene_of(row: &Row) -> Scene {
         match row.get("background") {
             "constant" => s.background(DVec3::new(1.0, 2.0, 0.5)),
             "map" => s.environment(map()),
-            "closed sphere" => ball(s, Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 6.0) }, wall),
+            "closed sphere" => ball(
+                s,
+                Sphere {
+                    inward: true,
+                    ..Sphere::new(DVec3::ZERO, 6.0)
+                },
+                wall,
+            ),
             "closed box" => {
                 let wall = s.surface(wall);
                 simple::closed_cube(s, 5.0, true, wall);
@@ -147,16 +229,26 @@ pub fn scene_of(row: &Row) -> Scene {
             _ => {}
         }
         for (object, x) in [("a", -0.75), ("b", 0.75)] {
-            let [shape, of] = ["shape", "material"].map(|what| row.get(&format!("{object} {what}")));
+            let [shape, of] =
+                ["shape", "material"].map(|what| row.get(&format!("{object} {what}")));
             body(s, shape, DVec3::new(x, 0.0, 0.0), 0.6, material(of, 1.0));
         }
         let floor = Mesh::cube().map(|v| v * DVec3::new(1.8, 1.2, 0.1) - 0.9 * DVec3::Z);
-        add_mesh(s, floor, DVec3::ZERO, 1.0, material(row.get("c material"), 1.0));
+        add_mesh(
+            s,
+            floor,
+            DVec3::ZERO,
+            1.0,
+            material(row.get("c material"), 1.0),
+        );
         let light = emission(row.get("emission"));
         match row.get("emitter") {
             "none" => {}
             "several" => {
-                for (i, shape) in ["sphere", "rectangles", "mesh", "zones"].into_iter().enumerate() {
+                for (i, shape) in ["sphere", "rectangles", "mesh", "zones"]
+                    .into_iter()
+                    .enumerate()
+                {
                     let at = DVec3::new(0.7 * i as f64 - 1.05, 0.1 * i as f64, 1.0);
                     let light = if i == 1 { emission("black") } else { light };
                     body(s, shape, at, 0.25, light);
@@ -167,11 +259,20 @@ pub fn scene_of(row: &Row) -> Scene {
         match row.get("caster") {
             "flat mirror" => {
                 // A thin box, for a mirror has a back as well.
-                let plate = Mesh::cube().map(|v| v * DVec3::new(3.0, 0.02, 2.0) + DVec3::new(0.0, 1.4, 0.2));
+                let plate = Mesh::cube()
+                    .map(|v| v * DVec3::new(3.0, 0.02, 2.0) + DVec3::new(0.0, 1.4, 0.2));
                 add_mesh(s, plate, DVec3::ZERO, 1.0, material("mirror", 1.0));
             }
-            "mirror ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38), material("mirror", 1.0)),
-            "glass ball" => ball(s, Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38), material("glass", 1.0)),
+            "mirror ball" => ball(
+                s,
+                Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38),
+                material("mirror", 1.0),
+            ),
+            "glass ball" => ball(
+                s,
+                Sphere::new(DVec3::new(0.0, -0.7, -0.4), 0.38),
+                material("glass", 1.0),
+            ),
             _ => {}
         }
         let centre = DVec3::new(0.0, 0.7, -0.2);

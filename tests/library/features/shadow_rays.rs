@@ -1,7 +1,9 @@
-//! Shadow rays and paths find the same light: along one and the same way, with densities of which both know the same.
+//! Shadow rays and paths find the same light: along one and the same way, with densities of which
+//! both know the same.
 //!
-//! Where that holds for every way, weights that sum to one leave the mean as it is. It is tested way by way, without noise,
-//! so that mistakes are seen that are far too small or too rare for the mean of an image.
+//! Where that holds for every way, weights that sum to one leave the mean as it is. It is tested
+//! way by way, without noise, so that mistakes are seen that are far too small or too rare for the
+//! mean of an image.
 
 use std::sync::Mutex;
 
@@ -16,8 +18,8 @@ use super::table::{Row, table};
 use super::{by_area, path_of, path_rows};
 use crate::prelude::*;
 
-/// A shadow ray that nothing stopped: the direction in which it left, how often mirrors and glass scatter its light, and
-/// its pdf and that of a path in this direction.
+/// A shadow ray that nothing stopped: the direction in which it left, how often mirrors and glass
+/// scatter its light, and its pdf and that of a path in this direction.
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     direction: DVec3,
@@ -25,7 +27,8 @@ struct Sent {
     pdfs: [f64; 2],
 }
 
-/// A pdf, with respect to solid angle, that is reached only where a cosine at the light is a rounding.
+/// A pdf, with respect to solid angle, that is reached only where a cosine at the light is a
+/// rounding.
 const EDGE_ON: f64 = 1e10;
 
 /// The events of one path.
@@ -41,7 +44,8 @@ struct Events {
     sent: Vec<Sent>,
     /// That which the path follows, and how many mirrors and glass surfaces are still to come.
     followed: Option<(Sent, u32)>,
-    /// Where the path left a surface that is no mirror and no smooth glass, and whether that was rough glass.
+    /// Where the path left a surface that is no mirror and no smooth glass, and whether that was
+    /// rough glass.
     left: Option<(DVec3, DVec3, bool)>,
     /// Where it left the last surface, and how many mirrors and glass surfaces it met between.
     last: (DVec3, DVec3),
@@ -54,14 +58,16 @@ struct Events {
 /// A claim about one path.
 #[derive(Debug)]
 enum Found {
-    /// The path met the light that a shadow ray had found: what the ray knew, and the pdfs by which the hit is weighted.
+    /// The path met the light that a shadow ray had found: what the ray knew, and the pdfs by which
+    /// the hit is weighted.
     Followed(Sent, [f64; 2]),
-    /// A path hit something by way of mirrors and glass: whether the hit was weighted, and whether a shadow ray finds it.
+    /// A path hit something by way of mirrors and glass: whether the hit was weighted, and whether
+    /// a shadow ray finds it.
     Hit { weighted: bool, by_bodies: bool },
 }
 
-/// Parts whose path takes, where `follows`, the way of the shadow ray that its vertex sent last, and which keep what the
-/// path tracer asks about it.
+/// Parts whose path takes, where `follows`, the way of the shadow ray that its vertex sent last,
+/// and which keep what the path tracer asks about it.
 struct Watch<'a> {
     scene: &'a Scene,
     follows: bool,
@@ -87,14 +93,21 @@ impl Watch<'_> {
         let offset = 1e-7;
         if let Some((start, direction, rough_glass)) = events.left
             && events.between > 0
-            && let Some(hit) = self.scene.intersect(&Ray::new(from + offset * towards, towards))
+            && let Some(hit) = self
+                .scene
+                .intersect(&Ray::new(from + offset * towards, towards))
         {
             let takes = |body: &SceneBody| {
                 body.kind.bounces() == events.between
-                    && body.routes((start, hit.point)).any(|(_, route)| route.direction.distance(direction) < 1e-5)
+                    && body
+                        .routes((start, hit.point))
+                        .any(|(_, route)| route.direction.distance(direction) < 1e-5)
             };
             let by_bodies = !rough_glass && self.scene.bodies().all().iter().any(takes);
-            events.found.push(Found::Hit { weighted: pdfs.is_some(), by_bodies });
+            events.found.push(Found::Hit {
+                weighted: pdfs.is_some(),
+                by_bodies,
+            });
         }
     }
 }
@@ -104,7 +117,12 @@ impl NextEvent for Watch<'_> {
         self.events().sends = true;
         Standard.sample_emitter(emitter, random)
     }
-    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+    fn sample_solid_angle(
+        &self,
+        emitter: &Emitter,
+        from: DVec3,
+        random: [f64; 2],
+    ) -> Option<(EmitterPoint, f64)> {
         self.events().sends = true;
         Standard.sample_solid_angle(emitter, from, random)
     }
@@ -133,10 +151,17 @@ impl NextEvent for Watch<'_> {
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         let mut events = self.events();
         if events.sends {
-            let (direction, by) = events.free.take().map_or((events.direct, None), |(d, kind)| (d, Some(kind)));
+            let (direction, by) = events
+                .free
+                .take()
+                .map_or((events.direct, None), |(d, kind)| (d, Some(kind)));
             // Light seen along its own plane, but for a rounding, adds nothing.
             if pdf < EDGE_ON {
-                events.sent.push(Sent { direction, by, pdfs: [pdf, other] });
+                events.sent.push(Sent {
+                    direction,
+                    by,
+                    pdfs: [pdf, other],
+                });
             }
         } else {
             drop(events);
@@ -175,11 +200,19 @@ const OBJECTS: [DVec3; 6] = [
 impl Scattering for Watch<'_> {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut guard = self.events();
-        let Events { sent, mut followed, left, between, found, .. } = std::mem::take(&mut *guard);
+        let Events {
+            sent,
+            mut followed,
+            left,
+            between,
+            found,
+            ..
+        } = std::mem::take(&mut *guard);
         let [coin, which] = uniform2(rng);
         let mut sample = match *bsdf {
             Bsdf::Glass { index } => {
-                let passes = followed.map_or(coin < 0.5, |(sent, _)| sent.by == Some(Kind::Refraction));
+                let passes =
+                    followed.map_or(coin < 0.5, |(sent, _)| sent.by == Some(Kind::Refraction));
                 Some(self.sample_glass(index, at, f64::from(u8::from(passes))))
             }
             _ => Standard.sample(bsdf, at, rng),
@@ -193,7 +226,8 @@ impl Scattering for Watch<'_> {
                 followed = Some((sent, sent.by.map_or(0, Kind::bounces)));
                 sample.direction = sent.direction;
             } else {
-                let direction = (OBJECTS[pick(OBJECTS.len())] + in_cube(rng, 0.5) - at.point).normalize();
+                let direction =
+                    (OBJECTS[pick(OBJECTS.len())] + in_cube(rng, 0.5) - at.point).normalize();
                 if bsdf.is_rough_glass() || direction.dot(at.frame.z) > 0.0 {
                     sample.direction = direction;
                 }
@@ -207,65 +241,129 @@ impl Scattering for Watch<'_> {
             *left -= 1;
         }
         let direction = sample.map_or(DVec3::ZERO, |sample| sample.direction);
-        *guard = Events { followed, found, ended: sample.is_none(), last: (at.point, direction), ..Events::default() };
-        (guard.left, guard.between) =
-            if bsdf.is_rough() { (Some((at.point, direction, bsdf.is_rough_glass())), 0) } else { (left, between + 1) };
+        *guard = Events {
+            followed,
+            found,
+            ended: sample.is_none(),
+            last: (at.point, direction),
+            ..Events::default()
+        };
+        (guard.left, guard.between) = if bsdf.is_rough() {
+            (Some((at.point, direction, bsdf.is_rough_glass())), 0)
+        } else {
+            (left, between + 1)
+        };
         sample
     }
 }
 
-/// Hands the events of some paths of each scene of the table to `check`, by the settings of its row.
+/// Hands the events of some paths of each scene of the table to `check`, by the settings of its
+/// row.
 fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     let mut rng = rng("features");
     for row in path_rows() {
         let row = row.with("finds", "mis");
         let scene = scene_of(&row);
-        let Path { strategy, lights, heuristic, early, by_bodies, bounces, .. } = path_of(&row);
-        let settings = Path { parts: (), strategy, lights, heuristic, early, by_bodies, bounces };
-        let parts = Watch { scene: &scene, follows, events: Mutex::default() };
-        let path = Path { parts, strategy, lights, heuristic, early, by_bodies, bounces };
+        let Path {
+            strategy,
+            lights,
+            heuristic,
+            early,
+            by_bodies,
+            bounces,
+            ..
+        } = path_of(&row);
+        let settings = Path {
+            parts: (),
+            strategy,
+            lights,
+            heuristic,
+            early,
+            by_bodies,
+            bounces,
+        };
+        let parts = Watch {
+            scene: &scene,
+            follows,
+            events: Mutex::default(),
+        };
+        let path = Path {
+            parts,
+            strategy,
+            lights,
+            heuristic,
+            early,
+            by_bodies,
+            bounces,
+        };
         for _ in 0..(2000.0 * context("features").scale) as u32 {
             let [x, y] = uniform2(&mut rng);
             let ray = scene.camera().ray([1, 1], x, y);
             path.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
             let events = std::mem::take(&mut *path.parts.events());
-            assert!(events.followed.is_none(), "a shadow ray found {:?}, no path hits it: {row}", events.followed);
-            events.found.into_iter().for_each(|found| check(&row, &settings, found));
+            assert!(
+                events.followed.is_none(),
+                "a shadow ray found {:?}, no path hits it: {row}",
+                events.followed
+            );
+            events
+                .found
+                .into_iter()
+                .for_each(|found| check(&row, &settings, found));
         }
     }
 }
 
-/// Paths that take the way of a shadow ray, direct, to a map, or by way of bodies, hit what it found, and both weight it by
-/// the same densities.
+/// Paths that take the way of a shadow ray, direct, to a map, or by way of bodies, hit what it
+/// found, and both weight it by the same densities.
 #[test]
 fn paths_hit_what_shadow_rays_find() {
     let mut counts = [0; 5];
     watch(true, |row, _, found| {
-        let Found::Followed(sent, [pdf, other]) = found else { return };
+        let Found::Followed(sent, [pdf, other]) = found else {
+            return;
+        };
         let [by_light, by_path] = sent.pdfs;
         // On a caustic densities are known but for a rounding of any size, which moves no weight.
         let weights = [by_light / (by_light + by_path), pdf / (pdf + other)];
-        assert!((weights[0] + weights[1] - 1.0).abs() < 1e-6, "{sent:?} and [{pdf}, {other}]: {row}");
+        assert!(
+            (weights[0] + weights[1] - 1.0).abs() < 1e-6,
+            "{sent:?} and [{pdf}, {other}]: {row}"
+        );
         counts[sent.by.map_or(3, |kind| kind as usize)] += 1;
         counts[4] += usize::from(row.is("background", "map"));
     });
-    assert!(counts.iter().all(|&count| count > 50), "{counts:?} flat, reflected, refracted, direct; with a map");
+    assert!(
+        counts.iter().all(|&count| count > 50),
+        "{counts:?} flat, reflected, refracted, direct; with a map"
+    );
 }
 
-/// Light that paths hit by way of mirrors and glass is weighted if a shadow ray finds it, and only then.
+/// Light that paths hit by way of mirrors and glass is weighted if a shadow ray finds it, and only
+/// then.
 #[test]
 fn shadow_rays_find_what_paths_weight() {
     let mut counts = [0; 2];
     watch(false, |row, path, found| {
-        let Found::Hit { weighted, by_bodies } = found else { return };
+        let Found::Hit {
+            weighted,
+            by_bodies,
+        } = found
+        else {
+            return;
+        };
         let by_bodies = by_bodies && path.by_bodies && !row.is("background", "map");
         assert_eq!(weighted, by_bodies, "{row}");
         counts[usize::from(weighted)] += 1;
     });
-    assert!(counts.iter().all(|&count| count > 50), "{counts:?} not weighted and weighted");
+    assert!(
+        counts.iter().all(|&count| count > 50),
+        "{counts:?} not weighted and weighted"
+    );
 }
 
-/// Whether the last surface that a path of the report left scatters in all directions, and whether any before did.
+/// Whether the last surface that a path of the report left scatters in all directions, and whether
+/// any before did.
 struct Left {
     rules: LightRules,
     last_and_any: Mutex<[bool; 2]>,
@@ -292,17 +390,36 @@ impl Scattering for Left {
     }
 }
 
-/// The report's estimator counts what its rays hit where no shadow ray looked for it, whatever stands between: by its own
-/// rules until a path has left a diffuse surface, by those of physics wherever mirrors or glass were last.
+/// The report's estimator counts what its rays hit where no shadow ray looked for it, whatever
+/// stands between: by its own rules until a path has left a diffuse surface, by those of physics
+/// wherever mirrors or glass were last.
 #[test]
 fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
     let mut rng = rng("features");
     for row in table(&SCENE, by_area) {
         let scene = scene_of(&row);
-        for rules in [LightRules::PHYSICAL, LightRules { shadows_pass_glass: false, ..LightRules::REPORT }] {
-            let report = Report { parts: Left { rules, last_and_any: Mutex::default() }, rules, segments: 30, rays: 1 };
+        for rules in [
+            LightRules::PHYSICAL,
+            LightRules {
+                shadows_pass_glass: false,
+                ..LightRules::REPORT
+            },
+        ] {
+            let report = Report {
+                parts: Left {
+                    rules,
+                    last_and_any: Mutex::default(),
+                },
+                rules,
+                segments: 30,
+                rays: 1,
+            };
             for _ in 0..(500.0 * context("features").scale) as u32 {
-                *report.parts.last_and_any.lock().expect("no thread has panicked") = [false; 2];
+                *report
+                    .parts
+                    .last_and_any
+                    .lock()
+                    .expect("no thread has panicked") = [false; 2];
                 let [x, y] = uniform2(&mut rng);
                 let ray = scene.camera().ray([1, 1], x, y);
                 report.radiance(&scene, &ray, scene.intersect(&ray), &mut rng);

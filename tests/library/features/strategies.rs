@@ -1,5 +1,5 @@
-//! Whichever strategy of bidirectional path tracing makes a path, it finds the same densities, so that all weights of one
-//! path sum to one.
+//! Whichever strategy of bidirectional path tracing makes a path, it finds the same densities, so
+//! that all weights of one path sum to one.
 
 use std::sync::Mutex;
 
@@ -11,8 +11,8 @@ use super::scenes::{SCENE, scene_of};
 use super::{images_take, table::table};
 use crate::prelude::*;
 
-/// A path that a connection made: its densities, and the points from the connection's other end to the emitter, of which
-/// the eye's walk has come to so many.
+/// A path that a connection made: its densities, and the points from the connection's other end to
+/// the emitter, of which the eye's walk has come to so many.
 #[derive(Default)]
 struct Made {
     path: Vec<Density>,
@@ -35,8 +35,8 @@ struct Events {
     finished: usize,
 }
 
-/// Parts whose walk from the eye, once a connection has made a path, takes that path to the emitter: all strategies with
-/// fewer vertices from the light then make it as well.
+/// Parts whose walk from the eye, once a connection has made a path, takes that path to the
+/// emitter: all strategies with fewer vertices from the light then make it as well.
 #[derive(Default)]
 struct Retrace(Mutex<Events>);
 
@@ -67,11 +67,23 @@ impl Bidirectional for Retrace {
             return weight(path, s);
         }
         if events.followed.is_none() && events.finished == 0 && s > 0 {
-            let points = if s == 1 { vec![events.fresh] } else { events.light[..s].iter().rev().copied().collect() };
-            events.made.push(Made { path: path.to_vec(), points, met: 0 });
+            let points = if s == 1 {
+                vec![events.fresh]
+            } else {
+                events.light[..s].iter().rev().copied().collect()
+            };
+            events.made.push(Made {
+                path: path.to_vec(),
+                points,
+                met: 0,
+            });
         }
         // With one vertex from the light there is another one.
-        if let Some(Made { path: other, points, met }) = &events.followed
+        if let Some(Made {
+            path: other,
+            points,
+            met,
+        }) = &events.followed
             && path.len() == other.len()
             && s + met + 1 == points.len()
             && s != 1
@@ -79,7 +91,10 @@ impl Bidirectional for Retrace {
             let finished = s == 0;
             for k in 0..=path.len() {
                 let [a, b] = [path, other].map(|path| weight(path, k));
-                assert!((a - b).abs() <= 1e-6, "{a} and {b} of {k}, {s} after {met}: {path:?} {other:?}");
+                assert!(
+                    (a - b).abs() <= 1e-6,
+                    "{a} and {b} of {k}, {s} after {met}: {path:?} {other:?}"
+                );
             }
             events.compared += 1;
             if finished {
@@ -96,7 +111,12 @@ impl NextEvent for Retrace {
         self.start(sampled.point);
         sampled
     }
-    fn sample_solid_angle(&self, emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+    fn sample_solid_angle(
+        &self,
+        emitter: &Emitter,
+        from: DVec3,
+        random: [f64; 2],
+    ) -> Option<(EmitterPoint, f64)> {
         let sampled = Standard.sample_solid_angle(emitter, from, random);
         self.events().fresh = sampled.map_or(DVec3::NAN, |(sampled, _)| sampled.point);
         sampled
@@ -108,7 +128,9 @@ impl Roulette for Retrace {
         let events = self.events();
         match &events.followed {
             Some(_) => Some(1.0),
-            None => Standard.survive(throughput, early, r).filter(|_| events.finished == 0),
+            None => Standard
+                .survive(throughput, early, r)
+                .filter(|_| events.finished == 0),
         }
     }
 }
@@ -116,7 +138,13 @@ impl Roulette for Retrace {
 impl Scattering for Retrace {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut events = self.events();
-        let Events { eye, light, made, followed, .. } = &mut *events;
+        let Events {
+            eye,
+            light,
+            made,
+            followed,
+            ..
+        } = &mut *events;
         let sample = Standard.sample(bsdf, at, rng);
         if !*eye {
             light.push(at.point);
@@ -144,7 +172,10 @@ impl Scattering for Retrace {
             _ => {
                 let wi = at.frame.local(direction);
                 let weighted = Standard.weighted(bsdf, at.wo, wi, Standard.pdf(bsdf, at.wo, wi));
-                Some(BsdfSample { direction, ..weighted })
+                Some(BsdfSample {
+                    direction,
+                    ..weighted
+                })
             }
         }
     }
@@ -160,7 +191,8 @@ fn all_strategies_of_a_path_find_its_densities() {
         let scene = scene_of(row);
         for index in 0..(1000.0 * context("features").scale) as u32 {
             let bdpt = Bdpt::new(Retrace::default());
-            bdpt.pass(&scene, [1, 1], master(), index).expect("legal values");
+            bdpt.pass(&scene, [1, 1], master(), index)
+                .expect("legal values");
             let events = bdpt.parts.0.into_inner().expect("no thread has panicked");
             if let Some(Made { points, met, path }) = events.followed {
                 panic!("the walk from the eye came to {met} of {points:?} {path:?}: {row}");
@@ -171,5 +203,8 @@ fn all_strategies_of_a_path_find_its_densities() {
         }
     }
     let [paths, strategies, walks] = counts;
-    assert!(5 * paths > walks && 20 * (strategies - paths) > walks, "{counts:?} paths, strategies of theirs, walks");
+    assert!(
+        5 * paths > walks && 20 * (strategies - paths) > walks,
+        "{counts:?} paths, strategies of theirs, walks"
+    );
 }

@@ -1,4 +1,5 @@
-//! A table of factors whose every pair of levels stands in at least one row, found by a greedy search.
+//! A table of factors whose every pair of levels stands in at least one row, found by a greedy
+//! search.
 
 use std::collections::BTreeSet;
 
@@ -30,7 +31,10 @@ impl Row {
         let mut row = self.clone();
         for ((name, levels), at) in self.factors.iter().zip(&mut row.levels) {
             if *name == factor {
-                *at = levels.iter().position(|other| *other == level).expect("a level");
+                *at = levels
+                    .iter()
+                    .position(|other| *other == level)
+                    .expect("a level");
             }
         }
         row
@@ -43,7 +47,10 @@ impl Row {
 
     /// Whether any factor has this level.
     pub fn has(&self, level: &str) -> bool {
-        self.factors.iter().zip(&self.levels).any(|((_, levels), &at)| levels[at] == level)
+        self.factors
+            .iter()
+            .zip(&self.levels)
+            .any(|((_, levels), &at)| levels[at] == level)
     }
 
     /// Whether a factor changes nothing, such as a heuristic where nothing is weighted.
@@ -58,7 +65,9 @@ impl Row {
 
     fn pairs(&self) -> BTreeSet<Pair> {
         let levels = self.levels.iter().copied().enumerate();
-        let levels: Vec<(usize, usize)> = levels.filter(|&(factor, _)| !self.is_idle(factor)).collect();
+        let levels: Vec<(usize, usize)> = levels
+            .filter(|&(factor, _)| !self.is_idle(factor))
+            .collect();
         pairs(self.factors, &levels).collect()
     }
 }
@@ -75,14 +84,28 @@ impl std::fmt::Display for Row {
     }
 }
 
-/// The name of a feature: factors of several objects, "a shape" and "b shape", have the same features.
+/// The name of a feature: factors of several objects, "a shape" and "b shape", have the same
+/// features.
 fn feature((name, levels): Factor, level: usize) -> String {
-    format!("{} {}", name.trim_start_matches(['a', 'b', 'c']).trim_start(), levels[level])
+    format!(
+        "{} {}",
+        name.trim_start_matches(['a', 'b', 'c']).trim_start(),
+        levels[level]
+    )
 }
 
-/// The pairs of features of some factors at some levels. Shape and material are a pair where one object has both.
-fn pairs<'a>(factors: &'static [Factor], levels: &'a [(usize, usize)]) -> impl Iterator<Item = Pair> + 'a {
-    let object = |factor: usize| factors[factor].0.split_once(' ').filter(|(object, _)| object.len() == 1);
+/// The pairs of features of some factors at some levels. Shape and material are a pair where one
+/// object has both.
+fn pairs<'a>(
+    factors: &'static [Factor],
+    levels: &'a [(usize, usize)],
+) -> impl Iterator<Item = Pair> + 'a {
+    let object = |factor: usize| {
+        factors[factor]
+            .0
+            .split_once(' ')
+            .filter(|(object, _)| object.len() == 1)
+    };
     levels.iter().enumerate().flat_map(move |(i, &(f, l))| {
         levels[..i].iter().filter_map(move |&(g, m)| {
             let mut pair = [feature(factors[f], l), feature(factors[g], m)];
@@ -95,8 +118,8 @@ fn pairs<'a>(factors: &'static [Factor], levels: &'a [(usize, usize)]) -> impl I
     })
 }
 
-/// Every pair of features that some row can have. `allowed` refuses rows, and is asked of each pair with all other levels
-/// drawn at random: a pair for which none of many is allowed is impossible.
+/// Every pair of features that some row can have. `allowed` refuses rows, and is asked of each pair
+/// with all other levels drawn at random: a pair for which none of many is allowed is impossible.
 pub fn required(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> BTreeSet<Pair> {
     let mut found = BTreeSet::new();
     let mut rng = stream(1, 0, 0);
@@ -120,8 +143,13 @@ pub fn required(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> B
 
 /// A row with some levels given and the others at random.
 fn fixed(factors: &'static [Factor], given: &[(usize, usize)], rng: &mut Stream) -> Row {
-    let mut levels: Vec<usize> = factors.iter().map(|(_, levels)| draw(rng, levels.len())).collect();
-    given.iter().for_each(|&(factor, level)| levels[factor] = level);
+    let mut levels: Vec<usize> = factors
+        .iter()
+        .map(|(_, levels)| draw(rng, levels.len()))
+        .collect();
+    given
+        .iter()
+        .for_each(|&(factor, level)| levels[factor] = level);
     Row { factors, levels }
 }
 
@@ -130,7 +158,10 @@ fn draw(rng: &mut Stream, count: usize) -> usize {
 }
 
 /// The pairs that stand in none of these rows.
-pub fn missing<'a>(mut required: BTreeSet<Pair>, rows: impl IntoIterator<Item = &'a Row>) -> BTreeSet<Pair> {
+pub fn missing<'a>(
+    mut required: BTreeSet<Pair>,
+    rows: impl IntoIterator<Item = &'a Row>,
+) -> BTreeSet<Pair> {
     for row in rows {
         for pair in row.pairs() {
             required.remove(&pair);
@@ -139,8 +170,8 @@ pub fn missing<'a>(mut required: BTreeSet<Pair>, rows: impl IntoIterator<Item = 
     required
 }
 
-/// Rows that have all required pairs between them: each is the best of some, which begin with a pair that is missing
-/// and take the level of each further factor, in random order, that adds most.
+/// Rows that have all required pairs between them: each is the best of some, which begin with a
+/// pair that is missing and take the level of each further factor, in random order, that adds most.
 pub fn table(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> Vec<Row> {
     const CANDIDATES: u32 = 40;
     let mut left = required(factors, &allowed);
@@ -178,11 +209,20 @@ fn candidate_row(factors: &'static [Factor], left: &BTreeSet<Pair>, rng: &mut St
                 return left.iter().filter(|pair| pair.contains(&name)).count();
             }
             let with: Vec<_> = chosen.iter().copied().chain([(factor, level)]).collect();
-            pairs(factors, &with).filter(|pair| left.contains(pair)).collect::<BTreeSet<_>>().len()
+            pairs(factors, &with)
+                .filter(|pair| left.contains(pair))
+                .collect::<BTreeSet<_>>()
+                .len()
         };
-        let best = (0..count).map(|i| (first + i) % count).max_by_key(|&level| gain(level)).unwrap_or(first);
+        let best = (0..count)
+            .map(|i| (first + i) % count)
+            .max_by_key(|&level| gain(level))
+            .unwrap_or(first);
         chosen.push((factor, best));
     }
     chosen.sort_unstable();
-    Row { factors, levels: chosen.into_iter().map(|(_, level)| level).collect() }
+    Row {
+        factors,
+        levels: chosen.into_iter().map(|(_, level)| level).collect(),
+    }
 }

@@ -20,7 +20,11 @@ fn pdf(_: DVec3, wi: DVec3) -> f64 {
 }
 fn sample(wo: DVec3, [r1, r2, _]: [f64; 3]) -> Option<SampledDirection> {
     let wi = cosine_hemisphere([r1, r2]);
-    Some(SampledDirection { wi, weight: ALBEDO, pdf: pdf(wo, wi) })
+    Some(SampledDirection {
+        wi,
+        weight: ALBEDO,
+        pdf: pdf(wo, wi),
+    })
 }
 
 fn right() -> BsdfSubject {
@@ -28,36 +32,60 @@ fn right() -> BsdfSubject {
 }
 
 pub fn with_eval(eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject { eval: Box::new(eval), ..right() }
+    BsdfSubject {
+        eval: Box::new(eval),
+        ..right()
+    }
 }
 
 fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSubject {
-    BsdfSubject { pdf: Box::new(pdf), ..right() }
+    BsdfSubject {
+        pdf: Box::new(pdf),
+        ..right()
+    }
 }
 
 /// The sampler with its result changed.
 pub fn with_sample(
     change: impl Fn(SampledDirection) -> Option<SampledDirection> + Send + Sync + 'static,
 ) -> BsdfSubject {
-    BsdfSubject { sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)), ..right() }
+    BsdfSubject {
+        sample: Box::new(move |wo, random| sample(wo, random).and_then(&change)),
+        ..right()
+    }
 }
 
 /// Too small for a verdict on cells, large enough for everything else.
 fn small() -> CheckUp {
-    CheckUp { inclinations: vec![30.0], samples: 20_000, pairs: 500, ..CheckUp::default() }
+    CheckUp {
+        inclinations: vec![30.0],
+        samples: 20_000,
+        pairs: 500,
+        ..CheckUp::default()
+    }
 }
 
 /// The context of the environment, at scale 1 whatever the scale of the trials.
 fn context(name: &str) -> Context {
-    Context { scale: 1.0, ..crate::support::context(name) }
+    Context {
+        scale: 1.0,
+        ..crate::support::context(name)
+    }
 }
 
 /// The outcome whose name begins so, of a check-up at these inclinations.
 fn found(subject: &BsdfSubject, inclinations: Vec<f64>, name: &str) -> Outcome {
-    check_up(subject, &CheckUp { inclinations, ..small() }, &context(name))
-        .into_iter()
-        .find(|outcome| outcome.name.starts_with(name))
-        .expect("an outcome of this name")
+    check_up(
+        subject,
+        &CheckUp {
+            inclinations,
+            ..small()
+        },
+        &context(name),
+    )
+    .into_iter()
+    .find(|outcome| outcome.name.starts_with(name))
+    .expect("an outcome of this name")
 }
 
 fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
@@ -69,7 +97,8 @@ fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, Vec::new(), name)
 }
 
-/// Red only where rustc takes arguments for read-only that closures change: with `CARGO_INCREMENTAL=0`.
+/// Red only where rustc takes arguments for read-only that closures change: with
+/// `CARGO_INCREMENTAL=0`.
 #[test]
 fn closures_have_arguments_of_their_own() {
     let subject = BsdfSubject::new(
@@ -102,15 +131,19 @@ fn closures_have_arguments_of_their_own() {
         pdf
     });
     let w = cosine_hemisphere([0.3, 0.6]);
-    assert_eq!([density.pdf(black_box(w)), density.pdf(w)], [cosine_hemisphere_pdf(w.z); 2]);
+    assert_eq!(
+        [density.pdf(black_box(w)), density.pdf(w)],
+        [cosine_hemisphere_pdf(w.z); 2]
+    );
 }
 
-/// How many verdicts chance could turn, in this module: two subjects with two random outcomes each in two directions at
-/// most, and one for all shares and means that are far within their bounds together.
+/// How many verdicts chance could turn, in this module: two subjects with two random outcomes each
+/// in two directions at most, and one for all shares and means that are far within their bounds
+/// together.
 pub const ASSERTIONS: usize = 9;
 
-/// Asserts that a share of n independent trials is known to within `reach`, after asserting that chance goes
-/// beyond it with a probability of which a hundred fit into a share of the budget.
+/// Asserts that a share of n independent trials is known to within `reach`, after asserting that
+/// chance goes beyond it with a probability of which a hundred fit into a share of the budget.
 fn assert_share(found: usize, n: usize, share: f64, reach: f64) {
     let count = |share: f64| n as f64 * share;
     let above = binomial_sf(count(share + reach).ceil() as u64, n as u64, share);
@@ -128,30 +161,58 @@ const MASS: &str = "integral of the pdf";
 
 #[test]
 fn a_check_up_asks_everything() {
-    let size = CheckUp { inclinations: vec![0.0, 60.0], ..small() };
+    let size = CheckUp {
+        inclinations: vec![0.0, 60.0],
+        ..small()
+    };
     let mut expected = [SANE, WEIGHTS, "reciprocity"].map(String::from).to_vec();
     for degrees in [0, 60] {
-        let each = [MASS, "chi-square of samples", "furnace", "energy bound", "directional albedo"];
+        let each = [
+            MASS,
+            "chi-square of samples",
+            "furnace",
+            "energy bound",
+            "directional albedo",
+        ];
         expected.extend(each.map(|name| format!("{name} at {degrees} degrees")));
     }
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
     // The first channel of a model as it is rendered, too.
-    let rendered = BsdfSubject::of(Bsdf::Lambert { albedo: DVec3::new(ALBEDO, 0.7, 0.9) }).albedo(|_| ALBEDO);
+    let rendered = BsdfSubject::of(Bsdf::Lambert {
+        albedo: DVec3::new(ALBEDO, 0.7, 0.9),
+    })
+    .albedo(|_| ALBEDO);
     for subject in [right(), rendered] {
         let outcomes = check_up(&subject, &size, &context("everything"));
         assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
         // All weights are the same: the furnaces are exact.
         assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
         for outcome in &outcomes {
-            // The small sample leaves the cells open: they are held to no size, only not to be rejected.
+            // The small sample leaves the cells open: they are held to no size, only not to be
+            // rejected.
             let expected = outcome.name.starts_with("chi-square");
             assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
-            assert_eq!(outcome.verdict() != Verdict::Holds, expected, "{}", outcome.name);
+            assert_eq!(
+                outcome.verdict() != Verdict::Holds,
+                expected,
+                "{}",
+                outcome.name
+            );
         }
     }
     // 75 degrees are a direction like any other.
-    let outcomes = at_direction(&right(), &size, &context("direction"), DVec3::new(0.6, 0.0, 0.8), 75.0);
-    assert!(outcomes.iter().all(|outcome| outcome.name.ends_with("at 75 degrees")));
+    let outcomes = at_direction(
+        &right(),
+        &size,
+        &context("direction"),
+        DVec3::new(0.6, 0.0, 0.8),
+        75.0,
+    );
+    assert!(
+        outcomes
+            .iter()
+            .all(|outcome| outcome.name.ends_with("at 75 degrees"))
+    );
 }
 
 #[test]
@@ -159,32 +220,72 @@ fn a_subject_is_what_was_set() {
     let new = || BsdfSubject::new(eval, sample, pdf);
     assert!(new().reciprocal && !new().transmits && matches!(new().loss, Loss::None));
     assert!(new().energy_bound == 1.0 && new().albedo.is_none());
-    let set = new().reciprocal(false).transmits(true).loss(Loss::Allowed).energy_bound(0.5);
-    assert!(!set.reciprocal && set.transmits && matches!(set.loss, Loss::Allowed) && set.energy_bound == 0.5);
-    let outcomes = check_up(&new().reciprocal(false), &small(), &context("no reciprocity"));
+    let set = new()
+        .reciprocal(false)
+        .transmits(true)
+        .loss(Loss::Allowed)
+        .energy_bound(0.5);
+    assert!(
+        !set.reciprocal
+            && set.transmits
+            && matches!(set.loss, Loss::Allowed)
+            && set.energy_bound == 0.5
+    );
+    let outcomes = check_up(
+        &new().reciprocal(false),
+        &small(),
+        &context("no reciprocity"),
+    );
     assert!(outcomes.iter().all(|outcome| outcome.name != "reciprocity"));
-    assert!(outcomes.iter().all(|o| !o.name.starts_with("directional albedo")));
+    assert!(
+        outcomes
+            .iter()
+            .all(|o| !o.name.starts_with("directional albedo"))
+    );
 }
 
 #[test]
 fn no_value_may_be_bad() {
-    let stretched = |factor: f64| with_sample(move |s| Some(SampledDirection { wi: factor * s.wi, ..s }));
+    let stretched = |factor: f64| {
+        with_sample(move |s| {
+            Some(SampledDirection {
+                wi: factor * s.wi,
+                ..s
+            })
+        })
+    };
     let mut subjects = vec![
-        ("sampled where the pdf is zero", with_sample(|s| Some(SampledDirection { pdf: 0.0, ..s })), 0.0),
+        (
+            "sampled where the pdf is zero",
+            with_sample(|s| Some(SampledDirection { pdf: 0.0, ..s })),
+            0.0,
+        ),
         ("short", stretched(0.999), 0.0),
         ("long", stretched(1.001), 0.0),
         ("right", right(), 1.0),
         ("no light", with_eval(|_, _| 0.0), 1.0),
         ("no pdf there", with_pdf(|_, _| 0.0), 1.0),
-        ("black", with_sample(|s| Some(SampledDirection { weight: 0.0, ..s })), 1.0),
+        (
+            "black",
+            with_sample(|s| Some(SampledDirection { weight: 0.0, ..s })),
+            1.0,
+        ),
         ("no sample", with_sample(|_| None), 1.0),
     ];
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         subjects.extend([
             ("f", with_eval(move |_, _| bad), 0.0),
             ("pdf", with_pdf(move |_, _| bad), 0.0),
-            ("weight", with_sample(move |s| Some(SampledDirection { weight: bad, ..s })), 0.0),
-            ("sampled pdf", with_sample(move |s| Some(SampledDirection { pdf: bad, ..s })), 0.0),
+            (
+                "weight",
+                with_sample(move |s| Some(SampledDirection { weight: bad, ..s })),
+                0.0,
+            ),
+            (
+                "sampled pdf",
+                with_sample(move |s| Some(SampledDirection { pdf: bad, ..s })),
+                0.0,
+            ),
         ]);
     }
     for (what, subject, p) in subjects {
@@ -196,12 +297,22 @@ fn no_value_may_be_bad() {
 fn pointwise_errors_are_relative() {
     let error = |subject: &BsdfSubject, name| pointwise(subject, name).estimate;
     assert!(error(&right(), WEIGHTS) < 1e-12);
-    let heavy = with_sample(|s| Some(SampledDirection { weight: 1.25 * s.weight, ..s }));
+    let heavy = with_sample(|s| {
+        Some(SampledDirection {
+            weight: 1.25 * s.weight,
+            ..s
+        })
+    });
     assert_relative_eq!(error(&heavy, WEIGHTS), 0.2, max_relative = 1e-9);
-    let dense = with_sample(|s| Some(SampledDirection { pdf: 0.75 * s.pdf, ..s }));
+    let dense = with_sample(|s| {
+        Some(SampledDirection {
+            pdf: 0.75 * s.pdf,
+            ..s
+        })
+    });
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
-    // Samples that all have cosine z, and the pdf of other directions. Grazing ones are left out, as their
-    // cosines have lost their digits; 1e-4 is the last that counts.
+    // Samples that all have cosine z, and the pdf of other directions. Grazing ones are left out,
+    // as their cosines have lost their digits; 1e-4 is the last that counts.
     let towards = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
         with_sample(move |s| Some(SampledDirection { wi, ..s }))
@@ -209,7 +320,13 @@ fn pointwise_errors_are_relative() {
     assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
     assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are held to the same.
-    assert_eq!(error(&with_sample(|s| Some(SampledDirection { wi: -s.wi, ..s })), WEIGHTS), 1.0);
+    assert_eq!(
+        error(
+            &with_sample(|s| Some(SampledDirection { wi: -s.wi, ..s })),
+            WEIGHTS
+        ),
+        1.0
+    );
     assert_eq!(error(&right(), "reciprocity"), 0.0);
     // Where nothing is wrong, no place is the worst.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
@@ -219,12 +336,21 @@ fn pointwise_errors_are_relative() {
     let broken = with_eval(|wo, wi| if wo.x > wi.x { f64::NAN } else { 1.0 });
     assert!(error(&broken, "reciprocity").is_nan());
     let worst = pointwise(&lopsided, "reciprocity").worst;
-    assert!(worst.contains("f = 2 and 1") || worst.contains("f = 1 and 2"), "{worst}");
+    assert!(
+        worst.contains("f = 2 and 1") || worst.contains("f = 1 and 2"),
+        "{worst}"
+    );
 }
 
 #[test]
 fn the_pdf_integrates_to_what_is_not_lost() {
-    let error = |factor: f64, loss| outcome(&with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss), MASS).estimate;
+    let error = |factor: f64, loss| {
+        outcome(
+            &with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss),
+            MASS,
+        )
+        .estimate
+    };
     let declared = |share: f64| Loss::Declared(Box::new(move |_| share));
     for (factor, loss, expected) in [
         (1.0, Loss::None, 0.0),
@@ -240,7 +366,11 @@ fn the_pdf_integrates_to_what_is_not_lost() {
     // The whole sphere counts where light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
     assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
-    assert_abs_diff_eq!(outcome(&through.transmits(true), MASS).estimate, 1.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(
+        outcome(&through.transmits(true), MASS).estimate,
+        1.0,
+        epsilon = 1e-7
+    );
     // A narrow lobe is followed until a quarter of the tolerance is left.
     let lobe = with_pdf(|_, wi| 1001.0 / TAU * wi.z.max(0.0).powi(1000));
     assert_abs_diff_eq!(outcome(&lobe, MASS).estimate, 0.0, epsilon = 2.5e-7);
@@ -249,7 +379,15 @@ fn the_pdf_integrates_to_what_is_not_lost() {
 #[test]
 fn directions_favour_no_axis_and_differ() {
     // No pairs: all samples are those of the directions.
-    let asked = asked(false, &CheckUp { inclinations: vec![30.0; 3], samples: 100, pairs: 0, ..small() });
+    let asked = asked(
+        false,
+        &CheckUp {
+            inclinations: vec![30.0; 3],
+            samples: 100,
+            pairs: 0,
+            ..small()
+        },
+    );
     let mut directions = asked.sampled;
     directions.dedup();
     assert_eq!(directions.len(), 3);
@@ -267,8 +405,19 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     assert_eq!(outcome(&right(), "energy bound").estimate, 0.0);
     let found = outcome(&right().albedo(|_| 0.75), "directional albedo");
     assert_abs_diff_eq!(found.estimate, 0.25, epsilon = 1e-7);
-    let known = |excess: f64| outcome(&right().albedo(move |_| ALBEDO + excess), "directional albedo").verdict();
-    let weighing = |weight: f64| outcome(&with_sample(move |s| Some(SampledDirection { weight, ..s })), "furnace");
+    let known = |excess: f64| {
+        outcome(
+            &right().albedo(move |_| ALBEDO + excess),
+            "directional albedo",
+        )
+        .verdict()
+    };
+    let weighing = |weight: f64| {
+        outcome(
+            &with_sample(move |s| Some(SampledDirection { weight, ..s })),
+            "furnace",
+        )
+    };
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
@@ -280,12 +429,23 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
         assert_eq!(weighing(ALBEDO + side * 1.2e-6).verdict(), Verdict::Fails);
     }
     // Lost samples carry nothing: every other one halves the mean.
-    let halved =
-        BsdfSubject { sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)), ..right() };
+    let halved = BsdfSubject {
+        sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)),
+        ..right()
+    };
     let found = outcome(&halved, "furnace");
     assert_eq!(found.verdict(), Verdict::Fails);
-    assert_relative_eq!(found.claim.size(), small().delta * ALBEDO, max_relative = 1e-5);
-    assert_share((found.estimate / ALBEDO * found.n as f64).round() as usize, found.n as usize, 0.5, 0.04);
+    assert_relative_eq!(
+        found.claim.size(),
+        small().delta * ALBEDO,
+        max_relative = 1e-5
+    );
+    assert_share(
+        (found.estimate / ALBEDO * found.n as f64).round() as usize,
+        found.n as usize,
+        0.5,
+        0.04,
+    );
 }
 
 #[test]
@@ -294,7 +454,11 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
         let subject = BsdfSubject {
             sample: Box::new(move |wo, random| {
                 let right = sample(wo, random);
-                if random[2] < 0.25 { right.map(|s| SampledDirection { wi, ..s }) } else { right }
+                if random[2] < 0.25 {
+                    right.map(|s| SampledDirection { wi, ..s })
+                } else {
+                    right
+                }
             }),
             pdf: Box::new(move |wo, at| if at == wi { density } else { pdf(wo, at) }),
             ..right()
@@ -334,20 +498,40 @@ fn asked(transmits: bool, size: &CheckUp) -> Asked {
         asked.numbers.extend::<[f64; 3]>(random);
         None
     };
-    let subject = BsdfSubject::new(eval, sample, |_, _| 1.0).transmits(transmits).reciprocal(false);
+    let subject = BsdfSubject::new(eval, sample, |_, _| 1.0)
+        .transmits(transmits)
+        .reciprocal(false);
     // A precision that is stated is not looked for.
-    check_up(&subject, &CheckUp { roundoff: Some(DOUBLE), ..size.clone() }, &context("fuzzed"));
+    check_up(
+        &subject,
+        &CheckUp {
+            roundoff: Some(DOUBLE),
+            ..size.clone()
+        },
+        &context("fuzzed"),
+    );
     asked.lock().expect("one thread").clone()
 }
 
 fn fuzzed(transmits: bool) -> Asked {
-    asked(transmits, &CheckUp { inclinations: Vec::new(), pairs: PAIRS as u64, ..small() })
+    asked(
+        transmits,
+        &CheckUp {
+            inclinations: Vec::new(),
+            pairs: PAIRS as u64,
+            ..small()
+        },
+    )
 }
 
 #[test]
 fn corners_of_the_domain_are_tried() {
     let close = |found: usize, n: usize, share: f64| assert_share(found, n, share, 0.05);
-    let Asked { pairs: directions, numbers, .. } = fuzzed(false);
+    let Asked {
+        pairs: directions,
+        numbers,
+        ..
+    } = fuzzed(false);
     let n = directions.len();
     assert_eq!((n, numbers.len()), (PAIRS, 2 * 3 * PAIRS));
     for side in 0..2 {
@@ -367,25 +551,44 @@ fn corners_of_the_domain_are_tried() {
         }
         // Half of the azimuths are multiples of 45 degrees, all eight of them.
         let turns = |pair: &[DVec3; 2]| 8.0 * pair[side].y.atan2(pair[side].x) / TAU;
-        let tilted: Vec<f64> = directions.iter().filter(|pair| inclination(pair) > 0.0).map(turns).collect();
+        let tilted: Vec<f64> = directions
+            .iter()
+            .filter(|pair| inclination(pair) > 0.0)
+            .map(turns)
+            .collect();
         let straight = |turns: &&f64| (**turns - turns.round()).abs() < 1e-9;
         // Of the even picks 0, 2, 4, 6 the first has no azimuth.
-        close(tilted.iter().filter(straight).count(), tilted.len(), 3.0 / 7.0);
+        close(
+            tilted.iter().filter(straight).count(),
+            tilted.len(),
+            3.0 / 7.0,
+        );
         for eighth in -3..=4 {
-            let there = |turns: &&f64| (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5;
+            let there = |turns: &&f64| {
+                (turns.rem_euclid(8.0) - f64::from(eighth).rem_euclid(8.0)).abs() < 0.5
+            };
             close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
         }
     }
     // A tenth of the fuzzed half of them.
     for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
-        assert_share(numbers.iter().filter(|&&u| u == corner).count(), numbers.len() / 2, 0.1, 0.02);
+        assert_share(
+            numbers.iter().filter(|&&u| u == corner).count(),
+            numbers.len() / 2,
+            0.1,
+            0.02,
+        );
     }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
     // Both directions are above the surface; where light may pass, each is as often below.
     assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
     let directions = fuzzed(true).pairs;
     for side in 0..2 {
-        close(directions.iter().filter(|pair| pair[side].z < 0.0).count(), n, 0.5);
+        close(
+            directions.iter().filter(|pair| pair[side].z < 0.0).count(),
+            n,
+            0.5,
+        );
     }
     let across = |pair: &&[DVec3; 2]| pair[0].z * pair[1].z < 0.0;
     close(directions.iter().filter(across).count(), n, 0.5);

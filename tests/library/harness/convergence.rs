@@ -12,7 +12,11 @@ fn slopes_are_drawn_through_the_mean_errors() {
     // Residuals 1, −2, 1 are orthogonal to a line over equal steps.
     let e = std::f64::consts::E;
     let bent = [e, 1.0 / (e * e) / 100.0, e / 10_000.0];
-    assert_relative_eq!(log_slope(&[1.0, 10.0, 100.0], &bent), -2.0, max_relative = 1e-12);
+    assert_relative_eq!(
+        log_slope(&[1.0, 10.0, 100.0], &bent),
+        -2.0,
+        max_relative = 1e-12
+    );
     let found = slope("order", &sizes, &[errors(1.0), errors(16.0)], -0.5, 0.1);
     assert_eq!((found.name.as_str(), found.n), ("order", 2));
     assert_relative_eq!(found.estimate, -1.0, max_relative = 1e-12);
@@ -22,7 +26,11 @@ fn slopes_are_drawn_through_the_mean_errors() {
     for (cell, n) in found.cells.iter().zip(sizes) {
         // Geometric means of 1/N and 16/N, and the line of slope −1/2 through their centre √1000.
         let centre = 1000_f64.sqrt();
-        assert_cell(cell, &format!("N = {n}"), [4.0 / centre * (centre / n).sqrt(), 4.0 / n, cell.sigmas]);
+        assert_cell(
+            cell,
+            &format!("N = {n}"),
+            [4.0 / centre * (centre / n).sqrt(), 4.0 / n, cell.sigmas],
+        );
     }
 }
 
@@ -33,20 +41,39 @@ fn the_interval_of_a_ratio_is_fiellers() {
     // The unbiased variance of n values one spread from their mean is n/(n − 1) spread².
     let [va, vb] = [0.25 / 3999.0, 0.0625 / 999.0];
     let distance = |ratio: f64| (3.0 - ratio * 2.5) / (va + ratio * ratio * vb).sqrt();
-    assert_eq!((found.name.as_str(), found.n, found.dof), ("ratio", 1000, Some(999.0)));
+    assert_eq!(
+        (found.name.as_str(), found.n, found.dof),
+        ("ratio", 1000, Some(999.0))
+    );
     assert_relative_eq!(found.value, distance(1.25), max_relative = 1e-9);
-    assert_relative_eq!(found.p, student_two_sided(distance(1.25), 999.0), max_relative = 1e-6);
+    assert_relative_eq!(
+        found.p,
+        student_two_sided(distance(1.25), 999.0),
+        max_relative = 1e-6
+    );
     assert_relative_eq!(found.estimate, 1.2, max_relative = 1e-12);
     assert_eq!(found.reference, 1.25);
     assert_relative_eq!(found.claim.size(), 0.025, max_relative = 1e-12);
-    let Sensitivity::Normal { standard_error, dof, tests } = found.sensitivity else {
+    let Sensitivity::Normal {
+        standard_error,
+        dof,
+        tests,
+    } = found.sensitivity
+    else {
         panic!("{:?}", found.sensitivity);
     };
-    assert_relative_eq!(standard_error, (va + 1.25 * 1.25 * vb).sqrt() / 2.5, max_relative = 1e-9);
+    assert_relative_eq!(
+        standard_error,
+        (va + 1.25 * 1.25 * vb).sqrt() / 2.5,
+        max_relative = 1e-9
+    );
     assert_eq!((dof, tests), (999.0, 1));
     // Each side's batches are held to what the other side and the ratio make of it.
     for (side, expected) in [("first, ", 1.25 * 2.5), ("second, ", 3.0 / 1.25)] {
-        let mut cells = found.cells.iter().filter(|cell| cell.place.starts_with(side));
+        let mut cells = found
+            .cells
+            .iter()
+            .filter(|cell| cell.place.starts_with(side));
         assert!(cells.clone().count() >= 10);
         assert!(cells.all(|cell| (cell.expected / expected - 1.0).abs() < 1e-12));
     }
@@ -81,8 +108,16 @@ fn the_f_test_has_closed_forms() {
     for f in [0.1, 0.5, 3.0, 6.0] {
         let upper: f64 = (1.0 + 2.0 * f / 4.0_f64).powi(-2);
         let expected = 2.0 * upper.min(1.0 - upper);
-        assert_relative_eq!(f_test((2.0 * f * 7.0, 3), (7.0, 5), 2.0), expected, max_relative = 1e-9);
+        assert_relative_eq!(
+            f_test((2.0 * f * 7.0, 3), (7.0, 5), 2.0),
+            expected,
+            max_relative = 1e-9
+        );
         // The same question asked the other way round.
-        assert_relative_eq!(f_test((7.0, 5), (2.0 * f * 7.0, 3), 0.5), expected, max_relative = 1e-9);
+        assert_relative_eq!(
+            f_test((7.0, 5), (2.0 * f * 7.0, 3), 0.5),
+            expected,
+            max_relative = 1e-9
+        );
     }
 }

@@ -8,7 +8,8 @@ use super::*;
 
 const N: u64 = 400_000;
 
-/// What chance can turn red in this module: chi-squares and means of right samples, and the mean of weights.
+/// What chance can turn red in this module: chi-squares and means of right samples, and the mean of
+/// weights.
 pub const ASSERTIONS: usize = 3 * 10 + 1;
 
 /// The names of outcomes that do not hold, of samples by a function of two numbers.
@@ -23,12 +24,18 @@ fn not_held(
     (0..N).for_each(|i| directions.push(&sample(i, uniform2(&mut rng))));
     let outcomes = directions.outcomes(0.05, mean_weight);
     assert!(outcomes[1].name.ends_with("333 cells") && outcomes[1].claim == Claim::Test);
-    let failed = outcomes.iter().filter(|outcome| outcome.verdict() != Verdict::Holds);
+    let failed = outcomes
+        .iter()
+        .filter(|outcome| outcome.verdict() != Verdict::Holds);
     failed.map(|outcome| outcome.name.clone()).collect()
 }
 
 fn only(direction: DVec3) -> Sample {
-    Sample { direction: Some(direction), weight: None, pdf: None }
+    Sample {
+        direction: Some(direction),
+        weight: None,
+        pdf: None,
+    }
 }
 
 fn cosine() -> Density {
@@ -40,45 +47,102 @@ fn right_samples_hold_with_their_weights_and_pdfs() {
     let right = |_, random| {
         let direction: DVec3 = cosine_hemisphere(random);
         let (weight, pdf) = (Some(0.5), Some(direction.z * FRAC_1_PI));
-        Sample { direction: Some(direction), weight, pdf }
+        Sample {
+            direction: Some(direction),
+            weight,
+            pdf,
+        }
     };
     assert_eq!(not_held("cosine", &cosine(), Some(0.5), right), [""; 0]);
     // A sampler that loses what goes below the horizon.
-    let (ggx, wo) = (Ggx { reflectance: DVec3::ONE, alpha: 0.5 }, from_spherical(1.2, 0.0));
-    let density = Density::new(Domain::Hemisphere, move |wi| if wi.z > 0.0 { ggx.pdf(wo, wi) } else { 0.0 });
-    let albedo = Domain::Hemisphere.integrate_all(1e-6, &|wi| ggx.eval(wo, wi).x * wi.z).value;
+    let (ggx, wo) = (
+        Ggx {
+            reflectance: DVec3::ONE,
+            alpha: 0.5,
+        },
+        from_spherical(1.2, 0.0),
+    );
+    let density = Density::new(Domain::Hemisphere, move |wi| {
+        if wi.z > 0.0 { ggx.pdf(wo, wi) } else { 0.0 }
+    });
+    let albedo = Domain::Hemisphere
+        .integrate_all(1e-6, &|wi| ggx.eval(wo, wi).x * wi.z)
+        .value;
     let sample = |random| {
         let direction = ggx.sample(wo, random);
         let weight = direction.map_or(0.0, |wi| ggx.eval(wo, wi).x * wi.z / ggx.pdf(wo, wi));
-        Sample { direction, weight: Some(weight), pdf: None }
+        Sample {
+            direction,
+            weight: Some(weight),
+            pdf: None,
+        }
     };
-    assert_eq!(not_held("losses", &density, Some(albedo), |_, random| sample(random)), [""; 0]);
-    let unlost =
-        |random| Sample { direction: ggx.sample(wo, random).or(Some(cosine_hemisphere(random))), ..sample(random) };
+    assert_eq!(
+        not_held("losses", &density, Some(albedo), |_, random| sample(random)),
+        [""; 0]
+    );
+    let unlost = |random| Sample {
+        direction: ggx.sample(wo, random).or(Some(cosine_hemisphere(random))),
+        ..sample(random)
+    };
     let wrong = not_held("none lost", &density, None, |_, random| unlost(random));
-    assert!(wrong[0].ends_with(" cells"), "losses are part of the law: {wrong:?}");
+    assert!(
+        wrong[0].ends_with(" cells"),
+        "losses are part of the law: {wrong:?}"
+    );
 }
 
 /// Each fault is noticed by what is meant for it.
 #[test]
 fn each_fault_is_noticed_by_its_statistic() {
     let fails = |name: &str, by: &str, sample: &dyn Fn(u64, DVec3) -> Sample| {
-        let wrong = not_held(name, &cosine(), Some(0.5), |i, random| sample(i, cosine_hemisphere(random)));
-        assert!(wrong.iter().any(|outcome| outcome.ends_with(by)), "{name}: {wrong:?}");
+        let wrong = not_held(name, &cosine(), Some(0.5), |i, random| {
+            sample(i, cosine_hemisphere(random))
+        });
+        assert!(
+            wrong.iter().any(|outcome| outcome.ends_with(by)),
+            "{name}: {wrong:?}"
+        );
     };
-    let with = |direction, weight, pdf| Sample { direction: Some(direction), weight: Some(weight), pdf: Some(pdf) };
-    fails("narrow", "mean of u", &|_, w| only(DVec3::new(0.97 * w.x, 0.97 * w.y, w.z).normalize()));
-    fails("leaning", "mean of sin 4πv", &|_, w| only(DVec3::new(w.x + 0.05 * w.y, w.y, w.z).normalize()));
+    let with = |direction, weight, pdf| Sample {
+        direction: Some(direction),
+        weight: Some(weight),
+        pdf: Some(pdf),
+    };
+    fails("narrow", "mean of u", &|_, w| {
+        only(DVec3::new(0.97 * w.x, 0.97 * w.y, w.z).normalize())
+    });
+    fails("leaning", "mean of sin 4πv", &|_, w| {
+        only(DVec3::new(w.x + 0.05 * w.y, w.y, w.z).normalize())
+    });
     // A hole of a 250th of all, mirrored to where it is not missed.
     let hole = |w: DVec3| w.distance(DVec3::new(0.6, 0.0, 0.8)) < 0.07;
-    fails("hole", "333 cells", &|_, w| only(if hole(w) { DVec3::new(-w.x, w.y, w.z) } else { w }));
+    fails("hole", "333 cells", &|_, w| {
+        only(if hole(w) {
+            DVec3::new(-w.x, w.y, w.z)
+        } else {
+            w
+        })
+    });
     fails("below", " cells", &|i, w| only(if i == 7 { -w } else { w }));
-    fails("heavy", "mean weight", &|_, w| with(w, 0.5001, w.z * FRAC_1_PI));
-    fails("uneven", "mean weight", &|i, w| with(w, if i % 2 == 0 { 0.2 } else { 0.86 }, w.z * FRAC_1_PI));
-    let lost = |i: u64, w| Sample { direction: (!i.is_multiple_of(5)).then_some(w), weight: Some(0.5), pdf: None };
+    fails("heavy", "mean weight", &|_, w| {
+        with(w, 0.5001, w.z * FRAC_1_PI)
+    });
+    fails("uneven", "mean weight", &|i, w| {
+        with(w, if i % 2 == 0 { 0.2 } else { 0.86 }, w.z * FRAC_1_PI)
+    });
+    let lost = |i: u64, w| Sample {
+        direction: (!i.is_multiple_of(5)).then_some(w),
+        weight: Some(0.5),
+        pdf: None,
+    };
     fails("lost", "mean weight", &lost);
-    fails("one pdf", "reported pdf", &|i, w| with(w, 0.5, w.z * FRAC_1_PI * if i == 9 { 1.002 } else { 1.0 }));
-    fails("no number", "reported pdf", &|i, w| with(w, 0.5, if i == 9 { f64::NAN } else { w.z * FRAC_1_PI }));
+    fails("one pdf", "reported pdf", &|i, w| {
+        with(w, 0.5, w.z * FRAC_1_PI * if i == 9 { 1.002 } else { 1.0 })
+    });
+    fails("no number", "reported pdf", &|i, w| {
+        with(w, 0.5, if i == 9 { f64::NAN } else { w.z * FRAC_1_PI })
+    });
 }
 
 /// A table of 2 × 2 cells: the pdf is each number's share by a quarter of the hemisphere.
@@ -92,15 +156,29 @@ fn a_table_is_constant_on_its_cells() {
         (DVec3::new(0.3, 0.9, 0.1), 0.0),
         (DVec3::new(0.3, -0.9, 0.1), 4.0),
     ] {
-        assert_relative_eq!(density.pdf(w.normalize()), share / 8.0 / quarter, max_relative = 1e-9);
+        assert_relative_eq!(
+            density.pdf(w.normalize()),
+            share / 8.0 / quarter,
+            max_relative = 1e-9
+        );
     }
     assert_eq!(density.pdf(-DVec3::Z), 0.0);
     // Height and azimuth within the cell that the first number picks.
-    let cells = [([0.0, 0.375], 1.0, 0.0), ([0.375, 0.5], 1.0, 1.0), ([0.5, 1.0], 0.0, 1.0)];
+    let cells = [
+        ([0.0, 0.375], 1.0, 0.0),
+        ([0.375, 0.5], 1.0, 1.0),
+        ([0.5, 1.0], 0.0, 1.0),
+    ];
     let by_table = |turned: f64| {
         move |_, [r1, r2]: [f64; 2]| {
-            let ([from, to], row, column) = cells.into_iter().find(|([_, to], ..)| r1 < *to).expect("r1 < 1");
-            let (z, phi) = (0.5 * (row + (r1 - from) / (to - from)), PI * (column + turned + r2));
+            let ([from, to], row, column) = cells
+                .into_iter()
+                .find(|([_, to], ..)| r1 < *to)
+                .expect("r1 < 1");
+            let (z, phi) = (
+                0.5 * (row + (r1 - from) / (to - from)),
+                PI * (column + turned + r2),
+            );
             let radius = (1.0 - z * z).sqrt();
             only(DVec3::new(radius * phi.cos(), radius * phi.sin(), z))
         }
@@ -113,15 +191,33 @@ fn a_table_is_constant_on_its_cells() {
 #[test]
 fn coarse_weights_are_undecided() {
     let density = cosine();
-    let precision = Precision { weight: Rounding::printed(1, 17), ..Precision::DOUBLE };
+    let precision = Precision {
+        weight: Rounding::printed(1, 17),
+        ..Precision::DOUBLE
+    };
     let verdict = |weight: f64, expected: f64, margin: f64| {
         let mut directions = Directions::with_precision(&density, precision);
-        (0..1000).for_each(|_| directions.push(&Sample { weight: Some(weight), ..only(DVec3::Z) }));
-        directions.outcomes(margin, Some(expected)).pop().expect("a mean weight").verdict()
+        (0..1000).for_each(|_| {
+            directions.push(&Sample {
+                weight: Some(weight),
+                ..only(DVec3::Z)
+            });
+        });
+        directions
+            .outcomes(margin, Some(expected))
+            .pop()
+            .expect("a mean weight")
+            .verdict()
     };
     assert_eq!(verdict(0.5, 0.52, 0.2), Verdict::Holds);
-    assert_eq!(verdict(0.5, 0.52, 0.05), Verdict::Undecided { needed: u64::MAX });
-    assert_eq!([verdict(0.5, 0.56, 0.2), verdict(0.5, 0.56, 0.05)], [Verdict::Fails; 2]);
+    assert_eq!(
+        verdict(0.5, 0.52, 0.05),
+        Verdict::Undecided { needed: u64::MAX }
+    );
+    assert_eq!(
+        [verdict(0.5, 0.56, 0.2), verdict(0.5, 0.56, 0.05)],
+        [Verdict::Fails; 2]
+    );
 }
 
 /// Few samples tell nothing, and none is enough.
@@ -131,6 +227,13 @@ fn few_samples_are_undecided() {
     let mut directions = Directions::new(&density);
     directions.push(&only(DVec3::Z));
     let undecided = |outcome: &Outcome| matches!(outcome.verdict(), Verdict::Undecided { .. });
-    assert!(Directions::new(&density).outcomes(0.05, None).iter().all(undecided));
-    assert!(directions.outcomes(0.05, None).iter().all(undecided) && directions.mean_weight().is_none());
+    assert!(
+        Directions::new(&density)
+            .outcomes(0.05, None)
+            .iter()
+            .all(undecided)
+    );
+    assert!(
+        directions.outcomes(0.05, None).iter().all(undecided) && directions.mean_weight().is_none()
+    );
 }

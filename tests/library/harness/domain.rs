@@ -36,10 +36,17 @@ fn point_at(domain: Domain, [s, b]: [f64; 2]) -> DVec3 {
 #[test]
 fn points_have_their_place_in_the_square() {
     for (domain, _) in DOMAINS {
-        property(&format!("{domain:?}"), 500, &(0.001..0.999, 0.0..0.999), |(s, b)| {
-            let found = domain.to_square(point_at(domain, [s, b])).expect("a point of the domain");
-            assert_abs_diff_eq!(found[..], [s, b][..], epsilon = 1e-12);
-        });
+        property(
+            &format!("{domain:?}"),
+            500,
+            &(0.001..0.999, 0.0..0.999),
+            |(s, b)| {
+                let found = domain
+                    .to_square(point_at(domain, [s, b]))
+                    .expect("a point of the domain");
+                assert_abs_diff_eq!(found[..], [s, b][..], epsilon = 1e-12);
+            },
+        );
     }
     // The azimuth starts at the x-axis, and is less than a full turn below it.
     assert_eq!(Domain::Sphere.to_square(DVec3::X), Some([0.5, 0.0]));
@@ -54,19 +61,44 @@ fn borders_are_inside_and_what_lies_beyond_is_not() {
     let across = 5e-10;
     let hair = 1.0 + 0.4 * across;
     let [upper, elsewhere] = [vec![z, x, -y], vec![-z, 1.001 * z, 0.999 * z, nan]];
-    let square = vec![0.5 * y - 0.1 * x, 0.5 * y + 1.1 * x, 0.5 * x - 0.1 * y, 0.5 * x + 1.1 * y, nan];
-    let triangle = vec![0.5 * y - 0.1 * x, 0.5 * x - 0.1 * y, 0.75 * x + 0.5 * y, 1.1 * x, nan];
+    let square = vec![
+        0.5 * y - 0.1 * x,
+        0.5 * y + 1.1 * x,
+        0.5 * x - 0.1 * y,
+        0.5 * x + 1.1 * y,
+        nan,
+    ];
+    let triangle = vec![
+        0.5 * y - 0.1 * x,
+        0.5 * x - 0.1 * y,
+        0.75 * x + 0.5 * y,
+        1.1 * x,
+        nan,
+    ];
     for (domain, inside, outside) in [
-        (Domain::Sphere, vec![z, -z, hair * x], vec![1.001 * x, 0.999 * x, o, nan]),
+        (
+            Domain::Sphere,
+            vec![z, -z, hair * x],
+            vec![1.001 * x, 0.999 * x, o, nan],
+        ),
         (Domain::Hemisphere, upper.clone(), elsewhere.clone()),
         (Domain::CosineHemisphere, upper, elsewhere),
-        (Domain::Disk, vec![o, -x, hair * y], vec![1.001 * x, 0.5 * x + 0.1 * z, nan]),
+        (
+            Domain::Disk,
+            vec![o, -x, hair * y],
+            vec![1.001 * x, 0.5 * x + 0.1 * z, nan],
+        ),
         (Domain::Square, vec![o, x, y, x + y], square),
-        (Domain::Triangle, vec![o, x, y, 0.25 * x + (0.75 + across) * y], triangle),
+        (
+            Domain::Triangle,
+            vec![o, x, y, 0.25 * x + (0.75 + across) * y],
+            triangle,
+        ),
     ] {
         for point in inside {
             let place = domain.to_square(point);
-            let legal = |place: [f64; 2]| place.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x));
+            let legal =
+                |place: [f64; 2]| place.iter().all(|x| (0.0..=1.0 + 3.0 * across).contains(x));
             assert!(place.is_some_and(legal), "{domain:?} {point} {place:?}");
         }
         for point in outside {
@@ -88,7 +120,11 @@ fn parts_have_their_share_of_the_measure() {
             Domain::CosineHemisphere => 2.0 * p.z,
             _ => 1.0,
         };
-        assert_relative_eq!(domain.integrate_all(1e-9, &|_| 1.0).value, measure, max_relative = 1e-9);
+        assert_relative_eq!(
+            domain.integrate_all(1e-9, &|_| 1.0).value,
+            measure,
+            max_relative = 1e-9
+        );
         let found = domain.integrate(part, 1e-12, &even).value;
         assert_relative_eq!(found, area * measure, max_relative = 1e-10);
         for (axis, mean) in means.into_iter().enumerate() {
@@ -109,7 +145,11 @@ fn errors_of_parts_add_up_to_less_than_the_tolerance() {
             let found = Domain::Square.integrate_all(tolerance, &|p| (p.x + p.y - kink).abs());
             assert!(found.error > 0.0 && found.error <= tolerance, "{found:?}");
             // ∫ (x + y − k) over the square, and twice the pyramid below the kink.
-            assert_abs_diff_eq!(found.value, 1.0 - kink + kink.powi(3) / 3.0, epsilon = tolerance);
+            assert_abs_diff_eq!(
+                found.value,
+                1.0 - kink + kink.powi(3) / 3.0,
+                epsilon = tolerance
+            );
         }
     }
 }
@@ -124,7 +164,14 @@ fn equal_cells_run_row_by_row() {
         let [row, column] = [k / 4, k % 4];
         let centre = [(row as f64 + 0.5) / 3.0, (column as f64 + 0.5) / 4.0];
         assert_eq!(cells.cell(point_at(Domain::Square, centre)), Some(k));
-        assert_eq!(cells.places[k], format!("row {row}-{} of 3; column {column}-{} of 4", row + 1, column + 1));
+        assert_eq!(
+            cells.places[k],
+            format!(
+                "row {row}-{} of 3; column {column}-{} of 4",
+                row + 1,
+                column + 1
+            )
+        );
     }
     // The far border belongs to the last row and column.
     assert_eq!(cells.cell(DVec3::new(1.0, 1.0, 0.0)), Some(11));
@@ -139,7 +186,11 @@ fn equal_cells_run_row_by_row() {
 /// The numbers of a place such as "row 0-16 of 32; column 5-9 of 64".
 fn numbers(place: &str) -> Vec<usize> {
     let digits = |c: char| !c.is_ascii_digit();
-    place.split(digits).filter(|part| !part.is_empty()).map(|part| part.parse().expect("a number")).collect()
+    place
+        .split(digits)
+        .filter(|part| !part.is_empty())
+        .map(|part| part.parse().expect("a number"))
+        .collect()
 }
 
 #[test]
@@ -171,7 +222,11 @@ fn cells_of_a_density_hold_what_lies_in_them() {
         }
         assert_relative_eq!(partition.masses[..], masses[..], max_relative = 1e-9);
         // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
-        assert_abs_diff_eq!(masses[..], vec![0.9 / cells as f64; cells][..], epsilon = 0.02);
+        assert_abs_diff_eq!(
+            masses[..],
+            vec![0.9 / cells as f64; cells][..],
+            epsilon = 0.02
+        );
     }
 }
 
@@ -179,7 +234,13 @@ fn cells_of_a_density_hold_what_lies_in_them() {
 #[test]
 fn no_field_lies_on_both_sides_of_the_horizon() {
     for up in [0.01, 0.5, 0.77, 0.999] {
-        let pdf = |w: DVec3| if w.z > 0.0 { up / TAU } else { (1.0 - up) / TAU };
+        let pdf = |w: DVec3| {
+            if w.z > 0.0 {
+                up / TAU
+            } else {
+                (1.0 - up) / TAU
+            }
+        };
         let partition = Partition::of_pdf(Domain::Sphere, 6, &pdf);
         assert_eq!(partition.error, MASS_TOLERANCE);
         assert_abs_diff_eq!(partition.mass(), 1.0, epsilon = 1e-9);
@@ -194,7 +255,11 @@ fn masses_are_known_to_the_tolerance_together() {
     // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
     assert_abs_diff_eq!(partition.mass(), 0.9, epsilon = MASS_TOLERANCE);
     assert_abs_diff_eq!(partition.loss, 0.1, epsilon = MASS_TOLERANCE);
-    assert_abs_diff_eq!(partition.masses[..], [0.225; 4][..], epsilon = MASS_TOLERANCE);
+    assert_abs_diff_eq!(
+        partition.masses[..],
+        [0.225; 4][..],
+        epsilon = MASS_TOLERANCE
+    );
 }
 
 #[test]
@@ -227,10 +292,17 @@ fn partitions_of_rough_densities_end_undecided() {
     // 2048 fields and 20 000 halvings, 225 values each.
     assert!(evaluations.get() <= 225 * (2048 + 2 * 20_000));
     assert!(partition.error > 1e-4, "{}", partition.error);
-    let counts = Counts { n: 40_000_000, observed: vec![10_000_000; 4], ..Counts::default() };
+    let counts = Counts {
+        n: 40_000_000,
+        observed: vec![10_000_000; 4],
+        ..Counts::default()
+    };
     let verdict = chi_square("rough", &partition, &counts, 0.5).verdict();
     assert!(matches!(verdict, Verdict::Undecided { .. }), "{verdict:?}");
     let nan = Partition::of_pdf(Domain::Square, 4, &|_| f64::NAN);
     assert!(nan.error.is_nan());
-    assert_eq!(chi_square("NaN", &nan, &counts, 0.5).verdict(), Verdict::Fails);
+    assert_eq!(
+        chi_square("NaN", &nan, &counts, 0.5).verdict(),
+        Verdict::Fails
+    );
 }

@@ -10,11 +10,20 @@ fn exact(delta: f64) -> Claim {
 fn all(size: f64) -> Vec<Outcome> {
     let v = around(2.0, 0.2, 1_000_000);
     let observed = [5, 3, 2].map(|share| 400_000 * share).to_vec();
-    let counts = Counts { n: 4_000_000, observed, ..Counts::default() };
+    let counts = Counts {
+        n: 4_000_000,
+        observed,
+        ..Counts::default()
+    };
     let mut uniform: Vec<f64> = (0..1_000_000).map(|i| (f64::from(i) + 0.5) / 1e6).collect();
     vec![
         mean("t", &v, 2.0, exact(0.003 * size)),
-        mean("t about 0", &v.transformed(1.0, -2.0), 0.0, exact(0.003 * size)),
+        mean(
+            "t about 0",
+            &v.transformed(1.0, -2.0),
+            0.0,
+            exact(0.003 * size),
+        ),
         mean_known_sigma("z", &v, 2.0, 0.2, exact(0.003 * size)),
         bounded_mean("bounded", &v, 2.0, [1.0, 3.0], exact(0.004 * size)),
         welch("Welch", &v, &v, exact(0.004 * size)),
@@ -23,20 +32,38 @@ fn all(size: f64) -> Vec<Outcome> {
         kolmogorov_smirnov("law", &mut uniform, |x| x, 0.005 * size),
         binomial("share", 300_000, 1_000_000, 0.3, 0.007 * size),
         poisson("events", 10_000, 1_000_000, 10_000.0, 1500.0 * size),
-        mean("equal", &v, 2.0, Claim::Approximate { margin: 0.003 * size }),
-        welch("alike", &v, &v, Claim::Approximate { margin: 0.004 * size }),
+        mean(
+            "equal",
+            &v,
+            2.0,
+            Claim::Approximate {
+                margin: 0.003 * size,
+            },
+        ),
+        welch(
+            "alike",
+            &v,
+            &v,
+            Claim::Approximate {
+                margin: 0.004 * size,
+            },
+        ),
     ]
 }
 
-/// Where n is right, all are answered on both sides; where the claim is finer than n allows, none of those
-/// at the claim's size is rejected.
+/// Where n is right, all are answered on both sides; where the claim is finer than n allows, none
+/// of those at the claim's size is rejected.
 #[test]
 fn effects_of_the_size_of_the_claim_are_answered() {
     for outcome in all(1.0) {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
         let (up, down) = outcome.graded.iter().fold((0, 0), |(up, down), graded| {
             assert!(graded.is_answered(), "{}: {graded:?}", outcome.name);
-            if graded.effect > 0.0 { (up + 1, down) } else { (up, down + 1) }
+            if graded.effect > 0.0 {
+                (up + 1, down)
+            } else {
+                (up, down + 1)
+            }
         });
         let wanted = match outcome.claim {
             Claim::Approximate { .. } => 2,
@@ -45,7 +72,10 @@ fn effects_of_the_size_of_the_claim_are_answered() {
         assert_eq!((up, down), (wanted, wanted), "{}", outcome.name);
     }
     for outcome in all(0.25) {
-        let rejected = outcome.graded.iter().any(|graded| graded.outcome.verdict() == Verdict::Fails);
+        let rejected = outcome
+            .graded
+            .iter()
+            .any(|graded| graded.outcome.verdict() == Verdict::Fails);
         assert!(!rejected, "{}", outcome.name);
     }
 }
@@ -58,7 +88,11 @@ fn transformed_values_are_off_by_the_effect() {
             let moved = graded.outcome.estimate - outcome.estimate;
             // A distance grows whatever the sign.
             let distance = outcome.statistic == "Kolmogorov-Smirnov";
-            let expected = if distance { graded.effect.abs() } else { graded.effect };
+            let expected = if distance {
+                graded.effect.abs()
+            } else {
+                graded.effect
+            };
             assert_relative_eq!(moved, expected, max_relative = 1e-3);
             assert!(graded.outcome.graded.is_empty());
         }

@@ -13,7 +13,11 @@ fn t(effect: f64, claim: Claim) -> Outcome {
         p: student_two_sided(effect, DOF),
         n: DOF as u64,
         reference: 0.0,
-        sensitivity: Sensitivity::Normal { standard_error: 1.0, dof: DOF, tests: 1 },
+        sensitivity: Sensitivity::Normal {
+            standard_error: 1.0,
+            dof: DOF,
+            tests: 1,
+        },
         ..outcome(effect, normal_upper(0.5 * ALPHA), claim)
     }
 }
@@ -27,7 +31,10 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     let least = detected * (1.0 + ROOM / 200.0);
     for (factor, passes) in [(1.001, true), (0.999, false)] {
         let size = factor * least;
-        for claim in [Claim::Exact { delta: size }, Claim::Approximate { margin: size }] {
+        for claim in [
+            Claim::Exact { delta: size },
+            Claim::Approximate { margin: size },
+        ] {
             assert_eq!(may_not_hold(&t(0.0, claim)).is_none(), passes, "{claim:?}");
         }
     }
@@ -41,7 +48,10 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     let z = normal_upper(0.5 * ALPHA);
     let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
     // valid_from/n is the square of what the skewness uses.
-    let skewed = |used: f64| Outcome { valid_from: (used * used * DOF) as u64, ..t(0.0, Claim::Exact { delta: 20.0 }) };
+    let skewed = |used: f64| Outcome {
+        valid_from: (used * used * DOF) as u64,
+        ..t(0.0, Claim::Exact { delta: 20.0 })
+    };
     let most = 1.0 - ROOM * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
     assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
@@ -52,7 +62,13 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
 #[test]
 fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     let any = Claim::Exact { delta: 12.5 };
-    for (effect, passes) in [(0.0, false), (7.0, false), (19.0, false), (21.5, true), (60.0, true)] {
+    for (effect, passes) in [
+        (0.0, false),
+        (7.0, false),
+        (19.0, false),
+        (21.5, true),
+        (60.0, true),
+    ] {
         for outcome in [t(effect, any), t(-effect, any)] {
             assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
         }
@@ -62,11 +78,21 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     assert!(may_hold(&t(12.5 + 20.1, margin)).is_some());
     assert!(may_hold(&t(12.5 + 20.3, margin)).is_none());
     // NaN is no distance; an identity that fails is certain.
-    assert_eq!(distance(&Outcome { p: f64::NAN, ..t(30.0, any) }), 0.0);
-    assert_eq!(distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")), f64::INFINITY);
+    assert_eq!(
+        distance(&Outcome {
+            p: f64::NAN,
+            ..t(30.0, any)
+        }),
+        0.0
+    );
+    assert_eq!(
+        distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
+        f64::INFINITY
+    );
 }
 
-/// What is seen at FAR lies, but for FAR_MISS, so far out that the next seed rejects it, but for the same.
+/// What is seen at FAR lies, but for FAR_MISS, so far out that the next seed rejects it, but for
+/// the same.
 #[test]
 fn the_far_distance_is_two_misses_beyond_the_critical_value() {
     let miss = normal_upper(FAR_MISS);
@@ -75,14 +101,23 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
     assert!((normal_upper(0.5 * FAR_LEVEL) - FAR).abs() < 0.05);
 }
 
-/// A rejection from afar stands without a valid tail, within limits; a near one, or a right subject, is
-/// undecided.
+/// A rejection from afar stands without a valid tail, within limits; a near one, or a right
+/// subject, is undecided.
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {
     let claim = Claim::Exact { delta: 12.5 };
-    let skewed = |effect, times: u64| Outcome { valid_from: times * DOF as u64, ..t(effect, claim) }.verdict();
+    let skewed = |effect, times: u64| {
+        Outcome {
+            valid_from: times * DOF as u64,
+            ..t(effect, claim)
+        }
+        .verdict()
+    };
     assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
     for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
-        assert!(matches!(skewed(effect, times), Verdict::Undecided { .. }), "{effect} {times}");
+        assert!(
+            matches!(skewed(effect, times), Verdict::Undecided { .. }),
+            "{effect} {times}"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Sets of images against each other: by hand where they are few and small, and how often chance and a bias are seen.
+//! Sets of images against each other: by hand where they are few and small, and how often chance
+//! and a bias are seen.
 
 use rayon::prelude::*;
 use whitefurnace::harness::images::{Comparison, MISS, Rules, Side, compare};
@@ -14,48 +15,100 @@ fn side(images: &[[f64; 4]]) -> Side<'_> {
 /// Four pixels, of which the last is the same in all; three images against four.
 #[test]
 fn places_are_judged_by_welch() {
-    let a = [[1.0, 2.0, 6.0, 7.0], [2.0, 2.5, 5.0, 7.0], [1.5, 4.5, 7.0, 7.0]];
-    let b = [[1.0, 3.0, 5.5, 7.0], [2.0, 1.0, 5.0, 7.0], [1.5, 2.0, 7.5, 7.0], [2.5, 2.0, 4.0, 7.0]];
-    let rules = Rules { tile: 2, rounding: 0.0, regions: vec![[0, 0, 2, 1]], ..Rules::default() };
+    let a = [
+        [1.0, 2.0, 6.0, 7.0],
+        [2.0, 2.5, 5.0, 7.0],
+        [1.5, 4.5, 7.0, 7.0],
+    ];
+    let b = [
+        [1.0, 3.0, 5.5, 7.0],
+        [2.0, 1.0, 5.0, 7.0],
+        [1.5, 2.0, 7.5, 7.0],
+        [2.5, 2.0, 4.0, 7.0],
+    ];
+    let rules = Rules {
+        tile: 2,
+        rounding: 0.0,
+        regions: vec![[0, 0, 2, 1]],
+        ..Rules::default()
+    };
     let found = compare(2, &[[side(&a), side(&b)]], &rules);
     let welch = |pixels: &[usize]| {
         let means = |images: &[[f64; 4]]| -> Vec<f64> {
-            images.iter().map(|image| pixels.iter().map(|&i| image[i]).sum::<f64>() / pixels.len() as f64).collect()
+            images
+                .iter()
+                .map(|image| pixels.iter().map(|&i| image[i]).sum::<f64>() / pixels.len() as f64)
+                .collect()
         };
         let [a, b] = [means(&a), means(&b)].map(|means| values(0.0, &means));
         let test = welch("", &a, &b, Claim::Test);
-        // Few pixels do not tell how the sides share the variance: the degrees of freedom are those of three images.
-        (test.value, student_two_sided(test.value, 2.0), (a.moments.mean() - b.moments.mean()) / b.moments.mean())
+        // Few pixels do not tell how the sides share the variance: the degrees of freedom are those
+        // of three images.
+        (
+            test.value,
+            student_two_sided(test.value, 2.0),
+            (a.moments.mean() - b.moments.mean()) / b.moments.mean(),
+        )
     };
     let [means, regions, tiles, pixels] = &found.kinds;
-    assert_eq!(found.kinds.each_ref().map(|kind| kind.places.len()), [1, 5, 1, 4]);
-    for (kind, k, of) in
-        [(means, 0, &[0, 1, 2, 3][..]), (regions, 4, &[0, 1]), (tiles, 0, &[0, 1, 2, 3]), (pixels, 1, &[1])]
-    {
+    assert_eq!(
+        found.kinds.each_ref().map(|kind| kind.places.len()),
+        [1, 5, 1, 4]
+    );
+    for (kind, k, of) in [
+        (means, 0, &[0, 1, 2, 3][..]),
+        (regions, 4, &[0, 1]),
+        (tiles, 0, &[0, 1, 2, 3]),
+        (pixels, 1, &[1]),
+    ] {
         let place = &kind.places[k];
         let (t, p, relative) = welch(of);
-        assert_relative_eq!([place.sigmas, place.p, place.difference()][..], [t, p, relative][..], max_relative = 1e-9);
-        let half = student_upper(kind.level / 2.0, place.dof) * place.standard_error / place.means[1];
+        assert_relative_eq!(
+            [place.sigmas, place.p, place.difference()][..],
+            [t, p, relative][..],
+            max_relative = 1e-9
+        );
+        let half =
+            student_upper(kind.level / 2.0, place.dof) * place.standard_error / place.means[1];
         let interval = [relative - half, relative + half];
-        assert_relative_eq!(place.interval(kind.level)[..], interval[..], max_relative = 1e-9);
+        assert_relative_eq!(
+            place.interval(kind.level)[..],
+            interval[..],
+            max_relative = 1e-9
+        );
     }
     assert!(!pixels.places[3].varies() && !pixels.places[3].judged && pixels.places[3].p == 1.0);
     assert_relative_eq!(regions.level, 1e-3 / 4.0 / 5.0);
-    // A pixel is as skewed as its tile's are on the average. By hand: variances 3/4 and 13/16, third cumulants 27/32
-    // and 3/4, of three and four images.
+    // A pixel is as skewed as its tile's are on the average. By hand: variances 3/4 and 13/16,
+    // third cumulants 27/32 and 3/4, of three and four images.
     let (third, second) = ([27.0 / 32.0 / 9.0, 0.75 / 16.0], 0.25 + 0.203_125_f64);
     let skewness = [third[0] - third[1], third[0] + third[1]].map(|third| third / second.powf(1.5));
-    assert_relative_eq!(pixels.places[0].skewness[..], skewness[..], max_relative = 1e-9);
+    assert_relative_eq!(
+        pixels.places[0].skewness[..],
+        skewness[..],
+        max_relative = 1e-9
+    );
     // Two images say nothing of skewness; an exact side and standard errors do.
     let two = compare(2, &[[side(&a[..2]), side(&b)]], &rules);
     assert!(two.kinds[0].places[0].skewness[0].is_nan() && !two.kinds[0].counts);
     let [cancelled, alike] = means.places[0].skewness;
-    assert!(cancelled < alike, "the noise of one side takes that of the other away");
+    assert!(
+        cancelled < alike,
+        "the noise of one side takes that of the other away"
+    );
     let errors = [0.1, 0.2, 0.2, 0.0];
-    let one = compare(2, &[[Side::Errors(&a[0], &errors), Side::Exact(&b[0])]], &rules);
+    let one = compare(
+        2,
+        &[[Side::Errors(&a[0], &errors), Side::Exact(&b[0])]],
+        &rules,
+    );
     let place = &one.kinds[0].places[0];
     assert_relative_eq!(place.standard_error, 0.3 / 4.0, max_relative = 1e-12);
-    assert_relative_eq!(place.skewness[..], [0.017 / 0.027; 2][..], max_relative = 1e-12);
+    assert_relative_eq!(
+        place.skewness[..],
+        [0.017 / 0.027; 2][..],
+        max_relative = 1e-12
+    );
     assert_relative_eq!(place.dof, 0.0081 / 0.0033, max_relative = 1e-12);
 }
 
@@ -65,12 +118,16 @@ fn verdict_of(a: [&[f64]; 2], b: [&[f64]; 2], channels: usize) -> Verdict {
     compare(100, &vec![sides; channels], &Rules::default()).verdict
 }
 
-/// Without noise, values are compared as they stand; by the side of noise two constants differ only if there are enough
-/// of them.
+/// Without noise, values are compared as they stand; by the side of noise two constants differ only
+/// if there are enough of them.
 #[test]
 fn values_without_noise_are_compared_as_they_stand() {
     // 0.1 is the mean of no number of its likes when these are added up and divided.
-    let plain = |pixels: usize| (0..pixels).map(|i| [0.1, 0.7, 3.0][i % 3]).collect::<Vec<f64>>();
+    let plain = |pixels: usize| {
+        (0..pixels)
+            .map(|i| [0.1, 0.7, 3.0][i % 3])
+            .collect::<Vec<f64>>()
+    };
     let changed = |at: usize, factor: f64| {
         let mut image = plain(5_000);
         image[at] *= factor;
@@ -94,7 +151,10 @@ fn values_without_noise_are_compared_as_they_stand() {
     let few = [0.1; 31];
     let side = Side::Images(vec![&few; 2]);
     let unknown = Verdict::Undecided { needed: u64::MAX };
-    assert_eq!(compare(31, &[[side, Side::Exact(&[0.2; 31])]], &Rules::default()).verdict, unknown);
+    assert_eq!(
+        compare(31, &[[side, Side::Exact(&[0.2; 31])]], &Rules::default()).verdict,
+        unknown
+    );
 }
 
 /// Beside pixels that vary, constants differ if there are enough of them, else nothing is said.
@@ -110,15 +170,25 @@ fn constants_beside_noise_need_many_values() {
         };
         let (a, b) = (images(0.98, 1.0), images(1.0, 1.1));
         let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
-        let rules = Rules { tile: 100, regions: vec![[0, 1, 100, pixels / 100]], ..Rules::default() };
+        let rules = Rules {
+            tile: 100,
+            regions: vec![[0, 1, 100, pixels / 100]],
+            ..Rules::default()
+        };
         let found = compare(100, &[sides], &rules);
-        assert!(found.kinds[0].places[0].standard_error > 0.0 && !found.kinds[0].places[0].noiseless);
-        found.kinds[1].places.last().is_some_and(|place| place.p == 0.0)
+        assert!(
+            found.kinds[0].places[0].standard_error > 0.0 && !found.kinds[0].places[0].noiseless
+        );
+        found.kinds[1]
+            .places
+            .last()
+            .is_some_and(|place| place.p == 0.0)
     };
     assert_eq!([rejected(5_100), rejected(5_000)], [true, false]);
 }
 
-/// The assertions that chance can turn red: false alarms of each law and number of images, what is found, and what is seen.
+/// The assertions that chance can turn red: false alarms of each law and number of images, what is
+/// found, and what is seen.
 pub const ASSERTIONS: usize = LAWS.len() * NUMBERS.len() + 2 + 4;
 
 /// The value of a pixel by its number and random numbers.
@@ -146,7 +216,12 @@ fn few(_: usize, rng: &mut Stream) -> f64 {
 
 /// One pixel of a few values among calm ones.
 fn lone(pixel: usize, rng: &mut Stream) -> f64 {
-    1.0 + 0.01 * uniform(rng) + if pixel == 100 && uniform(rng) < 0.3 { 20.0 } else { 0.0 }
+    1.0 + 0.01 * uniform(rng)
+        + if pixel == 100 && uniform(rng) < 0.3 {
+            20.0
+        } else {
+            0.0
+        }
 }
 
 /// Pareto's law of index 2.5: its variance is finite, its skewness is not.
@@ -155,17 +230,37 @@ fn heavy(_: usize, rng: &mut Stream) -> f64 {
 }
 
 const SIDE: usize = 24;
-const LAWS: [(&str, Law); 5] =
-    [("sum of four", sum_of_four), ("rare", rare), ("few", few), ("lone", lone), ("heavy", heavy)];
+const LAWS: [(&str, Law); 5] = [
+    ("sum of four", sum_of_four),
+    ("rare", rare),
+    ("few", few),
+    ("lone", lone),
+    ("heavy", heavy),
+];
 /// Images of either side.
 const NUMBERS: [[u32; 2]; 5] = [[2, 2], [3, 3], [4, 4], [3, 12], [8, 8]];
 
 /// The comparison of so many images of a law, whose values are changed on the first side.
-fn found(law: Law, numbers: [u32; 2], change: impl Fn(f64) -> f64, rng: &mut Stream, rules: &Rules) -> Comparison {
+fn found(
+    law: Law,
+    numbers: [u32; 2],
+    change: impl Fn(f64) -> f64,
+    rng: &mut Stream,
+    rules: &Rules,
+) -> Comparison {
     let mut images = |count: u32, change: &dyn Fn(f64) -> f64| -> Vec<Vec<f64>> {
-        (0..count).map(|_| (0..SIDE * SIDE).map(|pixel| change(law(pixel, rng))).collect()).collect()
+        (0..count)
+            .map(|_| {
+                (0..SIDE * SIDE)
+                    .map(|pixel| change(law(pixel, rng)))
+                    .collect()
+            })
+            .collect()
     };
-    let [a, b] = [images(numbers[0], &change), images(numbers[1], &|value| value)];
+    let [a, b] = [
+        images(numbers[0], &change),
+        images(numbers[1], &|value| value),
+    ];
     let [a, b] = [&a, &b].map(|side| Side::Images(side.iter().map(Vec::as_slice).collect()));
     compare(SIDE, &[[a, b]], rules)
 }
@@ -173,44 +268,76 @@ fn found(law: Law, numbers: [u32; 2], change: impl Fn(f64) -> f64, rng: &mut Str
 /// The results of so many runs, each with random numbers of its own.
 fn repeated<T: Send>(name: &str, runs: u32, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
     let seed = context("harness::images").seed_of(name);
-    (0..runs).into_par_iter().map(|i| run(&mut stream(seed, i, 0))).collect()
+    (0..runs)
+        .into_par_iter()
+        .map(|i| run(&mut stream(seed, i, 0)))
+        .collect()
 }
 
-/// Neither few images, nor few or rare values, nor sides of different numbers make false alarms more frequent than the
-/// level.
+/// Neither few images, nor few or rare values, nor sides of different numbers make false alarms
+/// more frequent than the level.
 #[test]
 fn false_alarms_are_rare() {
     const RUNS: u32 = 60;
-    let rules = Rules { level: 0.01, ..Rules::default() };
+    let rules = Rules {
+        level: 0.01,
+        ..Rules::default()
+    };
     for (name, law) in LAWS {
         for numbers in NUMBERS {
-            let fails = |rng: &mut Stream| found(law, numbers, |value| value, rng, &rules).verdict == Verdict::Fails;
-            let alarms =
-                repeated(&format!("{name} {numbers:?}"), RUNS, fails).into_iter().filter(|fails| *fails).count();
+            let fails = |rng: &mut Stream| {
+                found(law, numbers, |value| value, rng, &rules).verdict == Verdict::Fails
+            };
+            let alarms = repeated(&format!("{name} {numbers:?}"), RUNS, fails)
+                .into_iter()
+                .filter(|fails| *fails)
+                .count();
             let p = binomial_sf(alarms as u64, RUNS.into(), rules.level);
-            assert!(p >= ALPHA, "{name}, {numbers:?} images: {alarms} false alarms of {RUNS}");
+            assert!(
+                p >= ALPHA,
+                "{name}, {numbers:?} images: {alarms} false alarms of {RUNS}"
+            );
         }
     }
 }
 
-/// Images that are twice as bright differ, even where rare values are seen; two of each say too little.
+/// Images that are twice as bright differ, even where rare values are seen; two of each say too
+/// little.
 #[test]
 fn a_large_difference_is_found() {
     const RUNS: u32 = 40;
     for (name, law) in [("sum of four", sum_of_four as Law), ("rare", rare)] {
         let fails = |rng: &mut Stream| {
-            found(law, [8, 8], |value| 2.0 * value, rng, &Rules::default()).verdict == Verdict::Fails
+            found(law, [8, 8], |value| 2.0 * value, rng, &Rules::default()).verdict
+                == Verdict::Fails
         };
-        let count =
-            repeated(&format!("{name} twice as bright"), RUNS, fails).into_iter().filter(|fails| *fails).count();
-        assert!(binomial_cdf(count as u64, RUNS.into(), 0.9) >= ALPHA, "{name}: {count} of {RUNS}");
+        let count = repeated(&format!("{name} twice as bright"), RUNS, fails)
+            .into_iter()
+            .filter(|fails| *fails)
+            .count();
+        assert!(
+            binomial_cdf(count as u64, RUNS.into(), 0.9) >= ALPHA,
+            "{name}: {count} of {RUNS}"
+        );
     }
-    let two = repeated("two", 1, |rng| found(sum_of_four, [2, 2], |value| 2.0 * value, rng, &Rules::default()));
-    assert!(matches!(two[0].verdict, Verdict::Undecided { .. }), "{:?}", two[0].verdict);
+    let two = repeated("two", 1, |rng| {
+        found(
+            sum_of_four,
+            [2, 2],
+            |value| 2.0 * value,
+            rng,
+            &Rules::default(),
+        )
+    });
+    assert!(
+        matches!(two[0].verdict, Verdict::Undecided { .. }),
+        "{:?}",
+        two[0].verdict
+    );
 }
 
-/// A difference that is said to be seen but for a chance of 10 % is seen so often in other images, although the standard
-/// error by which it is said is an estimate.
+/// A difference that is said to be seen but for a chance of 10 % is seen so often in other images,
+/// although the standard error by which it is said is an estimate.
 #[test]
 fn what_would_be_seen_is_seen() {
     const RUNS: u32 = 200;
@@ -222,7 +349,10 @@ fn what_would_be_seen_is_seen() {
             let wrong = found(sum_of_four, numbers, |value| value + stated, rng, &rules).kinds;
             wrong[0].places[0].p < wrong[0].level
         };
-        let count = repeated(&format!("seen {numbers:?}"), RUNS, seen).into_iter().filter(|seen| *seen).count();
+        let count = repeated(&format!("seen {numbers:?}"), RUNS, seen)
+            .into_iter()
+            .filter(|seen| *seen)
+            .count();
         let p = binomial_cdf(count as u64, RUNS.into(), 1.0 - MISS);
         assert!(p >= ALPHA, "{numbers:?} images: {count} of {RUNS} seen");
     }

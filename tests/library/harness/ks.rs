@@ -15,7 +15,10 @@ fn distribution_functions_are_compared_at_every_value() {
     assert_eq!(found.p, kolmogorov_sf(256, 1.0 / 512.0));
     let radius = kolmogorov_upper(256, ALPHA);
     assert_eq!(found.interval, [0.0, 1.0 / 512.0 + radius]);
-    assert_eq!(found.worst, "distribution functions differ by 0.00195 at 0.001953");
+    assert_eq!(
+        found.worst,
+        "distribution functions differ by 0.00195 at 0.001953"
+    );
     // Every fourth of 256 points is kept, each with its own binomial spread.
     assert_eq!(found.cells.len(), 64);
     let mut values: Vec<f64> = (0..256).map(midpoint).collect();
@@ -32,5 +35,8 @@ fn distribution_functions_are_compared_at_every_value() {
     let roots = kolmogorov_smirnov("roots", &mut values, f64::sqrt, 0.5);
     assert_relative_eq!(roots.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     let mut ten = [0.5; 10];
-    assert_eq!(kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(), 10);
+    assert_eq!(
+        kolmogorov_smirnov("ten", &mut ten, |x| x, 0.5).cells.len(),
+        10
+    );
 }

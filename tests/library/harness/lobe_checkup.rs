@@ -1,6 +1,7 @@
-//! Check-ups from end to end, of BSDFs that transmit or have single directions and of faulty versions, each of which
-//! must be rejected: a sheet of paper that absorbs and lets light through, a mirror that absorbs, glass. (Models that
-//! reflect are on trial in the registry: `bsdf/ggx` and its faults.)
+//! Check-ups from end to end, of BSDFs that transmit or have single directions and of faulty
+//! versions, each of which must be rejected: a sheet of paper that absorbs and lets light through,
+//! a mirror that absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and
+//! its faults.)
 
 use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, refract};
 use whitefurnace::harness::trial::refused;
@@ -16,8 +17,8 @@ fn in_words(outcome: &Outcome) -> String {
     format!("{}: {}", outcome.name, outcome.worst)
 }
 
-/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 what is undecided
-/// will do.
+/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 what is
+/// undecided will do.
 fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     let red = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
@@ -29,8 +30,8 @@ fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     assert_eq!(refused(name, outcomes, context), "");
 }
 
-/// Asserts that a faulty subject is rejected by an outcome whose name begins so, where sizes are planned for certain;
-/// below scale 1 one that does not decide will do.
+/// Asserts that a faulty subject is rejected by an outcome whose name begins so, where sizes are
+/// planned for certain; below scale 1 one that does not decide will do.
 fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &Context) {
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
@@ -39,25 +40,45 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();
-    let meant = found.iter().any(|rejection| rejection.starts_with(expected));
-    assert!(meant, "{name}: no complaint about {expected} among {found:?}");
+    let meant = found
+        .iter()
+        .any(|rejection| rejection.starts_with(expected));
+    assert!(
+        meant,
+        "{name}: no complaint about {expected} among {found:?}"
+    );
 }
 
-/// Asserts that a faulty subject is rejected. Faults are far larger than δ: one inclination and a tenth of
-/// the samples show them.
+/// Asserts that a faulty subject is rejected. Faults are far larger than δ: one inclination and a
+/// tenth of the samples show them.
 fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     let context = context(name);
-    let size = CheckUp { inclinations: vec![40.0], samples: 400_000, ..CheckUp::default() };
-    assert_rejection(name, &check_up(subject, &size, &context), expected, &context);
+    let size = CheckUp {
+        inclinations: vec![40.0],
+        samples: 400_000,
+        ..CheckUp::default()
+    };
+    assert_rejection(
+        name,
+        &check_up(subject, &size, &context),
+        expected,
+        &context,
+    );
 }
 
 /// Where samplers lose what is absorbed, the weights vary more than those of Lambert.
 fn large() -> CheckUp {
-    CheckUp { samples: 6_000_000, ..CheckUp::default() }
+    CheckUp {
+        samples: 6_000_000,
+        ..CheckUp::default()
+    }
 }
 
 fn random(outcomes: &[Outcome]) -> usize {
-    outcomes.iter().filter(|outcome| outcome.is_random()).count()
+    outcomes
+        .iter()
+        .filter(|outcome| outcome.is_random())
+        .count()
 }
 
 /// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
@@ -67,12 +88,20 @@ const LET_THROUGH: f64 = 0.25;
 
 /// The share of light that goes to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
-    if (wo.z > 0.0) == (wi.z > 0.0) { REFLECTED } else { LET_THROUGH }
+    if (wo.z > 0.0) == (wi.z > 0.0) {
+        REFLECTED
+    } else {
+        LET_THROUGH
+    }
 }
 
 fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<SampledDirection> {
     let up = cosine_hemisphere([r1, r2]);
-    let side = if r3 < REFLECTED { wo.z.signum() } else { -wo.z.signum() };
+    let side = if r3 < REFLECTED {
+        wo.z.signum()
+    } else {
+        -wo.z.signum()
+    };
     let wi = up.with_z(side * up.z);
     (r3 < REFLECTED + LET_THROUGH).then(|| SampledDirection {
         wi,
@@ -93,7 +122,10 @@ fn paper(loss: f64) -> BsdfSubject {
 
 #[test]
 fn paper_that_absorbs_and_lets_light_through_passes() {
-    let size = CheckUp { inclinations: vec![40.0, 140.0], ..large() };
+    let size = CheckUp {
+        inclinations: vec![40.0, 140.0],
+        ..large()
+    };
     let context = context("paper");
     let outcomes = check_up(&paper(0.25), &size, &context);
     assert!(random(&outcomes) <= PASSES[0], "{}", random(&outcomes));
@@ -109,10 +141,29 @@ fn faulty_paper_is_rejected() {
     let one_way = |wo: DVec3, wi| paper_share(wo, wi) / PI * if wo.z < 0.0 { 0.9 } else { 1.0 };
     for (name, subject, expected) in [
         ("paper, loss", paper(0.2), "integral of the pdf"),
-        ("paper, loses more", sampled(|wo, [r1, r2, r3]| paper_sample(wo, [r1, r2, 1.05 * r3])), "chi-square"),
-        ("paper, other side", sampled(|wo, u| paper_sample(-wo, u)), "weight = f cos/pdf"),
-        ("paper, one way", BsdfSubject { eval: Box::new(one_way), ..paper(0.25) }, "reciprocity"),
-        ("paper, called opaque", paper(0.25).transmits(false), "integral of the pdf"),
+        (
+            "paper, loses more",
+            sampled(|wo, [r1, r2, r3]| paper_sample(wo, [r1, r2, 1.05 * r3])),
+            "chi-square",
+        ),
+        (
+            "paper, other side",
+            sampled(|wo, u| paper_sample(-wo, u)),
+            "weight = f cos/pdf",
+        ),
+        (
+            "paper, one way",
+            BsdfSubject {
+                eval: Box::new(one_way),
+                ..paper(0.25)
+            },
+            "reciprocity",
+        ),
+        (
+            "paper, called opaque",
+            paper(0.25).transmits(false),
+            "integral of the pdf",
+        ),
     ] {
         assert_rejected(name, &subject, expected);
     }
@@ -120,20 +171,35 @@ fn faulty_paper_is_rejected() {
 
 fn assert_lobes_rejected(name: &str, subject: &LobeSubject, expected: &str) {
     let context = context(name);
-    let size = CheckUp { samples: 400_000, ..CheckUp::default() };
-    assert_rejection(name, &check_up_lobes(subject, &size, &context), expected, &context);
+    let size = CheckUp {
+        samples: 400_000,
+        ..CheckUp::default()
+    };
+    assert_rejection(
+        name,
+        &check_up_lobes(subject, &size, &context),
+        expected,
+        &context,
+    );
 }
 
 const REFLECTANCE: f64 = 0.8;
 
 fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
-    (r < REFLECTANCE).then(|| LobeSample { wi: mirror(-wo, DVec3::Z), weight: 1.0 })
+    (r < REFLECTANCE).then(|| LobeSample {
+        wi: mirror(-wo, DVec3::Z),
+        weight: 1.0,
+    })
 }
 
 /// A mirror on which paths end with the probability of absorption.
 fn absorbing_mirror() -> LobeSubject {
     let lobes = |wo: DVec3| {
-        vec![Lobe { direction: DVec3::new(-wo.x, -wo.y, wo.z), probability: REFLECTANCE, share: REFLECTANCE }]
+        vec![Lobe {
+            direction: DVec3::new(-wo.x, -wo.y, wo.z),
+            probability: REFLECTANCE,
+            share: REFLECTANCE,
+        }]
     };
     LobeSubject::new(lobes, mirror_sample).loss(Loss::Declared(Box::new(|_| 1.0 - REFLECTANCE)))
 }
@@ -142,14 +208,22 @@ const INDEX: f64 = 1.5;
 
 /// The indices on the side of wo and beyond, and the normal on the side of wo.
 fn sides(wo: DVec3) -> (f64, f64, DVec3) {
-    if wo.z > 0.0 { (1.0, INDEX, DVec3::Z) } else { (INDEX, 1.0, -DVec3::Z) }
+    if wo.z > 0.0 {
+        (1.0, INDEX, DVec3::Z)
+    } else {
+        (INDEX, 1.0, -DVec3::Z)
+    }
 }
 
 /// Glass, its lobes written out in coordinates: Snell's law for the tangential part.
 fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     let (n1, n2, normal) = sides(wo);
     let r = reflectance(wo.z.abs(), n1, n2);
-    let mirrored = Lobe { direction: DVec3::new(-wo.x, -wo.y, wo.z), probability: r, share: r };
+    let mirrored = Lobe {
+        direction: DVec3::new(-wo.x, -wo.y, wo.z),
+        probability: r,
+        share: r,
+    };
     let tangential = -(n1 / n2) * wo.with_z(0.0);
     let squared = 1.0 - tangential.length_squared();
     if squared <= 0.0 {
@@ -168,23 +242,35 @@ fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSa
     let (n1, n2, normal) = sides(wo);
     let share = reflectance(wo.z.abs(), n1, n2);
     match refract(-wo, normal, n1, n2) {
-        Some(wi) if r >= choice(share) => {
-            Some(LobeSample { wi, weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)) })
-        }
-        Some(_) => Some(LobeSample { wi: mirror(-wo, normal), weight: share / choice(share) }),
-        None => Some(LobeSample { wi: mirror(-wo, normal), weight: 1.0 }),
+        Some(wi) if r >= choice(share) => Some(LobeSample {
+            wi,
+            weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)),
+        }),
+        Some(_) => Some(LobeSample {
+            wi: mirror(-wo, normal),
+            weight: share / choice(share),
+        }),
+        None => Some(LobeSample {
+            wi: mirror(-wo, normal),
+            weight: 1.0,
+        }),
     }
 }
 
 fn glass() -> LobeSubject {
-    LobeSubject::new(glass_lobes, |wo, [r, ..]| glass_sample(wo, r, |share| share))
-        .transmits(true)
-        .energy_bound(INDEX * INDEX)
+    LobeSubject::new(glass_lobes, |wo, [r, ..]| {
+        glass_sample(wo, r, |share| share)
+    })
+    .transmits(true)
+    .energy_bound(INDEX * INDEX)
 }
 
 #[test]
 fn an_absorbing_mirror_and_glass_pass() {
-    for (name, subject, passes) in [("mirror", absorbing_mirror(), PASSES[1]), ("glass", glass(), PASSES[2])] {
+    for (name, subject, passes) in [
+        ("mirror", absorbing_mirror(), PASSES[1]),
+        ("glass", glass(), PASSES[2]),
+    ] {
         let context = context(name);
         let outcomes = check_up_lobes(&subject, &large(), &context);
         assert!(random(&outcomes) <= passes, "{}", random(&outcomes));
@@ -201,17 +287,37 @@ fn faulty_mirrors_are_rejected() {
         ..absorbing_mirror()
     };
     let back = || changed(|s| LobeSample { wi: -s.wi, ..s });
-    let rarely =
-        LobeSubject { sample: Box::new(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t])), ..absorbing_mirror() };
+    let rarely = LobeSubject {
+        sample: Box::new(|wo, [r, s, t]| mirror_sample(wo, [1.1 * r, s, t])),
+        ..absorbing_mirror()
+    };
     for (name, subject, expected) in [
         ("mirror, loss", lossless(), "sum of probabilities"),
         ("mirror, lost", lossless(), "samples of no lobe"),
         ("mirror, sign", back(), "weight = share/probability"),
         ("mirror, sign", back(), "samples of no lobe"),
-        ("mirror, absorbs twice", changed(|s| LobeSample { weight: REFLECTANCE, ..s }), "furnace"),
+        (
+            "mirror, absorbs twice",
+            changed(|s| LobeSample {
+                weight: REFLECTANCE,
+                ..s
+            }),
+            "furnace",
+        ),
         ("mirror, survives too rarely", rarely, "samples towards"),
-        ("mirror, too bright", absorbing_mirror().energy_bound(0.5), "energy bound"),
-        ("mirror, NaN", changed(|s| LobeSample { weight: f64::NAN, ..s }), "finite and not negative"),
+        (
+            "mirror, too bright",
+            absorbing_mirror().energy_bound(0.5),
+            "energy bound",
+        ),
+        (
+            "mirror, NaN",
+            changed(|s| LobeSample {
+                weight: f64::NAN,
+                ..s
+            }),
+            "finite and not negative",
+        ),
     ] {
         assert_lobes_rejected(name, &subject, expected);
     }
@@ -223,7 +329,8 @@ fn faulty_glass_is_rejected() {
         sample: Box::new(move |wo, [r, ..]| sample(wo, r)),
         ..glass()
     };
-    let unweighted = |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
+    let unweighted =
+        |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
     let bent = |wo: DVec3| {
         let mut lobes = glass_lobes(wo);
         // Straight through, from inside only: light does not find its way back.
@@ -233,9 +340,20 @@ fn faulty_glass_is_rejected() {
         lobes
     };
     for (name, subject, expected) in [
-        ("glass, even choice", sampled(|wo, r| glass_sample(wo, r, |_| 0.5)), "samples towards"),
+        (
+            "glass, even choice",
+            sampled(|wo, r| glass_sample(wo, r, |_| 0.5)),
+            "samples towards",
+        ),
         ("glass, no factor", sampled(unweighted), "furnace"),
-        ("glass, one way", LobeSubject { lobes: Box::new(bent), ..glass() }, "way back"),
+        (
+            "glass, one way",
+            LobeSubject {
+                lobes: Box::new(bent),
+                ..glass()
+            },
+            "way back",
+        ),
     ] {
         assert_lobes_rejected(name, &subject, expected);
     }

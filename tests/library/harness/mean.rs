@@ -16,7 +16,11 @@ const THREE: [f64; 3] = [0.0, 1.0, 2.0];
 fn skewness_does_not_depend_on_the_centre() {
     let expected = 36.0 / 12.5_f64.powf(1.5);
     for centre in [4.0, 3.7, 0.0, -2.5, 100.0] {
-        assert_relative_eq!(values(centre, &FIVE).skewness(), expected, max_relative = 1e-9);
+        assert_relative_eq!(
+            values(centre, &FIVE).skewness(),
+            expected,
+            max_relative = 1e-9
+        );
     }
     let mirrored = values(0.0, &FIVE.map(|x| 3.0 - 2.0 * x));
     assert_relative_eq!(mirrored.skewness(), -expected, max_relative = 1e-12);
@@ -34,23 +38,55 @@ fn intervals_are_those_of_the_textbook() {
     let t = 0.4_f64.sqrt();
     let half = student_upper(ALPHA / 2.0, 4.0) * 2.5_f64.sqrt();
     let found = mean("t", &a, 3.0, CLAIM);
-    assert_test(&found, "t", 5, [t, student_two_sided(t, 4.0)], [4.0, 3.0], half);
+    assert_test(
+        &found,
+        "t",
+        5,
+        [t, student_two_sided(t, 4.0)],
+        [4.0, 3.0],
+        half,
+    );
     assert_eq!((found.valid_from, found.dof), (a.valid_from(), Some(4.0)));
     let z = 1.25_f64.sqrt();
     let half = normal_upper(ALPHA / 2.0) * 2.0 / 5_f64.sqrt();
     for (reference, value) in [(3.0, z), (5.0, -z)] {
         let found = mean_known_sigma("z", &a, reference, 2.0, CLAIM);
-        assert_test(&found, "z", 5, [value, 2.0 * normal_sf(z)], [4.0, reference], half);
+        assert_test(
+            &found,
+            "z",
+            5,
+            [value, 2.0 * normal_sf(z)],
+            [4.0, reference],
+            half,
+        );
         // With σ known, skewness counts half as much.
-        assert_abs_diff_eq!(found.valid_from as f64, 0.25 * a.valid_from() as f64, epsilon = 1.0);
+        assert_abs_diff_eq!(
+            found.valid_from as f64,
+            0.25 * a.valid_from() as f64,
+            epsilon = 1.0
+        );
     }
     let [va, vb] = [2.5_f64, 1.0 / 3.0];
     let dof = (va + vb).powi(2) / (va * va / 4.0 + vb * vb / 2.0);
     let t = 3.0 / (va + vb).sqrt();
     let half = student_upper(ALPHA / 2.0, dof) * (va + vb).sqrt();
-    for (side, found) in [(1.0, welch("Welch", &a, &b, CLAIM)), (-1.0, welch("Welch", &b, &a, CLAIM))] {
-        assert_test(&found, "Welch", 3, [side * t, student_two_sided(t, dof)], [side * 3.0, 0.0], half);
-        assert_relative_eq!(found.dof.expect("degrees of freedom"), dof, max_relative = 1e-12);
+    for (side, found) in [
+        (1.0, welch("Welch", &a, &b, CLAIM)),
+        (-1.0, welch("Welch", &b, &a, CLAIM)),
+    ] {
+        assert_test(
+            &found,
+            "Welch",
+            3,
+            [side * t, student_two_sided(t, dof)],
+            [side * 3.0, 0.0],
+            half,
+        );
+        assert_relative_eq!(
+            found.dof.expect("degrees of freedom"),
+            dof,
+            max_relative = 1e-12
+        );
     }
     // Without variance every value counts.
     assert_eq!(welch_satterthwaite([(0.0, 5), (0.0, 9)]), 12.0);
@@ -63,19 +99,46 @@ fn a_data_file_shows_the_values() {
     let sigmas = 7.0 / 12.5_f64.sqrt();
     for (found, count, place, numbers) in [
         (mean("t", &a, 3.0, CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
-        (mean_known_sigma("z", &a, 3.0, 2.5, CLAIM), 5, "batch 5", [3.0, 10.0, 2.8]),
-        (bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM), 5, "batch 5", [3.0, 10.0, sigmas]),
-        (welch("w", &a, &b, CLAIM), 8, "second, batch 3", [4.0, 2.0, -2.0]),
+        (
+            mean_known_sigma("z", &a, 3.0, 2.5, CLAIM),
+            5,
+            "batch 5",
+            [3.0, 10.0, 2.8],
+        ),
+        (
+            bounded_mean("b", &a, 3.0, [0.0, 10.0], CLAIM),
+            5,
+            "batch 5",
+            [3.0, 10.0, sigmas],
+        ),
+        (
+            welch("w", &a, &b, CLAIM),
+            8,
+            "second, batch 3",
+            [4.0, 2.0, -2.0],
+        ),
     ] {
         assert_eq!(found.cells.len(), count);
-        assert_cell(&found.cells[count - 1], &format!("{place} (1 values)"), numbers);
+        assert_cell(
+            &found.cells[count - 1],
+            &format!("{place} (1 values)"),
+            numbers,
+        );
     }
 }
 
 #[test]
 fn batches_are_means_of_consecutive_values() {
     // Their size doubles at 64, 128, ... values, so that 32 to 63 are full.
-    for (n, size) in [(1, 1), (63, 1), (64, 2), (127, 2), (128, 4), (1000, 16), (5000, 128)] {
+    for (n, size) in [
+        (1, 1),
+        (63, 1),
+        (64, 2),
+        (127, 2),
+        (128, 4),
+        (1000, 16),
+        (5000, 128),
+    ] {
         let mut batches = Batches::default();
         (0..n).for_each(|i| batches.push(f64::from(i * i)));
         assert_eq!(batches.means().len(), (n / size) as usize);
@@ -88,7 +151,11 @@ fn batches_are_means_of_consecutive_values() {
             let sigmas = (mean - 1.0) / (9.0 / f64::from(size)).sqrt();
             assert_relative_eq!(cell.sigmas, sigmas, max_relative = 1e-12);
         }
-        assert!(cells[0].place.ends_with(&format!("batch 1 ({size} values)")));
+        assert!(
+            cells[0]
+                .place
+                .ends_with(&format!("batch 1 ({size} values)"))
+        );
     }
     let mut still = Batches::default();
     still.push(1.0);
@@ -98,7 +165,9 @@ fn batches_are_means_of_consecutive_values() {
 #[test]
 fn rounding_is_relative_to_the_size_of_the_numbers() {
     for scale in [1e-6, 1.0, 1e6] {
-        let claim = Claim::Exact { delta: 1e-3 * scale };
+        let claim = Claim::Exact {
+            delta: 1e-3 * scale,
+        };
         let many = vec![scale; ENOUGH_EQUAL as usize];
         let same = values(scale, &many);
         let nothing = Verdict::Undecided { needed: u64::MAX };
@@ -106,7 +175,12 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         assert_eq!(verdict(scale * (1.0 + 5e-13)), nothing);
         assert_eq!(verdict(scale * (1.0 + 3e-12)), Verdict::Fails);
         let few = mean("t", &values(scale, &many[1..]), 2.0 * scale, claim);
-        assert_eq!(few.verdict(), Verdict::Undecided { needed: ENOUGH_EQUAL });
+        assert_eq!(
+            few.verdict(),
+            Verdict::Undecided {
+                needed: ENOUGH_EQUAL
+            }
+        );
         let other = |factor: f64| values(scale, &[scale * factor].repeat(many.len()));
         let near = welch("w", &same, &other(1.0 + 5e-13), claim);
         assert_eq!((near.value, near.verdict()), (0.0, nothing));
@@ -124,10 +198,11 @@ fn nearly_symmetric_values_are_enough() {
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 
-/// P(T < −z) and P(T > z) as shares of the nominal tail, of a share of successes with as many values as the rule of
-/// `admitted` just admits: Student's t of their share is a function of the count, so that its tails are sums over the
-/// binomial law. Between counts the logarithms of the tails (half of a count's own probability to either side) are
-/// interpolated: the lattice is not at issue.
+/// P(T < −z) and P(T > z) as shares of the nominal tail, of a share of successes with as many
+/// values as the rule of `admitted` just admits: Student's t of their share is a function of the
+/// count, so that its tails are sums over the binomial law. Between counts the logarithms of the
+/// tails (half of a count's own probability to either side) are interpolated: the lattice is not at
+/// issue.
 fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
     let nominal = 0.5 * ALPHA;
     let z = normal_upper(nominal);
@@ -143,27 +218,37 @@ fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
     let below = |k| 0.5 * (binomial_cdf(k, n, q) + binomial_cdf(k - 1, n, q));
     let above = |k| 0.5 * (binomial_sf(k, n, q) + binomial_sf(k + 1, n, q));
     let at = |start: u64, target: f64, tail: &dyn Fn(u64) -> f64| {
-        let after = (start..).find(|&k| statistic(k) > target).expect("a count beyond");
+        let after = (start..)
+            .find(|&k| statistic(k) > target)
+            .expect("a count beyond");
         let [t0, t1] = [after - 1, after].map(statistic);
         let [p0, p1] = [after - 1, after].map(|k| tail(k).ln());
         (p0 + (p1 - p0) * (target - t0) / (t1 - t0)).exp() / nominal
     };
     let mean = n as f64 * q;
-    let low = (mean as u64).saturating_sub((20.0 * mean.sqrt()) as u64).max(1);
+    let low = (mean as u64)
+        .saturating_sub((20.0 * mean.sqrt()) as u64)
+        .max(1);
     [at(low, -z, &below), at(mean as u64, z, &above)]
 }
 
-/// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with an
-/// estimated one, and the other 0.73: both together are within 6 % of nominal. (Of all laws with this
-/// skewness two values have the least kurtosis, which lightens tails.) With the rule of a known σ, half as
-/// strict, an estimated σ has a lower tail of more than 1.8.
+/// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with
+/// an estimated one, and the other 0.73: both together are within 6 % of nominal. (Of all laws with
+/// this skewness two values have the least kurtosis, which lightens tails.) With the rule of a
+/// known σ, half as strict, an estimated σ has a lower tail of more than 1.8.
 #[test]
 fn tails_are_nominal_at_the_limit_of_the_rule() {
     for share in [0.002, 0.01, 0.05, 0.2] {
         for sigma in [Sigma::Known, Sigma::Estimated] {
             let [low, high] = tails(share, sigma, sigma);
-            assert!((1.3..1.4).contains(&low.max(high)), "{sigma:?} {share}: {low} {high}");
-            assert!((low + high - 2.0).abs() < 0.11, "{sigma:?} {share}: {low} {high}");
+            assert!(
+                (1.3..1.4).contains(&low.max(high)),
+                "{sigma:?} {share}: {low} {high}"
+            );
+            assert!(
+                (low + high - 2.0).abs() < 0.11,
+                "{sigma:?} {share}: {low} {high}"
+            );
         }
         let [low, high] = tails(share, Sigma::Known, Sigma::Estimated);
         assert!(low > 1.8, "{share}: {low} {high}");
@@ -173,7 +258,11 @@ fn tails_are_nominal_at_the_limit_of_the_rule() {
 #[test]
 fn skewness_of_a_sum_is_that_of_its_parts_at_most() {
     // n values in two halves have the skewness of n values.
-    assert_relative_eq!(skewness_of_sum([(2.0, 0.25, 64)]), 0.25, max_relative = 1e-14);
+    assert_relative_eq!(
+        skewness_of_sum([(2.0, 0.25, 64)]),
+        0.25,
+        max_relative = 1e-14
+    );
     let halves = skewness_of_sum([(2.0, 0.5, 32), (2.0, 0.5, 32)]);
     assert_relative_eq!(halves, 2.0 / 64_f64.sqrt(), max_relative = 1e-14);
     // A side without variance has no say, and opposite signs do not cancel.
@@ -197,19 +286,29 @@ fn either_side_may_be_too_skewed_for_welch() {
     for (a, b) in [(&few, &many), (&many, &few)] {
         let needed = welch("w", a, b, CLAIM).valid_from as f64;
         assert_relative_eq!(needed, few.valid_from() as f64, max_relative = 1e-4);
-        assert!(matches!(welch("w", a, b, CLAIM).verdict(), Verdict::Undecided { .. }));
+        assert!(matches!(
+            welch("w", a, b, CLAIM).verdict(),
+            Verdict::Undecided { .. }
+        ));
     }
     assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
     // Two sides of equal law make a difference of √½ its skewness, of √2 its standard error.
     let half = 0.5 * many.valid_from() as f64;
-    assert_relative_eq!(welch("w", &many, &many, CLAIM).valid_from as f64, half, max_relative = 1e-6);
+    assert_relative_eq!(
+        welch("w", &many, &many, CLAIM).valid_from as f64,
+        half,
+        max_relative = 1e-6
+    );
 }
 
 #[test]
 fn bernstein_moves_and_stretches_with_its_range() {
     let numbers: Vec<f64> = (0..500).map(|i| f64::from(i % 5) / 4.0).collect();
     let unit = bounded_mean("b", &values(0.5, &numbers), 0.7, [0.0, 1.0], CLAIM);
-    assert_eq!((unit.statistic, unit.n, unit.valid_from), ("empirical Bernstein", 500, 2));
+    assert_eq!(
+        (unit.statistic, unit.n, unit.valid_from),
+        ("empirical Bernstein", 500, 2)
+    );
     assert_relative_eq!(unit.estimate, 0.5, max_relative = 1e-12);
     assert_eq!(unit.reference, 0.7);
     assert_relative_eq!(unit.value, 0.2, max_relative = 1e-12);
@@ -221,14 +320,19 @@ fn bernstein_moves_and_stretches_with_its_range() {
         let bounds = [low, low + width];
         let found = bounded_mean("b", &moved, place(0.7), bounds, CLAIM);
         assert_relative_eq!(found.p, unit.p, max_relative = 1e-9);
-        assert_relative_eq!(found.interval[..], unit.interval.map(place)[..], max_relative = 1e-12);
+        assert_relative_eq!(
+            found.interval[..],
+            unit.interval.map(place)[..],
+            max_relative = 1e-12
+        );
         // The interval stays within the range.
         let few = bounded_mean("b", &values(low, &[low, low + width]), low, bounds, CLAIM);
         assert_eq!((few.interval, few.p), (bounds, 1.0));
     }
 }
 
-/// √(2VL/n) + 7L/(3(n − 1)) with V = 1000/3996 and L = ln 4e9, at whose end the p-value is the level.
+/// √(2VL/n) + 7L/(3(n − 1)) with V = 1000/3996 and L = ln 4e9, at whose end the p-value is the
+/// level.
 #[test]
 fn bernsteins_p_value_and_interval_agree() {
     let zeros_and_ones = around(0.5, 0.5, 1000);
@@ -250,12 +354,16 @@ fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
     };
     assert_eq!(verdict(2.0, 2.0), Verdict::Holds);
     assert_eq!(verdict(2.0 + 4.0 * f64::EPSILON, 2.0), Verdict::Holds);
-    // One value that is off by 2e-8 is seen though the mean is off by 2e-10; and so is the reference.
+    // One value that is off by 2e-8 is seen though the mean is off by 2e-10; and so is the
+    // reference.
     assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
     assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
     assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
     let one = mean("t", &values(1.0, &[1.0]), 1.0, CLAIM);
-    assert_eq!((one.verdict(), one.p, one.interval[1]), (Verdict::Undecided { needed: 2 }, 1.0, f64::INFINITY));
+    assert_eq!(
+        (one.verdict(), one.p, one.interval[1]),
+        (Verdict::Undecided { needed: 2 }, 1.0, f64::INFINITY)
+    );
     assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 

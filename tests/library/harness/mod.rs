@@ -1,4 +1,5 @@
-//! The statistical harness, module by module: exactly where it can be, by sampling where only that shows it.
+//! The statistical harness, module by module: exactly where it can be, by sampling where only that
+//! shows it.
 
 pub mod checkup_parts; // what each part of the check-up of BSDFs reports
 mod chi_square;
@@ -24,21 +25,24 @@ mod welch_map;
 
 // What the modules share, by `use super::*`.
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
-use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, count, poisson, sampler_against_partition};
+use whitefurnace::harness::chi_square::{
+    Counts, binomial, chi_square, count, poisson, sampler_against_partition,
+};
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::guard::{may_hold, may_not_hold};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch, welch_satterthwaite,
+    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch,
+    welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::power::Sensitivity;
 use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 use whitefurnace::harness::tails::{
-    binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper, poisson_cdf,
-    poisson_interval, poisson_sf, student_two_sided, student_upper,
+    binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper,
+    poisson_cdf, poisson_interval, poisson_sf, student_two_sided, student_upper,
 };
 use whitefurnace::harness::trial::Context;
 use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
@@ -48,7 +52,9 @@ use crate::prelude::*;
 /// Values whose cubes are summed about `centre`.
 fn values(centre: f64, numbers: &[f64]) -> Values {
     let mut numbers = numbers.iter();
-    Values::collect(centre, numbers.len() as u64, || *numbers.next().expect("as many"))
+    Values::collect(centre, numbers.len() as u64, || {
+        *numbers.next().expect("as many")
+    })
 }
 
 /// n values with the given mean that lie `spread` above and below it in turn.
@@ -71,7 +77,10 @@ fn rare(n: u64) -> Values {
 
 /// Cells of these probabilities, called by their numbers.
 fn cells(masses: &[f64]) -> Partition {
-    Partition::of_masses(masses.to_vec(), (0..masses.len()).map(|i| i.to_string()).collect())
+    Partition::of_masses(
+        masses.to_vec(),
+        (0..masses.len()).map(|i| i.to_string()).collect(),
+    )
 }
 
 /// One channel of an image with its own pixels.
@@ -84,11 +93,19 @@ struct Image {
 
 impl Image {
     fn new(mean: &[f64], variance: &[f64], count: &[u64]) -> Self {
-        Self { mean: mean.to_vec(), variance: variance.to_vec(), count: count.to_vec() }
+        Self {
+            mean: mean.to_vec(),
+            variance: variance.to_vec(),
+            count: count.to_vec(),
+        }
     }
 
     fn statistics(&self) -> PixelStatistics<'_> {
-        PixelStatistics { mean: &self.mean, variance: &self.variance, count: &self.count }
+        PixelStatistics {
+            mean: &self.mean,
+            variance: &self.variance,
+            count: &self.count,
+        }
     }
 }
 
@@ -106,13 +123,37 @@ fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
     }
 }
 
-/// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value, estimate and reference, and the half width of
-/// the interval.
-fn assert_test(found: &Outcome, statistic: &str, n: u64, test: [f64; 2], values: [f64; 2], half: f64) {
-    assert_eq!((&*found.name, found.statistic, found.n), (statistic, statistic, n));
+/// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value,
+/// estimate and reference, and the half width of the interval.
+fn assert_test(
+    found: &Outcome,
+    statistic: &str,
+    n: u64,
+    test: [f64; 2],
+    values: [f64; 2],
+    half: f64,
+) {
+    assert_eq!(
+        (&*found.name, found.statistic, found.n),
+        (statistic, statistic, n)
+    );
     let [estimate, reference] = values;
-    let numbers = [found.value, found.p, found.estimate, found.reference, found.interval[0], found.interval[1]];
-    let expected = [test[0], test[1], estimate, reference, estimate - half, estimate + half];
+    let numbers = [
+        found.value,
+        found.p,
+        found.estimate,
+        found.reference,
+        found.interval[0],
+        found.interval[1],
+    ];
+    let expected = [
+        test[0],
+        test[1],
+        estimate,
+        reference,
+        estimate - half,
+        estimate + half,
+    ];
     assert_relative_eq!(numbers[..], expected[..], max_relative = 1e-12);
 }
 
@@ -120,5 +161,10 @@ fn assert_test(found: &Outcome, statistic: &str, n: u64, test: [f64; 2], values:
 fn assert_cell(cell: &Cell, place: &str, numbers: [f64; 3]) {
     assert_eq!(cell.place, place);
     let found = [cell.expected, cell.observed, cell.sigmas];
-    assert_relative_eq!(found[..], numbers[..], max_relative = 1e-12, epsilon = 1e-12);
+    assert_relative_eq!(
+        found[..],
+        numbers[..],
+        max_relative = 1e-12,
+        epsilon = 1e-12
+    );
 }

@@ -1,4 +1,5 @@
-//! Check-ups of BSDFs with narrow lobes: right samples hold, others that leave the lobe where it is fail.
+//! Check-ups of BSDFs with narrow lobes: right samples hold, others that leave the lobe where it is
+//! fail.
 
 use std::f64::consts::PI;
 
@@ -22,7 +23,10 @@ fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
 }
 
 fn facets() -> Ggx {
-    Ggx { reflectance: DVec3::ONE, alpha: ALPHA_X }
+    Ggx {
+        reflectance: DVec3::ONE,
+        alpha: ALPHA_X,
+    }
 }
 
 /// Lobes with all of the light, their samplers, whether light passes, and degrees from the normal.
@@ -49,7 +53,11 @@ const LOBES: [(&str, Pdf, Sample, bool, f64); 4] = [
 ];
 
 fn facet_pdf(wo: DVec3, wi: DVec3) -> f64 {
-    if wi.z > 0.0 { facets().pdf(wo, wi) } else { 0.0 }
+    if wi.z > 0.0 {
+        facets().pdf(wo, wi)
+    } else {
+        0.0
+    }
 }
 
 fn facet_sample(wo: DVec3, random: [f64; 2]) -> DVec3 {
@@ -61,22 +69,47 @@ fn facet_sample(wo: DVec3, random: [f64; 2]) -> DVec3 {
 pub const ASSERTIONS: usize = LOBES.len();
 
 /// The histogram of samples whose first random number is changed.
-fn histogram(pdf: Pdf, sample: Sample, transmits: bool, degrees: f64, change: fn(f64) -> f64) -> Outcome {
+fn histogram(
+    pdf: Pdf,
+    sample: Sample,
+    transmits: bool,
+    degrees: f64,
+    change: fn(f64) -> f64,
+) -> Outcome {
     let subject = BsdfSubject::new(
-        move |wo, wi| if wi.z == 0.0 { 0.0 } else { pdf(wo, wi) / wi.z.abs() },
+        move |wo, wi| {
+            if wi.z == 0.0 {
+                0.0
+            } else {
+                pdf(wo, wi) / wi.z.abs()
+            }
+        },
         move |wo, [r, turn, _]| {
             let wi = sample(wo, [change(r), turn]);
-            (transmits || wi.z > 0.0).then(|| SampledDirection { wi, weight: 1.0, pdf: pdf(wo, wi) })
+            (transmits || wi.z > 0.0).then(|| SampledDirection {
+                wi,
+                weight: 1.0,
+                pdf: pdf(wo, wi),
+            })
         },
         pdf,
     );
     let subject = subject.transmits(transmits).loss(Loss::Allowed);
-    let size = CheckUp { samples: 30_000, ..CheckUp::default() };
+    let size = CheckUp {
+        samples: 30_000,
+        ..CheckUp::default()
+    };
     // At scale 1 whatever the scale of the trials: too few samples to hold, enough to fail.
-    let context = Context { scale: 1.0, ..context("narrow lobes") };
+    let context = Context {
+        scale: 1.0,
+        ..context("narrow lobes")
+    };
     let wo = from_spherical(degrees.to_radians(), 0.7);
     let outcomes = at_direction(&subject, &size, &context, wo, degrees);
-    outcomes.into_iter().find(|outcome| outcome.name.starts_with("chi-square")).expect("a histogram")
+    outcomes
+        .into_iter()
+        .find(|outcome| outcome.name.starts_with("chi-square"))
+        .expect("a histogram")
 }
 
 #[test]
@@ -84,9 +117,19 @@ fn rings_of_a_lobe_are_told_from_the_lobe() {
     for (name, pdf, sample, transmits, degrees) in LOBES {
         let found = |change| histogram(pdf, sample, transmits, degrees, change);
         let right = found(|r| r);
-        assert!(right.p >= ALPHA && matches!(right.verdict(), Verdict::Undecided { .. }), "{name}: {right}");
-        let cells = right.cells.iter().map(|cell| cell.expected / right.n as f64);
-        assert!(cells.clone().all(|share| (0.15..0.18).contains(&share)), "{name}: {:?}", cells.collect::<Vec<_>>());
+        assert!(
+            right.p >= ALPHA && matches!(right.verdict(), Verdict::Undecided { .. }),
+            "{name}: {right}"
+        );
+        let cells = right
+            .cells
+            .iter()
+            .map(|cell| cell.expected / right.n as f64);
+        assert!(
+            cells.clone().all(|share| (0.15..0.18).contains(&share)),
+            "{name}: {:?}",
+            cells.collect::<Vec<_>>()
+        );
         // All at the quartiles of the radius, so on two rings.
         let two = found(|r| if r < 0.5 { 0.25 } else { 0.75 });
         assert_eq!(two.verdict(), Verdict::Fails, "{name}: {two}");

@@ -3,7 +3,11 @@
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
 
-const WIDE: [Claim; 3] = [Claim::Exact { delta: 1e3 }, Claim::Approximate { margin: 1e3 }, Claim::Test];
+const WIDE: [Claim; 3] = [
+    Claim::Exact { delta: 1e3 },
+    Claim::Approximate { margin: 1e3 },
+    Claim::Test,
+];
 
 /// n values, all the same.
 fn same(n: u64, value: f64) -> Values {
@@ -11,7 +15,11 @@ fn same(n: u64, value: f64) -> Values {
 }
 
 fn counted(masses: &[f64], observed: &[u64]) -> Outcome {
-    let counts = Counts { n: observed.iter().sum(), observed: observed.to_vec(), ..Counts::default() };
+    let counts = Counts {
+        n: observed.iter().sum(),
+        observed: observed.to_vec(),
+        ..Counts::default()
+    };
     chi_square("cells", &cells(masses), &counts, 1e3)
 }
 
@@ -27,8 +35,8 @@ fn image(pixels: usize, count: u64) -> Outcome {
     image_mean("image", image, image, 1e3)
 }
 
-/// Every statistic on no value, one value, values that are all the same and right, one cell, nothing
-/// judged: undecided, whatever is claimed.
+/// Every statistic on no value, one value, values that are all the same and right, one cell,
+/// nothing judged: undecided, whatever is claimed.
 #[test]
 fn samples_that_say_nothing_are_undecided() {
     let mut outcomes = Vec::new();
@@ -43,7 +51,8 @@ fn samples_that_say_nothing_are_undecided() {
                 variance_ratio("ratio", &squares, &squares, 1.0, 1e3),
             ]);
         }
-        // Nothing is known of one value, or none, however wrong it is; and too little of a few equal ones.
+        // Nothing is known of one value, or none, however wrong it is; and too little of a few
+        // equal ones.
         for n in [0, 1, 2, 1000] {
             outcomes.push(mean("elsewhere", &same(n, 0.0), 1e-3, claim));
             outcomes.push(welch("elsewhere", &same(n, 0.0), &same(n, 1.0), claim));
@@ -74,7 +83,11 @@ fn samples_that_say_nothing_are_undecided() {
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
     for outcome in outcomes {
-        assert!(matches!(outcome.verdict(), Verdict::Undecided { .. }), "{:?}: {outcome:?}", outcome.verdict());
+        assert!(
+            matches!(outcome.verdict(), Verdict::Undecided { .. }),
+            "{:?}: {outcome:?}",
+            outcome.verdict()
+        );
         assert!(outcome.p >= 0.5, "{outcome:?}");
     }
 }
@@ -105,15 +118,21 @@ fn samples_that_speak_against_a_claim_are_heard() {
         binomial("never", 0, 1_000_000, 0.0, 0.01),
         binomial("always", 1_000_000, 1_000_000, 1.0, 0.01),
         poisson("none", 0, 1_000_000, 0.0, 30.0),
-        bounded_mean("far from its bounds", &same(1_000_000, 0.5), 0.5, [0.0, 1.0], claim),
+        bounded_mean(
+            "far from its bounds",
+            &same(1_000_000, 0.5),
+            0.5,
+            [0.0, 1.0],
+            claim,
+        ),
     ];
     for outcome in holding {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
     }
 }
 
-/// A sampler that always returns +z, against 12 cosine cells: nothing can be said of 1000 samples, and of
-/// many it fails.
+/// A sampler that always returns +z, against 12 cosine cells: nothing can be said of 1000 samples,
+/// and of many it fails.
 #[test]
 fn a_stuck_sampler_is_undecided_then_fails() {
     let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
@@ -125,15 +144,23 @@ fn a_stuck_sampler_is_undecided_then_fails() {
 }
 
 fn small() -> CheckUp {
-    CheckUp { inclinations: vec![40.0], samples: 5000, pairs: 100, ..CheckUp::default() }
+    CheckUp {
+        inclinations: vec![40.0],
+        samples: 5000,
+        pairs: 100,
+        ..CheckUp::default()
+    }
 }
 
-/// Check-ups of a sampler that returns nothing, and of one whose weights are stuck though f cos/pdf is
-/// not: nothing that was not compared holds.
+/// Check-ups of a sampler that returns nothing, and of one whose weights are stuck though f cos/pdf
+/// is not: nothing that was not compared holds.
 #[test]
 fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
-    let nothing = BsdfSubject { pdf: Box::new(|_, _| 0.0), ..with_sample(|_| None).loss(Loss::Allowed) };
+    let nothing = BsdfSubject {
+        pdf: Box::new(|_, _| 0.0),
+        ..with_sample(|_| None).loss(Loss::Allowed)
+    };
     let outcomes = check_up(&nothing, &small(), &context);
     let stuck = with_eval(|_, wi| wi.z.max(0.0) * 0.75 / PI);
     let stuck = check_up(&stuck, &small(), &context);
@@ -147,7 +174,10 @@ fn check_ups_without_samples_are_undecided() {
         (&lobes, "way back"),
     ] {
         let found = outcomes.iter().find(|outcome| outcome.name == name);
-        assert!(matches!(found.map(Outcome::verdict), Some(Verdict::Undecided { .. })), "{name}: {found:?}");
+        assert!(
+            matches!(found.map(Outcome::verdict), Some(Verdict::Undecided { .. })),
+            "{name}: {found:?}"
+        );
     }
 }
 
@@ -159,11 +189,26 @@ fn nan_and_infinity_never_hold() {
         (0..1000).for_each(|i| values.push(if i == 500 { bad } else { 1.0 }));
         let claim = Claim::Exact { delta: 10.0 };
         assert_eq!(mean("t", &values, 1.0, claim).verdict(), Verdict::Fails);
-        assert_eq!(welch("w", &values, &values, claim).verdict(), Verdict::Fails);
-        assert_eq!(mean_known_sigma("z", &values, 1.0, 1.0, claim).verdict(), Verdict::Fails);
-        assert_ne!(bounded_mean("b", &values, 1.0, [0.0, 2.0], claim).verdict(), Verdict::Holds);
-        assert_eq!(Outcome::exact("e", 1, bad, 1.0, "").verdict(), Verdict::Fails);
+        assert_eq!(
+            welch("w", &values, &values, claim).verdict(),
+            Verdict::Fails
+        );
+        assert_eq!(
+            mean_known_sigma("z", &values, 1.0, 1.0, claim).verdict(),
+            Verdict::Fails
+        );
+        assert_ne!(
+            bounded_mean("b", &values, 1.0, [0.0, 2.0], claim).verdict(),
+            Verdict::Holds
+        );
+        assert_eq!(
+            Outcome::exact("e", 1, bad, 1.0, "").verdict(),
+            Verdict::Fails
+        );
     }
     let mut values = vec![f64::NAN; 200];
-    assert_eq!(kolmogorov_smirnov("ks", &mut values, |x| x, 1.0).verdict(), Verdict::Fails);
+    assert_eq!(
+        kolmogorov_smirnov("ks", &mut values, |x| x, 1.0).verdict(),
+        Verdict::Fails
+    );
 }

@@ -1,4 +1,5 @@
-//! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides it.
+//! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides
+//! it.
 
 use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict, exact_verdict};
 
@@ -16,7 +17,10 @@ fn claims_and_verdicts_have_sizes_and_words() {
     assert_eq!(Claim::Approximate { margin: 0.5 }.size(), 0.5);
     assert_eq!(Claim::Test.size(), 0.0);
     let undecided = Verdict::Undecided { needed: 1 };
-    assert_eq!([Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word), ["holds", "fails", "undecided"]);
+    assert_eq!(
+        [Verdict::Holds, Verdict::Fails, undecided].map(Verdict::word),
+        ["holds", "fails", "undecided"]
+    );
 }
 
 #[test]
@@ -37,10 +41,16 @@ fn borders_belong_to_the_claim() {
 /// n (width/δ)², and more than there are if the interval is narrow enough but lies to one side.
 #[test]
 fn undecided_asks_for_what_would_decide() {
-    for (interval, needed) in
-        [([1.625, 2.125], 400), ([1.875, 2.5], 625), ([2.125, 2.3125], 101), ([2.0, f64::INFINITY], u64::MAX)]
-    {
-        assert_eq!(exact_verdict(1.0, interval, 2.0, 0.25, 100), Verdict::Undecided { needed });
+    for (interval, needed) in [
+        ([1.625, 2.125], 400),
+        ([1.875, 2.5], 625),
+        ([2.125, 2.3125], 101),
+        ([2.0, f64::INFINITY], u64::MAX),
+    ] {
+        assert_eq!(
+            exact_verdict(1.0, interval, 2.0, 0.25, 100),
+            Verdict::Undecided { needed }
+        );
     }
 }
 
@@ -48,16 +58,30 @@ fn undecided_asks_for_what_would_decide() {
 fn an_outcome_is_judged_by_its_claim() {
     let exact = outcome(3.0, 0.1, Claim::Exact { delta: 0.125 });
     assert_eq!(exact.verdict(), Verdict::Holds);
-    let few = |valid_from| Outcome { valid_from, ..exact.clone() };
+    let few = |valid_from| Outcome {
+        valid_from,
+        ..exact.clone()
+    };
     assert_eq!(few(99).verdict(), Verdict::Holds);
     assert_eq!(few(100).verdict(), Verdict::Holds);
     assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
     // The margin decides whatever p is, and p decides where there is no margin.
-    let with_p = |p, claim| Outcome { p, ..outcome(3.0, 0.1, claim) };
+    let with_p = |p, claim| Outcome {
+        p,
+        ..outcome(3.0, 0.1, claim)
+    };
     let [tiny, small] = [0.5 * ALPHA, ALPHA];
     for (claim, at_tiny, at_small) in [
-        (Claim::Exact { delta: 0.125 }, Verdict::Fails, Verdict::Holds),
-        (Claim::Approximate { margin: 0.125 }, Verdict::Holds, Verdict::Holds),
+        (
+            Claim::Exact { delta: 0.125 },
+            Verdict::Fails,
+            Verdict::Holds,
+        ),
+        (
+            Claim::Approximate { margin: 0.125 },
+            Verdict::Holds,
+            Verdict::Holds,
+        ),
         (Claim::Test, Verdict::Fails, Verdict::Holds),
     ] {
         assert_eq!(with_p(tiny, claim).verdict(), at_tiny, "{claim:?}");
@@ -72,8 +96,14 @@ fn exact_identities_use_no_chance() {
     let found = |error| Outcome::exact("identity", 7, error, 0.5, "everywhere").named("renamed");
     let on_the_border = found(-0.5);
     assert_eq!(on_the_border.verdict(), Verdict::Holds);
-    assert_eq!((&*on_the_border.name, &*on_the_border.worst), ("renamed", "everywhere"));
-    assert_eq!((on_the_border.n, on_the_border.p, on_the_border.interval), (7, 1.0, [-0.5, -0.5]));
+    assert_eq!(
+        (&*on_the_border.name, &*on_the_border.worst),
+        ("renamed", "everywhere")
+    );
+    assert_eq!(
+        (on_the_border.n, on_the_border.p, on_the_border.interval),
+        (7, 1.0, [-0.5, -0.5])
+    );
     assert!(!on_the_border.is_random());
     assert!(outcome(3.0, 0.1, Claim::Test).is_random());
     let beyond = found(0.75);
@@ -83,7 +113,11 @@ fn exact_identities_use_no_chance() {
 /// z with a standard error of 1/8.
 fn measured(claim: Claim) -> Outcome {
     Outcome {
-        sensitivity: Sensitivity::Normal { standard_error: 0.125, dof: f64::INFINITY, tests: 1 },
+        sensitivity: Sensitivity::Normal {
+            standard_error: 0.125,
+            dof: f64::INFINITY,
+            tests: 1,
+        },
         ..outcome(3.0, 0.75, claim)
     }
 }
@@ -91,13 +125,17 @@ fn measured(claim: Claim) -> Outcome {
 #[test]
 fn power_is_that_of_the_claim() {
     let critical = normal_upper(ALPHA / 2.0);
-    let exact = measured(Claim::Exact { delta: 0.125 * (critical + 2.0) });
+    let exact = measured(Claim::Exact {
+        delta: 0.125 * (critical + 2.0),
+    });
     assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
     // P(Z ≥ 2), on either side.
     let tail = 0.022_750_131_948_179_2;
     assert_relative_eq!(exact.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(exact.power(), "0.95");
-    let equal = measured(Claim::Approximate { margin: exact.claim.size() });
+    let equal = measured(Claim::Approximate {
+        margin: exact.claim.size(),
+    });
     assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(equal.power(), "0.95");
     // A margin of no standard error is missed, at most surely.
@@ -105,11 +143,17 @@ fn power_is_that_of_the_claim() {
     let strong = measured(Claim::Exact { delta: 2.0 });
     assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));
     assert!(strong.miss() < ALPHA);
-    for (claim, sides) in
-        [(Claim::Test, 1.0), (Claim::Exact { delta: 1.0 }, 2.0), (Claim::Approximate { margin: 1.0 }, 2.0)]
-    {
+    for (claim, sides) in [
+        (Claim::Test, 1.0),
+        (Claim::Exact { delta: 1.0 }, 2.0),
+        (Claim::Approximate { margin: 1.0 }, 2.0),
+    ] {
         let effect = measured(claim).minimum_detectable_effect();
-        assert_relative_eq!(effect, 0.125 * (critical + normal_upper(ALPHA / sides)), max_relative = 1e-8);
+        assert_relative_eq!(
+            effect,
+            0.125 * (critical + normal_upper(ALPHA / sides)),
+            max_relative = 1e-8
+        );
     }
     assert_eq!(measured(Claim::Test).miss(), ALPHA);
     let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");

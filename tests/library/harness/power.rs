@@ -5,10 +5,22 @@ use crate::reference::assert_table;
 
 fn law(name: &str, a: &[f64]) -> Sensitivity {
     match name {
-        "binomial" => Sensitivity::Binomial { n: a[0] as u64, probability: a[1] },
+        "binomial" => Sensitivity::Binomial {
+            n: a[0] as u64,
+            probability: a[1],
+        },
         "poisson" => Sensitivity::Poisson { mean: a[0] },
-        "normal" => Sensitivity::Normal { standard_error: a[0], dof: a[1], tests: a[2] as usize },
-        "cells" => Sensitivity::Cells { dof: a[0], n: a[1], least: a[2], tests: a[3] as usize },
+        "normal" => Sensitivity::Normal {
+            standard_error: a[0],
+            dof: a[1],
+            tests: a[2] as usize,
+        },
+        "cells" => Sensitivity::Cells {
+            dof: a[0],
+            n: a[1],
+            least: a[2],
+            tests: a[3] as usize,
+        },
         other => panic!("no law {other}"),
     }
 }
@@ -29,27 +41,52 @@ fn misses_are_those_of_the_laws() {
 
 #[test]
 fn smallest_effects_are_seen_for_certain() {
-    let known = Sensitivity::Normal { standard_error: 2.0, dof: f64::INFINITY, tests: 1 };
+    let known = Sensitivity::Normal {
+        standard_error: 2.0,
+        dof: f64::INFINITY,
+        tests: 1,
+    };
     let expected = 2.0 * (normal_upper(0.5 * ALPHA) + normal_upper(ALPHA));
     assert_relative_eq!(known.smallest_effect(ALPHA), expected, max_relative = 1e-8);
-    let nothing = Sensitivity::Cells { dof: 0.0, n: 1e6, least: 1.0, tests: 1 };
+    let nothing = Sensitivity::Cells {
+        dof: 0.0,
+        n: 1e6,
+        least: 1.0,
+        tests: 1,
+    };
     assert_eq!(nothing.smallest_effect(ALPHA), f64::INFINITY);
     // √(ln(2/α)/2n) to be rejected, √(ln(1/α)/2n) for certainty.
     let distance = Sensitivity::Distance { n: 5000 };
     let expected = ((2.0 / ALPHA).ln() / 1e4).sqrt() + ((1.0 / ALPHA).ln() / 1e4).sqrt();
-    assert_relative_eq!(distance.smallest_effect(ALPHA), expected, max_relative = 1e-8);
+    assert_relative_eq!(
+        distance.smallest_effect(ALPHA),
+        expected,
+        max_relative = 1e-8
+    );
     assert_eq!(distance.miss(0.04), 1.0);
 }
 
-/// At the level that is found the power is what was asked for; coarser than needed it is nowhere, finer than the
-/// suite's own neither.
+/// At the level that is found the power is what was asked for; coarser than needed it is nowhere,
+/// finer than the suite's own neither.
 #[test]
 fn levels_of_a_power_are_found() {
     let laws = [
-        Sensitivity::Normal { standard_error: 1.0, dof: 200.0, tests: 1 },
-        Sensitivity::Cells { dof: 5.0, n: 5.0, least: 0.5, tests: 2 },
+        Sensitivity::Normal {
+            standard_error: 1.0,
+            dof: 200.0,
+            tests: 1,
+        },
+        Sensitivity::Cells {
+            dof: 5.0,
+            n: 5.0,
+            least: 0.5,
+            tests: 2,
+        },
         Sensitivity::Distance { n: 2 },
-        Sensitivity::Bernstein { root: 0.4, range: 0.01 },
+        Sensitivity::Bernstein {
+            root: 0.4,
+            range: 0.01,
+        },
     ];
     for law in laws {
         let mut last = 0.0;
@@ -63,20 +100,34 @@ fn levels_of_a_power_are_found() {
         assert_eq!(law.miss(2.2), law.miss_at(2.2, ALPHA));
     }
     // z of 2.2 beyond its critical value half of the time, and 1.28 below it.
-    let known = Sensitivity::Normal { standard_error: 1.0, dof: f64::INFINITY, tests: 1 };
+    let known = Sensitivity::Normal {
+        standard_error: 1.0,
+        dof: f64::INFINITY,
+        tests: 1,
+    };
     for (power, critical) in [(0.5, 2.2), (0.9, 2.2 - normal_upper(0.1))] {
         let level = 2.0 * normal_sf(critical);
-        assert_relative_eq!(known.level_with_power(2.2, power), level, max_relative = 1e-2);
+        assert_relative_eq!(
+            known.level_with_power(2.2, power),
+            level,
+            max_relative = 1e-2
+        );
     }
     // Counts jump: at the level the power is at least what was asked for, just below it is less.
-    let coin = Sensitivity::Binomial { n: 400, probability: 0.5 };
+    let coin = Sensitivity::Binomial {
+        n: 400,
+        probability: 0.5,
+    };
     let level = coin.level_with_power(0.05, 0.9);
     assert!(coin.miss_at(0.05, level) <= 0.1 && coin.miss_at(0.05, 0.9999 * level) > 0.1);
-    assert_eq!(Sensitivity::Poisson { mean: 1e-4 }.level_with_power(0.125, 0.5), 1.0);
+    assert_eq!(
+        Sensitivity::Poisson { mean: 1e-4 }.level_with_power(0.125, 0.5),
+        1.0
+    );
 }
 
-/// The effect that is found by asking the statistic itself: of hypotheses further and further from the
-/// data, the first that is rejected is as far off as an effect that is missed half of the time.
+/// The effect that is found by asking the statistic itself: of hypotheses further and further from
+/// the data, the first that is rejected is as far off as an effect that is missed half of the time.
 #[test]
 fn outcomes_state_the_power_of_their_own_statistic() {
     let claim = Claim::Exact { delta: 0.1 };
@@ -97,12 +148,20 @@ fn outcomes_state_the_power_of_their_own_statistic() {
     let other = |effect: f64| welch("w", &values, &around(1.0 + effect, 1.0, 10_000), claim);
     for statistic in [&t as &dyn Fn(f64) -> Outcome, &other] {
         let at = first_rejected(statistic);
-        assert_relative_eq!(statistic(0.0).sensitivity.miss(at), 0.5, max_relative = 1e-3);
+        assert_relative_eq!(
+            statistic(0.0).sensitivity.miss(at),
+            0.5,
+            max_relative = 1e-3
+        );
     }
     let ratio = |effect: f64| variance_ratio("r", &values, &values, 1.0 + effect, 0.1);
     let at = first_rejected(&ratio);
     // The hypothesis enters its own standard error, here 8 % at the critical value.
-    assert_relative_eq!(ratio(0.0).sensitivity.miss(at / 1.045), 0.5, max_relative = 0.1);
+    assert_relative_eq!(
+        ratio(0.0).sensitivity.miss(at / 1.045),
+        0.5,
+        max_relative = 0.1
+    );
     let bounded = |effect: f64| bounded_mean("b", &values, 1.0 + effect, [0.0, 2.0], claim);
     let at = first_rejected(&bounded);
     assert_relative_eq!(bounded(0.0).sensitivity.miss(at), 1.0);
@@ -115,10 +174,20 @@ fn outcomes_state_the_power_of_their_own_statistic() {
 #[test]
 fn few_or_equal_values_have_little_power() {
     // Nothing varies: nothing is known.
-    let outcome = mean("c", &around(1.0, 0.0, 1000), 1.0, Claim::Exact { delta: 0.1 });
+    let outcome = mean(
+        "c",
+        &around(1.0, 0.0, 1000),
+        1.0,
+        Claim::Exact { delta: 0.1 },
+    );
     assert!(outcome.miss() > 0.999);
     assert_eq!(outcome.minimum_detectable_effect(), f64::INFINITY);
-    let weak = mean("t", &around(1.0, 1.0, 10_000), 1.0, Claim::Exact { delta: 0.06 });
+    let weak = mean(
+        "t",
+        &around(1.0, 1.0, 10_000),
+        1.0,
+        Claim::Exact { delta: 0.06 },
+    );
     assert!(weak.power().starts_with("0."), "{}", weak.power());
     let rare = poisson("rare", 0, 1_000_000, 1e-4, 30.0);
     assert!(rare.miss() < 1e-9 && rare.verdict().word() == "holds");

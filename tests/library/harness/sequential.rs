@@ -1,4 +1,5 @@
-//! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by their theorem.
+//! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by
+//! their theorem.
 
 use super::*;
 
@@ -7,24 +8,41 @@ fn threshold(mut test: Sprt, sign: f64) -> f64 {
     const STEP: f64 = 1.0 / (1 << 20) as f64;
     // A normal value of standard deviation 1, mean 0 against 1, adds its distance from 1/2.
     while test.normal(0.5 + sign * STEP, 0.0, 1.0, 1.0) == Decision::Continue {}
-    assert_eq!(test.decision() == Decision::Alternative, sign > 0.0, "it decides on its side");
+    assert_eq!(
+        test.decision() == Decision::Alternative,
+        sign > 0.0,
+        "it decides on its side"
+    );
     sign * test.count() as f64 * STEP
 }
 
-/// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's agree.
+/// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's
+/// agree.
 #[test]
 fn thresholds_are_those_of_the_guarantee() {
-    for (alpha, beta) in [(0.05, 0.5), (0.5, 0.05), (0.05, 0.05), (0.25, 0.5), (0.01, 0.2), (1e-3, 0.9)] {
+    for (alpha, beta) in [
+        (0.05, 0.5),
+        (0.5, 0.05),
+        (0.05, 0.05),
+        (0.25, 0.5),
+        (0.01, 0.2),
+        (1e-3, 0.9),
+    ] {
         let test = || Sprt::new(alpha, beta);
         assert_abs_diff_eq!(threshold(test(), 1.0), -f64::ln(alpha), epsilon = 2e-6);
         assert_abs_diff_eq!(threshold(test(), -1.0), f64::ln(beta), epsilon = 2e-6);
     }
 }
 
-/// Probabilities of the decisions [null, alternative] of a Bernoulli test where successes have probability
-/// `truth`, and of none within `most` values. The test is a function of the numbers of successes and
-/// failures, so that all runs are summed without leaving one out.
-fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize) -> ([f64; 2], f64) {
+/// Probabilities of the decisions [null, alternative] of a Bernoulli test where successes have
+/// probability `truth`, and of none within `most` values. The test is a function of the numbers of
+/// successes and failures, so that all runs are summed without leaving one out.
+fn decisions(
+    start: Sprt,
+    [null, alternative]: [f64; 2],
+    truth: f64,
+    most: usize,
+) -> ([f64; 2], f64) {
     let mut decided = [0.0; 2];
     // By the number of successes so far.
     let mut running = vec![Some((start, 1.0))];
@@ -39,7 +57,8 @@ fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize
                     Decision::Null => decided[0] += mass,
                     Decision::Alternative => decided[1] += mass,
                     Decision::Continue => {
-                        let slot: &mut Option<(Sprt, f64)> = &mut next[successes + usize::from(success)];
+                        let slot: &mut Option<(Sprt, f64)> =
+                            &mut next[successes + usize::from(success)];
                         *slot = Some((test, slot.map_or(0.0, |(_, mass)| mass) + mass));
                     }
                 }
@@ -47,18 +66,34 @@ fn decisions(start: Sprt, [null, alternative]: [f64; 2], truth: f64, most: usize
         }
         running = next;
     }
-    (decided, running.into_iter().flatten().map(|(_, mass)| mass).sum())
+    (
+        decided,
+        running.into_iter().flatten().map(|(_, mass)| mass).sum(),
+    )
 }
 
 #[test]
 fn errors_summed_over_all_runs_keep_the_guarantee() {
     for pair in [[1.0 / 3.0, 2.0 / 3.0], [0.2, 0.5], [0.6, 0.3], [0.5, 0.6]] {
-        for (alpha, beta) in [(0.25, 0.5), (0.5, 0.25), (0.05, 0.05), (0.05, 0.5), (0.5, 0.05), (0.125, 0.75)] {
+        for (alpha, beta) in [
+            (0.25, 0.5),
+            (0.5, 0.25),
+            (0.05, 0.05),
+            (0.05, 0.5),
+            (0.5, 0.05),
+            (0.125, 0.75),
+        ] {
             let test = Sprt::new(alpha, beta);
             let ([_, rejected], open) = decisions(test, pair, pair[0], 2000);
-            assert!(rejected + open <= alpha, "α {alpha}, β {beta}, {pair:?}: {rejected}");
+            assert!(
+                rejected + open <= alpha,
+                "α {alpha}, β {beta}, {pair:?}: {rejected}"
+            );
             let ([accepted, _], open) = decisions(test, pair, pair[1], 2000);
-            assert!(accepted + open <= beta, "α {alpha}, β {beta}, {pair:?}: {accepted}");
+            assert!(
+                accepted + open <= beta,
+                "α {alpha}, β {beta}, {pair:?}: {accepted}"
+            );
         }
     }
 }
@@ -75,7 +110,11 @@ fn steps(mut test: Sprt, mut step: impl FnMut(&mut Sprt) -> Decision) -> (u64, D
 fn likelihood_ratios_are_those_of_the_laws() {
     // Steps of this logarithm reach ln 1e4 or ln 1e-6.
     let decided = |log: f64| {
-        let (threshold, decision) = if log > 0.0 { (1e-4, Decision::Alternative) } else { (1e-6, Decision::Null) };
+        let (threshold, decision) = if log > 0.0 {
+            (1e-4, Decision::Alternative)
+        } else {
+            (1e-6, Decision::Null)
+        };
         ((f64::ln(threshold) / log).abs().ceil() as u64, decision)
     };
     let new = || Sprt::new(1e-4, 1e-6);
@@ -83,14 +122,26 @@ fn likelihood_ratios_are_those_of_the_laws() {
         for success in [true, false] {
             let of = |q: f64| if success { q } else { 1.0 - q };
             let found = steps(new(), |test| test.bernoulli(success, null, alternative));
-            assert_eq!(found, decided((of(alternative) / of(null)).ln()), "{null} {alternative} {success}");
+            assert_eq!(
+                found,
+                decided((of(alternative) / of(null)).ln()),
+                "{null} {alternative} {success}"
+            );
         }
     }
     // Half the difference of squared distances, in units of the variance.
-    for (value, null, alternative, sigma) in [(2.5, 1.0, 3.0, 4.0), (1.5, 1.0, 3.0, 4.0), (-2.0, 1.5, 0.5, 3.0)] {
+    for (value, null, alternative, sigma) in [
+        (2.5, 1.0, 3.0, 4.0),
+        (1.5, 1.0, 3.0, 4.0),
+        (-2.0, 1.5, 0.5, 3.0),
+    ] {
         let square = |mean: f64| ((value - mean) / sigma).powi(2);
         let found = steps(new(), |test| test.normal(value, null, alternative, sigma));
-        assert_eq!(found, decided(0.5 * (square(null) - square(alternative))), "{value} {null} {alternative}");
+        assert_eq!(
+            found,
+            decided(0.5 * (square(null) - square(alternative))),
+            "{value} {null} {alternative}"
+        );
     }
 }
 
@@ -103,7 +154,8 @@ fn a_decision_is_reached_at_the_threshold_itself() {
     assert_eq!(new().bernoulli(true, 0.5, 0.125), Decision::Null);
 }
 
-/// The intervals of theorem 2 after so many values of [0, 1], with every sum taken anew in 50 digits.
+/// The intervals of theorem 2 after so many values of [0, 1], with every sum taken anew in 50
+/// digits.
 const INTERVALS: [(u64, [f64; 2]); 4] = [
     (1, [-7.474_332_498_507_85, 7.474_332_498_507_85]),
     (2, [-3.719_892_136_476_32, 3.769_892_136_476_32]),
@@ -121,8 +173,15 @@ fn confidence_sequences_are_those_of_the_theorem() {
         sequence.push(low + (high - low) * f64::from(i * i % 17) / 20.0);
         let found = sequence.interval();
         assert_eq!(sequence.minimum_detectable_effect(), found[1] - found[0]);
-        if let Some((_, expected)) = INTERVALS.iter().find(|(count, _)| *count == sequence.count()) {
-            assert_relative_eq!(found[..], expected.map(|x| low + (high - low) * x)[..], max_relative = 1e-9);
+        if let Some((_, expected)) = INTERVALS
+            .iter()
+            .find(|(count, _)| *count == sequence.count())
+        {
+            assert_relative_eq!(
+                found[..],
+                expected.map(|x| low + (high - low) * x)[..],
+                max_relative = 1e-9
+            );
         }
     }
     assert_eq!(sequence.count(), 300);
@@ -131,7 +190,8 @@ fn confidence_sequences_are_those_of_the_theorem() {
 #[test]
 fn a_sequence_decides_at_its_borders() {
     // Before any value the interval is [0, 2].
-    let decide = |reference, margin| ConfidenceSequence::new(0.05, [0.0, 2.0]).decide(reference, margin);
+    let decide =
+        |reference, margin| ConfidenceSequence::new(0.05, [0.0, 2.0]).decide(reference, margin);
     for (reference, margin, expected) in [
         (1.0, 1.0, Decision::Null),
         (2.0, 2.0, Decision::Null),
@@ -142,6 +202,10 @@ fn a_sequence_decides_at_its_borders() {
         (2.5, 9.0, Decision::Alternative),
         (-0.5, 9.0, Decision::Alternative),
     ] {
-        assert_eq!(decide(reference, margin), expected, "{reference} ± {margin}");
+        assert_eq!(
+            decide(reference, margin),
+            expected,
+            "{reference} ± {margin}"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! BSDFs computed in single precision, with vectors of their own, through the check-ups: right ones hold, and with a slip
-//! of one percent they fail.
+//! BSDFs computed in single precision, with vectors of their own, through the check-ups: right ones
+//! hold, and with a slip of one percent they fail.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -22,7 +22,11 @@ fn sum(a: V, b: V) -> V {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 fn unit(a: V) -> V {
     scaled(a, 1.0 / dot(a, a).sqrt())
@@ -51,7 +55,8 @@ fn concentric(u: [f32; 2]) -> V {
     [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()]
 }
 
-/// Trowbridge-Reitz as most programs write it: near the pole of a narrow lobe its denominator loses digits.
+/// Trowbridge-Reitz as most programs write it: near the pole of a narrow lobe its denominator loses
+/// digits.
 fn distribution(h: V, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
     let t = h[2] * h[2] * (a2 - 1.0) + 1.0;
@@ -73,7 +78,11 @@ fn ggx_pdf(wo: V, wi: V, alpha: f32) -> f32 {
 fn ggx_normal(wo: V, u: [f32; 2], alpha: f32) -> V {
     let v = unit([alpha * wo[0], alpha * wo[1], wo[2]]);
     let across = v[0] * v[0] + v[1] * v[1];
-    let t1 = if across > 0.0 { scaled([-v[1], v[0], 0.0], 1.0 / across.sqrt()) } else { [1.0, 0.0, 0.0] };
+    let t1 = if across > 0.0 {
+        scaled([-v[1], v[0], 0.0], 1.0 / across.sqrt())
+    } else {
+        [1.0, 0.0, 0.0]
+    };
     let t2 = cross(v, t1);
     let (r, phi) = (u[0].sqrt(), TAU * u[1]);
     let (a, s) = (r * phi.cos(), 0.5 * (1.0 + v[2]));
@@ -131,8 +140,12 @@ impl Model {
         match self {
             Self::Lambert | Self::Concentric => RHO * FRAC_1_PI,
             Self::Ggx(alpha) => ggx_eval(wo, wi, alpha),
-            Self::Phong(n) => (n + 2.0) / TAU * 0.5 * dot(mirrored(wo, [0.0, 0.0, 1.0]), wi).max(0.0).powf(n),
-            Self::Mix { alpha, f0 } => 0.5 * RHO * FRAC_1_PI + 0.5 * fresnel(f0) * ggx_eval(wo, wi, alpha),
+            Self::Phong(n) => {
+                (n + 2.0) / TAU * 0.5 * dot(mirrored(wo, [0.0, 0.0, 1.0]), wi).max(0.0).powf(n)
+            }
+            Self::Mix { alpha, f0 } => {
+                0.5 * RHO * FRAC_1_PI + 0.5 * fresnel(f0) * ggx_eval(wo, wi, alpha)
+            }
             Self::Coated(alpha) => {
                 let through = (1.0 - schlick(wo[2], F0)) * (1.0 - schlick(wi[2], F0));
                 through * RHO * FRAC_1_PI + fresnel(F0) * ggx_eval(wo, wi, alpha)
@@ -147,7 +160,9 @@ impl Model {
         match self {
             Self::Lambert | Self::Concentric => wi[2] * FRAC_1_PI,
             Self::Ggx(alpha) => ggx_pdf(wo, wi, alpha),
-            Self::Phong(n) => (n + 1.0) / TAU * dot(mirrored(wo, [0.0, 0.0, 1.0]), wi).max(0.0).powf(n),
+            Self::Phong(n) => {
+                (n + 1.0) / TAU * dot(mirrored(wo, [0.0, 0.0, 1.0]), wi).max(0.0).powf(n)
+            }
             Self::Mix { alpha, .. } | Self::Coated(alpha) => {
                 let p = self.choice(wo);
                 p * ggx_pdf(wo, wi, alpha) + (1.0 - p) * wi[2] * FRAC_1_PI
@@ -177,8 +192,18 @@ impl Model {
                 let r = mirrored(wo, [0.0, 0.0, 1.0]);
                 let c = u[0].powf(1.0 / (n + 1.0));
                 let (s, phi) = ((1.0 - c * c).max(0.0).sqrt(), TAU * u[1]);
-                let t = unit(cross(r, if r[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }));
-                sum(sum(scaled(t, s * phi.cos()), scaled(cross(r, t), s * phi.sin())), scaled(r, c))
+                let t = unit(cross(
+                    r,
+                    if r[0].abs() < 0.9 {
+                        [1.0, 0.0, 0.0]
+                    } else {
+                        [0.0, 1.0, 0.0]
+                    },
+                ));
+                sum(
+                    sum(scaled(t, s * phi.cos()), scaled(cross(r, t), s * phi.sin())),
+                    scaled(r, c),
+                )
             }
             Self::Mix { alpha, .. } | Self::Coated(alpha) => {
                 if u[2] < self.choice(wo) * (1.0 + slip.choice) {
@@ -188,13 +213,19 @@ impl Model {
                 }
             }
         };
-        if matches!(self, Self::Ggx(_) | Self::Phong(_) | Self::Mix { .. } | Self::Coated(_)) && wi[2] <= 0.0 {
+        if matches!(
+            self,
+            Self::Ggx(_) | Self::Phong(_) | Self::Mix { .. } | Self::Coated(_)
+        ) && wi[2] <= 0.0
+        {
             return None;
         }
         let pdf = self.pdf(wo, wi);
         let weight = match self {
             Self::Lambert | Self::Concentric => RHO,
-            Self::Ggx(alpha) => (1.0 + lambda(wo, alpha)) / (1.0 + lambda(wo, alpha) + lambda(wi, alpha)),
+            Self::Ggx(alpha) => {
+                (1.0 + lambda(wo, alpha)) / (1.0 + lambda(wo, alpha) + lambda(wi, alpha))
+            }
             Self::Phong(n) => 0.5 * (n + 2.0) / (n + 1.0) * wi[2],
             Self::Mix { .. } | Self::Coated(_) => self.eval(wo, wi) * wi[2] / pdf,
         };
@@ -209,7 +240,11 @@ impl Model {
             move |wo, u| {
                 let (wi, weight, pdf) = self.sample(single(wo), u.map(|u| u as f32), slip)?;
                 let pdf = f64::from(pdf * (1.0 + slip.pdf));
-                Some(SampledDirection { wi: DVec3::from_array(wi.map(f64::from)), weight: f64::from(weight), pdf })
+                Some(SampledDirection {
+                    wi: DVec3::from_array(wi.map(f64::from)),
+                    weight: f64::from(weight),
+                    pdf,
+                })
             },
             move |wo, wi| f64::from(self.pdf(single(wo), single(wi)) * (1.0 + slip.pdf)),
         )
@@ -227,62 +262,121 @@ const MODELS: [Model; 8] = [
     Model::Mix { alpha: 0.1, f0: F0 },
     Model::Coated(0.1),
 ];
-/// How many verdicts chance could turn: two random outcomes of each model in one direction, and one fault.
+/// How many verdicts chance could turn: two random outcomes of each model in one direction, and one
+/// fault.
 pub const ASSERTIONS: usize = 2 * MODELS.len() + 1;
 
 /// Too small for a verdict on cells, large enough for everything else.
 fn size(inclinations: Vec<f64>) -> CheckUp {
-    CheckUp { inclinations, samples: 20_000, pairs: 2000, ..CheckUp::default() }
+    CheckUp {
+        inclinations,
+        samples: 20_000,
+        pairs: 2000,
+        ..CheckUp::default()
+    }
 }
 
 /// The context of the environment, at scale 1 whatever the scale of the trials.
 fn context(name: &str) -> Context {
-    Context { scale: 1.0, ..crate::support::context(name) }
+    Context {
+        scale: 1.0,
+        ..crate::support::context(name)
+    }
 }
 
 #[test]
 fn right_models_hold() {
     for model in MODELS {
-        for outcome in check_up(&model.subject(Slip::default()), &size(vec![60.0]), &context("single precision")) {
+        for outcome in check_up(
+            &model.subject(Slip::default()),
+            &size(vec![60.0]),
+            &context("single precision"),
+        ) {
             assert!(outcome.p >= ALPHA, "{model:?}, {outcome}");
-            assert!(outcome.is_random() || outcome.verdict() == Verdict::Holds, "{model:?}, {outcome}");
+            assert!(
+                outcome.is_random() || outcome.verdict() == Verdict::Holds,
+                "{model:?}, {outcome}"
+            );
         }
     }
 }
 
 #[test]
 fn a_slip_of_one_percent_is_seen_at_points() {
-    let (weight, pdf) = (Slip { weight: 0.01, ..Slip::default() }, Slip { pdf: -0.01, ..Slip::default() });
+    let (weight, pdf) = (
+        Slip {
+            weight: 0.01,
+            ..Slip::default()
+        },
+        Slip {
+            pdf: -0.01,
+            ..Slip::default()
+        },
+    );
     for model in MODELS {
         for slip in [weight, pdf] {
             let outcomes = check_up(&model.subject(slip), &size(Vec::new()), &context("slips"));
-            let fails = |name| outcomes.iter().any(|o| o.name == name && o.verdict() == Verdict::Fails);
+            let fails = |name| {
+                outcomes
+                    .iter()
+                    .any(|o| o.name == name && o.verdict() == Verdict::Fails)
+            };
             assert!(fails("weight = f cos/pdf"), "{model:?}, {slip:?}");
         }
     }
 }
 
-/// A sampler that chooses one lobe too often by one percent, and says nothing of it: no value at any point is wrong.
+/// A sampler that chooses one lobe too often by one percent, and says nothing of it: no value at
+/// any point is wrong.
 #[test]
 fn a_wrong_choice_of_lobes_by_one_percent_fails() {
-    let slip = Slip { choice: 0.01, ..Slip::default() };
-    let size = CheckUp { samples: 4_000_000, ..size(vec![40.0]) };
-    let outcomes = check_up(&Model::Coated(0.1).subject(slip), &size, &context("wrong choice"));
-    let failed =
-        |random: bool| outcomes.iter().filter(move |o| o.is_random() == random && o.verdict() == Verdict::Fails);
-    assert!(failed(true).any(|outcome| outcome.name.starts_with("furnace")), "{outcomes:?}");
+    let slip = Slip {
+        choice: 0.01,
+        ..Slip::default()
+    };
+    let size = CheckUp {
+        samples: 4_000_000,
+        ..size(vec![40.0])
+    };
+    let outcomes = check_up(
+        &Model::Coated(0.1).subject(slip),
+        &size,
+        &context("wrong choice"),
+    );
+    let failed = |random: bool| {
+        outcomes
+            .iter()
+            .filter(move |o| o.is_random() == random && o.verdict() == Verdict::Fails)
+    };
+    assert!(
+        failed(true).any(|outcome| outcome.name.starts_with("furnace")),
+        "{outcomes:?}"
+    );
     assert_eq!(failed(false).count(), 0, "{outcomes:?}");
 }
 
-/// Pdfs of a narrow lobe lose digits at its peak, and are right; with a slip of one percent they fail.
+/// Pdfs of a narrow lobe lose digits at its peak, and are right; with a slip of one percent they
+/// fail.
 #[test]
 fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
     const SAMPLES: u32 = 20_000;
     for (alpha, degrees) in [(0.01, 0.0_f64), (0.01, 60.0), (0.01, 85.0), (0.02, 60.0)] {
-        let (ggx, wo) = (Ggx { reflectance: DVec3::ONE, alpha }, from_spherical(degrees.to_radians(), 0.0));
-        let density = Density::new(Domain::Hemisphere, move |wi| if wi.z > 0.0 { ggx.pdf(wo, wi) } else { 0.0 });
+        let (ggx, wo) = (
+            Ggx {
+                reflectance: DVec3::ONE,
+                alpha,
+            },
+            from_spherical(degrees.to_radians(), 0.0),
+        );
+        let density = Density::new(Domain::Hemisphere, move |wi| {
+            if wi.z > 0.0 { ggx.pdf(wo, wi) } else { 0.0 }
+        });
         let wo = wo.to_array().map(|x| x as f32);
-        for (factor, verdict) in [(1.0, Verdict::Holds), (1.01, Verdict::Fails), (0.99, Verdict::Fails)] {
+        for (factor, verdict) in [
+            (1.0, Verdict::Holds),
+            (1.01, Verdict::Fails),
+            (0.99, Verdict::Fails),
+        ] {
             // Always the same numbers: nothing that chance can turn red.
             let mut rng = stream(seed_for(5, "narrow pdfs"), 0, 0);
             let mut directions = Directions::with_precision(&density, Precision::SINGLE);
@@ -292,10 +386,18 @@ fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
                 let seen = wi[2] > 0.0;
                 let pdf = seen.then(|| factor * f64::from(ggx_pdf(wo, wi, alpha as f32)));
                 let direction = seen.then(|| DVec3::from_array(wi.map(f64::from)));
-                directions.push(&Sample { direction, weight: None, pdf });
+                directions.push(&Sample {
+                    direction,
+                    weight: None,
+                    pdf,
+                });
             }
             let found = directions.outcomes(0.5, None).pop().expect("reported pdfs");
-            assert_eq!(found.verdict(), verdict, "{alpha}, {degrees}, {factor}: {found}");
+            assert_eq!(
+                found.verdict(),
+                verdict,
+                "{alpha}, {degrees}, {factor}: {found}"
+            );
         }
     }
 }
@@ -304,36 +406,62 @@ fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
 fn a_stated_precision_is_what_counts() {
     let lambert = || Model::Lambert.subject(Slip::default());
     let found = |roundoff, name: &str| {
-        let size = CheckUp { roundoff, ..size(vec![30.0]) };
+        let size = CheckUp {
+            roundoff,
+            ..size(vec![30.0])
+        };
         let outcomes = check_up(&lambert(), &size, &context("stated"));
-        outcomes.into_iter().find(|outcome| outcome.name.starts_with(name)).expect("an outcome")
+        outcomes
+            .into_iter()
+            .find(|outcome| outcome.name.starts_with(name))
+            .expect("an outcome")
     };
-    assert!(found(Some(DOUBLE), "chi-square").worst.contains("is no unit vector to 1e-9: its length is"));
+    assert!(
+        found(Some(DOUBLE), "chi-square")
+            .worst
+            .contains("is no unit vector to 1e-9: its length is")
+    );
     assert_eq!(found(Some(DOUBLE), "finite").verdict(), Verdict::Fails);
     for roundoff in [None, Some(SINGLE)] {
         let outcome = found(roundoff, "finite");
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
-        assert!(outcome.worst.contains("judged as single precision"), "{outcome}");
+        assert!(
+            outcome.worst.contains("judged as single precision"),
+            "{outcome}"
+        );
     }
     // Nothing can be told of numbers with eight bits.
-    assert!(matches!(found(Some(1.0 / 512.0), "integral").verdict(), Verdict::Undecided { .. }));
+    assert!(matches!(
+        found(Some(1.0 / 512.0), "integral").verdict(),
+        Verdict::Undecided { .. }
+    ));
 }
 
 /// Glass in single precision; its weights are off by `slip`.
 fn glass(slip: f32) -> LobeSubject {
     type Lobes = Vec<(V, f32, f32)>;
     fn lobes(wo: V) -> Lobes {
-        let (eta, side) = if wo[2] > 0.0 { (1.0 / 1.5, 1.0) } else { (1.5, -1.0) };
+        let (eta, side) = if wo[2] > 0.0 {
+            (1.0 / 1.5, 1.0)
+        } else {
+            (1.5, -1.0)
+        };
         let squared: f32 = 1.0 - eta * eta * (1.0 - wo[2] * wo[2]);
         let mirrored = [-wo[0], -wo[1], wo[2]];
         if squared <= 0.0 {
             return vec![(mirrored, 1.0, 1.0)];
         }
         let (cos_i, cos_t) = (wo[2].abs(), squared.sqrt());
-        let [s, p] = [(eta * cos_i - cos_t) / (eta * cos_i + cos_t), (cos_i - eta * cos_t) / (cos_i + eta * cos_t)];
+        let [s, p] = [
+            (eta * cos_i - cos_t) / (eta * cos_i + cos_t),
+            (cos_i - eta * cos_t) / (cos_i + eta * cos_t),
+        ];
         let r = 0.5 * (s * s + p * p);
         let refracted = unit([-eta * wo[0], -eta * wo[1], -side * cos_t]);
-        vec![(mirrored, r, r), (refracted, 1.0 - r, (1.0 - r) * eta * eta)]
+        vec![
+            (mirrored, r, r),
+            (refracted, 1.0 - r, (1.0 - r) * eta * eta),
+        ]
     }
     let single = |w: DVec3| w.to_array().map(|x| x as f32);
     let double = |w: V| DVec3::from_array(w.map(f64::from));
@@ -348,8 +476,15 @@ fn glass(slip: f32) -> LobeSubject {
         },
         move |wo, [u, ..]| {
             let lobes = lobes(single(wo));
-            let (w, probability, share) = if (u as f32) < lobes[0].1 { lobes[0] } else { *lobes.last()? };
-            Some(LobeSample { wi: double(w), weight: f64::from(share / probability * (1.0 + slip)) })
+            let (w, probability, share) = if (u as f32) < lobes[0].1 {
+                lobes[0]
+            } else {
+                *lobes.last()?
+            };
+            Some(LobeSample {
+                wi: double(w),
+                weight: f64::from(share / probability * (1.0 + slip)),
+            })
         },
     )
     .transmits(true)
@@ -362,5 +497,9 @@ fn glass_holds_and_with_a_slip_of_one_percent_fails() {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
     }
     let outcomes = check_up_lobes(&glass(0.01), &size(Vec::new()), &context("single glass"));
-    assert!(outcomes.iter().any(|o| o.name.starts_with("weight") && o.verdict() == Verdict::Fails));
+    assert!(
+        outcomes
+            .iter()
+            .any(|o| o.name.starts_with("weight") && o.verdict() == Verdict::Fails)
+    );
 }

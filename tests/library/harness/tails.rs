@@ -40,13 +40,18 @@ fn tails_agree_with_reference_values() {
 
 #[test]
 fn binomial_and_poisson_tails_sum_to_one() {
-    property("binomial tails", 256, &(1_u64..5000, 0.0..1.0, 0.0..1.0), |(n, share, q)| {
-        let k = (share * n as f64) as u64;
-        let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
-        assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-        let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
-        assert!((sum - 1.0).abs() < 1e-10, "{sum}");
-    });
+    property(
+        "binomial tails",
+        256,
+        &(1_u64..5000, 0.0..1.0, 0.0..1.0),
+        |(n, share, q)| {
+            let k = (share * n as f64) as u64;
+            let sum = tails::binomial_cdf(k, n, q) + tails::binomial_sf(k + 1, n, q);
+            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
+            let sum = tails::poisson_cdf(k, q * 100.0) + tails::poisson_sf(k + 1, q * 100.0);
+            assert!((sum - 1.0).abs() < 1e-10, "{sum}");
+        },
+    );
 }
 
 /// Below the switch the p-value is a bound that never exceeds it; the quantile undoes it.

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::process::Command;
 
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Control, DEFAULT_SEED, Row, Trial, assert_holds, check, check_control, check_subject, command,
-    control_is_green, full_name, group, run_control, run_trial, trial_is_green, write_cells,
+    CSV_HEADER, Control, DEFAULT_SEED, Row, Trial, assert_holds, check, check_control,
+    check_subject, command, control_is_green, full_name, group, run_control, run_trial,
+    trial_is_green, write_cells,
 };
 
 use super::*;
@@ -21,7 +22,11 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
         Verdict::Fails => (0.0, 1.0),
         Verdict::Undecided { .. } => (1.0, 0.125),
     };
-    Outcome { p, ..outcome(0.5, 0.25, Claim::Exact { delta }) }.named(name)
+    Outcome {
+        p,
+        ..outcome(0.5, 0.25, Claim::Exact { delta })
+    }
+    .named(name)
 }
 
 const UNDECIDED: Verdict = Verdict::Undecided { needed: 1600 };
@@ -47,10 +52,16 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
 
 #[test]
 fn contexts_scale_sizes_and_name_streams() {
-    assert_eq!([1000, 7, 3, 1, 0].map(|n| context(0.5).n(n)), [500, 4, 2, 2, 2]);
+    assert_eq!(
+        [1000, 7, 3, 1, 0].map(|n| context(0.5).n(n)),
+        [500, 4, 2, 2, 2]
+    );
     assert_eq!(context(16.0).n(1000), 16_000);
     let named = context(0.5).named("some trial");
-    assert_eq!((named.seed, named.scale, named.name.as_str()), (7, 0.5, "some trial"));
+    assert_eq!(
+        (named.seed, named.scale, named.name.as_str()),
+        (7, 0.5, "some trial")
+    );
     let seed = seed_for(seed_for(7, "some trial"), "part");
     assert_eq!(named.seed_of("part"), seed);
     assert_eq!(named.rng("part").next_u64(), stream(seed, 0, 0).next_u64());
@@ -73,7 +84,11 @@ fn the_environment_is_read() {
     }
     let found = |variables: &[(&str, &str)]| {
         let mut again = Command::new(std::env::current_exe().expect("this program"));
-        again.args(["--exact", "harness::trial::the_environment_is_read", "--nocapture"]);
+        again.args([
+            "--exact",
+            "harness::trial::the_environment_is_read",
+            "--nocapture",
+        ]);
         for name in ["SEED", "SCALE"] {
             again.env_remove(format!("WHITEFURNACE_{name}"));
         }
@@ -84,20 +99,32 @@ fn the_environment_is_read() {
     assert!(text.contains("found 2019 1."), "{text}");
     let text = found(&[("WHITEFURNACE_SEED", " 5 "), ("WHITEFURNACE_SCALE", "0.25")]);
     assert!(text.contains("found 5 0.25."), "{text}");
-    let [seeds, scales] = ["five -1 1.5 18446744073709551616 ", "x 0 -1 nan inf 1e300 1e-300 "];
-    for (name, values, range) in [("SEED", seeds, "0 to 18446744073709551615"), ("SCALE", scales, "0.0001 to 256")] {
+    let [seeds, scales] = [
+        "five -1 1.5 18446744073709551616 ",
+        "x 0 -1 nan inf 1e300 1e-300 ",
+    ];
+    for (name, values, range) in [
+        ("SEED", seeds, "0 to 18446744073709551615"),
+        ("SCALE", scales, "0.0001 to 256"),
+    ] {
         let name = format!("WHITEFURNACE_{name}");
         // The last is empty.
         for value in values.split(' ') {
             let text = found(&[(&name, value)]);
             let says = |part: &str| text.contains(part);
-            assert!(says("refused: ") && says(&name) && says(range), "{name}={value}: {text}");
+            assert!(
+                says("refused: ") && says(&name) && says(range),
+                "{name}={value}: {text}"
+            );
         }
     }
 }
 
 fn row(verdict: Verdict) -> Row {
-    run_trial(&trial(vec![verdict], Vec::new()), &context(1.0)).into_iter().next().expect("one outcome")
+    run_trial(&trial(vec![verdict], Vec::new()), &context(1.0))
+        .into_iter()
+        .next()
+        .expect("one outcome")
 }
 
 #[test]
@@ -112,10 +139,16 @@ fn rows_say_what_was_found() {
         "toy/verdicts,,estimator,\"outcome 1\",t,100,5e-1,5e-1,2.5e-1,7.5e-1,1e0,undecided,1.25e-1,0e0,\
          1 - 0.0e0,7"
     );
-    assert_eq!(CSV_HEADER.split(',').count(), rows[1].csv().split(',').count());
+    assert_eq!(
+        CSV_HEADER.split(',').count(),
+        rows[1].csv().split(',').count()
+    );
     let control = run_control(&found, &found.controls[0], &context(1.0));
     assert_eq!(control.len(), 1);
-    assert_eq!((control[0].control.as_str(), control[0].verdict), ("wrong", Verdict::Fails));
+    assert_eq!(
+        (control[0].control.as_str(), control[0].verdict),
+        ("wrong", Verdict::Fails)
+    );
     assert_eq!(control[0].property, "it is so");
 }
 
@@ -127,7 +160,10 @@ fn undecided_is_red_at_full_scale_only() {
             let rows: Vec<Row> = rows.iter().map(|&row| row.clone()).collect();
             let context = context(scale);
             let control = Control::new("wrong", "it is not so", |_| Vec::new());
-            (trial_is_green(&rows, &context), control_is_green(&control, &rows, &context))
+            (
+                trial_is_green(&rows, &context),
+                control_is_green(&control, &rows, &context),
+            )
         };
         assert_eq!(green(&[]), (false, false));
         assert_eq!(green(&[&holds]), (true, false));
@@ -144,8 +180,16 @@ fn undecided_is_red_at_full_scale_only() {
 #[test]
 fn the_guard_is_asked_where_sizes_are_planned() {
     let small = |verdict| {
-        let sensitivity = Sensitivity::Normal { standard_error: 0.1, dof: 1e4, tests: 1 };
-        Outcome { sensitivity, n: 10_000, ..random("small", verdict) }
+        let sensitivity = Sensitivity::Normal {
+            standard_error: 0.1,
+            dof: 1e4,
+            tests: 1,
+        };
+        Outcome {
+            sensitivity,
+            n: 10_000,
+            ..random("small", verdict)
+        }
     };
     let run = move |verdict| move |_: &Context| vec![small(verdict)];
     let small = Trial {
@@ -153,14 +197,19 @@ fn the_guard_is_asked_where_sizes_are_planned() {
         controls: vec![Control::new("wrong", "it is not so", run(Verdict::Fails))],
         ..trial(Vec::new(), Vec::new())
     };
-    for (seed, scale, refuses) in
-        [(DEFAULT_SEED, 1.0, true), (DEFAULT_SEED, 16.0, true), (DEFAULT_SEED, 0.5, false), (7, 1.0, false)]
-    {
+    for (seed, scale, refuses) in [
+        (DEFAULT_SEED, 1.0, true),
+        (DEFAULT_SEED, 16.0, true),
+        (DEFAULT_SEED, 0.5, false),
+        (7, 1.0, false),
+    ] {
         let context = Context::new(seed, scale).expect("a valid scale");
         assert_eq!(context.is_planned(), refuses);
         let found = check_subject(&small, &context);
         assert_eq!(
-            found.as_ref().is_err_and(|why| why.contains("too small for the error budget")),
+            found
+                .as_ref()
+                .is_err_and(|why| why.contains("too small for the error budget")),
             refuses,
             "{found:?}"
         );
@@ -170,18 +219,31 @@ fn the_guard_is_asked_where_sizes_are_planned() {
 
 #[test]
 fn a_control_is_rejected_by_the_outcomes_that_it_names() {
-    let outcome = |name: &str, verdict| Row { outcome: random(name, verdict), ..row(verdict) };
+    let outcome = |name: &str, verdict| Row {
+        outcome: random(name, verdict),
+        ..row(verdict)
+    };
     let green = |names: &[&'static str], rows: &[Row]| {
-        let control = Control { rejected_by: names.to_vec(), ..Control::new("wrong", "it is not so", |_| Vec::new()) };
+        let control = Control {
+            rejected_by: names.to_vec(),
+            ..Control::new("wrong", "it is not so", |_| Vec::new())
+        };
         control_is_green(&control, rows, &context(1.0))
     };
     let [holds, fails] = [Verdict::Holds, Verdict::Fails];
-    let rows = [outcome("a", holds), outcome("b", fails), outcome("c", fails)];
+    let rows = [
+        outcome("a", holds),
+        outcome("b", fails),
+        outcome("c", fails),
+    ];
     assert!(green(&["b"], &rows) && green(&["b", "c"], &rows));
     assert!(!green(&["a"], &rows) && !green(&["a", "b"], &rows));
     assert!(!green(&["d"], &rows) && !green(&["b", "d"], &rows) && !green(&[], &rows));
     // The only random one is meant if none is named.
-    let exact = |error| Row { outcome: Outcome::exact("exact", 1, error, 1e-9, ""), ..row(holds) };
+    let exact = |error| Row {
+        outcome: Outcome::exact("exact", 1, error, 1e-9, ""),
+        ..row(holds)
+    };
     assert!(green(&[], &[exact(0.0), outcome("a", fails)]));
     assert!(!green(&[], &[exact(1.0), outcome("a", holds)]));
     assert!(green(&["exact"], &[exact(1.0), outcome("a", holds)]));
@@ -205,11 +267,23 @@ fn messages_speak_of_what_is_red() {
     let control = check_control(&right, &right.controls[0], &full);
     assert_eq!(control.map(|rows| rows.len()), Ok(2));
     // Of a red trial, what does not hold; of a blind control, all of it.
-    let red = trial(vec![Verdict::Holds, Verdict::Fails], vec![Verdict::Holds; 2]);
+    let red = trial(
+        vec![Verdict::Holds, Verdict::Fails],
+        vec![Verdict::Holds; 2],
+    );
     let message = check(&red, &full).expect_err("both are red");
     let lines = |what: &str| message.lines().filter(|line| line.contains(what)).count();
-    let verdicts = ["toy/verdicts: fails", "toy/verdicts: holds", "wrong was not rejected"].map(lines);
-    assert_eq!((verdicts, ["t of outcome 0:", "t of outcome 1:"].map(lines)), ([1, 2, 1], [1, 2]), "{message}");
+    let verdicts = [
+        "toy/verdicts: fails",
+        "toy/verdicts: holds",
+        "wrong was not rejected",
+    ]
+    .map(lines);
+    assert_eq!(
+        (verdicts, ["t of outcome 0:", "t of outcome 1:"].map(lines)),
+        ([1, 2, 1], [1, 2]),
+        "{message}"
+    );
     assert!(message.find("fails") < message.find("was not rejected"));
     // What was claimed of what, by which equation, and how to repeat it.
     let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
@@ -217,65 +291,122 @@ fn messages_speak_of_what_is_red() {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
     // A source that is no equation's id is said as it is.
-    let undecided = Trial { source: "Veach 1997, 9.2", ..trial(vec![UNDECIDED], vec![Verdict::Fails]) };
+    let undecided = Trial {
+        source: "Veach 1997, 9.2",
+        ..trial(vec![UNDECIDED], vec![Verdict::Fails])
+    };
     let message = check(&undecided, &full).expect_err("undecided is red");
-    assert!(message.contains("undecided, needs about") && message.contains("source     Veach 1997, 9.2"), "{message}");
+    assert!(
+        message.contains("undecided, needs about")
+            && message.contains("source     Veach 1997, 9.2"),
+        "{message}"
+    );
     let row = run_trial(&undecided, &full).remove(0).csv();
-    assert!(row.starts_with("toy/verdicts,,\"Veach 1997, 9.2\",\"outcome 0\",t,"), "{row}");
+    assert!(
+        row.starts_with("toy/verdicts,,\"Veach 1997, 9.2\",\"outcome 0\",t,"),
+        "{row}"
+    );
     let blind = trial(vec![Verdict::Holds], vec![Verdict::Holds]);
     let message = check(&blind, &full).expect_err("the control is not rejected");
-    assert!(message.starts_with("toy/verdicts: the negative control wrong"), "{message}");
+    assert!(
+        message.starts_with("toy/verdicts: the negative control wrong"),
+        "{message}"
+    );
 }
 
 #[test]
 fn names_and_commands_lead_back() {
-    assert_eq!((group("furnace/sky/path"), group("furnace")), ("furnace", "furnace"));
+    assert_eq!(
+        (group("furnace/sky/path"), group("furnace")),
+        ("furnace", "furnace")
+    );
     assert_eq!(full_name("a/b", ""), "a/b");
     assert_eq!(full_name("a/b", "fault"), "a/b!fault");
     let scaled = command(&context(0.25), "a/b", "");
     assert!(scaled.contains(" WHITEFURNACE_SCALE=0.25 "), "{scaled}");
     // A test function is repeated by its name; what has none, by the trial's.
-    let own = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
+    let own =
+        "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
     assert_eq!(command(&context(1.0), "a/b", "fault"), own);
     let unnamed = std::thread::spawn(|| command(&context(1.0), "a/b", "fault"));
     let unnamed = unnamed.join().expect("it does not panic");
-    assert_eq!(unnamed, "WHITEFURNACE_SEED=7 cargo test -- --exact 'a/b!fault'");
+    assert_eq!(
+        unnamed,
+        "WHITEFURNACE_SEED=7 cargo test -- --exact 'a/b!fault'"
+    );
 }
 
 #[test]
 fn data_files_hold_the_cells() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rows");
     let mut row = row(Verdict::Fails);
-    assert_eq!(write_cells("toy/verdicts wrong", &row.outcome, &folder).ok(), Some(None));
+    assert_eq!(
+        write_cells("toy/verdicts wrong", &row.outcome, &folder).ok(),
+        Some(None)
+    );
     row.outcome.name = String::from("x² at 1.5, half-way");
-    row.outcome.cells = vec![Cell { place: String::from("here"), expected: 1000.0, observed: 1250.0, sigmas: 7.9057 }];
-    let path = write_cells("toy/verdicts wrong", &row.outcome, &folder).ok().flatten().expect("a file");
+    row.outcome.cells = vec![Cell {
+        place: String::from("here"),
+        expected: 1000.0,
+        observed: 1250.0,
+        sigmas: 7.9057,
+    }];
+    let path = write_cells("toy/verdicts wrong", &row.outcome, &folder)
+        .ok()
+        .flatten()
+        .expect("a file");
     // Letters, digits, dots and hyphens are kept.
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-    assert_eq!(name.as_deref(), Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv"));
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    assert_eq!(
+        name.as_deref(),
+        Some("toy_verdicts_wrong_x²_at_1.5__half-way.csv")
+    );
     let text = std::fs::read_to_string(&path).expect("the file");
-    assert_eq!(text, "place,expected,observed,sigmas\n\"here\",1e3,1.25e3,7.906\n");
+    assert_eq!(
+        text,
+        "place,expected,observed,sigmas\n\"here\",1e3,1.25e3,7.906\n"
+    );
 }
 
 /// In a test of one's own: silent about what holds; of what does not, all that it takes to act.
 #[test]
 fn assertions_say_what_does_not_hold() {
     let [holds, fails] = [Verdict::Holds, Verdict::Fails].map(|verdict| random("mean", verdict));
-    let cell = Cell { place: String::from("here"), expected: 1.0, observed: 2.0, sigmas: 9.0 };
-    let fails = Outcome { cells: vec![cell], ..fails };
+    let cell = Cell {
+        place: String::from("here"),
+        expected: 1.0,
+        observed: 2.0,
+        sigmas: 9.0,
+    };
+    let fails = Outcome {
+        cells: vec![cell],
+        ..fails
+    };
     assert_holds(std::slice::from_ref(&holds));
     let message = |outcomes: Vec<Outcome>| {
         let unwound = std::panic::catch_unwind(|| assert_holds(&outcomes));
-        *unwound.expect_err("it does not hold").downcast::<String>().expect("a message")
+        *unwound
+            .expect_err("it does not hold")
+            .downcast::<String>()
+            .expect("a message")
     };
     let red = message(vec![holds, fails]);
-    let line = "\nmean: fails; 0.5 in [0.25, 0.75], should be 0.5 ± 1 (t = 0, n = 100, p = 0.0e0)\n";
+    let line =
+        "\nmean: fails; 0.5 in [0.25, 0.75], should be 0.5 ± 1 (t = 0, n = 100, p = 0.0e0)\n";
     assert!(red.starts_with(line), "{red}");
     let file = "target/trials/harness__trial__assertions_say_what_does_not_hold_mean.csv";
-    assert!(red.contains(file) && red.contains("--bin plot-cells -- 'target"), "{red}");
+    assert!(
+        red.contains(file) && red.contains("--bin plot-cells -- 'target"),
+        "{red}"
+    );
     assert_eq!(red.lines().count(), 4, "{red}");
     let undecided = message(vec![random("mean", UNDECIDED)]);
     assert!(undecided.contains("mean: undecided;"), "{undecided}");
-    assert!(undecided.contains("\n  needs about 1600 samples\n"), "{undecided}");
+    assert!(
+        undecided.contains("\n  needs about 1600 samples\n"),
+        "{undecided}"
+    );
     assert!(std::panic::catch_unwind(|| assert_holds(&[])).is_err());
 }

@@ -9,7 +9,9 @@ fn maps_leave_out_what_says_nothing() {
     let found = PValueMap {
         width: 3,
         height: 2,
-        p: [0.5, -1.0, 0.2, 1.0, 0.001, 0.7].map(|p| (p >= 0.0).then_some(p)).to_vec(),
+        p: [0.5, -1.0, 0.2, 1.0, 0.001, 0.7]
+            .map(|p| (p >= 0.0).then_some(p))
+            .to_vec(),
         sigmas: vec![0.7, f64::NAN, 1.3, 0.0, -3.3, 0.4],
         dof: vec![9.0, 8.0, 7.0, 6.0, 5.0, 4.0],
     };
@@ -28,11 +30,21 @@ fn maps_leave_out_what_says_nothing() {
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
     // The level is shared by the five tiles that say something.
-    assert_eq!(smallest.sensitivity, Sensitivity::Normal { standard_error: 1.0, dof: 5.0, tests: 5 });
+    assert_eq!(
+        smallest.sensitivity,
+        Sensitivity::Normal {
+            standard_error: 1.0,
+            dof: 5.0,
+            tests: 5
+        }
+    );
     assert_eq!(smallest.worst, "(1, 1) of 3 × 2: -3.30 sigmas");
     assert_eq!(smallest.cells.len(), 6);
     let cell = &smallest.cells[5];
-    assert_eq!((cell.place.as_str(), cell.observed, cell.sigmas), ("x 2 y 1", 0.4, 0.4));
+    assert_eq!(
+        (cell.place.as_str(), cell.observed, cell.sigmas),
+        ("x 2 y 1", 0.4, 0.4)
+    );
     // What is no number is neither left out nor large: it fails, and is the worst.
     let mut broken = found;
     broken.p[3] = Some(f64::NAN);
@@ -51,7 +63,10 @@ fn a_pixel_that_is_no_number_fails() {
         let mut wrong = right.clone();
         (wrong.mean[1], wrong.variance[1]) = (mean, variance);
         let [a, b] = [&wrong, &right].map(Image::statistics);
-        assert_eq!(map(&a, &b, 3, 1).smallest("pixels", 9).verdict(), Verdict::Fails);
+        assert_eq!(
+            map(&a, &b, 3, 1).smallest("pixels", 9).verdict(),
+            Verdict::Fails
+        );
         assert_eq!(map(&b, &b, 3, 1).p[1], None);
     }
 }
@@ -73,22 +88,38 @@ fn tiles_hold_their_own_pixels() {
     // Sums instead of means: t and the degrees of freedom are the same.
     let expected = |inside: &dyn Fn(usize, usize) -> bool| {
         let pixels: Vec<usize> = (0..35).filter(|i| inside(i % 7, i / 7)).collect();
-        let [sum_a, sum_b] = images.each_ref().map(|image| pixels.iter().map(|&i| image.mean[i]).sum::<f64>());
-        let part = |image: &Image, i: usize| (image.variance[i] / image.count[i] as f64, image.count[i]);
-        let parts: Vec<(f64, u64)> =
-            pixels.iter().flat_map(|&i| images.each_ref().map(|image| part(image, i))).collect();
+        let [sum_a, sum_b] = images
+            .each_ref()
+            .map(|image| pixels.iter().map(|&i| image.mean[i]).sum::<f64>());
+        let part =
+            |image: &Image, i: usize| (image.variance[i] / image.count[i] as f64, image.count[i]);
+        let parts: Vec<(f64, u64)> = pixels
+            .iter()
+            .flat_map(|&i| images.each_ref().map(|image| part(image, i)))
+            .collect();
         let error = parts.iter().map(|part| part.0).sum::<f64>().sqrt();
-        ((sum_a - sum_b) / error, welch_satterthwaite(parts), error / pixels.len() as f64)
+        (
+            (sum_a - sum_b) / error,
+            welch_satterthwaite(parts),
+            error / pixels.len() as f64,
+        )
     };
     for side in [1, 2, 3, 4, 7] {
         let found = map(&a, &b, 7, side);
-        assert_eq!((found.width, found.height), (7_usize.div_ceil(side), 5_usize.div_ceil(side)));
+        assert_eq!(
+            (found.width, found.height),
+            (7_usize.div_ceil(side), 5_usize.div_ceil(side))
+        );
         assert_eq!(found.p.len(), found.width * found.height);
         for (i, (&p, &sigmas)) in found.p.iter().zip(&found.sigmas).enumerate() {
             let tile = [i % found.width, i / found.width];
             let (t, dof, _) = expected(&|x, y| [x / side, y / side] == tile);
             assert_relative_eq!(sigmas, t, max_relative = 1e-9);
-            assert_relative_eq!(p.expect("judged"), student_two_sided(t, dof), max_relative = 1e-9);
+            assert_relative_eq!(
+                p.expect("judged"),
+                student_two_sided(t, dof),
+                max_relative = 1e-9
+            );
         }
     }
     let even = [0.0; 35];
@@ -96,15 +127,33 @@ fn tiles_hold_their_own_pixels() {
     let (t, dof, error) = expected(&|_, _| true);
     assert_eq!((whole.name.as_str(), whole.n), ("whole", 50));
     let critical = student_upper(ALPHA / 2.0, dof);
-    let expected = [t, student_two_sided(t, dof), t * error, (t - critical) * error, (t + critical) * error];
-    let found = [whole.value, whole.p, whole.estimate, whole.interval[0], whole.interval[1]];
+    let expected = [
+        t,
+        student_two_sided(t, dof),
+        t * error,
+        (t - critical) * error,
+        (t + critical) * error,
+    ];
+    let found = [
+        whole.value,
+        whole.p,
+        whole.estimate,
+        whole.interval[0],
+        whole.interval[1],
+    ];
     assert_relative_eq!(found[..], expected[..], max_relative = 1e-9);
     let scale = b.mean.iter().sum::<f64>() / 35.0;
     assert_relative_eq!(whole.claim.size(), 0.01 * scale, max_relative = 1e-12);
     // Equal without variance: nothing is known.
-    let still = PixelStatistics { variance: &even, ..a };
+    let still = PixelStatistics {
+        variance: &even,
+        ..a
+    };
     let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
-    assert_eq!((same.value, same.p, same.verdict()), (0.0, 1.0, Verdict::Undecided { needed: u64::MAX }));
+    assert_eq!(
+        (same.value, same.p, same.verdict()),
+        (0.0, 1.0, Verdict::Undecided { needed: u64::MAX })
+    );
     assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
 }
 
@@ -113,7 +162,10 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     // 149 pixels in at most 64 stretches: 49 of three pixels, and one of two.
     let mean_a: Vec<f64> = (0..149).map(|i| f64::from(i * i % 31)).collect();
     let mean_b: Vec<f64> = (0..149).map(|i| f64::from(i * 5 % 17)).collect();
-    let images = [Image::new(&mean_a, &[0.04; 149], &[100; 149]), Image::new(&mean_b, &[0.21; 149], &[300; 149])];
+    let images = [
+        Image::new(&mean_a, &[0.04; 149], &[100; 149]),
+        Image::new(&mean_b, &[0.21; 149], &[300; 149]),
+    ];
     let [a, b] = images.each_ref().map(Image::statistics);
     let even = [0.0; 149];
     let cells = image_mean("stretches", (&a, &even), (&b, &even), 0.01).cells;

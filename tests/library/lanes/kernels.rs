@@ -3,10 +3,14 @@
 use std::array::from_fn;
 
 use whitefurnace::bsdf::oren_nayar;
-use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted};
+use whitefurnace::fresnel::{
+    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted,
+};
 use whitefurnace::light_pick::{pick, share, share_all};
 use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
-use whitefurnace::real::{EightSingles, LANES, Lanes, Mask, Real, SINGLES, Singles, Vector, Wide, sin_cos_of_turn};
+use whitefurnace::real::{
+    EightSingles, LANES, Lanes, Mask, Real, SINGLES, Singles, Vector, Wide, sin_cos_of_turn,
+};
 use whitefurnace::roulette;
 use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
 use whitefurnace::shape::{sphere_roots, triangle_point};
@@ -59,10 +63,19 @@ fn truth<R: Real>(mask: R::Mask) -> R {
 }
 
 fn zone() -> Sphere {
-    Sphere { centre: DVec3::new(0.3, -0.2, 0.1), radius: 0.7, zone: [-0.4, 0.5], inward: true }
+    Sphere {
+        centre: DVec3::new(0.3, -0.2, 0.1),
+        radius: 0.7,
+        zone: [-0.4, 0.5],
+        inward: true,
+    }
 }
 
-const CORNERS: [DVec3; 3] = [DVec3::new(-0.4, 0.1, 0.3), DVec3::new(0.9, -0.2, 0.0), DVec3::new(0.2, 0.8, -0.5)];
+const CORNERS: [DVec3; 3] = [
+    DVec3::new(-0.4, 0.1, 0.3),
+    DVec3::new(0.9, -0.2, 0.0),
+    DVec3::new(0.2, 0.8, -0.5),
+];
 
 kernels! {
     Operations: |x| [x[0].abs(), x[0].copysign(x[1]), x[0].floor(), x[0].at_least(x[1]), x[0].at_most(x[1]),
@@ -138,8 +151,12 @@ impl Question for SameBits {
         for (lane, x) in self.0.iter().enumerate() {
             for (i, (alone, together)) in K::run(x).into_iter().zip(&together).enumerate() {
                 let together = together.to_array()[lane];
-                let same = alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
-                assert!(same, "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}");
+                let same =
+                    alone.to_bits() == together.to_bits() || alone.is_nan() && together.is_nan();
+                assert!(
+                    same,
+                    "{name}: result {i} is {alone:e} alone and {together:e} in lane {lane}, at {x:?}"
+                );
             }
         }
     }
@@ -148,20 +165,34 @@ impl Question for SameBits {
 /// Numbers at the edges of what equations expect, and beyond.
 const EDGES: [[f64; 7]; 2] = [
     [0.0, 0.125, 0.375, 0.5, 1.0, 1.5, 2.5e-17],
-    [5e-324, 1e-300, 1e300, f64::EPSILON, 1.0 - f64::EPSILON, f64::INFINITY, f64::NAN],
+    [
+        5e-324,
+        1e-300,
+        1e300,
+        f64::EPSILON,
+        1.0 - f64::EPSILON,
+        f64::INFINITY,
+        f64::NAN,
+    ],
 ];
 
 #[test]
 fn functions_have_the_same_bits_in_every_lane() {
     let mut rng = rng("lanes");
     for round in 0..4_000 {
-        // A third of all rounds draws from the edges, a third mixes, a third is of unit vectors and shares.
+        // A third of all rounds draws from the edges, a third mixes, a third is of unit vectors and
+        // shares.
         let arguments = from_fn(|_| {
             let edges = [1.0, 0.3, 0.0][round % 3];
             let mut x = [0.0; 16].map(|_: f64| {
-                let [row, place, sign] = [2.0, 7.0, 2.0].map(|n: f64| (uniform(&mut rng) * n) as usize);
+                let [row, place, sign] =
+                    [2.0, 7.0, 2.0].map(|n: f64| (uniform(&mut rng) * n) as usize);
                 let edge = EDGES[row][place] * [1.0, -1.0][sign];
-                if uniform(&mut rng) < edges { edge } else { between(&mut rng, -1.2, 1.2) }
+                if uniform(&mut rng) < edges {
+                    edge
+                } else {
+                    between(&mut rng, -1.2, 1.2)
+                }
             });
             if round % 3 == 2 {
                 let [a, b] = [unit_vector(&mut rng), unit_vector(&mut rng)];
@@ -204,12 +235,20 @@ fn masks_are_lane_by_lane() {
         let all = u32::MAX >> (32 - N);
         for bits in 0..=all {
             let mask = R::Mask::from_bits(bits);
-            assert_eq!((mask.bits(), (!mask).bits(), mask.any()), (bits, all - bits, bits != 0));
+            assert_eq!(
+                (mask.bits(), (!mask).bits(), mask.any()),
+                (bits, all - bits, bits != 0)
+            );
             assert_eq!(R::Mask::from_fn(|lane| bits >> lane & 1 == 1).bits(), bits);
             let chosen = R::choose(mask, R::from_lanes(|lane| lane as f64), R::splat(-1.0));
-            assert!((0..N).all(|i| chosen.lane(i) == if bits >> i & 1 == 1 { i as f64 } else { -1.0 }));
+            assert!(
+                (0..N).all(|i| chosen.lane(i) == if bits >> i & 1 == 1 { i as f64 } else { -1.0 })
+            );
         }
-        assert_eq!((R::Mask::splat(true).bits(), R::Mask::splat(false).bits()), (all, 0));
+        assert_eq!(
+            (R::Mask::splat(true).bits(), R::Mask::splat(false).bits()),
+            (all, 0)
+        );
     }
     check::<Lanes, LANES>();
     check::<EightSingles, LANES>();

@@ -4,23 +4,40 @@ use whitefurnace::bsdf::ggx::Ggx;
 
 use crate::prelude::*;
 
-/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough metal, EON, a light that
-/// is a triangle, one that is a sphere, and a background through a gap.
+/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough
+/// metal, EON, a light that is a triangle, one that is a sphere, and a background through a gap.
 pub fn crowded() -> Scene {
     let mut s = SceneBuilder::new("crowded");
     s.background(DVec3::new(0.1, 0.2, 0.3));
     let walls = [
-        Bsdf::Lambert { albedo: DVec3::new(0.7, 0.5, 0.3) },
+        Bsdf::Lambert {
+            albedo: DVec3::new(0.7, 0.5, 0.3),
+        },
         Bsdf::oren_nayar(DVec3::splat(0.8), 0.5, OrenNayarForm::Corrected),
         Bsdf::oren_nayar(DVec3::splat(0.6), 0.3, OrenNayarForm::Printed),
-        Bsdf::Eon { albedo: DVec3::new(0.9, 0.8, 0.2), roughness: 0.7 },
+        Bsdf::Eon {
+            albedo: DVec3::new(0.9, 0.8, 0.2),
+            roughness: 0.7,
+        },
         Bsdf::Black,
     ];
     let corners = [
-        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y]),
-        (DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::Y, 2.0 * DVec3::Z]),
-        (DVec3::new(-1.0, 1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Z]),
-        (DVec3::new(1.0, -1.0, -1.0), [2.0 * DVec3::Z, 2.0 * DVec3::Y]),
+        (
+            DVec3::new(-1.0, -1.0, -1.0),
+            [2.0 * DVec3::X, 2.0 * DVec3::Y],
+        ),
+        (
+            DVec3::new(-1.0, -1.0, -1.0),
+            [2.0 * DVec3::Y, 2.0 * DVec3::Z],
+        ),
+        (
+            DVec3::new(-1.0, 1.0, -1.0),
+            [2.0 * DVec3::X, 2.0 * DVec3::Z],
+        ),
+        (
+            DVec3::new(1.0, -1.0, -1.0),
+            [2.0 * DVec3::Z, 2.0 * DVec3::Y],
+        ),
         (DVec3::new(-1.0, -1.0, 1.0), [DVec3::X, 2.0 * DVec3::Y]),
     ];
     for (bsdf, (corner, edges)) in walls.into_iter().zip(corners) {
@@ -28,49 +45,113 @@ pub fn crowded() -> Scene {
         s.rectangle(corner, edges, surface);
     }
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(9.0, 8.0, 7.0)));
-    s.mesh(&[DVec3::new(0.2, 0.0, 0.9), DVec3::new(0.2, 0.4, 0.9), DVec3::new(0.6, 0.0, 0.8)], &[[0, 1, 2]], light);
+    s.mesh(
+        &[
+            DVec3::new(0.2, 0.0, 0.9),
+            DVec3::new(0.2, 0.4, 0.9),
+            DVec3::new(0.6, 0.0, 0.8),
+        ],
+        &[[0, 1, 2]],
+        light,
+    );
     s.sphere(Sphere::new(DVec3::new(-0.6, 0.5, 0.5), 0.1), light);
-    s.rectangle(DVec3::new(0.4, 0.7, 0.2), [0.2 * DVec3::X, 0.2 * DVec3::Z], light);
+    s.rectangle(
+        DVec3::new(0.4, 0.7, 0.2),
+        [0.2 * DVec3::X, 0.2 * DVec3::Z],
+        light,
+    );
     // It stands before a light.
     let blind = s.surface(Surface::new(walls[0]));
-    s.mesh(&[DVec3::new(0.2, 0.1, 0.8), DVec3::new(0.2, 0.4, 0.8), DVec3::new(0.5, 0.1, 0.7)], &[[0, 1, 2]], blind);
+    s.mesh(
+        &[
+            DVec3::new(0.2, 0.1, 0.8),
+            DVec3::new(0.2, 0.4, 0.8),
+            DVec3::new(0.5, 0.1, 0.7),
+        ],
+        &[[0, 1, 2]],
+        blind,
+    );
     for (x, bsdf) in [
-        (-0.5, Bsdf::Mirror { reflectance: DVec3::splat(0.9) }),
+        (
+            -0.5,
+            Bsdf::Mirror {
+                reflectance: DVec3::splat(0.9),
+            },
+        ),
         (0.1, Bsdf::Glass { index: 1.5 }),
-        (0.6, Bsdf::model(Ggx { reflectance: DVec3::new(0.9, 0.6, 0.3), alpha: 0.3 })),
+        (
+            0.6,
+            Bsdf::model(Ggx {
+                reflectance: DVec3::new(0.9, 0.6, 0.3),
+                alpha: 0.3,
+            }),
+        ),
     ] {
         let surface = s.surface(Surface::new(bsdf));
         s.sphere(Sphere::new(DVec3::new(x, -0.1, -0.6), 0.28), surface);
     }
-    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+    s.build(Camera::new(
+        DVec3::new(0.0, -3.5, 0.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        0.4,
+    ))
+    .expect("a legal scene")
 }
 
 /// A ball of so many triangles that shine that they are in groups, and a lamp.
 fn glowing() -> Scene {
     let mut s = SceneBuilder::new("glowing");
-    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }));
-    let [glow, lamp] = [0.5, 9.0].map(|l| s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(l))));
+    let grey = s.surface(Surface::new(Bsdf::Lambert {
+        albedo: DVec3::splat(0.6),
+    }));
+    let [glow, lamp] =
+        [0.5, 9.0].map(|l| s.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(l))));
     let at = |i: u32, j: u32| {
         let [theta, phi] = [PI * f64::from(i) / 6.0, TAU * f64::from(j) / 10.0];
         0.5 * from_spherical(theta, phi)
     };
-    let vertices: Vec<DVec3> = (0..=6).flat_map(|i| (0..10).map(move |j| at(i, j))).collect();
+    let vertices: Vec<DVec3> = (0..=6)
+        .flat_map(|i| (0..10).map(move |j| at(i, j)))
+        .collect();
     let face = |i: u32, j: u32| {
         let [a, b] = [10 * i + j, 10 * i + (j + 1) % 10];
-        if i == 0 { vec![[a, a + 10, b + 10]] } else { vec![[a, a + 10, b], [b, a + 10, b + 10]] }
+        if i == 0 {
+            vec![[a, a + 10, b + 10]]
+        } else {
+            vec![[a, a + 10, b], [b, a + 10, b + 10]]
+        }
     };
-    let faces: Vec<[u32; 3]> = (0..5).flat_map(|i| (0..10).flat_map(move |j| face(i, j))).collect();
+    let faces: Vec<[u32; 3]> = (0..5)
+        .flat_map(|i| (0..10).flat_map(move |j| face(i, j)))
+        .collect();
     s.mesh(&vertices, &faces, glow);
-    s.rectangle(DVec3::new(-1.0, -1.0, -1.0), [2.0 * DVec3::X, 2.0 * DVec3::Y], grey);
-    s.rectangle(DVec3::new(-0.3, -0.3, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp);
-    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+    s.rectangle(
+        DVec3::new(-1.0, -1.0, -1.0),
+        [2.0 * DVec3::X, 2.0 * DVec3::Y],
+        grey,
+    );
+    s.rectangle(
+        DVec3::new(-0.3, -0.3, 1.0),
+        [0.6 * DVec3::Y, 0.6 * DVec3::X],
+        lamp,
+    );
+    s.build(Camera::new(
+        DVec3::new(0.0, -3.5, 0.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        0.4,
+    ))
+    .expect("a legal scene")
 }
 
 /// So many triangles that the lanes leave them to the hierarchy, and a ball of glass.
 fn many(count: u32) -> Scene {
     let mut s = SceneBuilder::new("many");
     let [grey, light] = [
-        Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.6) }),
+        Surface::new(Bsdf::Lambert {
+            albedo: DVec3::splat(0.6),
+        }),
         Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)),
     ]
     .map(|surface| s.surface(surface));
@@ -80,29 +161,47 @@ fn many(count: u32) -> Scene {
     for _ in 0..count {
         let corner = in_cube(&mut rng, 1.0);
         s.mesh(
-            &[corner, corner + size * in_cube(&mut rng, 1.0), corner + size * in_cube(&mut rng, 1.0)],
+            &[
+                corner,
+                corner + size * in_cube(&mut rng, 1.0),
+                corner + size * in_cube(&mut rng, 1.0),
+            ],
             &[[0, 1, 2]],
             grey,
         );
     }
     s.sphere(Sphere::new(DVec3::new(0.0, 0.0, 1.5), 0.4), light);
-    s.build(Camera::new(DVec3::new(0.0, -3.5, 0.0), DVec3::ZERO, DVec3::Z, 0.4)).expect("a legal scene")
+    s.build(Camera::new(
+        DVec3::new(0.0, -3.5, 0.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        0.4,
+    ))
+    .expect("a legal scene")
 }
 
-/// A net of triangles that shine differently, whose edges and vertices are met by the rays through the centres of
-/// pixels. A sphere, before or after them in the scene, touches it at the vertex that the middle ray meets.
+/// A net of triangles that shine differently, whose edges and vertices are met by the rays through
+/// the centres of pixels. A sphere, before or after them in the scene, touches it at the vertex
+/// that the middle ray meets.
 fn net(sphere_first: bool) -> Scene {
     let mut s = SceneBuilder::new("net");
     let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
-    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
+    let grey = s.surface(Surface::new(Bsdf::Lambert {
+        albedo: DVec3::splat(0.5),
+    }));
     let touching = Sphere::new(DVec3::new(0.0, 0.5, 0.0), 0.5);
     if sphere_first {
         s.sphere(touching, grey);
     }
     let place = |i: u32| f64::from(i) / 8.0 - 0.25;
-    let vertices: Vec<DVec3> = (0..36).map(|i| DVec3::new(place(i % 6), 0.0, place(i / 6))).collect();
+    let vertices: Vec<DVec3> = (0..36)
+        .map(|i| DVec3::new(place(i % 6), 0.0, place(i / 6)))
+        .collect();
     for (cell, shine) in (0..36).filter(|cell| cell % 6 < 5 && cell / 6 < 5).zip(1..) {
-        for (triangle, more) in [([cell, cell + 1, cell + 7], 0.0), ([cell, cell + 7, cell + 6], 0.5)] {
+        for (triangle, more) in [
+            ([cell, cell + 1, cell + 7], 0.0),
+            ([cell, cell + 7, cell + 6], 0.5),
+        ] {
             let surface = s.surface(emitting(f64::from(shine) + more));
             s.mesh(&vertices, &[triangle], surface);
         }
@@ -110,7 +209,13 @@ fn net(sphere_first: bool) -> Scene {
     if !sphere_first {
         s.sphere(touching, grey);
     }
-    s.build(Camera::new(DVec3::new(0.0, -1.0, 0.0), DVec3::ZERO, DVec3::Z, 8.5 / 16.0)).expect("a legal scene")
+    s.build(Camera::new(
+        DVec3::new(0.0, -1.0, 0.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        8.5 / 16.0,
+    ))
+    .expect("a legal scene")
 }
 
 /// Lights that are seen in mirrors that face each other, in one that shines, and in a sphere.
@@ -118,40 +223,90 @@ fn mirrors() -> Scene {
     let mut s = SceneBuilder::new("mirrors");
     s.background(DVec3::new(0.1, 0.2, 0.3));
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(3.0, 2.0, 1.0)));
-    let grey = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.5) }));
-    let mirror = |r: f64| Surface::new(Bsdf::Mirror { reflectance: DVec3::new(r, 0.9, 0.8) });
-    let [dark, bright] = [mirror(0.7), mirror(0.9).emitting(DVec3::splat(0.2))].map(|surface| s.surface(surface));
+    let grey = s.surface(Surface::new(Bsdf::Lambert {
+        albedo: DVec3::splat(0.5),
+    }));
+    let mirror = |r: f64| {
+        Surface::new(Bsdf::Mirror {
+            reflectance: DVec3::new(r, 0.9, 0.8),
+        })
+    };
+    let [dark, bright] =
+        [mirror(0.7), mirror(0.9).emitting(DVec3::splat(0.2))].map(|surface| s.surface(surface));
     let across = [4.0 * DVec3::X, 2.0 * DVec3::Z];
     s.rectangle(DVec3::new(-2.0, 1.5, -1.0), across, dark);
     s.rectangle(DVec3::new(-2.0, -1.5, -1.0), across, dark);
-    s.rectangle(DVec3::new(-2.0, -1.5, -1.0), [4.0 * DVec3::X, 3.0 * DVec3::Y], grey);
+    s.rectangle(
+        DVec3::new(-2.0, -1.5, -1.0),
+        [4.0 * DVec3::X, 3.0 * DVec3::Y],
+        grey,
+    );
     s.rectangle(DVec3::new(1.0, -0.5, -1.0), [DVec3::Y, DVec3::Z], bright);
-    s.rectangle(DVec3::new(-0.4, -1.0, 0.9), [0.8 * DVec3::Y, 0.7 * DVec3::X], light);
+    s.rectangle(
+        DVec3::new(-0.4, -1.0, 0.9),
+        [0.8 * DVec3::Y, 0.7 * DVec3::X],
+        light,
+    );
     s.sphere(Sphere::new(DVec3::new(-0.6, 0.9, -0.6), 0.4), dark);
-    s.build(Camera::new(DVec3::new(0.1, -0.2, 0.0), DVec3::Y, DVec3::Z, 0.8)).expect("a legal scene")
+    s.build(Camera::new(
+        DVec3::new(0.1, -0.2, 0.0),
+        DVec3::Y,
+        DVec3::Z,
+        0.8,
+    ))
+    .expect("a legal scene")
 }
 
-/// Mirrors and balls of glass of every kind by way of which light comes, lights of two shapes, and among `count` splinters.
+/// Mirrors and balls of glass of every kind by way of which light comes, lights of two shapes, and
+/// among `count` splinters.
 pub fn bodies(count: u32) -> Scene {
     let mut s = SceneBuilder::new("bodies");
-    let grey = s.surface(Surface::new(Bsdf::oren_nayar(DVec3::new(0.7, 0.5, 0.6), 0.4, OrenNayarForm::Corrected)));
+    let grey = s.surface(Surface::new(Bsdf::oren_nayar(
+        DVec3::new(0.7, 0.5, 0.6),
+        0.4,
+        OrenNayarForm::Corrected,
+    )));
     let [glass, dense] = [1.5, 2.2].map(|index| s.surface(Surface::new(Bsdf::Glass { index })));
-    let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::new(0.9, 0.8, 0.7) }));
-    let lamp = s.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(0.3) }).emitting(DVec3::new(8.0, 9.0, 7.0)));
+    let mirror = s.surface(Surface::new(Bsdf::Mirror {
+        reflectance: DVec3::new(0.9, 0.8, 0.7),
+    }));
+    let lamp = s.surface(
+        Surface::new(Bsdf::Lambert {
+            albedo: DVec3::splat(0.3),
+        })
+        .emitting(DVec3::new(8.0, 9.0, 7.0)),
+    );
     simple::closed_cube(&mut s, 1.0, true, grey);
     s.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.6), 0.35), glass);
     s.sphere(Sphere::new(DVec3::new(-0.5, 0.4, 0.1), 0.2), dense);
     s.sphere(Sphere::new(DVec3::new(-0.5, -0.2, -0.7), 0.25), mirror);
     s.sphere(Sphere::new(DVec3::new(0.1, 0.1, 0.5), 0.15), lamp);
-    s.rectangle(DVec3::new(-0.99, -0.3, -0.2), [0.5 * DVec3::Y, 0.5 * DVec3::Z], lamp);
-    s.rectangle(DVec3::new(0.6, 0.95, -0.8), [DVec3::new(0.3, -0.3, 0.0), 0.7 * DVec3::Z], mirror);
+    s.rectangle(
+        DVec3::new(-0.99, -0.3, -0.2),
+        [0.5 * DVec3::Y, 0.5 * DVec3::Z],
+        lamp,
+    );
+    s.rectangle(
+        DVec3::new(0.6, 0.95, -0.8),
+        [DVec3::new(0.3, -0.3, 0.0), 0.7 * DVec3::Z],
+        mirror,
+    );
     let mut rng = rng("splinters");
     for _ in 0..count {
         let corner = in_cube(&mut rng, 0.9);
-        let corners = [corner, corner + 0.03 * in_cube(&mut rng, 1.0), corner + 0.03 * in_cube(&mut rng, 1.0)];
+        let corners = [
+            corner,
+            corner + 0.03 * in_cube(&mut rng, 1.0),
+            corner + 0.03 * in_cube(&mut rng, 1.0),
+        ];
         s.mesh(&corners, &[[0, 1, 2]], grey);
     }
-    let camera = Camera::new(DVec3::new(0.0, -0.9, 0.1), DVec3::new(0.0, 0.2, -0.2), DVec3::Z, 1.0);
+    let camera = Camera::new(
+        DVec3::new(0.0, -0.9, 0.1),
+        DVec3::new(0.0, 0.2, -0.2),
+        DVec3::Z,
+        1.0,
+    );
     s.build(camera).expect("a legal scene")
 }
 

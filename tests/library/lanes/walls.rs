@@ -9,44 +9,83 @@ use whitefurnace::real::{LANES, Lanes, Lanes3, Mask, SINGLES, Singles, Vector, W
 use crate::prelude::*;
 
 fn without_floor(mut mesh: Mesh) -> Mesh {
-    mesh.triangles.retain(|&t| !t.iter().all(|&v| mesh.vertices[v as usize].z < 0.0));
+    mesh.triangles
+        .retain(|&t| !t.iter().all(|&v| mesh.vertices[v as usize].z < 0.0));
     mesh
 }
 
-/// Rooms whose walls rays leave by: with sharp corners, with floors of more triangles than are told apart, of triangles
-/// around a point, and of such as overlap; with a window, with an open side, and with a block inside.
+/// Rooms whose walls rays leave by: with sharp corners, with floors of more triangles than are told
+/// apart, of triangles around a point, and of such as overlap; with a window, with an open side,
+/// and with a block inside.
 fn rooms() -> Vec<Mesh> {
-    let regular =
-        |n: u32| -> Vec<[f64; 2]> { (0..n).map(|i| (TAU * f64::from(i) / f64::from(n)).sin_cos().into()).collect() };
-    let narrow = [[-4.0, 0.0], [0.0, -0.7], [1.5, -0.48], [1.5, 0.48], [0.0, 0.7]];
+    let regular = |n: u32| -> Vec<[f64; 2]> {
+        (0..n)
+            .map(|i| (TAU * f64::from(i) / f64::from(n)).sin_cos().into())
+            .collect()
+    };
+    let narrow = [
+        [-4.0, 0.0],
+        [0.0, -0.7],
+        [1.5, -0.48],
+        [1.5, 0.48],
+        [0.0, 0.7],
+    ];
     let shell = Mesh::room_shell().map(|v| v - DVec3::X);
-    let mut rooms = vec![Mesh::cube(), shell.clone(), Mesh::prism(&narrow, [-1.0, 1.0])];
+    let mut rooms = vec![
+        Mesh::cube(),
+        shell.clone(),
+        Mesh::prism(&narrow, [-1.0, 1.0]),
+    ];
     rooms.extend([5, 8, 10].map(|n| Mesh::prism(&regular(n), [-1.0, 1.0])));
     let with = |mesh: &Mesh, vertices: &[DVec3], triangles: &[[u32; 3]]| {
         let (mut mesh, first) = (mesh.clone(), mesh.vertices.len() as u32);
         mesh.vertices.extend(vertices);
-        mesh.triangles.extend(triangles.iter().map(|triangle| triangle.map(|v| first + v)));
+        mesh.triangles
+            .extend(triangles.iter().map(|triangle| triangle.map(|v| first + v)));
         mesh
     };
     let square = |half: f64, z: f64| {
-        [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, z))
+        [[-half, -half], [half, -half], [half, half], [-half, half]]
+            .map(|[x, y]| DVec3::new(x, y, z))
     };
     let (cube, carpet) = (Mesh::cube(), [[0, 1, 2], [0, 2, 3]]);
     let floor = |corners: [DVec3; 4], inner: &[DVec3]| [&corners, inner].concat();
     let star = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
-    let frame = [[0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]];
+    let frame = [
+        [0, 1, 5],
+        [0, 5, 4],
+        [1, 2, 6],
+        [1, 6, 5],
+        [2, 3, 7],
+        [2, 7, 6],
+        [3, 0, 4],
+        [3, 4, 7],
+    ];
     rooms.push(with(&cube, &square(0.5, -1.0), &carpet));
-    rooms.push(with(&without_floor(cube.clone()), &floor(square(1.0, -1.0), &[DVec3::new(0.3, 0.2, -1.0)]), &star));
-    rooms.push(with(&without_floor(cube.clone()), &floor(square(1.0, -1.0), &square(0.4, -1.0)), &frame));
+    rooms.push(with(
+        &without_floor(cube.clone()),
+        &floor(square(1.0, -1.0), &[DVec3::new(0.3, 0.2, -1.0)]),
+        &star,
+    ));
+    rooms.push(with(
+        &without_floor(cube.clone()),
+        &floor(square(1.0, -1.0), &square(0.4, -1.0)),
+        &frame,
+    ));
     rooms.push(without_floor(shell.clone()));
     let block = Mesh::cube().map(|v| 0.3 * v + DVec3::new(1.0, 0.5, -0.2));
     rooms.push(with(&shell, &block.vertices, &block.triangles));
     rooms
 }
 
-/// A ray at the walls of a room that was moved and scaled: also at its edges and vertices, along the axes, of any length,
-/// from anywhere within, from surfaces and from outside; some of no numbers.
-fn at_walls<R: Rng>(rng: &mut R, (mesh, scene): (&Mesh, &Scene), (scale, offset): (f64, DVec3)) -> Ray {
+/// A ray at the walls of a room that was moved and scaled: also at its edges and vertices, along
+/// the axes, of any length, from anywhere within, from surfaces and from outside; some of no
+/// numbers.
+fn at_walls<R: Rng>(
+    rng: &mut R,
+    (mesh, scene): (&Mesh, &Scene),
+    (scale, offset): (f64, DVec3),
+) -> Ray {
     let mut aim = || match uniform(rng) {
         u if u < 0.4 => border(rng, mesh),
         u if u < 0.5 => offset,
@@ -55,7 +94,11 @@ fn at_walls<R: Rng>(rng: &mut R, (mesh, scene): (&Mesh, &Scene), (scale, offset)
     let (from, to) = (aim(), aim());
     let wide = uniform(rng) < 0.05;
     let within = offset + scale * 0.9 * in_cube(rng, 1.0);
-    let origin = if wide { offset + 3.0 * (from - offset) } else { within };
+    let origin = if wide {
+        offset + 3.0 * (from - offset)
+    } else {
+        within
+    };
     let direction = match uniform(rng) {
         u if u < 0.05 => [DVec3::X, -DVec3::Y, DVec3::Z][(60.0 * u) as usize],
         u if u < 0.06 => DVec3::new(0.6, f64::NAN, 0.8),
@@ -69,7 +112,11 @@ fn at_walls<R: Rng>(rng: &mut R, (mesh, scene): (&Mesh, &Scene), (scale, offset)
         }
         _ => ray,
     };
-    let length = if uniform(rng) < 0.2 { between(rng, -20.0, 20.0).exp() } else { 1.0 };
+    let length = if uniform(rng) < 0.2 {
+        between(rng, -20.0, 20.0).exp()
+    } else {
+        1.0
+    };
     Ray::new(ray.origin, ray.direction * length)
 }
 
@@ -80,41 +127,70 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     mut alone: impl FnMut(&Scene, &[Ray; N]) -> [R::Scalar; N],
 ) {
     let mut rng = rng(name);
-    for (mesh, place) in rooms().iter().flat_map(|mesh| places.iter().map(move |place| (mesh, *place))) {
+    for (mesh, place) in rooms()
+        .iter()
+        .flat_map(|mesh| places.iter().map(move |place| (mesh, *place)))
+    {
         let mesh = mesh.clone().map(|v| place.0 * v + place.1);
         let scene = scene_of(&mesh);
         let mut together = LaneRays::<R, N>::new(&scene).expect("few triangles");
         for _ in 0..1500 {
             let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, (&mesh, &scene), place));
-            let ray = Ray::new(Vector::from_fn(|i| rays[i].origin), Vector::from_fn(|i| rays[i].direction));
-            assert_eq!(together.closest(&ray).lanes(), alone(&scene, &rays), "{rays:?}");
+            let ray = Ray::new(
+                Vector::from_fn(|i| rays[i].origin),
+                Vector::from_fn(|i| rays[i].direction),
+            );
+            assert_eq!(
+                together.closest(&ray).lanes(),
+                alone(&scene, &rays),
+                "{rays:?}"
+            );
         }
     }
 }
 
-/// Walls that are told apart by where a ray leaves are hit as if all had been tested; rays of no numbers meet nothing.
+/// Walls that are told apart by where a ray leaves are hit as if all had been tested; rays of no
+/// numbers meet nothing.
 #[test]
 fn rays_meet_walls_as_each_meets_them() {
     let far = DVec3::new(1000.0, -2000.0, 500.0);
-    let places = [1e-4, 1.0, 1e4].map(|scale| (scale, DVec3::ZERO)).into_iter().chain([(1.0, far)]);
+    let places = [1e-4, 1.0, 1e4]
+        .map(|scale| (scale, DVec3::ZERO))
+        .into_iter()
+        .chain([(1.0, far)]);
     meet_walls_as_each::<Lanes, LANES>("walls", &places.collect::<Vec<_>>(), |scene, rays| {
-        rays.map(|ray| scene.bvh().closest(&ray, f64::INFINITY).map_or(f64::INFINITY, |hit| hit.t))
+        rays.map(|ray| {
+            scene
+                .bvh()
+                .closest(&ray, f64::INFINITY)
+                .map_or(f64::INFINITY, |hit| hit.t)
+        })
     });
 }
 
 /// The same in single precision, to the last bit.
 #[test]
 fn rays_meet_walls_as_each_meets_them_in_single_precision() {
-    let places =
-        [1e-4, 1.0, 1e4].map(|scale| (scale, DVec3::ZERO)).into_iter().chain([(1.0, DVec3::new(8.0, -9.0, 7.0))]);
+    let places = [1e-4, 1.0, 1e4]
+        .map(|scale| (scale, DVec3::ZERO))
+        .into_iter()
+        .chain([(1.0, DVec3::new(8.0, -9.0, 7.0))]);
     let mut stack = PacketStack::default();
-    meet_walls_as_each::<Singles, SINGLES>("walls, single", &places.collect::<Vec<_>>(), |scene, rays| {
-        rays.map(|ray| {
-            // In all lanes alike, and in one of them: no other ray makes sure that a box is opened.
-            let [origin, direction] = [ray.origin, ray.direction].map(|v| Lanes3::<Singles>::from_fn(|_| v));
-            let (ray, first) = (Ray::new(origin, direction), Mask::from_bits(1));
-            let hit = scene.bvh().closest_of_packet::<Singles, SINGLES>(&ray, first, &mut stack);
-            hit.t.lanes()[0]
-        })
-    });
+    meet_walls_as_each::<Singles, SINGLES>(
+        "walls, single",
+        &places.collect::<Vec<_>>(),
+        |scene, rays| {
+            rays.map(|ray| {
+                // In all lanes alike, and in one of them: no other ray makes sure that a box is
+                // opened.
+                let [origin, direction] =
+                    [ray.origin, ray.direction].map(|v| Lanes3::<Singles>::from_fn(|_| v));
+                let (ray, first) = (Ray::new(origin, direction), Mask::from_bits(1));
+                let hit = scene
+                    .bvh()
+                    .closest_of_packet::<Singles, SINGLES>(&ray, first, &mut stack);
+                hit.t.lanes()[0]
+            })
+        },
+    );
 }

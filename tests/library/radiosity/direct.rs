@@ -4,7 +4,8 @@ use std::sync::Mutex;
 
 use super::*;
 
-/// Notes what is looked for, hides what `hides` says, and divides all of a sphere's patches or none.
+/// Notes what is looked for, hides what `hides` says, and divides all of a sphere's patches or
+/// none.
 struct Noted {
     hides: fn(DVec3) -> bool,
     divides: bool,
@@ -14,7 +15,12 @@ struct Noted {
 
 impl Noted {
     fn new(hides: fn(DVec3) -> bool, divides: bool) -> Self {
-        Self { hides, divides, points: Mutex::default(), targets: Mutex::default() }
+        Self {
+            hides,
+            divides,
+            points: Mutex::default(),
+            targets: Mutex::default(),
+        }
     }
 }
 
@@ -37,8 +43,8 @@ impl FiniteElements for &Noted {
     }
 }
 
-/// What is seen of a flat light is looked for at 64 points of which each elementary interval of the square
-/// holds one, and each counts by its geometry term.
+/// What is seen of a flat light is looked for at 64 points of which each elementary interval of the
+/// square holds one, and each counts by its geometry term.
 #[test]
 fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     let corner = DVec3::new(1.0, -1.0, -0.6);
@@ -51,7 +57,11 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         let scene = scene(|s| {
             square(s, 0.5, 0.0, true, diffuse(0.5));
             let light = s.surface(Surface::new(Bsdf::Black).emitting(radiance));
-            if flat { s.mesh(&triangle, &[[0, 1, 2]], light) } else { s.rectangle(corner, edges, light) }
+            if flat {
+                s.mesh(&triangle, &[[0, 1, 2]], light);
+            } else {
+                s.rectangle(corner, edges, light);
+            }
         });
         let hides = |y: DVec3| y.y + y.z > 0.4;
         let noted = Noted::new(hides, false);
@@ -64,8 +74,14 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         assert_eq!(points.len(), 64);
         for columns in [1, 2, 4, 8, 16, 32, 64] {
             let cell = |&[u, v]: &[f64; 2]| {
-                assert!(u + v != 1.0 && (0.0..1.0).contains(&u) && (0.0..1.0).contains(&v), "{u}, {v}");
-                ((u * f64::from(columns)) as usize, (v * f64::from(64 / columns)) as usize)
+                assert!(
+                    u + v != 1.0 && (0.0..1.0).contains(&u) && (0.0..1.0).contains(&v),
+                    "{u}, {v}"
+                );
+                (
+                    (u * f64::from(columns)) as usize,
+                    (v * f64::from(64 / columns)) as usize,
+                )
             };
             let cells: std::collections::BTreeSet<_> = points.iter().map(cell).collect();
             assert_eq!(cells.len(), 64, "{columns} columns");
@@ -74,14 +90,19 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         for &random in points.iter() {
             let y = scene.emitters()[0].sample(random);
             let offset = y.point - x;
-            let term = offset.z.max(0.0) * y.normal.dot(-offset).max(0.0) / offset.length_squared().powi(2);
+            let term = offset.z.max(0.0) * y.normal.dot(-offset).max(0.0)
+                / offset.length_squared().powi(2);
             all += term;
             seen += if hides(y.point) { 0.0 } else { term };
         }
         assert!(0.2 * all < seen && seen < 0.8 * all, "{seen} of {all}");
         let relative: Vec<_> = outline.iter().map(|corner| corner - x).collect();
         let factor = polygon(DVec3::Z, Polygon::new(&relative).above(DVec3::Z).corners());
-        assert_relative_eq!(found.x, PI * factor * seen / all * radiance.x, max_relative = 1e-12);
+        assert_relative_eq!(
+            found.x,
+            PI * factor * seen / all * radiance.x,
+            max_relative = 1e-12
+        );
         assert_relative_eq!((found / found.x).y, 2.0 / 3.0, max_relative = 1e-12);
     }
     // Where nothing above the horizon is seen there is no share of it.
@@ -91,11 +112,19 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     });
     let noted = Noted::new(|_| false, false);
     let solved = Radiosity::new(&noted, &dark, fineness(1, 0), &|_| true).expect("a solution");
-    assert_eq!(irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z), DVec3::ZERO);
+    assert_eq!(
+        irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
+        DVec3::ZERO
+    );
     // Points in the plane of a light but for a billionth of the distance see nothing of it.
     let far = scene(|s| {
         square(s, 0.5, 0.0, true, diffuse(0.5));
-        panel(s, DVec3::new(0.0, 5e3, 0.0), [1e4 * DVec3::Y, 1e4 * DVec3::Z], lamp(1e9));
+        panel(
+            s,
+            DVec3::new(0.0, 5e3, 0.0),
+            [1e4 * DVec3::Y, 1e4 * DVec3::Z],
+            lamp(1e9),
+        );
     });
     let solved = solve(&far, fineness(1, 0)).expect("a solution");
     for (distance, seen) in [(1e-6, false), (1e-4, true)] {
@@ -104,19 +133,26 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     }
 }
 
-/// The light of a sphere is the sum of cos θ cos θ′ A/(πd²) over parts of equal area of its patches, each patch looked
-/// for at its brightest part: one part that is far, 8 × 8 that are near.
+/// The light of a sphere is the sum of cos θ cos θ′ A/(πd²) over parts of equal area of its
+/// patches, each patch looked for at its brightest part: one part that is far, 8 × 8 that are near.
 #[test]
 fn the_light_of_a_sphere_is_that_of_its_parts() {
-    let ball = Sphere { zone: [-0.3, 0.5], ..Sphere::new(DVec3::new(0.9, -0.8, 0.9), 0.95) };
+    let ball = Sphere {
+        zone: [-0.3, 0.5],
+        ..Sphere::new(DVec3::new(0.9, -0.8, 0.9), 0.95)
+    };
     let with = |surface| {
         scene(|s| {
             square(s, 0.5, -0.45, true, diffuse(0.5));
             crate::helpers::ball(s, ball, surface);
         })
     };
-    let mesh = Mesh::new(&with(diffuse(0.5).emitting(DVec3::ONE)), fineness(50, 0)).expect("a mesh");
-    let lights = mesh.elements().iter().filter(|element| element.emission != DVec3::ZERO);
+    let mesh =
+        Mesh::new(&with(diffuse(0.5).emitting(DVec3::ONE)), fineness(50, 0)).expect("a mesh");
+    let lights = mesh
+        .elements()
+        .iter()
+        .filter(|element| element.emission != DVec3::ZERO);
     let patches: Vec<SpherePatch> = lights
         .filter_map(|element| match element.patch {
             Patch::Curved(patch) => Some(patch),
@@ -128,12 +164,15 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     let x = DVec3::new(-0.45, 0.4, -0.45);
     for (divides, side) in [(false, 1), (true, 8)] {
         let noted = Noted::new(|y| y.x > 0.7, divides);
-        let solved = Radiosity::new(&noted, &scene, fineness(50, 0), &|_| true).expect("a solution");
+        let solved =
+            Radiosity::new(&noted, &scene, fineness(50, 0), &|_| true).expect("a solution");
         noted.targets.lock().expect("no panic").clear();
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
         let (mut expected, mut targets) = (0.0, Vec::new());
         for patch in &patches {
-            let at = |[from, to]: [f64; 2], i: u32| from + (to - from) * (f64::from(i) + 0.5) / f64::from(side);
+            let at = |[from, to]: [f64; 2], i: u32| {
+                from + (to - from) * (f64::from(i) + 0.5) / f64::from(side)
+            };
             let area = patch.radius.powi(2)
                 * (patch.heights[0] - patch.heights[1]).abs()
                 * (patch.azimuths[1] - patch.azimuths[0])
@@ -141,7 +180,11 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
             let (mut sum, mut brightest) = (0.0, (0.0, DVec3::ZERO));
             for (i, j) in (0..side * side).map(|k| (k / side, k % side)) {
                 let (z, turn) = (at(patch.heights, i), at(patch.azimuths, j));
-                let normal = DVec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
+                let normal = DVec3::new(
+                    (1.0 - z * z).sqrt() * turn.cos(),
+                    (1.0 - z * z).sqrt() * turn.sin(),
+                    z,
+                );
                 let offset = ball.centre + ball.radius * normal - x;
                 let cosines = offset.z.max(0.0) * normal.dot(-offset).max(0.0);
                 let part = cosines / offset.length_squared().powi(2) * area / PI;
@@ -160,11 +203,18 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
         let looked = noted.targets.lock().expect("no panic");
         assert_eq!(looked.len(), targets.len());
         for (a, b) in looked.iter().zip(&targets) {
-            assert!(a.0.distance(b.0) < 1e-12 && a.1.distance(b.1) < 1e-12, "{a:?}, not {b:?}");
+            assert!(
+                a.0.distance(b.0) < 1e-12 && a.1.distance(b.1) < 1e-12,
+                "{a:?}, not {b:?}"
+            );
         }
     }
     // What is nearer than four times its side.
     for (area, near) in [(0.99, false), (1.0, false), (1.01, true)] {
-        assert_eq!([is_near(area, 16.0), Standard.is_near(area, 16.0)], [near; 2], "{area}");
+        assert_eq!(
+            [is_near(area, 16.0), Standard.is_near(area, 16.0)],
+            [near; 2],
+            "{area}"
+        );
     }
 }

@@ -4,8 +4,8 @@ use whitefurnace::frame::azimuth;
 
 use super::*;
 
-/// At the nodes of every side of every patch, interpolation is what is gathered there: each point finds
-/// its patch, side and node again. And the mean over a patch is that of its nodes.
+/// At the nodes of every side of every patch, interpolation is what is gathered there: each point
+/// finds its patch, side and node again. And the mean over a patch is that of its nodes.
 #[test]
 fn at_its_nodes_interpolation_is_exact() {
     let scene = medley();
@@ -21,8 +21,12 @@ fn at_its_nodes_interpolation_is_exact() {
                 let ray = Ray::new(point + 1e-7 * normal, -normal);
                 let hit = scene.intersect(&ray).expect("the patch");
                 assert!((hit.point - point).length() < 1e-9, "{point} is hidden");
-                let [a, b] = [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
-                assert!((a - b).abs().max_element() < 1e-4, "{a}, not {b}, at {point}");
+                let [a, b] =
+                    [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit));
+                assert!(
+                    (a - b).abs().max_element() < 1e-4,
+                    "{a}, not {b}, at {point}"
+                );
                 sum += a;
                 compared += 1;
                 largest = largest.max(a.x);
@@ -34,9 +38,9 @@ fn at_its_nodes_interpolation_is_exact() {
     }
 }
 
-/// Every patch sends 1, and under the panel at [`CORNER`] points receive what `field` says: if that is linear on a
-/// triangle or bilinear in height and azimuth on a sphere, interpolation between nodes is exact, on edges and at poles
-/// as well.
+/// Every patch sends 1, and under the panel at [`CORNER`] points receive what `field` says: if that
+/// is linear on a triangle or bilinear in height and azimuth on a sphere, interpolation between
+/// nodes is exact, on edges and at poles as well.
 #[derive(Clone)]
 struct Field<F>(F);
 
@@ -64,10 +68,18 @@ impl<F: Fn(DVec3) -> f64 + Sync> FiniteElements for Field<F> {
 
 #[test]
 fn interpolation_between_nodes_is_exact_for_what_is_linear() {
-    let corners = [DVec3::new(-1.0, -0.8, 0.0), DVec3::new(1.2, -0.5, 0.0), DVec3::new(0.1, 0.9, 0.0)];
+    let corners = [
+        DVec3::new(-1.0, -0.8, 0.0),
+        DVec3::new(1.2, -0.5, 0.0),
+        DVec3::new(0.1, 0.9, 0.0),
+    ];
     let whole = Sphere::new(DVec3::new(0.0, 0.1, 0.2), 0.8);
-    let zone = Sphere { zone: [-0.5, 0.3], ..whole };
-    // How often a triangle, or else a sphere, is divided; whether what it receives depends on azimuth.
+    let zone = Sphere {
+        zone: [-0.5, 0.3],
+        ..whole
+    };
+    // How often a triangle, or else a sphere, is divided; whether what it receives depends on
+    // azimuth.
     for (patches, sphere, turns) in [
         (1, None, 0.0),
         (7, None, 0.0),
@@ -92,7 +104,8 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
             }
             None => 3.0 + x.x + 0.7 * x.y,
         };
-        let interpolated = Radiosity::new(Field(field), &scene, fineness(patches, 0), &|_| true).expect("a solution");
+        let interpolated = Radiosity::new(Field(field), &scene, fineness(patches, 0), &|_| true)
+            .expect("a solution");
         let gathered = interpolated.clone().read(ReadOut::Gathered);
         for (i, j) in (0..13 * 13).map(|k| (k / 13, k % 13)) {
             let [u, v] = [i, j].map(|k| f64::from(k) / 12.0);
@@ -108,13 +121,23 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
                     (sphere.centre + sphere.radius * normal, normal)
                 }
                 None if i + j > 12 => continue,
-                None => (corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]), DVec3::Z),
+                None => (
+                    corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]),
+                    DVec3::Z,
+                ),
             };
             for side in [1.0, -1.0] {
                 let ray = Ray::new(point + 0.1 * side * normal, -side * normal);
-                let hit = Hit { t: 0.1, point, normal, primitive: 2, surface: 0, emitter: None };
-                let [found, expected] =
-                    [&interpolated, &gathered].map(|solved| solved.irradiance(&scene, &ray, &hit).x);
+                let hit = Hit {
+                    t: 0.1,
+                    point,
+                    normal,
+                    primitive: 2,
+                    surface: 0,
+                    emitter: None,
+                };
+                let [found, expected] = [&interpolated, &gathered]
+                    .map(|solved| solved.irradiance(&scene, &ray, &hit).x);
                 assert!(expected > 1.0);
                 assert_relative_eq!(found, expected, max_relative = 1e-6);
             }
@@ -133,15 +156,25 @@ fn form_factors_of_elements_are_those_of_their_nodes() {
     for (i, element) in elements.iter().enumerate() {
         let row = factors.of_element(&mesh, i);
         for (other, found) in elements.iter().zip(&row) {
-            let Patch::Flat { polygon: whole, normal } = &other.patch else {
+            let Patch::Flat {
+                polygon: whole,
+                normal,
+            } = &other.patch
+            else {
                 panic!("a triangle");
             };
             let points = nodes(&element.patch);
             let mean = points.iter().map(|x| {
                 let own = element.patch.normal(*x);
-                let relative = whole.corners().iter().map(|corner| corner - x).collect::<Vec<_>>();
+                let relative = whole
+                    .corners()
+                    .iter()
+                    .map(|corner| corner - x)
+                    .collect::<Vec<_>>();
                 // The cube is convex: its insides see all of each other but their own plane.
-                let faces = element.emission != DVec3::ZERO && other.emission != DVec3::ZERO && *normal != own;
+                let faces = element.emission != DVec3::ZERO
+                    && other.emission != DVec3::ZERO
+                    && *normal != own;
                 if faces { polygon(own, &relative) } else { 0.0 }
             });
             assert_abs_diff_eq!(*found, mean.sum::<f64>() / 3.0, epsilon = 1e-7);

@@ -19,38 +19,59 @@ fn fineness(patches: u32, halvings: u32) -> Fineness {
 }
 
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
-    scene_from(Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5), parts)
+    scene_from(
+        Camera::new(DVec3::new(0.5, -2.0, 0.6), DVec3::ZERO, DVec3::Z, 0.5),
+        parts,
+    )
 }
 
 fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
     Radiosity::new(Standard, scene, fineness, &|_| true)
 }
 
-/// A room of surfaces of every kind with lights of every kind: triangles and rectangles, a ball, a zone of
-/// a cavity, each reflecting on both sides.
+/// A room of surfaces of every kind with lights of every kind: triangles and rectangles, a ball, a
+/// zone of a cavity, each reflecting on both sides.
 fn medley() -> Scene {
     scene(|s| {
         let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(diffuse(albedo)));
         let lamp = s.surface(diffuse(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));
         s.rectangle(DVec3::ZERO, [3.0 * DVec3::X, 2.0 * DVec3::Y], pale);
-        s.rectangle(DVec3::ZERO, [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)], dark);
-        let corners = [DVec3::new(0.5, 1.9, 0.1), DVec3::new(2.9, 1.8, 0.2), DVec3::new(1.0, 1.5, 1.8)];
+        s.rectangle(
+            DVec3::ZERO,
+            [2.0 * DVec3::Y, DVec3::new(0.3, 0.0, 2.0)],
+            dark,
+        );
+        let corners = [
+            DVec3::new(0.5, 1.9, 0.1),
+            DVec3::new(2.9, 1.8, 0.2),
+            DVec3::new(1.0, 1.5, 1.8),
+        ];
         s.mesh(&corners, &[[0, 1, 2]], red);
         s.sphere(Sphere::new(DVec3::new(1.6, 0.7, 0.6), 0.5), red);
-        let zone = Sphere { zone: [-0.2, 0.7], inward: true, ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5) };
+        let zone = Sphere {
+            zone: [-0.2, 0.7],
+            inward: true,
+            ..Sphere::new(DVec3::new(1.5, 1.0, 1.2), 2.5)
+        };
         s.sphere(zone, dark);
-        s.rectangle(DVec3::new(0.6, 0.4, 2.2), [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)], lamp);
+        s.rectangle(
+            DVec3::new(0.6, 0.4, 2.2),
+            [DVec3::Y, DVec3::new(0.8, 0.3, 0.1)],
+            lamp,
+        );
         s.sphere(Sphere::new(DVec3::new(2.6, 0.4, 1.7), 0.2), lamp);
     })
 }
 
-/// The points at which the mean of a quadratic over a patch is exact: those next to a triangle's corners,
-/// or Gauss's in height and azimuth of a sphere's patch.
+/// The points at which the mean of a quadratic over a patch is exact: those next to a triangle's
+/// corners, or Gauss's in height and azimuth of a sphere's patch.
 fn nodes(patch: &Patch) -> Vec<DVec3> {
     match patch {
         Patch::Flat { polygon, .. } => {
             let [a, b, c] = [0, 1, 2].map(|i| polygon.corners()[i]);
-            [(a, b, c), (b, c, a), (c, a, b)].map(|(near, p, q)| (4.0 * near + p + q) / 6.0).to_vec()
+            [(a, b, c), (b, c, a), (c, a, b)]
+                .map(|(near, p, q)| (4.0 * near + p + q) / 6.0)
+                .to_vec()
         }
         Patch::Curved(part) => {
             let gauss = [0.5 - 12f64.sqrt().recip(), 0.5 + 12f64.sqrt().recip()];
@@ -60,7 +81,10 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
                 let rho = (1.0 - z * z).sqrt();
                 part.centre + part.radius * DVec3::new(rho * turn.cos(), rho * turn.sin(), z)
             };
-            gauss.iter().flat_map(|&s| gauss.map(|t| place(s, t))).collect()
+            gauss
+                .iter()
+                .flat_map(|&s| gauss.map(|t| place(s, t)))
+                .collect()
         }
     }
 }
@@ -74,8 +98,8 @@ where
     solved.irradiance(scene, &ray, &scene.intersect(&ray).expect("a surface"))
 }
 
-/// E = E_direct + π Σ F ρE/π of every patch and channel: what arrives from emitters is what arrives if
-/// surfaces reflect all but nothing.
+/// E = E_direct + π Σ F ρE/π of every patch and channel: what arrives from emitters is what arrives
+/// if surfaces reflect all but nothing.
 #[test]
 fn irradiances_solve_the_equation_by_hand() {
     let emitted = DVec3::new(0.5, 0.25, 0.0);
@@ -84,7 +108,12 @@ fn irradiances_solve_the_equation_by_hand() {
             let [a, b] = albedos.map(|albedo| Surface::new(Bsdf::Lambert { albedo }));
             square(s, 0.5, 0.0, true, a.emitting(light * emitted));
             square(s, 0.5, 0.4, false, b);
-            panel(s, DVec3::new(0.6, -0.5, 0.1), [0.2 * DVec3::Z, DVec3::Y], lamp(2.0 * light));
+            panel(
+                s,
+                DVec3::new(0.6, -0.5, 0.1),
+                [0.2 * DVec3::Z, DVec3::Y],
+                lamp(2.0 * light),
+            );
         })
     };
     let albedos = [DVec3::new(0.9, 0.5, 0.2), DVec3::new(0.3, 0.8, 0.0)];
@@ -93,20 +122,42 @@ fn irradiances_solve_the_equation_by_hand() {
     let mesh = Mesh::new(&scene, fineness(8, 0)).expect("a mesh");
     let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
     let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), fineness(8, 0)).expect("a solution");
-    assert!((1..5).contains(&direct.sweeps()) && solved.sweeps() > 5, "{}, {}", direct.sweeps(), solved.sweeps());
-    assert!(0.0 < solved.residual() && solved.residual() < RESIDUAL, "{}", solved.residual());
-    let reflected: Vec<_> = solved.irradiances().map(|(element, e)| element.albedo * e).collect();
+    assert!(
+        (1..5).contains(&direct.sweeps()) && solved.sweeps() > 5,
+        "{}, {}",
+        direct.sweeps(),
+        solved.sweeps()
+    );
+    assert!(
+        0.0 < solved.residual() && solved.residual() < RESIDUAL,
+        "{}",
+        solved.residual()
+    );
+    let reflected: Vec<_> = solved
+        .irradiances()
+        .map(|(element, e)| element.albedo * e)
+        .collect();
     for (i, ((_, e), (_, direct))) in solved.irradiances().zip(direct.irradiances()).enumerate() {
         let row = factors.of_element(&mesh, i);
-        let arriving: DVec3 = row.iter().zip(&reflected).map(|(f, reflected)| *f * reflected).sum();
-        assert!((direct + arriving - e).abs().max_element() < 1e-5, "{e}, not {direct} + {arriving}");
+        let arriving: DVec3 = row
+            .iter()
+            .zip(&reflected)
+            .map(|(f, reflected)| *f * reflected)
+            .sum();
+        assert!(
+            (direct + arriving - e).abs().max_element() < 1e-5,
+            "{e}, not {direct} + {arriving}"
+        );
     }
     assert!(reflected.iter().any(|e| e.z > 0.1));
     // Between nodes: gathered by hand, and interpolated nearly that.
     let x = DVec3::new(0.13, -0.21, 0.0);
     let mut arriving = irradiance(&direct, &scene, x, -DVec3::Z);
     for (element, reflected) in mesh.elements().iter().zip(&reflected) {
-        if let Patch::Flat { polygon: whole, normal } = &element.patch
+        if let Patch::Flat {
+            polygon: whole,
+            normal,
+        } = &element.patch
             && normal.z < -0.9
             && whole.corners()[0].z > 0.0
         {
@@ -114,17 +165,34 @@ fn irradiances_solve_the_equation_by_hand() {
             arriving += polygon(DVec3::Z, &relative) * reflected;
         }
     }
-    let gathered = irradiance(&solved.clone().read(ReadOut::Gathered), &scene, x, -DVec3::Z);
+    let gathered = irradiance(
+        &solved.clone().read(ReadOut::Gathered),
+        &scene,
+        x,
+        -DVec3::Z,
+    );
     let interpolated = irradiance(&solved, &scene, x, -DVec3::Z);
-    assert!((gathered - arriving).abs().max_element() < 1e-5, "{gathered}, not {arriving}");
+    assert!(
+        (gathered - arriving).abs().max_element() < 1e-5,
+        "{gathered}, not {arriving}"
+    );
     let off = (interpolated - gathered).abs().max_element();
     assert!(1e-4 < off && off < 0.1, "{off}");
     let ray = Ray::new(x + 0.1 * DVec3::Z, -DVec3::Z);
     let radiance = solved.radiance(&scene, &ray, scene.intersect(&ray), &mut rng("radiosity"));
-    assert!((radiance - emitted - albedos[0] * interpolated / PI).abs().max_element() < 1e-12, "{radiance}");
+    assert!(
+        (radiance - emitted - albedos[0] * interpolated / PI)
+            .abs()
+            .max_element()
+            < 1e-12,
+        "{radiance}"
+    );
     // A residual is relative.
     let bright = solve(&with(albedos, 1024.0), fineness(8, 0)).expect("a solution");
-    assert_eq!((bright.residual(), bright.sweeps()), (solved.residual(), solved.sweeps()));
+    assert_eq!(
+        (bright.residual(), bright.sweeps()),
+        (solved.residual(), solved.sweeps())
+    );
     // No light is a solution as well.
     let dark = crate::helpers::scene(|s| square(s, 0.5, 0.0, true, diffuse(0.5)));
     let solved = solve(&dark, fineness(1, 0)).expect("a solution");
@@ -144,18 +212,31 @@ fn the_solution_satisfies_its_equation_and_converges() {
     }
 }
 
-/// The mean irradiance of a floor under a light, both with a wall beside them: differences fall by four
-/// or more as patches are halved.
+/// The mean irradiance of a floor under a light, both with a wall beside them: differences fall by
+/// four or more as patches are halved.
 #[test]
 fn halving_patches_divides_the_error_by_four() {
     let scene = scene(|s| {
         panel(s, DVec3::ZERO, [DVec3::X, DVec3::Y], diffuse(0.5));
-        panel(s, DVec3::new(-0.2, 0.0, 0.1), [DVec3::Y, DVec3::Z], diffuse(0.5));
-        panel(s, DVec3::new(0.2, 0.2, 1.0), [0.6 * DVec3::Y, 0.6 * DVec3::X], lamp(1.0));
+        panel(
+            s,
+            DVec3::new(-0.2, 0.0, 0.1),
+            [DVec3::Y, DVec3::Z],
+            diffuse(0.5),
+        );
+        panel(
+            s,
+            DVec3::new(0.2, 0.2, 1.0),
+            [0.6 * DVec3::Y, 0.6 * DVec3::X],
+            lamp(1.0),
+        );
     });
     let flux = |halvings| {
         let solved = solve(&scene, fineness(8, halvings)).expect("a solution");
-        solved.irradiances().map(|(e, irradiance)| e.area * irradiance.x).sum::<f64>()
+        solved
+            .irradiances()
+            .map(|(e, irradiance)| e.area * irradiance.x)
+            .sum::<f64>()
     };
     let [a, b, c] = [0, 1, 2].map(flux);
     let order = ((a - b) / (b - c)).abs().log2();
@@ -166,25 +247,51 @@ fn halving_patches_divides_the_error_by_four() {
 fn what_it_cannot_do_is_refused_in_one_line() {
     let refused = |scene: &Scene, fineness, hint: &str| {
         let message = solve(scene, fineness).expect_err("refused").to_string();
-        assert!(message.contains(hint) && !message.contains('\n'), "{message}");
+        assert!(
+            message.contains(hint) && !message.contains('\n'),
+            "{message}"
+        );
     };
     let default = Fineness::default();
     refused(&report_room(), default, "mirrors");
-    refused(&scene(|s| square(s, 1.0, 0.0, true, glass(1.5))), default, "glass");
+    refused(
+        &scene(|s| square(s, 1.0, 0.0, true, glass(1.5))),
+        default,
+        "glass",
+    );
     let rough = Surface::new(Bsdf::OrenNayar {
         albedo: DVec3::ONE,
         constants: OrenNayar::new(0.5),
         form: OrenNayarForm::Corrected,
     });
-    refused(&scene(|s| square(s, 1.0, 0.0, true, rough)), default, "rough surfaces");
-    refused(&simple::glass_cube(false).expect("a scene"), default, "background");
+    refused(
+        &scene(|s| square(s, 1.0, 0.0, true, rough)),
+        default,
+        "rough surfaces",
+    );
+    refused(
+        &simple::glass_cube(false).expect("a scene"),
+        default,
+        "background",
+    );
     let cube = furnace(0.5);
     refused(&cube, fineness(0, 0), "at least one");
     refused(&cube, fineness(2, 9), "at most 8 halvings");
-    refused(&cube, fineness(2, 8), "of 131072 patches take up to 64.0 GiB of memory, more than 3.0");
-    refused(&cube, fineness(1_000_000, 0), "of 1000000 patches take up to 3725.3 GiB");
+    refused(
+        &cube,
+        fineness(2, 8),
+        "of 131072 patches take up to 64.0 GiB of memory, more than 3.0",
+    );
+    refused(
+        &cube,
+        fineness(1_000_000, 0),
+        "of 1000000 patches take up to 3725.3 GiB",
+    );
     refused(&furnace(1.0), fineness(12, 0), "settle");
-    assert!(matches!(Radiosity::new(Standard, &cube, default, &|_| false), Err(Error::Interrupted)));
+    assert!(matches!(
+        Radiosity::new(Standard, &cube, default, &|_| false),
+        Err(Error::Interrupted)
+    ));
 }
 
 /// Three nodes and one element of each patch's side, and eight bytes of each pair of them.
@@ -199,8 +306,15 @@ fn meshes_are_refused_beyond_their_memory() {
         // A triangle is divided into a square number of parts, of at least as many.
         let mesh = Mesh::new(&scene, fineness((parts * parts) as u32 - 9, 0)).expect("a mesh");
         let patches = parts * parts;
-        assert_eq!((mesh.elements().len() as u64, mesh.nodes() as u64), (2 * patches, 6 * patches));
-        assert_eq!(check_memory(&mesh).is_ok(), 24 * patches * patches <= MOST_MEMORY, "{parts}");
+        assert_eq!(
+            (mesh.elements().len() as u64, mesh.nodes() as u64),
+            (2 * patches, 6 * patches)
+        );
+        assert_eq!(
+            check_memory(&mesh).is_ok(),
+            24 * patches * patches <= MOST_MEMORY,
+            "{parts}"
+        );
     }
 }
 
@@ -210,7 +324,10 @@ fn threads_change_nothing() {
     let solved = |threads| {
         on_threads(threads, || {
             let solved = solve(&scene, fineness(100, 0)).expect("a solution");
-            solved.irradiances().map(|(_, e)| e.to_array().map(f64::to_bits)).collect::<Vec<_>>()
+            solved
+                .irradiances()
+                .map(|(_, e)| e.to_array().map(f64::to_bits))
+                .collect::<Vec<_>>()
         })
     };
     assert!(solved(1) == solved(3));

@@ -1,4 +1,5 @@
-//! Faults of particles, of the camera as a receiver, of connections, and of the weights of strategies.
+//! Faults of particles, of the camera as a receiver, of connections, and of the weights of
+//! strategies.
 
 use whitefurnace::estimator::{Density, weight};
 use whitefurnace::sampling::uniform_hemisphere;

@@ -1,5 +1,5 @@
-//! Particles and the camera: the light tracer and bidirectional path tracing on scenes with closed forms,
-//! strategy by strategy, and against the path tracer.
+//! Particles and the camera: the light tracer and bidirectional path tracing on scenes with closed
+//! forms, strategy by strategy, and against the path tracer.
 
 mod faults;
 pub(super) mod scenes;
@@ -43,19 +43,42 @@ fn mean(
     (scene, reference): (Arc<Scene>, f64),
     (frame, count, delta): ([u32; 2], u64, f64),
 ) -> FamilyTrial<EstimatorSubject> {
-    let passes = Passes { scene, kind, frame, numbers: Numbers::Independent, count };
-    image(name, format!("{what}: the image has mean {reference:.6}"), equation, &passes, reference, &[whole(delta)])
+    let passes = Passes {
+        scene,
+        kind,
+        frame,
+        numbers: Numbers::Independent,
+        count,
+    };
+    image(
+        name,
+        format!("{what}: the image has mean {reference:.6}"),
+        equation,
+        &passes,
+        reference,
+        &[whole(delta)],
+    )
 }
 
 /// Light that is reflected once, and light that is seen.
 fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rectangle = |name, kind, count| {
         let what = "a floor under a square light";
-        mean((name, kind, &GEOMETRY), what, scenes::rectangle(false), (SQUARE, count, IMAGE))
+        mean(
+            (name, kind, &GEOMETRY),
+            what,
+            scenes::rectangle(false),
+            (SQUARE, count, IMAGE),
+        )
     };
     let sphere = |name, kind, count| {
         let what = "a floor under a spherical light";
-        mean((name, kind, &GEOMETRY), what, scenes::sphere(), (SQUARE, count, IMAGE))
+        mean(
+            (name, kind, &GEOMETRY),
+            what,
+            scenes::sphere(),
+            (SQUARE, count, IMAGE),
+        )
     };
     vec![
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 10_000),
@@ -75,12 +98,33 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 /// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
-fn frame(name: &'static str, kind: ImageEstimatorKind, count: u64) -> FamilyTrial<EstimatorSubject> {
+fn frame(
+    name: &'static str,
+    kind: ImageEstimatorKind,
+    count: u64,
+) -> FamilyTrial<EstimatorSubject> {
     let (scene, reference) = scenes::emitting_plane();
-    let passes = Passes { scene, kind, frame: [24, 8], numbers: Numbers::Independent, count };
-    let outer = Region { name: "outer columns", holds: |[x, _], [width, _]| x < 2 || x + 2 >= width, delta: 0.02 };
+    let passes = Passes {
+        scene,
+        kind,
+        frame: [24, 8],
+        numbers: Numbers::Independent,
+        count,
+    };
+    let outer = Region {
+        name: "outer columns",
+        holds: |[x, _], [width, _]| x < 2 || x + 2 >= width,
+        delta: 0.02,
+    };
     let property = format!("an emitter that fills a wide image shows {reference} in every pixel");
-    image(name, property, &IMPORTANCE, &passes, reference, &[whole(SINGLE), outer])
+    image(
+        name,
+        property,
+        &IMPORTANCE,
+        &passes,
+        reference,
+        &[whole(SINGLE), outer],
+    )
 }
 
 /// Rooms that emit and reflect.
@@ -90,20 +134,31 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         let scene = Arc::new(furnace_box(rho).ok()?);
         let what = "a closed furnace box of albedo 0.75";
         let size = (frame, count, IMAGE);
-        Some(mean((name, kind, &RENDERING), what, (scene, 1.0 / (1.0 - rho)), size))
+        Some(mean(
+            (name, kind, &RENDERING),
+            what,
+            (scene, 1.0 / (1.0 - rho)),
+            size,
+        ))
     };
     let cavity = |name, kind, cap, (frame, count)| {
         let (what, reference) = match cap {
-            Cap::Reflecting => {
-                ("a cavity of albedo 0.75 with a reflecting cap that emits", rho * CAP_SHARE / (1.0 - rho))
-            }
+            Cap::Reflecting => (
+                "a cavity of albedo 0.75 with a reflecting cap that emits",
+                rho * CAP_SHARE / (1.0 - rho),
+            ),
             Cap::Black => (
                 "a cavity of albedo 0.75 with a black cap that emits",
                 rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
             ),
         };
         let scene = scenes::cavity(rho, cap).ok()?;
-        Some(mean((name, kind, &RENDERING), what, (scene, reference), (frame, count, IMAGE)))
+        Some(mean(
+            (name, kind, &RENDERING),
+            what,
+            (scene, reference),
+            (frame, count, IMAGE),
+        ))
     };
     let sky = |name, count| {
         let scene = Arc::new(environment().ok()?);
@@ -112,11 +167,34 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         Some(mean((name, Bdpt, &RENDERING), what, (scene, 1.0), size))
     };
     [
-        furnace("bidirectional/light-tracer/furnace-box", LightTracer, ([16, 12], 10_000)),
-        furnace("bidirectional/bdpt/furnace-box", Bdpt, ([10, 8], NEARLY_SYMMETRIC)),
-        cavity("bidirectional/light-tracer/cavity-reflecting", LightTracer, Cap::Reflecting, (SQUARE, 23_500)),
-        cavity("bidirectional/bdpt/cavity-black", Bdpt, Cap::Black, (SMALL, NEARLY_SYMMETRIC)),
-        cavity("bidirectional/bdpt-ends/cavity-black", BdptEnds, Cap::Black, (SMALL, 10_500)),
+        furnace(
+            "bidirectional/light-tracer/furnace-box",
+            LightTracer,
+            ([16, 12], 10_000),
+        ),
+        furnace(
+            "bidirectional/bdpt/furnace-box",
+            Bdpt,
+            ([10, 8], NEARLY_SYMMETRIC),
+        ),
+        cavity(
+            "bidirectional/light-tracer/cavity-reflecting",
+            LightTracer,
+            Cap::Reflecting,
+            (SQUARE, 23_500),
+        ),
+        cavity(
+            "bidirectional/bdpt/cavity-black",
+            Bdpt,
+            Cap::Black,
+            (SMALL, NEARLY_SYMMETRIC),
+        ),
+        cavity(
+            "bidirectional/bdpt-ends/cavity-black",
+            BdptEnds,
+            Cap::Black,
+            (SMALL, 10_500),
+        ),
         sky("bidirectional/bdpt/environment", 60_000),
     ]
     .into_iter()
@@ -124,19 +202,38 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// Sobol' points for both walks of a pixel, and for all particles of an image. The box's light comes from everywhere, so
-/// that walks which share their numbers would show.
+/// Sobol' points for both walks of a pixel, and for all particles of an image. The box's light
+/// comes from everywhere, so that walks which share their numbers would show.
 fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = |name, kind, frame, count| {
         let rho = 0.75;
         let (scene, reference) = (Arc::new(furnace_box(rho).ok()?), 1.0 / (1.0 - rho));
-        let passes = Passes { scene, kind, frame, numbers: Numbers::Sobol(4), count };
-        let property =
-            format!("a closed furnace box of albedo {rho}, by Sobol' points: the image has mean {reference}");
-        Some(image(name, property, &SOBOL, &passes, reference, &[whole(IMAGE)]))
+        let passes = Passes {
+            scene,
+            kind,
+            frame,
+            numbers: Numbers::Sobol(4),
+            count,
+        };
+        let property = format!(
+            "a closed furnace box of albedo {rho}, by Sobol' points: the image has mean {reference}"
+        );
+        Some(image(
+            name,
+            property,
+            &SOBOL,
+            &passes,
+            reference,
+            &[whole(IMAGE)],
+        ))
     };
     [
-        furnace("bidirectional/light-tracer/sobol", LightTracer, [8, 6], NEARLY_SYMMETRIC),
+        furnace(
+            "bidirectional/light-tracer/sobol",
+            LightTracer,
+            [8, 6],
+            NEARLY_SYMMETRIC,
+        ),
         furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 12_000),
     ]
     .into_iter()
@@ -148,15 +245,29 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = |name, kind, count| {
         let what = "a floor that is lit by way of a mirror";
-        mean((name, kind, &PATH_DENSITY), what, scenes::mirror_caustic(), ([22, 9], count, IMAGE))
+        mean(
+            (name, kind, &PATH_DENSITY),
+            what,
+            scenes::mirror_caustic(),
+            ([22, 9], count, IMAGE),
+        )
     };
     let (scene, squared_index, share) = scenes::in_glass();
     let glass = |name, kind, what, reference, (frame, count)| {
         let scene = Arc::clone(&scene);
-        mean((name, kind, &REFRACTION), what, (scene, reference), (frame, count, IMAGE))
+        mean(
+            (name, kind, &REFRACTION),
+            what,
+            (scene, reference),
+            (frame, count, IMAGE),
+        )
     };
     vec![
-        mirror("bidirectional/light-tracer/mirror-caustic", LightTracer, 53_000),
+        mirror(
+            "bidirectional/light-tracer/mirror-caustic",
+            LightTracer,
+            53_000,
+        ),
         mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 53_000),
         glass(
             "bidirectional/light-tracer/in-glass",
@@ -186,7 +297,13 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     // Small frames, many of them: the noise of a sample's skewness falls with their number.
     let same = |name, kind, scene, frame, (count, frames)| {
-        let passes = Passes { scene, kind, frame, numbers: Numbers::Independent, count };
+        let passes = Passes {
+            scene,
+            kind,
+            frame,
+            numbers: Numbers::Independent,
+            count,
+        };
         let property = "an image of particles has the path tracer's mean";
         same_as_path(name, property, &RENDERING, &passes, (frames, IMAGE))
     };

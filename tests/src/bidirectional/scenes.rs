@@ -6,11 +6,12 @@ use whitefurnace::scene::simple::{Cap, cavity_cap, cornell};
 
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance, seen_by, sphere_irradiance,
-    square,
+    FLOOR, HEIGHT, LIGHT, NEAR, RECTANGLE, TINT, floor, lambert, light, polygon_irradiance,
+    seen_by, sphere_irradiance, square,
 };
 
-/// Looks straight down from (x, y, z); the image shows a floor at 0 from −`half` z to `half` z in height.
+/// Looks straight down from (x, y, z); the image shows a floor at 0 from −`half` z to `half` z in
+/// height.
 fn overhead(eye: DVec3, half: f64) -> Camera {
     Camera::new(eye, eye - DVec3::Z, DVec3::Y, half)
 }
@@ -20,8 +21,8 @@ const EYE: DVec3 = DVec3::new(0.1, -0.2, 1.5);
 /// Half the height of its image, at distance 1; the frame is square.
 const HALF: f64 = 3.0;
 
-/// The mean radiance over the square image of a floor at height 0 that reflects `share` of an irradiance
-/// given as E/L: an overhead image shows equal areas of the floor in equal areas.
+/// The mean radiance over the square image of a floor at height 0 that reflects `share` of an
+/// irradiance given as E/L: an overhead image shows equal areas of the floor in equal areas.
 fn floor_mean(eye: DVec3, [x, y]: [f64; 2], share: f64, irradiance: &dyn Fn(DVec3) -> f64) -> f64 {
     let at = |p: DVec3| {
         let offset = DVec3::new((2.0 * p.x - 1.0) * x, (2.0 * p.y - 1.0) * y, 0.0);
@@ -76,10 +77,11 @@ pub fn sphere() -> (Arc<Scene>, f64) {
 /// What the mirror of [`mirror_caustic`] reflects.
 const REFLECTANCE: f64 = 0.9;
 
-/// A light that faces up under a mirror at height 1, which throws it on a patch of Lambert floor, and the
-/// mean of its image. The line from a patch point y to a point y' of the light's image at height 1.1 crosses
-/// the mirror at y + (y' − y)/1.1, between −0.64 and −0.35, and passes beside the light. A line from the
-/// patch to its own image would cross at positive y, where the mirror is not.
+/// A light that faces up under a mirror at height 1, which throws it on a patch of Lambert floor,
+/// and the mean of its image. The line from a patch point y to a point y' of the light's image at
+/// height 1.1 crosses the mirror at y + (y' − y)/1.1, between −0.64 and −0.35, and passes beside
+/// the light. A line from the patch to its own image would cross at positive y, where the mirror is
+/// not.
 pub fn mirror_caustic() -> (Arc<Scene>, f64) {
     let eye = DVec3::new(0.0, 1.05, 0.8);
     let half = [2.2, 0.9];
@@ -91,7 +93,9 @@ pub fn mirror_caustic() -> (Arc<Scene>, f64) {
         s.rectangle(DVec3::new(-2.3, 0.05, 0.0), sides, patch);
         let emitter = s.surface(light(LIGHT));
         s.rectangle(corner, [width, depth], emitter);
-        let mirror = s.surface(Surface::new(Bsdf::Mirror { reflectance: DVec3::splat(REFLECTANCE) }));
+        let mirror = s.surface(Surface::new(Bsdf::Mirror {
+            reflectance: DVec3::splat(REFLECTANCE),
+        }));
         let sides = [2.0 * DVec3::X, 0.4 * DVec3::Y];
         s.rectangle(DVec3::new(-1.0, -0.7, 1.0), sides, mirror);
     });
@@ -106,17 +110,21 @@ const INDEX: f64 = 1.5;
 /// Albedo of the ball in it.
 const BALL: f64 = 0.25;
 
-/// Thermal equilibrium with glass: a wall of radiance 1 around a glass ball, and in its middle a ball that
-/// emits what it does not reflect, (1 − ρ) n². The camera within the glass sees n², as every ray does:
-/// the inner ball is smaller than the glass divided by n, so that nothing from it is reflected totally.
+/// Thermal equilibrium with glass: a wall of radiance 1 around a glass ball, and in its middle a
+/// ball that emits what it does not reflect, (1 − ρ) n². The camera within the glass sees n², as
+/// every ray does: the inner ball is smaller than the glass divided by n, so that nothing from it
+/// is reflected totally.
 ///
-/// Beside the scene and n²: the share of its square image that shows the ball, a disc of radius tan β with
-/// sin β = 1/3. That is all of which a light tracer sees anything.
+/// Beside the scene and n²: the share of its square image that shows the ball, a disc of radius tan
+/// β with sin β = 1/3. That is all of which a light tracer sees anything.
 pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     let (half, squared_tangent) = (0.36, 0.125);
     let scene = seen_by(overhead(0.9 * DVec3::Z, half), "in glass", |s| {
         let wall = s.surface(light(1.0));
-        let inward = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
+        let inward = Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 1.0)
+        };
         s.sphere(inward, wall);
         let glass = s.surface(Surface::new(Bsdf::Glass { index: INDEX }));
         s.sphere(Sphere::new(DVec3::ZERO, 0.95), glass);
@@ -128,7 +136,8 @@ pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     (scene, INDEX * INDEX, share)
 }
 
-/// A plane that emits and more than fills an image three times as wide as high, up to 78° off the axis.
+/// A plane that emits and more than fills an image three times as wide as high, up to 78° off the
+/// axis.
 pub fn emitting_plane() -> (Arc<Scene>, f64) {
     let scene = seen_by(overhead(DVec3::Z, 1.5), "emitting plane", |s| {
         let emitter = s.surface(light(LIGHT));
@@ -142,7 +151,10 @@ pub fn emitting_plane() -> (Arc<Scene>, f64) {
 pub fn sphere_furnace(albedo: f64) -> Arc<Scene> {
     seen_by(inside(), "sphere furnace from within", |s| {
         let wall = s.surface(Surface::new(lambert(albedo)).emitting(DVec3::ONE));
-        let inward = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
+        let inward = Sphere {
+            inward: true,
+            ..Sphere::new(DVec3::ZERO, 1.0)
+        };
         s.sphere(inward, wall);
     })
 }

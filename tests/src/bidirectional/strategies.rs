@@ -1,4 +1,5 @@
-//! The strategies of bidirectional path tracing: each alone against a closed form, and their weights.
+//! The strategies of bidirectional path tracing: each alone against a closed form, and their
+//! weights.
 
 use whitefurnace::estimator::Density;
 
@@ -8,14 +9,27 @@ use crate::image_means::altered;
 use crate::prelude::*;
 
 /// The subject whose strategies have all the weight or none.
-fn weighted(subject: EstimatorSubject, strategy_weight: fn(&[Density], usize) -> f64) -> EstimatorSubject {
-    Configuration { parts: Some(PartTable { strategy_weight, ..subject.parts.unwrap_or(CORRECT) }), ..subject }
+fn weighted(
+    subject: EstimatorSubject,
+    strategy_weight: fn(&[Density], usize) -> f64,
+) -> EstimatorSubject {
+    Configuration {
+        parts: Some(PartTable {
+            strategy_weight,
+            ..subject.parts.unwrap_or(CORRECT)
+        }),
+        ..subject
+    }
 }
 
 /// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
 macro_rules! only {
     ($length:literal, $s:literal) => {
-        |subject| weighted(subject, |path, s| f64::from(path.len() == $length && s == $s))
+        |subject| {
+            weighted(subject, |path, s| {
+                f64::from(path.len() == $length && s == $s)
+            })
+        }
     };
 }
 
@@ -51,7 +65,10 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     ];
     trials.extend(
         [
-            ("bidirectional/alone/sphere-hits", only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject),
+            (
+                "bidirectional/alone/sphere-hits",
+                only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject,
+            ),
             ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
             ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
             ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
@@ -61,10 +78,13 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     trials
 }
 
-/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every strategy, and
-/// every single one has that value: densities are uniform. Roulette would add its noise; walks end after
-/// three scatterings instead.
-fn sphere(name: &'static str, only: fn(EstimatorSubject) -> EstimatorSubject) -> FamilyTrial<EstimatorSubject> {
+/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every
+/// strategy, and every single one has that value: densities are uniform. Roulette would add its
+/// noise; walks end after three scatterings instead.
+fn sphere(
+    name: &'static str,
+    only: fn(EstimatorSubject) -> EstimatorSubject,
+) -> FamilyTrial<EstimatorSubject> {
     let rho: f64 = 0.5;
     let scene = (scenes::sphere_furnace(rho), rho.powi(3));
     let what = "light that a sphere reflects three times, by one strategy alone";
@@ -72,7 +92,10 @@ fn sphere(name: &'static str, only: fn(EstimatorSubject) -> EstimatorSubject) ->
     altered(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
         Configuration {
-            parts: Some(PartTable { survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1), ..table }),
+            parts: Some(PartTable {
+                survival_by_throughput: |throughput, _| f64::from(throughput.x > 0.1),
+                ..table
+            }),
             ..subject
         }
     })
@@ -80,12 +103,16 @@ fn sphere(name: &'static str, only: fn(EstimatorSubject) -> EstimatorSubject) ->
 
 const PATHS: u64 = 10_000;
 
-/// On any path the weights of all strategies that exist sum to one, and are in proportion to the products
-/// of densities.
+/// On any path the weights of all strategies that exist sum to one, and are in proportion to the
+/// products of densities.
 struct Weights;
 
 impl Property for Weights {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut rng = context.rng("paths");
         let (mut sums, mut balance) = (0.0_f64, 0.0_f64);
         for _ in 0..context.arguments(PATHS) {
@@ -94,10 +121,15 @@ impl Property for Weights {
                 .map(|_| Density {
                     light: uniform(&mut rng) + 0.01,
                     eye: uniform(&mut rng) + 0.01,
-                    joined: if uniform(&mut rng) < 0.6 { uniform(&mut rng) + 0.01 } else { 0.0 },
+                    joined: if uniform(&mut rng) < 0.6 {
+                        uniform(&mut rng) + 0.01
+                    } else {
+                        0.0
+                    },
                 })
                 .collect();
-            // The density of the strategy that takes s vertices from the light; 0 if it does not exist.
+            // The density of the strategy that takes s vertices from the light; 0 if it does not
+            // exist.
             let density = |s: usize| -> f64 {
                 let (light, eye) = path.split_at(s);
                 let joined = light.last().map_or(1.0, |x| x.joined);
@@ -114,13 +146,21 @@ impl Property for Weights {
             }
             sums = sums.max((sum - 1.0).abs());
         }
-        let exact = |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
+        let exact =
+            |name, error| Outcome::exact(name, PATHS, error, 1e-12, "the worst of random paths");
         vec![exact("sum of weights", sums), exact("balance", balance)]
     }
 }
 
 pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
-    let property = "the weights of all strategies of a path sum to one, in proportion to their densities";
+    let property =
+        "the weights of all strategies of a path sum to one, in proportion to their densities";
     let name = "bidirectional/weights";
-    trial(name, property, &PATH_DENSITY, ["estimator::weight", "exact"], with_parts(Weights))
+    trial(
+        name,
+        property,
+        &PATH_DENSITY,
+        ["estimator::weight", "exact"],
+        with_parts(Weights),
+    )
 }

@@ -1,6 +1,8 @@
 //! Faults of mirrors and glass, (10)-(12) and refraction.
 
-use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract};
+use whitefurnace::fresnel::{
+    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
+};
 
 use crate::fresnel::{no_total_reflection, schlick};
 use crate::prelude::*;

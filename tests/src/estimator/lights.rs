@@ -8,9 +8,10 @@ use crate::prelude::*;
 /// The point on a triangle without folding the square: half of them lie beyond the edge.
 fn unfolded(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
     match emitter.shape {
-        EmitterShape::Triangle(vertices) => {
-            EmitterPoint { point: triangle_point(vertices, random[0], random[1]), ..emitter.sample(random) }
-        }
+        EmitterShape::Triangle(vertices) => EmitterPoint {
+            point: triangle_point(vertices, random[0], random[1]),
+            ..emitter.sample(random)
+        },
         _ => emitter.sample(random),
     }
 }

@@ -1,6 +1,7 @@
 //! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`], [`super::rough_glass`], [`super::images`],
-//! [`super::by_bodies`] and [`super::near_coincident`]; here and below are its faults.
+//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`],
+//! [`super::rough_glass`], [`super::images`], [`super::by_bodies`] and [`super::near_coincident`];
+//! here and below are its faults.
 
 mod interfaces;
 mod light_sampling;
@@ -13,8 +14,8 @@ use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 use crate::{
-    by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident, rough_glass, sky,
-    strategies,
+    by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident,
+    rough_glass, sky, strategies,
 };
 
 /// The family.
@@ -40,13 +41,21 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(sky::faults());
     faults.extend(by_bodies::faults());
     faults.extend(near_coincident::faults());
-    vec![Box::new(Family { trials, faults, equivalents: equivalents(), ..Family::whole("estimator", STANDARD) })]
+    vec![Box::new(Family {
+        trials,
+        faults,
+        equivalents: equivalents(),
+        ..Family::whole("estimator", STANDARD)
+    })]
 }
 
 /// Faults in how an estimator is configured.
 fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
     let rules = |rules| Configuration { rules, ..STANDARD };
-    let segments = |segments| Configuration { segments: Some(segments), ..STANDARD };
+    let segments = |segments| Configuration {
+        segments: Some(segments),
+        ..STANDARD
+    };
     vec![
         fault!("seven-segments", PATH_LENGTH, "at most seven segments, called unbiased",
             = segments(7), "furnace/report/albedo-0.65"),

@@ -9,9 +9,19 @@ use crate::prelude::*;
 /// (14) in another form, or with other constants.
 fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64) -> f64) -> DVec3 {
     match *bsdf {
-        Bsdf::OrenNayar { albedo, constants, .. } => {
-            let constants = OrenNayar { a: a(constants.a), ..constants };
-            Bsdf::OrenNayar { albedo, constants, form }.eval(wo, wi)
+        Bsdf::OrenNayar {
+            albedo, constants, ..
+        } => {
+            let constants = OrenNayar {
+                a: a(constants.a),
+                ..constants
+            };
+            Bsdf::OrenNayar {
+                albedo,
+                constants,
+                form,
+            }
+            .eval(wo, wi)
         }
         _ => bsdf.eval(wo, wi),
     }

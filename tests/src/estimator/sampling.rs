@@ -3,7 +3,9 @@
 use whitefurnace::roulette;
 use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
 
-use crate::hemisphere::faults::{half_circle, half_circle_cosine, linear_theta, no_root, shared_number};
+use crate::hemisphere::faults::{
+    half_circle, half_circle_cosine, linear_theta, no_root, shared_number,
+};
 use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {

@@ -2,7 +2,9 @@
 
 use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Sppm};
+use whitefurnace::estimator::{
+    Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Sppm,
+};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -21,7 +23,11 @@ pub(super) enum Eye {
 }
 
 /// The path tracer by hits alone.
-pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathBy(Strategy::Bsdf, LightSampling::Area, Heuristic::Balance));
+pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathBy(
+    Strategy::Bsdf,
+    LightSampling::Area,
+    Heuristic::Balance,
+));
 
 /// Looks up all photons that there are.
 pub(super) const EVERYWHERE: f64 = 100.0;
@@ -37,17 +43,27 @@ impl Eye {
         (rng, seed): (&mut Stream, u64),
     ) -> Result<Vec<f64>, Error> {
         let parts = setup.parts;
-        let levels = |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
+        let levels =
+            |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
         let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
         match self {
-            Self::Rays(kind) => Ok(levels(rays(scene, rng, |ray, rng| kind.radiance(setup, scene, ray, rng)))),
+            Self::Rays(kind) => Ok(levels(rays(scene, rng, |ray, rng| {
+                kind.radiance(setup, scene, ray, rng)
+            }))),
             Self::Photons(lookup) => {
-                let map = PhotonMapping::new(parts, scene, lookup, (PARTICLES, EVERYWHERE), (seed, 0))?;
-                let radiance = |ray: &Ray, rng: &mut Stream| map.radiance(scene, ray, scene.intersect(ray), rng);
+                let map =
+                    PhotonMapping::new(parts, scene, lookup, (PARTICLES, EVERYWHERE), (seed, 0))?;
+                let radiance = |ray: &Ray, rng: &mut Stream| {
+                    map.radiance(scene, ray, scene.intersect(ray), rng)
+                };
                 Ok(levels(rays(scene, rng, radiance)))
             }
             Self::Sppm => {
-                let sppm = Sppm { parts, particles: PARTICLES, radius: EVERYWHERE };
+                let sppm = Sppm {
+                    parts,
+                    particles: PARTICLES,
+                    radius: EVERYWHERE,
+                };
                 pass(&|| sppm.pass(scene, FRAME, seed, 0))
             }
             Self::Bdpt => pass(&|| Bdpt::new(parts).pass(scene, FRAME, seed, 0)),
@@ -57,7 +73,11 @@ impl Eye {
 }
 
 /// The radiance along a ray through a random point of each pixel.
-fn rays(scene: &Scene, rng: &mut Stream, radiance: impl Fn(&Ray, &mut Stream) -> DVec3) -> Vec<DVec3> {
+fn rays(
+    scene: &Scene,
+    rng: &mut Stream,
+    radiance: impl Fn(&Ray, &mut Stream) -> DVec3,
+) -> Vec<DVec3> {
     let [width, height] = FRAME;
     (0..width * height)
         .map(|pixel| {

@@ -39,7 +39,10 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let surfaces = [light(1.0), light(n2)];
     let scenes = [
-        (glass("within, towards the ball", 0.5, 1.0, false, surfaces), n2),
+        (
+            glass("within, towards the ball", 0.5, 1.0, false, surfaces),
+            n2,
+        ),
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
@@ -57,22 +60,40 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(EQUILIBRIUM[1], "estimator::PhotonMapping", photons),
         family_trial(EQUILIBRIUM[2], "estimator::Sppm", Eye::Sppm),
         family_trial(EQUILIBRIUM[3], "estimator::Bdpt", Eye::Bdpt),
-        family_trial(RULED[0], "estimator::Report", Eye::Rays(EstimatorKind::Report(FEW_SEGMENTS))),
-        family_trial(RULED[1], "estimator::Whitted", Eye::Rays(EstimatorKind::Whitted(FEW_SEGMENTS))),
+        family_trial(
+            RULED[0],
+            "estimator::Report",
+            Eye::Rays(EstimatorKind::Report(FEW_SEGMENTS)),
+        ),
+        family_trial(
+            RULED[1],
+            "estimator::Whitted",
+            Eye::Rays(EstimatorKind::Whitted(FEW_SEGMENTS)),
+        ),
     ]
 }
 
-/// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to it.
+/// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to
+/// it.
 pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
     let surfaces = [black, black.emitting(LIGHT * TINT)];
     let flux = PI * LIGHT * 4.0 * PI * BALL * BALL;
     let scenes = vec![
-        (glass("the wall from within", 0.6, 0.5, true, surfaces), n2 * flux),
-        (glass("the ball from outside", 1.4, 0.05, false, surfaces), (LIGHT + flux) / n2),
+        (
+            glass("the wall from within", 0.6, 0.5, true, surfaces),
+            n2 * flux,
+        ),
+        (
+            glass("the ball from outside", 1.4, 0.05, false, surfaces),
+            (LIGHT + flux) / n2,
+        ),
     ];
-    let gather = Lookup::Gather { caustic_particles: PARTICLES, caustic_radius: EVERYWHERE };
+    let gather = Lookup::Gather {
+        caustic_particles: PARTICLES,
+        caustic_radius: EVERYWHERE,
+    };
     let family_trial = |name, lookup| {
         certain(
             (name, "estimator::PhotonMapping", &REFRACTION),
@@ -81,27 +102,60 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes.clone(),
         )
     };
-    vec![family_trial(LOOKED_UP[0], Lookup::Direct), family_trial(LOOKED_UP[1], gather)]
+    vec![
+        family_trial(LOOKED_UP[0], Lookup::Direct),
+        family_trial(LOOKED_UP[1], gather),
+    ]
 }
 
 /// Radiance that refraction changes in a wrong way.
-pub(super) fn factors(table: PartTable, caught_by: &'static [&'static str]) -> Vec<Fault<EstimatorSubject>> {
+pub(super) fn factors(
+    table: PartTable,
+    caught_by: &'static [&'static str],
+) -> Vec<Fault<EstimatorSubject>> {
     let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
-        let subject = parts(PartTable { radiance_factor, ..table });
+        let subject = parts(PartTable {
+            radiance_factor,
+            ..table
+        });
         fault(name, &REFRACTION, wrong, subject, caught_by)
     };
     vec![
-        fault("factor-missing", "refraction leaves radiance as it is", |_, _| 1.0),
-        fault("factor-twice", "refraction scales radiance by (n₁/n₂)⁴", |n1, n2| (n1 / n2).powi(4)),
-        fault("factor-inverted", "refraction scales radiance by (n₂/n₁)²", |n1, n2| (n2 / n1).powi(2)),
+        fault(
+            "factor-missing",
+            "refraction leaves radiance as it is",
+            |_, _| 1.0,
+        ),
+        fault(
+            "factor-twice",
+            "refraction scales radiance by (n₁/n₂)⁴",
+            |n1, n2| (n1 / n2).powi(4),
+        ),
+        fault(
+            "factor-inverted",
+            "refraction scales radiance by (n₂/n₁)²",
+            |n1, n2| (n2 / n1).powi(2),
+        ),
     ]
 }
 
 /// Faults of the trials of equilibrium.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = factors(ENDLESS, EQUILIBRIUM);
-    let rules = LightRules { radiance_factor: false, ..LightRules::PHYSICAL };
-    let subject = Configuration { rules, ..parts(ENDLESS) };
-    faults.push(fault("rules-without-factor", &REFRACTION, "the rules leave radiance as it is", subject, RULED));
+    let rules = LightRules {
+        radiance_factor: false,
+        ..LightRules::PHYSICAL
+    };
+    let subject = Configuration {
+        rules,
+        ..parts(ENDLESS)
+    };
+    faults.push(fault(
+        "rules-without-factor",
+        &REFRACTION,
+        "the rules leave radiance as it is",
+        subject,
+        RULED,
+    ));
     faults
 }

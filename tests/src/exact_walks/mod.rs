@@ -1,9 +1,9 @@
-//! Walks whose value is certain, whatever way they take: long ones, which a limit would cut, and ones
-//! through glass, where radiance changes by n².
+//! Walks whose value is certain, whatever way they take: long ones, which a limit would cut, and
+//! ones through glass, where radiance changes by n².
 //!
-//! Only the way is random. In a cavity that emits 1 and reflects a, a path that roulette lets go on sees
-//! 1 + a + a² + ...; where light is in equilibrium with glass every path within it sees n². So one path
-//! tells, to rounding.
+//! Only the way is random. In a cavity that emits 1 and reflects a, a path that roulette lets go on
+//! sees 1 + a + a² + ...; where light is in equilibrium with glass every path within it sees n². So
+//! one path tells, to rounding.
 
 mod eye;
 mod glass;
@@ -16,8 +16,8 @@ use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{hollow, lambert, level, mirror, seen_by};
 
-/// Roulette that ends nothing but what is faint beyond double precision, and light that counts where
-/// paths from the eye hit it.
+/// Roulette that ends nothing but what is faint beyond double precision, and light that counts
+/// where paths from the eye hit it.
 const ENDLESS: PartTable = PartTable {
     survival_by_throughput: |throughput, _| throughput.max_element(),
     survives: |_, throughput| throughput > 1e-13,
@@ -38,8 +38,12 @@ const COUNTED: PartTable = PartTable {
 };
 
 /// Photons that count whole wherever they lie, and glass that reflects nothing.
-const GATHERED: PartTable =
-    PartTable { fresnel: |_, _, _| 0.0, same_side: |_, _| true, photon_density: |_, flux, _, _| flux, ..ENDLESS };
+const GATHERED: PartTable = PartTable {
+    fresnel: |_, _, _| 0.0,
+    same_side: |_, _| true,
+    photon_density: |_, flux, _, _| flux,
+    ..ENDLESS
+};
 
 /// Rounding of some thousand factors and terms.
 const ROUNDING: f64 = 1e-11;
@@ -55,14 +59,28 @@ struct Certain {
 }
 
 impl Property for Certain {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut rng = context.rng("ways");
         let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
             let random = (&mut rng, context.seed_of("passes"));
             let image = self.eye.image(setup, scene, random).unwrap_or_default();
             let off = image.iter().map(|value| (value / expected - 1.0).abs());
-            let error = if image.is_empty() { f64::NAN } else { largest(off) };
-            Outcome::exact(scene.name(), image.len() as u64, error, ROUNDING, "the worst pixel")
+            let error = if image.is_empty() {
+                f64::NAN
+            } else {
+                largest(off)
+            };
+            Outcome::exact(
+                scene.name(),
+                image.len() as u64,
+                error,
+                ROUNDING,
+                "the worst pixel",
+            )
         };
         self.scenes.iter().map(outcome).collect()
     }
@@ -76,7 +94,11 @@ struct Left {
 }
 
 impl Property for Left {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let (parts, seed) = (setup.parts, context.seed_of("particles"));
         let sum = if self.by_eye {
             let random = (&mut context.rng("ways"), seed);
@@ -89,14 +111,22 @@ impl Property for Left {
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
         // Images add in multiples of 2⁻³².
         let tolerance = if self.by_eye { 1e-9 } else { ROUNDING };
-        vec![Outcome::exact("sum over particles", u64::from(PARTICLES), error, tolerance, "all")]
+        vec![Outcome::exact(
+            "sum over particles",
+            u64::from(PARTICLES),
+            error,
+            tolerance,
+            "all",
+        )]
     }
 }
 
 /// A unit cavity that emits 1 and reflects [`ALBEDO`].
 fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     let camera = Camera::new(eye, DVec3::new(0.1, 0.2, -0.1), DVec3::Z, 0.6);
-    seen_by(camera, name, |s| hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE)))
+    seen_by(camera, name, |s| {
+        hollow(s, 1.0, Surface::new(bsdf).emitting(DVec3::ONE));
+    })
 }
 
 fn certain(
@@ -105,13 +135,37 @@ fn certain(
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
 ) -> FamilyTrial<EstimatorSubject> {
-    trial(name, property, equation, [subject, "exact"], with_parts(Certain { eye, scenes }))
+    trial(
+        name,
+        property,
+        equation,
+        [subject, "exact"],
+        with_parts(Certain { eye, scenes }),
+    )
 }
 
-fn left(name: &str, subject: &'static str, by_eye: bool, expected: f64, eye: DVec3) -> FamilyTrial<EstimatorSubject> {
-    let property = format!("in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint");
+fn left(
+    name: &str,
+    subject: &'static str,
+    by_eye: bool,
+    expected: f64,
+    eye: DVec3,
+) -> FamilyTrial<EstimatorSubject> {
+    let property = format!(
+        "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
+    );
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
-    trial(name, property, &PATH_LENGTH, [subject, "exact"], with_parts(Left { scene, by_eye, expected }))
+    trial(
+        name,
+        property,
+        &PATH_LENGTH,
+        [subject, "exact"],
+        with_parts(Left {
+            scene,
+            by_eye,
+            expected,
+        }),
+    )
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
@@ -123,8 +177,14 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
     let mirrors = |name, subject, eye, expected: f64| {
         let scene = cavity("mirrors", mirror(ALBEDO), INSIDE);
-        let property = format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
-        certain((name, subject, &PATH_LENGTH), property, eye, vec![(scene, expected)])
+        let property =
+            format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
+        certain(
+            (name, subject, &PATH_LENGTH),
+            property,
+            eye,
+            vec![(scene, expected)],
+        )
     };
     let diffuse = certain(
         ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
@@ -141,17 +201,43 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
         mirrors(MIRRORS[1], mapping, photons, all),
         mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
         mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
-        mirrors(LIMITED[0], "estimator::Report", Eye::Rays(EstimatorKind::Report(SEGMENTS)), cut),
-        mirrors(LIMITED[1], "estimator::Whitted", Eye::Rays(EstimatorKind::Whitted(SEGMENTS)), cut),
-        left("furnace/long/photon-map", "estimator::photon_map::PhotonMap", false, flux, INSIDE),
+        mirrors(
+            LIMITED[0],
+            "estimator::Report",
+            Eye::Rays(EstimatorKind::Report(SEGMENTS)),
+            cut,
+        ),
+        mirrors(
+            LIMITED[1],
+            "estimator::Whitted",
+            Eye::Rays(EstimatorKind::Whitted(SEGMENTS)),
+            cut,
+        ),
+        left(
+            "furnace/long/photon-map",
+            "estimator::photon_map::PhotonMap",
+            false,
+            flux,
+            INSIDE,
+        ),
     ]
 }
 
-const MIRRORS: [&str; 4] =
-    ["furnace/mirrors/path", "furnace/mirrors/photons", "furnace/mirrors/sppm", "furnace/mirrors/bdpt"];
+const MIRRORS: [&str; 4] = [
+    "furnace/mirrors/path",
+    "furnace/mirrors/photons",
+    "furnace/mirrors/sppm",
+    "furnace/mirrors/bdpt",
+];
 const LIMITED: [&str; 2] = ["furnace/mirrors/report", "furnace/mirrors/whitted"];
-const UNLIMITED: &[&str] =
-    &["furnace/long/path", MIRRORS[0], MIRRORS[1], MIRRORS[2], MIRRORS[3], "furnace/long/photon-map"];
+const UNLIMITED: &[&str] = &[
+    "furnace/long/path",
+    MIRRORS[0],
+    MIRRORS[1],
+    MIRRORS[2],
+    MIRRORS[3],
+    "furnace/long/photon-map",
+];
 const LONG: &[&str] = &[
     "furnace/long/path",
     MIRRORS[0],
@@ -176,28 +262,73 @@ fn cuts(
     all: &'static [&'static str],
 ) -> Vec<Fault<EstimatorSubject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
-        let subject = Configuration { segments: Some(segments), ..parts(PartTable { survives, ..table }) };
+        let subject = Configuration {
+            segments: Some(segments),
+            ..parts(PartTable { survives, ..table })
+        };
         fault(name, &PATH_LENGTH, wrong, subject, caught_by)
     };
     vec![
-        cut("cut-at-63", "paths end at 63 vertices", 63, |_, t| within(t, 63.0), all),
-        cut("cut-at-255", "paths end at 255 vertices", 255, |_, t| within(t, 255.0), all),
-        cut("cut-at-1000", "paths end at 1000 vertices", SEGMENTS, |_, t| within(t, 1000.0), limited),
+        cut(
+            "cut-at-63",
+            "paths end at 63 vertices",
+            63,
+            |_, t| within(t, 63.0),
+            all,
+        ),
+        cut(
+            "cut-at-255",
+            "paths end at 255 vertices",
+            255,
+            |_, t| within(t, 255.0),
+            all,
+        ),
+        cut(
+            "cut-at-1000",
+            "paths end at 1000 vertices",
+            SEGMENTS,
+            |_, t| within(t, 1000.0),
+            limited,
+        ),
     ]
 }
 
 /// The families: long walks of every estimator, and glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
-        Box::new(Family { trials, faults, ..Family::whole(name, parts(table)) })
+        Box::new(Family {
+            trials,
+            faults,
+            ..Family::whole(name, parts(table))
+        })
     };
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
     let tracer = left(PARTICLE[0], "estimator::LightTracer", true, splats, OUTSIDE);
     vec![
-        family("long-walks", ENDLESS, long(), cuts(ENDLESS, UNLIMITED, LONG)),
-        family("long-particles", COUNTED, vec![tracer], cuts(COUNTED, PARTICLE, PARTICLE)),
-        family("equilibrium-in-glass", ENDLESS, glass::equilibrium(), glass::faults()),
-        family("photons-in-glass", GATHERED, glass::looked_up(), glass::factors(GATHERED, glass::LOOKED_UP)),
+        family(
+            "long-walks",
+            ENDLESS,
+            long(),
+            cuts(ENDLESS, UNLIMITED, LONG),
+        ),
+        family(
+            "long-particles",
+            COUNTED,
+            vec![tracer],
+            cuts(COUNTED, PARTICLE, PARTICLE),
+        ),
+        family(
+            "equilibrium-in-glass",
+            ENDLESS,
+            glass::equilibrium(),
+            glass::faults(),
+        ),
+        family(
+            "photons-in-glass",
+            GATHERED,
+            glass::looked_up(),
+            glass::factors(GATHERED, glass::LOOKED_UP),
+        ),
     ]
 }

@@ -1,13 +1,18 @@
 //! Faults of (1)-(7).
 
-use whitefurnace::shape::{sphere_distances, sphere_distances_printed, triangle_point, triangle_residual};
+use whitefurnace::shape::{
+    sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
+};
 
 use crate::geometry::{CORRECT, Corners, Shapes, Solution, Tuv, readable, watertight};
 use crate::prelude::*;
 
 /// The faults.
 pub(super) fn faults() -> Vec<Fault<Shapes>> {
-    [triangle_faults(), sphere_faults()].into_iter().flatten().collect()
+    [triangle_faults(), sphere_faults()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// A hit behind the ray's start counts as well.
@@ -40,9 +45,19 @@ fn front(ray: &Ray, v: Corners) -> bool {
 
 fn triangle_faults() -> Vec<Fault<Shapes>> {
     let of = |name, wrong, triangle: Solution, caught_by| {
-        fault(name, &TRIANGLE_SOLUTION, wrong, Shapes { triangle, ..CORRECT }, caught_by)
+        fault(
+            name,
+            &TRIANGLE_SOLUTION,
+            wrong,
+            Shapes {
+                triangle,
+                ..CORRECT
+            },
+            caught_by,
+        )
     };
-    let solution = |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-solution"]);
+    let solution =
+        |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-solution"]);
     let edges = |name, wrong, triangle| of(name, wrong, triangle, &["geometry/triangle-edges"]);
     vec![
         fault!("normalised", RAY, "the direction is normalised on the way",
@@ -52,34 +67,69 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
         fault!("plus-direction", TRIANGLE_SYSTEM, "D for −D",
             Shapes: { residual: |ray, v, t, u, w| triangle_residual(ray, v, -t, u, w) },
             "geometry/triangle-system"),
-        solution("parallelogram", "the edge opposite the first vertex is not tested", parallelogram),
+        solution(
+            "parallelogram",
+            "the edge opposite the first vertex is not tested",
+            parallelogram,
+        ),
         solution("behind", "t > 0 is not tested", behind),
-        solution("beyond", "the limit of t is not tested", |ray, v, _| watertight(ray, v, f64::INFINITY)),
-        solution("threshold", "an absolute threshold on the determinant", |ray, v, limit| {
-            let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
-            watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
+        solution("beyond", "the limit of t is not tested", |ray, v, _| {
+            watertight(ray, v, f64::INFINITY)
         }),
-        solution("weights-exchanged", "the weights of the second and third vertex exchanged", |ray, v, limit| {
-            watertight(ray, v, limit).map(|(t, u, w)| (t, w, u))
-        }),
-        solution("weights-turned", "each weight belongs to the next vertex", |ray, v, limit| {
-            watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w))
-        }),
-        solution("culled", "triangles seen from behind are left out", |ray, v, limit| {
-            watertight(ray, v, limit).filter(|_| front(ray, v))
-        }),
-        solution("wound-the-other-way", "triangles seen from the front are left out", |ray, v, limit| {
-            watertight(ray, v, limit).filter(|_| !front(ray, v))
-        }),
-        solution("distance-for-t", "the distance, for t in units of the direction's length", |ray, v, limit| {
-            let (t, u, w) = watertight(ray, v, limit)?;
-            Some((t * ray.direction.length(), u, w))
-        }),
-        solution("depth-of-corner", "t of the first vertex, not of all three by their weights", depth_of_corner),
-        edges("open-edges", "zero counts as outside: a ray through an edge meets neither side", |ray, v, limit| {
-            watertight(ray, v, limit).filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
-        }),
-        edges("not-watertight", "the readable form, whose neighbours round an edge each in its own way", readable),
+        solution(
+            "threshold",
+            "an absolute threshold on the determinant",
+            |ray, v, limit| {
+                let determinant = ray.direction.cross(v[2] - v[0]).dot(v[1] - v[0]);
+                watertight(ray, v, limit).filter(|_| determinant.abs() > 1e-8)
+            },
+        ),
+        solution(
+            "weights-exchanged",
+            "the weights of the second and third vertex exchanged",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, u)),
+        ),
+        solution(
+            "weights-turned",
+            "each weight belongs to the next vertex",
+            |ray, v, limit| watertight(ray, v, limit).map(|(t, u, w)| (t, w, 1.0 - u - w)),
+        ),
+        solution(
+            "culled",
+            "triangles seen from behind are left out",
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| front(ray, v)),
+        ),
+        solution(
+            "wound-the-other-way",
+            "triangles seen from the front are left out",
+            |ray, v, limit| watertight(ray, v, limit).filter(|_| !front(ray, v)),
+        ),
+        solution(
+            "distance-for-t",
+            "the distance, for t in units of the direction's length",
+            |ray, v, limit| {
+                let (t, u, w) = watertight(ray, v, limit)?;
+                Some((t * ray.direction.length(), u, w))
+            },
+        ),
+        solution(
+            "depth-of-corner",
+            "t of the first vertex, not of all three by their weights",
+            depth_of_corner,
+        ),
+        edges(
+            "open-edges",
+            "zero counts as outside: a ray through an edge meets neither side",
+            |ray, v, limit| {
+                watertight(ray, v, limit)
+                    .filter(|(_, u, w)| *u > 0.0 && *w > 0.0 && 1.0 - u - w > 0.0)
+            },
+        ),
+        edges(
+            "not-watertight",
+            "the readable form, whose neighbours round an edge each in its own way",
+            readable,
+        ),
     ]
 }
 

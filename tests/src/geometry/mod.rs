@@ -1,9 +1,11 @@
-//! Rays, triangles and spheres (1)-(7), constructed backwards from known answers: exact trials, without
-//! chance in their verdicts.
+//! Rays, triangles and spheres (1)-(7), constructed backwards from known answers: exact trials,
+//! without chance in their verdicts.
 
 mod faults;
 
-use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual};
+use whitefurnace::shape::{
+    moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual,
+};
 use whitefurnace::watertight::Shear;
 
 use crate::mean_radiance::{any_direction, largest};
@@ -56,7 +58,13 @@ const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 fn worst(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
     let mut rng = context.rng(name);
     let worst = largest((0..context.arguments(ARGUMENTS)).map(|_| error(&mut rng)));
-    Outcome::exact(name, ARGUMENTS, worst, TOLERANCE, "the worst of random arguments")
+    Outcome::exact(
+        name,
+        ARGUMENTS,
+        worst,
+        TOLERANCE,
+        "the worst of random arguments",
+    )
 }
 
 fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
@@ -74,7 +82,10 @@ fn corners(rng: &mut Stream) -> Corners {
 
 fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "R(t) − O = tD", |rng| {
-        let ray = Ray::new(any_direction(rng), between(rng, 0.5, 2.0) * any_direction(rng));
+        let ray = Ray::new(
+            any_direction(rng),
+            between(rng, 0.5, 2.0) * any_direction(rng),
+        );
         let t = between(rng, -3.0, 3.0);
         let moved = (shapes.at)(&ray, t) - ray.origin;
         (moved - DVec3::from_array(ray.direction.to_array().map(|d| t * d))).length()
@@ -88,7 +99,11 @@ fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let [a, b] = [uniform(rng), uniform(rng)];
         let along = v[0] + a * (v[1] - v[0]) + b * (v[2] - v[0]);
         let at = |u, w| (shapes.point)(v, u, w);
-        let ends = [at(0.0, 0.0) - v[0], at(1.0, 0.0) - v[1], at(0.0, 1.0) - v[2]];
+        let ends = [
+            at(0.0, 0.0) - v[0],
+            at(1.0, 0.0) - v[1],
+            at(0.0, 1.0) - v[2],
+        ];
         ends.iter().map(|e| e.length()).sum::<f64>() + (at(a, b) - along).length()
     })]
 }
@@ -115,18 +130,25 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let by_t = r(t + 1.0, u, w) + ray.direction;
         let by_u = r(t, u + 1.0, w) - (v[1] - v[0]);
         let by_v = r(t, u, w + 1.0) - (v[2] - v[0]);
-        [r(t, u, w), by_t, by_u, by_v].iter().map(|e| e.length()).sum()
+        [r(t, u, w), by_t, by_u, by_v]
+            .iter()
+            .map(|e| e.length())
+            .sum()
     })]
 }
 
-/// t, u, v are what the ray was made from, for triangles of every size and directions of any length; rays
-/// beside, behind and in the plane miss, and so do those that end before.
+/// t, u, v are what the ray was made from, for triangles of every size and directions of any
+/// length; rays beside, behind and in the plane miss, and so do those that end before.
 fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "t, u, v", |rng| {
         let unit = corners(rng);
         let size = SIZES[(uniform(rng) * 5.0) as usize];
         let v = unit.map(|corner| size * corner);
-        let [u, w, t] = [between(rng, -0.5, 1.5), between(rng, -0.5, 1.5), between(rng, -2.0, 2.0)];
+        let [u, w, t] = [
+            between(rng, -0.5, 1.5),
+            between(rng, -0.5, 1.5),
+            between(rng, -2.0, 2.0),
+        ];
         let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
         let ray = towards(rng, v, [u, w], size * t);
         let ray = Ray::new(ray.origin, length * ray.direction);
@@ -140,20 +162,26 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         match found {
             // Within rounding of a border either answer will do.
             _ if margin.abs() < 1e-6 => 0.0,
-            Some((ft, fu, fv)) if margin > 0.0 => (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs(),
+            Some((ft, fu, fv)) if margin > 0.0 => {
+                (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
+            }
             None if margin < 0.0 => 0.0,
             _ => WRONG,
         }
     })]
 }
 
-/// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the common
-/// vertex and at points of the edges as exactly as numbers allow.
+/// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the
+/// common vertex and at points of the edges as exactly as numbers allow.
 fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "rays lost at edges", |rng| {
         let pick = (uniform(rng) * f64::from(SPOKES)) as usize;
         let on_grid = uniform(rng) < 0.5;
-        let hub = if on_grid { DVec3::AXES[pick % 3] } else { any_direction(rng) };
+        let hub = if on_grid {
+            DVec3::AXES[pick % 3]
+        } else {
+            any_direction(rng)
+        };
         let (a, b) = hub.any_orthonormal_pair();
         let rim: Vec<DVec3> = (0..SPOKES)
             .map(|i| {
@@ -168,7 +196,11 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         // The hub, and points of a spoke.
         let along = (between(rng, -0.5, 1.0).max(0.0) * 8.0).floor() / 8.0;
         let target = hub + along * (rim[pick] - hub);
-        let origin = if on_grid { target - hub } else { -0.5 * any_direction(rng) };
+        let origin = if on_grid {
+            target - hub
+        } else {
+            -0.5 * any_direction(rng)
+        };
         // On the grid nothing is rounded, and edge values are zero.
         let ray = Ray::new(origin, target - origin);
         let met = (0..rim.len()).any(|i| {
@@ -211,7 +243,10 @@ fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
 fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "‖o + dl − c‖ − r", |rng| {
         let (ray, centre, r, roots) = chord(rng);
-        roots.iter().map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs()).sum()
+        roots
+            .iter()
+            .map(|&d| (((shapes.at)(&ray, d) - centre).length() / r - 1.0).abs())
+            .sum()
     })]
 }
 
@@ -221,12 +256,16 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let (ray, centre, r, roots) = chord(rng);
         let length = between(rng, 0.5, 2.0);
         let scaled = Ray::new(ray.origin, length * ray.direction);
-        let beside = Ray::new(centre + 1.1 * r * ray.direction.any_orthonormal_vector(), ray.direction);
+        let beside = Ray::new(
+            centre + 1.1 * r * ray.direction.any_orthonormal_vector(),
+            ray.direction,
+        );
         if (shapes.distances)(&beside, centre, r).is_some() {
             return WRONG;
         }
         let error = |found: f64, root: f64| (found * length - root).abs() / r;
-        (shapes.distances)(&scaled, centre, r).map_or(WRONG, |[a, b]| error(a, roots[0]) + error(b, roots[1]))
+        (shapes.distances)(&scaled, centre, r)
+            .map_or(WRONG, |[a, b]| error(a, roots[0]) + error(b, roots[1]))
     });
     let seen = worst(context, "the root that is seen", |rng| {
         let (ray, centre, r, roots) = chord(rng);
@@ -256,13 +295,33 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
 
 fn trials() -> Vec<FamilyTrial<Shapes>> {
     let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
-        let subject = if equation == &TRIANGLE_SOLUTION { "watertight::Shear::intersect" } else { "shape" };
-        trial(format!("geometry/{name}"), property, equation, [subject, "exact"], on)
+        let subject = if equation == &TRIANGLE_SOLUTION {
+            "watertight::Shear::intersect"
+        } else {
+            "shape"
+        };
+        trial(
+            format!("geometry/{name}"),
+            property,
+            equation,
+            [subject, "exact"],
+            on,
+        )
     };
     vec![
         own("ray", "the ray's point at t is O + tD", &RAY, ray),
-        own("triangle-point", "T is affine and meets the corners", &TRIANGLE_POINT, point),
-        own("triangle-system", "(3) vanishes at the solution and changes by −D, E₁, E₂", &TRIANGLE_SYSTEM, system),
+        own(
+            "triangle-point",
+            "T is affine and meets the corners",
+            &TRIANGLE_POINT,
+            point,
+        ),
+        own(
+            "triangle-system",
+            "(3) vanishes at the solution and changes by −D, E₁, E₂",
+            &TRIANGLE_SYSTEM,
+            system,
+        ),
         own(
             "triangle-solution",
             "(4) recovers t, u, v at every size, and misses what it must",
@@ -275,8 +334,18 @@ fn trials() -> Vec<FamilyTrial<Shapes>> {
             &TRIANGLE_SOLUTION,
             fan,
         ),
-        own("sphere", "(5) is the difference of two squares", &SPHERE, sphere),
-        own("sphere-ray", "(6) is on the sphere at the ends of a chord", &SPHERE_RAY, on_sphere),
+        own(
+            "sphere",
+            "(5) is the difference of two squares",
+            &SPHERE,
+            sphere,
+        ),
+        own(
+            "sphere-ray",
+            "(6) is on the sphere at the ends of a chord",
+            &SPHERE_RAY,
+            on_sphere,
+        ),
         own(
             "sphere-distance",
             "(7) recovers both ends of a chord, and the nearer one ahead is seen",

@@ -1,7 +1,8 @@
 //! Faults of the hemisphere samplers.
 
 use whitefurnace::sampling::{
-    cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere, uniform_hemisphere_pdf,
+    cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
+    uniform_hemisphere_pdf,
 };
 
 use crate::hemisphere::{Method, Pdf};
@@ -72,8 +73,10 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
 }
 
 pub(super) fn uniform_equivalents() -> Vec<Fault<Method>> {
-    vec![fault!("one-minus-r", HEMISPHERE_THETA, "1 − r for r in (18): it is as uniform as r",
-        = (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf), "hemisphere/uniform/moments")]
+    vec![
+        fault!("one-minus-r", HEMISPHERE_THETA, "1 − r for r in (18): it is as uniform as r",
+        = (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf), "hemisphere/uniform/moments"),
+    ]
 }
 
 pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
@@ -99,6 +102,8 @@ pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
 }
 
 pub(super) fn cosine_equivalents() -> Vec<Fault<Method>> {
-    vec![fault!("turned", COSINE_HEMISPHERE, "φ counted from y: the law has no direction of its own",
-        = (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf), "hemisphere/cosine/moments")]
+    vec![
+        fault!("turned", COSINE_HEMISPHERE, "φ counted from y: the law has no direction of its own",
+        = (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf), "hemisphere/cosine/moments"),
+    ]
 }

@@ -6,7 +6,9 @@ pub mod faults;
 use whitefurnace::frame::to_spherical;
 use whitefurnace::harness::chi_square::sampler_against_partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::sampling::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf};
+use whitefurnace::sampling::{
+    cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
+};
 
 use crate::prelude::*;
 
@@ -17,7 +19,8 @@ pub type Pdf = fn(f64) -> f64;
 /// A way to sample: directions, and the pdf by which they are weighted.
 pub type Method = (Sampler, Pdf);
 
-/// Samples per statistic: enough for δ of each (see the standard errors in the functions' comments).
+/// Samples per statistic: enough for δ of each (see the standard errors in the functions'
+/// comments).
 const CELL_SAMPLES: u64 = 8_000_000;
 const MEAN_SAMPLES: u64 = 16_000_000;
 const KS_SAMPLES: u64 = 1_000_000;
@@ -68,25 +71,40 @@ const COSINE: Law = Law {
 pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("cells");
     let partition = Partition::equal(domain, 3, 4);
-    vec![sampler_against_partition("cells of equal probability", &partition, context.n(CELL_SAMPLES), || {
-        Some(sampler(uniform2(&mut rng)))
-    })]
+    vec![sampler_against_partition(
+        "cells of equal probability",
+        &partition,
+        context.n(CELL_SAMPLES),
+        || Some(sampler(uniform2(&mut rng))),
+    )]
 }
 
-/// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard error.
+/// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard
+/// error.
 pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("moments");
-    let about = [("mean of x", 0.0), ("mean of y", 0.0), ("mean of z", expected[0]), ("mean of z²", expected[1])];
-    means(about.map(|(name, reference)| (name, reference, MOMENT_DELTA)), context.n(MEAN_SAMPLES), || {
-        let w = sampler(uniform2(&mut rng));
-        [w.x, w.y, w.z, w.z * w.z]
-    })
+    let about = [
+        ("mean of x", 0.0),
+        ("mean of y", 0.0),
+        ("mean of z", expected[0]),
+        ("mean of z²", expected[1]),
+    ];
+    means(
+        about.map(|(name, reference)| (name, reference, MOMENT_DELTA)),
+        context.n(MEAN_SAMPLES),
+        || {
+            let w = sampler(uniform2(&mut rng));
+            [w.x, w.y, w.z, w.z * w.z]
+        },
+    )
 }
 
 /// The laws of cos θ and φ, each alone.
 pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("angles");
-    let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES)).map(|_| sampler(uniform2(&mut rng))).collect();
+    let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES))
+        .map(|_| sampler(uniform2(&mut rng)))
+        .collect();
     let mut cosines: Vec<f64> = directions.iter().map(|w| w.z).collect();
     let mut azimuths: Vec<f64> = directions.iter().map(|&w| to_spherical(w).1).collect();
     vec![
@@ -106,11 +124,12 @@ const FURNACES: [Furnace; 4] = [
     ("furnace, radiance 1 + y", |w| 1.0 + w.y, 1.0),
 ];
 
-/// A white Lambert surface in four furnaces by (16): mean of L cos θ/(π p). If the law's density is in
-/// proportion to cos θ, every value of the constant furnace is 1.
+/// A white Lambert surface in four furnaces by (16): mean of L cos θ/(π p). If the law's density is
+/// in proportion to cos θ, every value of the constant furnace is 1.
 pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> Vec<Outcome> {
     let mut rng = context.rng("furnaces");
-    let mut about = FURNACES.map(|(name, _, reference)| (name, reference, FURNACE_DELTA * reference));
+    let mut about =
+        FURNACES.map(|(name, _, reference)| (name, reference, FURNACE_DELTA * reference));
     if law == Domain::CosineHemisphere {
         about[0].2 = 0.0;
     }
@@ -126,7 +145,13 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     let tolerance = 1e-6;
     let integral = Domain::Hemisphere.integrate_all(0.1 * tolerance, &|w| pdf(w.z));
     let found = format!("the pdf integrates to {:.9}", integral.value);
-    vec![Outcome::exact("integral of the pdf", 1, (integral.value - 1.0).abs(), tolerance, found)]
+    vec![Outcome::exact(
+        "integral of the pdf",
+        1,
+        (integral.value - 1.0).abs(),
+        tolerance,
+        found,
+    )]
 }
 
 fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
@@ -135,34 +160,68 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let cells_are = format!("directions have the {} density", law.name);
     let moments_are = format!("E[x] = E[y] = 0, E[z] = {z:.4}, E[z²] = {z2:.4}");
     let angles_are = "cos θ and φ follow their laws";
-    let reflects = "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
+    let reflects =
+        "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     let judged = |statistic| [law.subject, statistic];
     vec![
-        trial(name("cells"), cells_are, law.angles, judged("chi-square"), move |c, (sampler, _)| {
-            cells(c, law.domain, sampler)
-        }),
-        trial(name("moments"), moments_are, law.angles, judged("t"), move |c, (sampler, _)| {
-            moments(c, law.moments, sampler)
-        }),
-        trial(name("angles"), angles_are, &HEMISPHERE_PHI, judged("Kolmogorov-Smirnov"), move |c, (sampler, _)| {
-            angles(c, law.cos_cdf, sampler)
-        }),
-        trial(name("furnaces"), reflects, &ESTIMATOR, judged("t"), move |c, (sampler, pdf)| {
-            furnaces(c, law.domain, sampler, pdf)
-        }),
-        trial(name("pdf"), "the pdf integrates to one", &HEMISPHERE_PDF, judged("exact"), |_, (_, pdf)| {
-            normalised(pdf)
-        }),
+        trial(
+            name("cells"),
+            cells_are,
+            law.angles,
+            judged("chi-square"),
+            move |c, (sampler, _)| cells(c, law.domain, sampler),
+        ),
+        trial(
+            name("moments"),
+            moments_are,
+            law.angles,
+            judged("t"),
+            move |c, (sampler, _)| moments(c, law.moments, sampler),
+        ),
+        trial(
+            name("angles"),
+            angles_are,
+            &HEMISPHERE_PHI,
+            judged("Kolmogorov-Smirnov"),
+            move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
+        ),
+        trial(
+            name("furnaces"),
+            reflects,
+            &ESTIMATOR,
+            judged("t"),
+            move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
+        ),
+        trial(
+            name("pdf"),
+            "the pdf integrates to one",
+            &HEMISPHERE_PDF,
+            judged("exact"),
+            |_, (_, pdf)| normalised(pdf),
+        ),
     ]
 }
 
 /// The two samplers, each under its own law; each is a fault under the other's.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
-        Box::new(Family { trials: trials(law), faults, equivalents, ..Family::new(law.name, law.method) })
+        Box::new(Family {
+            trials: trials(law),
+            faults,
+            equivalents,
+            ..Family::new(law.name, law.method)
+        })
     };
     vec![
-        family(UNIFORM, faults::uniform_faults(), faults::uniform_equivalents()),
-        family(COSINE, faults::cosine_faults(), faults::cosine_equivalents()),
+        family(
+            UNIFORM,
+            faults::uniform_faults(),
+            faults::uniform_equivalents(),
+        ),
+        family(
+            COSINE,
+            faults::cosine_faults(),
+            faults::cosine_equivalents(),
+        ),
     ]
 }

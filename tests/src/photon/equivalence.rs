@@ -1,5 +1,5 @@
-//! Photon mapping against the path tracer where no closed form is known: the same radiance within the bias
-//! of photon mapping.
+//! Photon mapping against the path tracer where no closed form is known: the same radiance within
+//! the bias of photon mapping.
 
 use whitefurnace::estimator::{Lookup, PhotonMapping, Sample};
 use whitefurnace::harness::mean::welch;
@@ -27,19 +27,33 @@ struct SameRadiance {
 }
 
 impl Property for SameRadiance {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let scene = &*self.scene;
         let path = Path::<Standard>::default();
-        let sample = |mut rng: Stream| Sample { ray: (self.ray)(&mut rng), hit: None, rng };
-        let mut along = in_batches(context.seed_of("paths"), |rngs| path.radiances(scene, rngs.map(sample)));
+        let sample = |mut rng: Stream| Sample {
+            ray: (self.ray)(&mut rng),
+            hit: None,
+            rng,
+        };
+        let mut along = in_batches(context.seed_of("paths"), |rngs| {
+            path.radiances(scene, rngs.map(sample))
+        });
         let paths = Values::collect(0.0, context.n(self.paths), || along().x);
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
-        let lookup = Lookup::Gather { caustic_particles: self.particles, caustic_radius: self.radius };
+        let lookup = Lookup::Gather {
+            caustic_particles: self.particles,
+            caustic_radius: self.radius,
+        };
         let mut index = 0;
         let maps = Values::collect(centre, context.n(self.maps), || {
             let map = (self.particles, self.radius);
-            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index)) else {
+            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index))
+            else {
                 return f64::NAN;
             };
             let samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));
@@ -47,7 +61,9 @@ impl Property for SameRadiance {
             index += 1;
             seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64
         });
-        let claim = Claim::Approximate { margin: self.margin * centre };
+        let claim = Claim::Approximate {
+            margin: self.margin * centre,
+        };
         vec![welch("difference of the means", &maps, &paths, claim)]
     }
 }
@@ -92,20 +108,38 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         margin: 0.02,
     };
     [
-        ("photon/caustic", "in the caustic of a glass sphere", caustic),
-        ("photon/diffuse-room", "on the floor of the diffuse room", room),
+        (
+            "photon/caustic",
+            "in the caustic of a glass sphere",
+            caustic,
+        ),
+        (
+            "photon/diffuse-room",
+            "on the floor of the diffuse room",
+            room,
+        ),
     ]
     .into_iter()
     .map(|(name, place, same)| {
         let percent = 100.0 * same.margin;
-        let property = format!("photon mapping and the path tracer find the same light {place} within {percent} %");
-        trial(name, property, &PHOTON_DENSITY, [MAPPING, "Welch, equivalence"], with_parts(same))
+        let property = format!(
+            "photon mapping and the path tracer find the same light {place} within {percent} %"
+        );
+        trial(
+            name,
+            property,
+            &PHOTON_DENSITY,
+            [MAPPING, "Welch, equivalence"],
+            with_parts(same),
+        )
     })
     .collect()
 }
 
 /// What they must reject.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    vec![fault!("photons-halved", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",
-        = parts(HALVED), "photon/caustic", "photon/diffuse-room")]
+    vec![
+        fault!("photons-halved", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",
+        = parts(HALVED), "photon/caustic", "photon/diffuse-room"),
+    ]
 }

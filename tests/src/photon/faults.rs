@@ -7,12 +7,17 @@ use whitefurnace::sampling::uniform_hemisphere;
 use crate::prelude::*;
 
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
-    [densities(), maps(), particles()].into_iter().flatten().collect()
+    [densities(), maps(), particles()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Half of every photon.
-pub(super) const HALVED: PartTable =
-    PartTable { photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2), ..CORRECT };
+pub(super) const HALVED: PartTable = PartTable {
+    photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
+    ..CORRECT
+};
 
 fn densities() -> Vec<Fault<EstimatorSubject>> {
     vec![

@@ -1,5 +1,5 @@
-//! Photon mapping and its stochastic progressive form, whole, with closed forms of what they should find:
-//! their bias included.
+//! Photon mapping and its stochastic progressive form, whole, with closed forms of what they should
+//! find: their bias included.
 
 mod equivalence;
 mod faults;
@@ -20,7 +20,11 @@ use crate::scenes::{lambert, sphere_furnace, valid};
 /// The families: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
-        Box::new(Family { trials: trials(), faults: faults::faults(), ..Family::whole("photon", STANDARD) }),
+        Box::new(Family {
+            trials: trials(),
+            faults: faults::faults(),
+            ..Family::whole("photon", STANDARD)
+        }),
         Box::new(Family {
             trials: equivalence::trials(),
             faults: equivalence::faults(),
@@ -43,44 +47,107 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
 const MAPPING: &str = "estimator::PhotonMapping";
 
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [floors(), cavities(), fluxes(), passes()].into_iter().flatten().collect()
+    [floors(), cavities(), fluxes(), passes()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Particles per map of a floor: few do, since the mean does not depend on their number.
 const FEW: u32 = 64;
 
 fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let gather = Lookup::Gather { caustic_particles: FEW, caustic_radius: scenes::RADIUS };
+    let gather = Lookup::Gather {
+        caustic_particles: FEW,
+        caustic_radius: scenes::RADIUS,
+    };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
     let floor = |name, what: &str, scene, lookup, reference: f64, (rays, values)| {
         let property = format!("a floor reflects {reference:.6} {what}");
         let rays = vec![scenes::at_origin(); rays];
-        let mapping = Mapping { scene, lookup, particles: FEW, radius: scenes::RADIUS, rays };
-        family_trial((name, &PHOTON_DENSITY, MAPPING), property, (reference, SINGLE), values, mapping)
+        let mapping = Mapping {
+            scene,
+            lookup,
+            particles: FEW,
+            radius: scenes::RADIUS,
+            rays,
+        };
+        family_trial(
+            (name, &PHOTON_DENSITY, MAPPING),
+            property,
+            (reference, SINGLE),
+            values,
+            mapping,
+        )
     };
     let disc = "in the mean over the disc around a point under a light";
     let point = "of a light by shadow rays, and nothing by photons";
-    let matched = "of a light within glass that is air, all of it caustics, in the mean over the disc";
+    let matched =
+        "of a light within glass that is air, all of it caustics, in the mean over the disc";
     let behind = "from above of a light below it";
     let corner = "of a disc that a wall cuts, whose photons do not count";
     vec![
-        floor("photon/disc", disc, scenes::over_floor(), Lookup::Direct, whole, (1, 30_000)),
-        floor("photon/shadow-rays", point, scenes::over_floor(), gather, scenes::at_point(), (16, 17_600)),
-        floor("photon/index-matched", matched, scenes::matched(), gather, whole, (8, 40_000)),
-        floor("photon/behind", behind, scenes::under_floor(), Lookup::Direct, 0.0, (1, 27_000)),
-        floor("photon/corner", corner, scenes::corner(), Lookup::Direct, cut, (1, 60_000)),
+        floor(
+            "photon/disc",
+            disc,
+            scenes::over_floor(),
+            Lookup::Direct,
+            whole,
+            (1, 30_000),
+        ),
+        floor(
+            "photon/shadow-rays",
+            point,
+            scenes::over_floor(),
+            gather,
+            scenes::at_point(),
+            (16, 17_600),
+        ),
+        floor(
+            "photon/index-matched",
+            matched,
+            scenes::matched(),
+            gather,
+            whole,
+            (8, 40_000),
+        ),
+        floor(
+            "photon/behind",
+            behind,
+            scenes::under_floor(),
+            Lookup::Direct,
+            0.0,
+            (1, 27_000),
+        ),
+        floor(
+            "photon/corner",
+            corner,
+            scenes::corner(),
+            Lookup::Direct,
+            cut,
+            (1, 60_000),
+        ),
     ]
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (albedo, rho) = (0.5, 0.75);
     let rays = |count, below: f64| -> Vec<Ray> {
-        spread(count).filter(|w| w.z < below).map(|w| Ray::new(DVec3::ZERO, w)).collect()
+        spread(count)
+            .filter(|w| w.z < below)
+            .map(|w| Ray::new(DVec3::ZERO, w))
+            .collect()
     };
     let cavity = |name, what: String, mapping, reference: f64, values| {
         let property = format!("{what} the radiance is {reference:.6}");
-        family_trial((name, &PHOTON_DENSITY, MAPPING), property, (reference, BOUNCES), values, mapping)
+        family_trial(
+            (name, &PHOTON_DENSITY, MAPPING),
+            property,
+            (reference, BOUNCES),
+            values,
+            mapping,
+        )
     };
     let furnace = Mapping {
         scene: sphere_furnace(lambert(albedo), 0.0),
@@ -91,26 +158,56 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let gather = Mapping {
         scene: valid(cavity_cap(rho, Cap::Reflecting)),
-        lookup: Lookup::Gather { caustic_particles: 1, caustic_radius: 0.4 },
+        lookup: Lookup::Gather {
+            caustic_particles: 1,
+            caustic_radius: 0.4,
+        },
         particles: 512,
         radius: 0.4,
         rays: rays(128, 0.9 - 2.0 * CAP_SHARE),
     };
-    let in_furnace = format!("in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,");
-    let off_cap = format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},");
+    let in_furnace = format!(
+        "in a spherical furnace of albedo {albedo}, where lookups on curved walls are exact,"
+    );
+    let off_cap =
+        format!("by final gathering, off the reflecting cap of a cavity of albedo {rho},");
     vec![
-        cavity("photon/furnace", in_furnace, furnace, 1.0 / (1.0 - albedo), 10_000),
-        cavity("photon/gather", off_cap, gather, off_cap_radiance(rho, Cap::Reflecting), 8_000),
+        cavity(
+            "photon/furnace",
+            in_furnace,
+            furnace,
+            1.0 / (1.0 - albedo),
+            10_000,
+        ),
+        cavity(
+            "photon/gather",
+            off_cap,
+            gather,
+            off_cap_radiance(rho, Cap::Reflecting),
+            8_000,
+        ),
     ]
 }
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let flux = |name, property, claim, values, scene, kept| {
         let about = (name, &PHOTON_FLUX, "estimator::photon_map::PhotonMap");
-        family_trial(about, property, claim, values, Flux { scene, kept, particles: 256 })
+        family_trial(
+            about,
+            property,
+            claim,
+            values,
+            Flux {
+                scene,
+                kept,
+                particles: 256,
+            },
+        )
     };
     let caustic = scenes::flux_into_glass();
-    let through = format!("of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves");
+    let through = format!(
+        "of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"
+    );
     let glass = scenes::glass_in_cavity();
     // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
     let albedo = 0.3;
@@ -118,20 +215,44 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let balance = format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive");
     let cube = valid(furnace_box(albedo));
     vec![
-        flux("photon/flux-through-glass", through, (caustic, SINGLE), 18_000, glass, Kept::Caustic),
-        flux("photon/flux-balance", balance, (arriving, BOUNCES), 13_000, cube, Kept::All),
+        flux(
+            "photon/flux-through-glass",
+            through,
+            (caustic, SINGLE),
+            18_000,
+            glass,
+            Kept::Caustic,
+        ),
+        flux(
+            "photon/flux-balance",
+            balance,
+            (arriving, BOUNCES),
+            13_000,
+            cube,
+            Kept::All,
+        ),
     ]
 }
 
-/// The mean of the passes' disc averages, each of its own radius: by independent numbers, and by Sobol' points.
+/// The mean of the passes' disc averages, each of its own radius: by independent numbers, and by
+/// Sobol' points.
 fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (passes, radius) = (12, scenes::RADIUS);
-    let disc = |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
+    let disc =
+        |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
     let reference = (0..passes).map(disc).sum::<f64>() / f64::from(passes);
     let series = |name, numbers, values| {
-        let property = format!("the first {passes} passes reflect {reference:.6}, the mean over discs that shrink");
+        let property = format!(
+            "the first {passes} passes reflect {reference:.6}, the mean over discs that shrink"
+        );
         let about = (name, &PHOTON_RADIUS, "estimator::Sppm");
-        let series = Passes { scene: scenes::point_camera(), passes, particles: FEW / 2, radius, numbers };
+        let series = Passes {
+            scene: scenes::point_camera(),
+            passes,
+            particles: FEW / 2,
+            radius,
+            numbers,
+        };
         family_trial(about, property, (reference, SINGLE), values, series)
     };
     vec![

@@ -20,18 +20,27 @@ struct Mean<T> {
 }
 
 impl<T: Replication> Property for Mean<T> {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let seed = context.seed_of("replication");
         let mut index = 0;
-        vec![mean_of("mean of replications", self.claim, context.n(self.values), || {
-            index += 1;
-            self.replication.value(setup.parts, seed, index - 1)
-        })]
+        vec![mean_of(
+            "mean of replications",
+            self.claim,
+            context.n(self.values),
+            || {
+                index += 1;
+                self.replication.value(setup.parts, seed, index - 1)
+            },
+        )]
     }
 }
 
-/// A trial of a mean: name, equation and subject, its property, reference and relative δ, and how many values
-/// there are at scale 1.
+/// A trial of a mean: name, equation and subject, its property, reference and relative δ, and how
+/// many values there are at scale 1.
 pub(super) fn family_trial<T: Replication>(
     (name, equation, subject): (&str, &'static Equation, &'static str),
     property: String,
@@ -39,8 +48,18 @@ pub(super) fn family_trial<T: Replication>(
     values: u64,
     replication: T,
 ) -> FamilyTrial<EstimatorSubject> {
-    let mean = Mean { replication, claim, values };
-    trial(name, property, equation, [subject, "t over independent maps"], with_parts(mean))
+    let mean = Mean {
+        replication,
+        claim,
+        values,
+    };
+    trial(
+        name,
+        property,
+        equation,
+        [subject, "t over independent maps"],
+        with_parts(mean),
+    )
 }
 
 /// The first channel of the mean radiance along some rays, by a map of its own.
@@ -58,9 +77,16 @@ impl Replication for Mapping {
         let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
             return f64::NAN;
         };
-        let sample = |(number, &ray)| Sample { ray, hit: None, rng: stream(seed, index, number) };
+        let sample = |(number, &ray)| Sample {
+            ray,
+            hit: None,
+            rng: stream(seed, index, number),
+        };
         let seen = photons.radiances(&self.scene, (0..).zip(&self.rays).map(sample));
-        let sum: f64 = seen.into_iter().map(|radiance| level(&self.scene, radiance)).sum();
+        let sum: f64 = seen
+            .into_iter()
+            .map(|radiance| level(&self.scene, radiance))
+            .sum();
         sum / self.rays.len() as f64
     }
 }
@@ -74,8 +100,16 @@ pub(super) struct Flux {
 
 impl Replication for Flux {
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let map = PhotonMap::new(&parts, &self.scene, self.kept, self.particles, (seed, index));
-        map.map_or(f64::NAN, |map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
+        let map = PhotonMap::new(
+            &parts,
+            &self.scene,
+            self.kept,
+            self.particles,
+            (seed, index),
+        );
+        map.map_or(f64::NAN, |map| {
+            level(&self.scene, map.photons().map(|photon| photon.flux).sum())
+        })
     }
 }
 
@@ -90,10 +124,24 @@ pub(super) struct Passes {
 
 impl Replication for Passes {
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let sppm = Sppm { parts, particles: self.particles, radius: self.radius };
+        let sppm = Sppm {
+            parts,
+            particles: self.particles,
+            radius: self.radius,
+        };
         // The pass's index decides its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
-        let pass = |index| sppm.image(&self.scene, [1, 1], Pass { numbers: self.numbers, seed, index });
+        let pass = |index| {
+            sppm.image(
+                &self.scene,
+                [1, 1],
+                Pass {
+                    numbers: self.numbers,
+                    seed,
+                    index,
+                },
+            )
+        };
         let value = |index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]));
         (0..self.passes).map(value).sum::<f64>() / f64::from(self.passes)
     }

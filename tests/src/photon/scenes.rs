@@ -7,8 +7,8 @@ use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use crate::glass::GLASS;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, ball, corners, floor, hollow, lambert, light, origin_from, panel, polygon_irradiance, scene, seen_by,
-    square,
+    FLOOR, LIGHT, ball, corners, floor, hollow, lambert, light, origin_from, panel,
+    polygon_irradiance, scene, seen_by, square,
 };
 
 /// Height and half side of the light over the floor: most of its particles land within [`RADIUS`].
@@ -52,7 +52,12 @@ pub fn corner() -> Arc<Scene> {
         floor(s, lambert(FLOOR));
         low_light(s);
         let wall = Surface::new(lambert(WALL_ALBEDO));
-        panel(s, DVec3::new(WALL_AT, -3.0, 0.0), [3.0 * DVec3::Z, 6.0 * DVec3::Y], wall);
+        panel(
+            s,
+            DVec3::new(WALL_AT, -3.0, 0.0),
+            [3.0 * DVec3::Z, 6.0 * DVec3::Y],
+            wall,
+        );
     })
 }
 
@@ -61,17 +66,25 @@ pub fn matched() -> Arc<Scene> {
     scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
         low_light(s);
-        ball(s, Sphere::new(CENTRE, 0.45), Surface::new(Bsdf::Glass { index: 1.0 }));
+        ball(
+            s,
+            Sphere::new(CENTRE, 0.45),
+            Surface::new(Bsdf::Glass { index: 1.0 }),
+        );
     })
 }
 
-/// Radiance that the floor under the light reflects, averaged over the disc of this radius around the
-/// origin of which only the part x < `end` exists; E/L is that of Lambert's polygon.
+/// Radiance that the floor under the light reflects, averaged over the disc of this radius around
+/// the origin of which only the part x < `end` exists; E/L is that of Lambert's polygon.
 pub fn disc_average(radius: f64, end: f64) -> f64 {
     let vertices = corners(CENTRE, HALF);
-    let irradiance = |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
+    let irradiance =
+        |x: f64, y: f64| polygon_irradiance(&vertices.map(|v| v - DVec3::new(x, y, 0.0)));
     // x = r sin t and y = s r cos t make a smooth integrand of the disc.
-    let domain = Rectangle { x: [-FRAC_PI_2, (end / radius).min(1.0).asin()], y: [-1.0, 1.0] };
+    let domain = Rectangle {
+        x: [-FRAC_PI_2, (end / radius).min(1.0).asin()],
+        y: [-1.0, 1.0],
+    };
     let mut f = |t: f64, s: f64| {
         let half = radius * t.cos();
         half * half * irradiance(radius * t.sin(), s * half)
@@ -98,8 +111,8 @@ pub fn point_camera() -> Arc<Scene> {
 const GLASS_DISTANCE: f64 = 1.06;
 const GLASS_LIGHT: f64 = 0.05;
 
-/// A cavity with a glass sphere of radius 1 and a small light over it. Cavity and light are Lambert surfaces of
-/// albedo 0, so that photons are kept and end there.
+/// A cavity with a glass sphere of radius 1 and a small light over it. Cavity and light are Lambert
+/// surfaces of albedo 0, so that photons are kept and end there.
 pub fn glass_in_cavity() -> Arc<Scene> {
     scene("glass in a cavity", |s| {
         hollow(s, 4.0, Surface::new(lambert(0.0)));
@@ -109,10 +122,13 @@ pub fn glass_in_cavity() -> Arc<Scene> {
     })
 }
 
-/// The flux that this light sends into the sphere, all of which comes out of it again: the mean over the
-/// light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
+/// The flux that this light sends into the sphere, all of which comes out of it again: the mean
+/// over the light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
 pub fn flux_into_glass() -> f64 {
-    let domain = Rectangle { x: [-GLASS_LIGHT, GLASS_LIGHT], y: [-GLASS_LIGHT, GLASS_LIGHT] };
+    let domain = Rectangle {
+        x: [-GLASS_LIGHT, GLASS_LIGHT],
+        y: [-GLASS_LIGHT, GLASS_LIGHT],
+    };
     let mut factor = |x: f64, y: f64| {
         let d2 = x * x + y * y + GLASS_DISTANCE * GLASS_DISTANCE;
         GLASS_DISTANCE / (d2 * d2.sqrt())
@@ -123,11 +139,15 @@ pub fn flux_into_glass() -> f64 {
 /// Radius of the disc around the origin that the caustic of [`caustic`] covers.
 pub const CAUSTIC: f64 = 0.5;
 
-/// A sphere of glass of this index between a floor and an area light: a caustic that paths from the eye
-/// find, too. At index 1 there is nothing to see of the glass.
+/// A sphere of glass of this index between a floor and an area light: a caustic that paths from the
+/// eye find, too. At index 1 there is nothing to see of the glass.
 pub fn caustic(index: f64) -> Arc<Scene> {
     floor_under_area_light("caustic", |s| {
-        ball(s, Sphere::new(DVec3::new(0.0, 0.0, 0.6), 0.5), Surface::new(Bsdf::Glass { index }));
+        ball(
+            s,
+            Sphere::new(DVec3::new(0.0, 0.0, 0.6), 0.5),
+            Surface::new(Bsdf::Glass { index }),
+        );
     })
 }
 
@@ -137,7 +157,12 @@ pub fn no_caustic() -> Arc<Scene> {
 }
 
 fn floor_under_area_light(name: &str, glass: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
-    let camera = Camera::new(DVec3::new(0.0, -2.6, 1.9), DVec3::new(0.0, 0.0, 0.3), DVec3::Z, 0.4);
+    let camera = Camera::new(
+        DVec3::new(0.0, -2.6, 1.9),
+        DVec3::new(0.0, 0.0, 0.3),
+        DVec3::Z,
+        0.4,
+    );
     seen_by(camera, name, |s| {
         glass(s);
         floor(s, lambert(FLOOR));

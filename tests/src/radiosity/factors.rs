@@ -24,12 +24,20 @@ impl Property for Factors {
             let mesh = Mesh::new(&self.scene, fineness(self.patches)).ok()?;
             let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
             let elements = mesh.elements();
-            let rows: Vec<_> = (0..elements.len()).map(|i| factors.of_element(&mesh, i)).collect();
+            let rows: Vec<_> = (0..elements.len())
+                .map(|i| factors.of_element(&mesh, i))
+                .collect();
             Some((self.error)(elements, &rows))
         };
         let error = error().unwrap_or(f64::NAN);
         let n = u64::from(self.patches);
-        vec![Outcome::exact("form factors", n, error, self.tolerance, "all patches")]
+        vec![Outcome::exact(
+            "form factors",
+            n,
+            error,
+            self.tolerance,
+            "all patches",
+        )]
     }
 }
 
@@ -46,10 +54,16 @@ fn plates(name: &str, second: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
 
 /// A F from the elements of one albedo to those of another.
 fn exchange(elements: &[Element], rows: &[Vec<f64>], from: f64, to: f64) -> f64 {
-    let pairs = elements.iter().zip(rows).filter(|(element, _)| element.albedo.x == from);
+    let pairs = elements
+        .iter()
+        .zip(rows)
+        .filter(|(element, _)| element.albedo.x == from);
     pairs
         .map(|(element, row)| {
-            let there = elements.iter().zip(row).filter(|(element, _)| element.albedo.x == to);
+            let there = elements
+                .iter()
+                .zip(row)
+                .filter(|(element, _)| element.albedo.x == to);
             element.area * there.map(|(_, f)| f).sum::<f64>()
         })
         .sum()
@@ -92,18 +106,25 @@ fn ball_in_room() -> Arc<Scene> {
     scene("ball in a room", |s| {
         let wall = s.surface(Surface::new(lambert(ROOM)));
         closed_cube(s, 1.0, true, wall);
-        scenes::ball(s, Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS), Surface::new(lambert(BALL)));
+        scenes::ball(
+            s,
+            Sphere::new(DVec3::new(0.5, 0.45, -0.4), RADIUS),
+            Surface::new(lambert(BALL)),
+        );
     })
 }
 
 const RADIUS: f64 = 0.4;
 
-/// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both its own
-/// area 4πR², and its area is that of its patches.
+/// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both
+/// its own area 4πR², and its area is that of its patches.
 fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     let expected = 4.0 * PI * RADIUS * RADIUS;
     let off = |(from, to)| (exchange(elements, rows, from, to) / expected - 1.0).abs();
-    [(BALL, ROOM), (ROOM, BALL)].map(off).into_iter().fold(0.0, f64::max)
+    [(BALL, ROOM), (ROOM, BALL)]
+        .map(off)
+        .into_iter()
+        .fold(0.0, f64::max)
 }
 
 /// Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
@@ -118,8 +139,8 @@ fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     difference / sum
 }
 
-/// In a cube of one albedo of which one wall emits, the irradiances of all walls add up to the emitted
-/// flux over 1 − ρ.
+/// In a cube of one albedo of which one wall emits, the irradiances of all walls add up to the
+/// emitted flux over 1 − ρ.
 pub(super) struct Energy;
 
 impl Property for Energy {
@@ -151,22 +172,63 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
     let of = |name: &str, property: &str, scene, patches, error: Error, tolerance| {
         let judged = ["estimator::radiosity::FormFactors", "exact"];
-        trial(name, property, &FORM_FACTOR, judged, with_parts(Factors { scene, patches, error, tolerance }))
+        trial(
+            name,
+            property,
+            &FORM_FACTOR,
+            judged,
+            with_parts(Factors {
+                scene,
+                patches,
+                error,
+                tolerance,
+            }),
+        )
     };
     let opposite = format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}");
-    let adjacent = format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
+    let adjacent =
+        format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
     let closed = "in a closed cube the form factors from each patch add up to 1";
-    let around = "a ball near the walls of a room sends the room its area, and the room as much to the ball";
+    let around =
+        "a ball near the walls of a room sends the room its area, and the room as much to the ball";
     let mutual = "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes";
     let (to_opposite, to_adjacent): (Error, Error) = (
         |elements, rows| between_plates(elements, rows, OPPOSITE),
         |elements, rows| between_plates(elements, rows, NEIGHBOURS),
     );
     vec![
-        of("radiosity/parallel-plates", &opposite, parallel, 64, to_opposite, 1e-4),
-        of("radiosity/perpendicular-plates", &adjacent, perpendicular, 400, to_adjacent, SINGLE),
-        of("radiosity/closure", closed, Arc::clone(&cube), 100, closure, SINGLE_PRECISION),
+        of(
+            "radiosity/parallel-plates",
+            &opposite,
+            parallel,
+            64,
+            to_opposite,
+            1e-4,
+        ),
+        of(
+            "radiosity/perpendicular-plates",
+            &adjacent,
+            perpendicular,
+            400,
+            to_adjacent,
+            SINGLE,
+        ),
+        of(
+            "radiosity/closure",
+            closed,
+            Arc::clone(&cube),
+            100,
+            closure,
+            SINGLE_PRECISION,
+        ),
         of("radiosity/ball", around, ball_in_room(), 300, ball, IMAGE),
-        of("radiosity/reciprocity", mutual, cube, 400, reciprocity, 0.02),
+        of(
+            "radiosity/reciprocity",
+            mutual,
+            cube,
+            400,
+            reciprocity,
+            0.02,
+        ),
     ]
 }

@@ -1,5 +1,6 @@
-//! Direct light on a floor by every kind of emitter, whole and in part hidden, from near and from both
-//! sides, against closed forms of rectangles and quadrature over the light: neither knows of polygons.
+//! Direct light on a floor by every kind of emitter, whole and in part hidden, from near and from
+//! both sides, against closed forms of rectangles and quadrature over the light: neither knows of
+//! polygons.
 
 use whitefurnace::estimator::radiosity::ReadOut;
 
@@ -7,12 +8,12 @@ use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
 use crate::radiosity::{Known, KnownRay, SINGLE_PRECISION, SUBJECT};
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, ball, floor, half_hidden_light, lambert, light, origin_from,
-    panel, rectangle_light, scene, square, triangle_light,
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, ball, floor, half_hidden_light, lambert,
+    light, origin_from, panel, rectangle_light, scene, square, triangle_light,
 };
 
-/// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²), by
-/// quadrature over `domain` stretched along two edges.
+/// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²),
+/// by quadrature over `domain` stretched along two edges.
 fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     let across = a.cross(b);
     let kernel = |p: DVec3| {
@@ -35,7 +36,8 @@ fn from_below() -> Ray {
     Ray::new(0.1 * w, -w)
 }
 
-/// What a floor reflects along each kind of ray, which sees a light of radiance [`LIGHT`] under the form factor F.
+/// What a floor reflects along each kind of ray, which sees a light of radiance [`LIGHT`] under the
+/// form factor F.
 fn family_trial(
     name: &str,
     what: &str,
@@ -43,21 +45,45 @@ fn family_trial(
     rays: &[(Rays, f64)],
     tolerance: f64,
 ) -> FamilyTrial<EstimatorSubject> {
-    let rays: Vec<_> = rays.iter().map(|&(ray, factor)| (ray, FLOOR * LIGHT * factor)).collect();
+    let rays: Vec<_> = rays
+        .iter()
+        .map(|&(ray, factor)| (ray, FLOOR * LIGHT * factor))
+        .collect();
     let seen: Vec<String> = rays.iter().map(|(_, l)| format!("{l:.6}")).collect();
     let property = format!("a floor reflects {} of {what}", seen.join(" and "));
     let rays: Vec<KnownRay> = rays.into_iter().map(|(ray, l)| (ray, l * TINT)).collect();
-    let known = Known { scene, patches: 4, rays, tolerance, read_out: ReadOut::default() };
-    trial(name, property, &FORM_FACTOR, [SUBJECT, "exact"], with_parts(known))
+    let known = Known {
+        scene,
+        patches: 4,
+        rays,
+        tolerance,
+        read_out: ReadOut::default(),
+    };
+    trial(
+        name,
+        property,
+        &FORM_FACTOR,
+        [SUBJECT, "exact"],
+        with_parts(known),
+    )
 }
 
 /// The same along one ray to the floor's origin.
-fn lit(name: &str, what: &str, scene: Arc<Scene>, factor: f64, tolerance: f64) -> FamilyTrial<EstimatorSubject> {
+fn lit(
+    name: &str,
+    what: &str,
+    scene: Arc<Scene>,
+    factor: f64,
+    tolerance: f64,
+) -> FamilyTrial<EstimatorSubject> {
     family_trial(name, what, scene, &[(|_| at_origin(), factor)], tolerance)
 }
 
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    [rectangles(), kinds(), hidden(), vec![both_sides()]].into_iter().flatten().collect()
+    [rectangles(), kinds(), hidden(), vec![both_sides()]]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -69,7 +95,13 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (gap, side) = (1e-3, 0.3);
     let close = scene("light just over the floor", |s| {
         floor(s, lambert(FLOOR));
-        square(s, DVec3::new(1.0 - side, 0.0, gap), 1.0, false, light(LIGHT));
+        square(
+            s,
+            DVec3::new(1.0 - side, 0.0, gap),
+            1.0,
+            false,
+            light(LIGHT),
+        );
     });
     let beside = parallel_corner(side, 1.0, gap) + parallel_corner(2.0 - side, 1.0, gap);
     vec![
@@ -118,7 +150,11 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (radius, distance) = (0.8, 1.25);
     let sphere = scene("sphere beside and above", |s| {
         square(s, DVec3::ZERO, 0.3, true, Surface::new(lambert(FLOOR)));
-        ball(s, Sphere::new(distance * DVec3::new(sin, 0.0, cos), radius), light(LIGHT));
+        ball(
+            s,
+            Sphere::new(distance * DVec3::new(sin, 0.0, cos), radius),
+            light(LIGHT),
+        );
     });
     let share = radius / distance;
     vec![
@@ -129,7 +165,13 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
             by_quadrature(Domain::Square, corner, edges),
             SINGLE_PRECISION,
         ),
-        lit("radiosity/triangle", "a triangle of light", triangle_light(), triangle, SINGLE_PRECISION),
+        lit(
+            "radiosity/triangle",
+            "a triangle of light",
+            triangle_light(),
+            triangle,
+            SINGLE_PRECISION,
+        ),
         family_trial(
             "radiosity/sphere",
             "a sphere of light nearer than its patches are wide",
@@ -143,8 +185,8 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// By how much the light of a sphere's near patches may be off.
 const COARSE: f64 = 0.005;
 
-/// An upright light of which an upright wall half way hides a part: below, above or to one side. What is
-/// hidden counts by its cosine at the floor, which grows with height.
+/// An upright light of which an upright wall half way hides a part: below, above or to one side.
+/// What is hidden counts by its cosine at the floor, which grows with height.
 fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     let [width, height] = [2.0 * DVec3::Y, 2.0 * DVec3::Z];
     let corner = DVec3::new(1.0, -1.0, 0.0);
@@ -152,9 +194,27 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     let lower = 2.0 * upright_corner(1.0, 1.0, 1.0);
     let aside = upright_corner(2.0, 1.0, 1.0) - upright_corner(2.0, 0.5, 1.0);
     [
-        ("radiosity/hidden-below", "lower half", [-0.6, -0.5], [1.2, 1.0], all - lower),
-        ("radiosity/hidden-above", "upper half", [-0.6, 0.5], [1.2, 0.8], lower),
-        ("radiosity/hidden-aside", "last quarter", [0.25, -0.5], [0.8, 1.8], all - aside),
+        (
+            "radiosity/hidden-below",
+            "lower half",
+            [-0.6, -0.5],
+            [1.2, 1.0],
+            all - lower,
+        ),
+        (
+            "radiosity/hidden-above",
+            "upper half",
+            [-0.6, 0.5],
+            [1.2, 0.8],
+            lower,
+        ),
+        (
+            "radiosity/hidden-aside",
+            "last quarter",
+            [0.25, -0.5],
+            [0.8, 1.8],
+            all - aside,
+        ),
     ]
     .into_iter()
     .map(|(name, part, [y, z], [wide, high], factor)| {
@@ -180,6 +240,15 @@ fn both_sides() -> FamilyTrial<EstimatorSubject> {
     });
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
-    let rays = [((|_| at_origin()) as Rays, above), (|_| from_below(), below)];
-    family_trial("radiosity/both-sides", "a light above and of another below", scene, &rays, SINGLE_PRECISION)
+    let rays = [
+        ((|_| at_origin()) as Rays, above),
+        (|_| from_below(), below),
+    ];
+    family_trial(
+        "radiosity/both-sides",
+        "a light above and of another below",
+        scene,
+        &rays,
+        SINGLE_PRECISION,
+    )
 }

@@ -1,4 +1,5 @@
-//! Radiosity on trial: form factors against closed forms, furnaces, hidden light, and the path tracer.
+//! Radiosity on trial: form factors against closed forms, furnaces, hidden light, and the path
+//! tracer.
 
 mod factors;
 mod faults;
@@ -28,10 +29,17 @@ const NESTED: f64 = 0.3;
 const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
 fn fineness(patches: u32) -> Fineness {
-    Fineness { patches, halvings: 0 }
+    Fineness {
+        patches,
+        halvings: 0,
+    }
 }
 
-fn solve<P: EstimatorParts + Copy>(setup: Configuration<P>, scene: &Scene, patches: u32) -> Option<Radiosity<P>> {
+fn solve<P: EstimatorParts + Copy>(
+    setup: Configuration<P>,
+    scene: &Scene,
+    patches: u32,
+) -> Option<Radiosity<P>> {
     Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
 }
 
@@ -51,23 +59,39 @@ struct Known {
 const RAYS: u64 = 50;
 
 impl Property for Known {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let mut rng = context.rng("rays");
-        let solved = solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
+        let solved =
+            solve(setup, &self.scene, self.patches).map(|solved| solved.read(self.read_out));
         let mut deviation = |&(ray, reference): &KnownRay| {
             let Some(solved) = &solved else {
                 return f64::NAN;
             };
-            let scale = if reference == DVec3::ZERO { 1.0 } else { reference.max_element() };
+            let scale = if reference == DVec3::ZERO {
+                1.0
+            } else {
+                reference.max_element()
+            };
             let off = |_| {
                 let ray = ray(&mut rng);
-                let found = solved.radiance(&self.scene, &ray, self.scene.intersect(&ray), &mut rng);
+                let found =
+                    solved.radiance(&self.scene, &ray, self.scene.intersect(&ray), &mut rng);
                 largest(((found - reference).abs() / scale).to_array().into_iter())
             };
             largest((0..RAYS).map(off))
         };
         let error = self.rays.iter().map(&mut deviation).sum();
-        vec![Outcome::exact("radiance", RAYS, error, self.tolerance, "the worst ray")]
+        vec![Outcome::exact(
+            "radiance",
+            RAYS,
+            error,
+            self.tolerance,
+            "the worst ray",
+        )]
     }
 }
 
@@ -79,7 +103,11 @@ const REPLICATIONS: u64 = 200;
 const PATCHES: u32 = 500;
 
 impl Property for SameRoom {
-    fn run<P: EstimatorParts + Copy>(&self, context: &Context, setup: Configuration<P>) -> Vec<Outcome> {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
         let n = context.n(REPLICATIONS) as u32;
         let films = || {
             let solved = solve(setup, &self.0, PATCHES)?;
@@ -120,13 +148,17 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         })
     };
     let dark = Surface::new(lambert(NESTED));
-    let nested = box_of("box in a dark box", &[(1.0, dark.emitting(DVec3::ONE)), (2.0, dark)]);
+    let nested = box_of(
+        "box in a dark box",
+        &[(1.0, dark.emitting(DVec3::ONE)), (2.0, dark)],
+    );
     let lit = 1.0 / (1.0 - NESTED);
     let (albedo, emission) = (DVec3::new(0.25, 0.5, 0.75), DVec3::new(3.0, 1.0, 0.5));
     let wall = Surface::new(Bsdf::Lambert { albedo }).emitting(emission);
     let coloured = box_of("coloured furnace", &[(1.0, wall)]);
     let cavity = |cap| valid(cavity_cap(ALBEDO, cap));
-    let [reflecting, black] = [Cap::Reflecting, Cap::Black].map(|cap| off_cap_radiance(ALBEDO, cap));
+    let [reflecting, black] =
+        [Cap::Reflecting, Cap::Black].map(|cap| off_cap_radiance(ALBEDO, cap));
     let furnace = || valid(furnace_box(ALBEDO));
     let of = |scene, patches, rays: &[KnownRay]| Known {
         scene,
@@ -136,7 +168,10 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         read_out: ReadOut::Interpolated,
     };
     let grey = DVec3::splat;
-    let gathered = Known { read_out: ReadOut::Gathered, ..of(furnace(), 60, &[(into_corners, grey(4.0))]) };
+    let gathered = Known {
+        read_out: ReadOut::Gathered,
+        ..of(furnace(), 60, &[(into_corners, grey(4.0))])
+    };
     [
         (
             "radiosity/furnace-box",
@@ -170,7 +205,15 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
     ]
     .into_iter()
-    .map(|(name, property, known)| trial(name, property, &RADIOSITY, [SUBJECT, "exact"], with_parts(known)))
+    .map(|(name, property, known)| {
+        trial(
+            name,
+            property,
+            &RADIOSITY,
+            [SUBJECT, "exact"],
+            with_parts(known),
+        )
+    })
     .collect()
 }
 
@@ -195,6 +238,13 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// Radiosity as a whole.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let trials = [furnaces(), fields::trials(), factors::factors(), rooms()].into_iter().flatten().collect();
-    vec![Box::new(Family { trials, faults: faults::faults(), ..Family::whole("radiosity", STANDARD) })]
+    let trials = [furnaces(), fields::trials(), factors::factors(), rooms()]
+        .into_iter()
+        .flatten()
+        .collect();
+    vec![Box::new(Family {
+        trials,
+        faults: faults::faults(),
+        ..Family::whole("radiosity", STANDARD)
+    })]
 }

@@ -1,5 +1,6 @@
-//! Low-discrepancy numbers: each coordinate is uniform, a scramble is stratified, blocks, pixels and
-//! scrambles are independent, estimates are unbiased, and error bars come from scrambles, of which few will do.
+//! Low-discrepancy numbers: each coordinate is uniform, a scramble is stratified, blocks, pixels
+//! and scrambles are independent, estimates are unbiased, and error bars come from scrambles, of
+//! which few will do.
 
 mod faults;
 
@@ -43,9 +44,19 @@ pub struct SobolParts {
 
 /// The program's numbers: those of [`Sobol`] with a scramble for each pixel and replication.
 fn sobol(point: Point, block: u32) -> Block {
-    let Point { seed, pixel, replication, index } = point;
+    let Point {
+        seed,
+        pixel,
+        replication,
+        index,
+    } = point;
     let scramble = scramble(seed, pixel, replication);
-    scrambled(point, block, scramble, stream(seed, pixel, replication ^ index << 16))
+    scrambled(
+        point,
+        block,
+        scramble,
+        stream(seed, pixel, replication ^ index << 16),
+    )
 }
 
 fn scrambled(point: Point, block: u32, scramble: u64, fill: Stream) -> Block {
@@ -58,7 +69,9 @@ const CORRECT: SobolParts = SobolParts {
     numbers: sobol,
     // The mean of each scramble is one value.
     squared_error: |rows| {
-        let means = rows.iter().map(|row| row.iter().sum::<f64>() / row.len() as f64);
+        let means = rows
+            .iter()
+            .map(|row| row.iter().sum::<f64>() / row.len() as f64);
         let moments: Moments = means.collect();
         moments.variance() / rows.len() as f64
     },
@@ -76,7 +89,13 @@ struct Source {
 
 impl Source {
     fn new(subject: SobolParts, point: Point) -> Self {
-        Self { subject, point, block: 0, numbers: (subject.numbers)(point, 0), used: 0 }
+        Self {
+            subject,
+            point,
+            block: 0,
+            numbers: (subject.numbers)(point, 0),
+            used: 0,
+        }
     }
 }
 
@@ -98,8 +117,8 @@ impl Script for Source {
 const UNIFORM: u64 = 4_000_000;
 const CELLS: usize = 8;
 
-/// The cell of each coordinate, and of what lies below its 23 leading bits, over scrambles: one point
-/// of each, because the points of one scramble are not independent.
+/// The cell of each coordinate, and of what lies below its 23 leading bits, over scrambles: one
+/// point of each, because the points of one scramble are not independent.
 fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("uniform");
     let n = context.n(UNIFORM);
@@ -107,7 +126,12 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let cell = |u: f64| (u * CELLS as f64) as usize;
     for replication in 0..n as u32 {
         // An index that takes every value; each scramble is used once.
-        let point = Point { seed, pixel: 0, replication, index: replication % 1024 };
+        let point = Point {
+            seed,
+            pixel: 0,
+            replication,
+            index: replication % 1024,
+        };
         let numbers = (subject.numbers)(point, 1);
         for (counts, &u) in observed.iter_mut().zip(&numbers) {
             counts[cell(u)] += 1;
@@ -119,16 +143,26 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         i => format!("coordinate {i}"),
     };
     let outcome = |(i, observed)| {
-        let counts = Counts { n, observed, ..Counts::default() };
-        frequencies(&named(i), vec![1.0 / CELLS as f64; CELLS], |k| format!("{k}/{CELLS}"), &counts)
+        let counts = Counts {
+            n,
+            observed,
+            ..Counts::default()
+        };
+        frequencies(
+            &named(i),
+            vec![1.0 / CELLS as f64; CELLS],
+            |k| format!("{k}/{CELLS}"),
+            &counts,
+        )
     };
     observed.into_iter().enumerate().map(outcome).collect()
 }
 
 const LARGEST_POWER: u32 = 10;
 
-/// Every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a scramble, in the
-/// first two coordinates; and every interval of length 2⁻ᵐ one, in each coordinate. m = 1 to 10.
+/// Every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a scramble, in
+/// the first two coordinates; and every interval of length 2⁻ᵐ one, in each coordinate. m = 1
+/// to 10.
 fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("stratified");
     let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
@@ -140,21 +174,36 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         }
     };
     for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
-        let point = |index| Point { seed, pixel: 5, replication, index };
-        let points: Vec<Block> = (0..1 << LARGEST_POWER).map(|index| (subject.numbers)(point(index), block)).collect();
+        let point = |index| Point {
+            seed,
+            pixel: 5,
+            replication,
+            index,
+        };
+        let points: Vec<Block> = (0..1 << LARGEST_POWER)
+            .map(|index| (subject.numbers)(point(index), block))
+            .collect();
         for m in 1..=LARGEST_POWER {
             let first = &points[..1 << m];
             for split in 0..=m {
                 let cell = |p: &Block| {
-                    let [a, b] =
-                        [(p[0], split), (p[1], m - split)].map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
+                    let [a, b] = [(p[0], split), (p[1], m - split)]
+                        .map(|(u, bits)| (u * f64::from(1u32 << bits)) as usize);
                     (a << (m - split)) + b
                 };
-                see(&mut two, empty_cells(first, cell), format!("block {block}, 2^{m} points, 2^-{split} wide"));
+                see(
+                    &mut two,
+                    empty_cells(first, cell),
+                    format!("block {block}, 2^{m} points, 2^-{split} wide"),
+                );
             }
             for d in 0..BLOCK as usize {
                 let empty = empty_cells(first, |p| (p[d] * f64::from(1u32 << m)) as usize);
-                see(&mut one, empty, format!("block {block}, 2^{m} points, coordinate {d}"));
+                see(
+                    &mut one,
+                    empty,
+                    format!("block {block}, 2^{m} points, coordinate {d}"),
+                );
             }
         }
     }
@@ -162,7 +211,10 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
         let worst = format!("most empty intervals: {worst}");
         Outcome::exact(name, checked, empty as f64, 0.0, worst)
     };
-    vec![exact("elementary intervals", two), exact("intervals of one coordinate", one)]
+    vec![
+        exact("elementary intervals", two),
+        exact("intervals of one coordinate", one),
+    ]
 }
 
 /// How many of as many cells as points hold none.
@@ -176,19 +228,32 @@ const PAIRS: u64 = 6_200_000;
 /// δ of correlations.
 const CORRELATION_DELTA: f64 = 0.005;
 
-/// No correlation of a coordinate with the same one of the next block, pixel and scramble, nor with the
-/// next coordinate; a point of each scramble.
+/// No correlation of a coordinate with the same one of the next block, pixel and scramble, nor with
+/// the next coordinate; a point of each scramble.
 fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
-    let about = ["next block", "next pixel", "next scramble", "next coordinate"]
-        .map(|next| (format!("correlation, {next}"), 0.0, CORRELATION_DELTA));
+    let about = [
+        "next block",
+        "next pixel",
+        "next scramble",
+        "next coordinate",
+    ]
+    .map(|next| (format!("correlation, {next}"), 0.0, CORRELATION_DELTA));
     let mut replication = 0;
     means(about, context.n(PAIRS), || {
-        let point = Point { seed, pixel: 2, replication: 2 * replication, index: replication % 512 };
+        let point = Point {
+            seed,
+            pixel: 2,
+            replication: 2 * replication,
+            index: replication % 512,
+        };
         let here = (subject.numbers)(point, 1);
         let next_pixel = Point { pixel: 3, ..point };
-        let next_scramble = Point { replication: 2 * replication + 1, ..point };
+        let next_scramble = Point {
+            replication: 2 * replication + 1,
+            ..point
+        };
         replication += 1;
         let others = [
             (subject.numbers)(point, 2)[0],
@@ -208,9 +273,17 @@ const MEAN_DELTA: f64 = 0.003;
 
 /// The mean of estimates by these points.
 fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Point>) -> f64 {
-    let sample = |point| Sample { ray: at_origin(), hit: None, rng: Scripted(Source::new(subject, point)) };
+    let sample = |point| Sample {
+        ray: at_origin(),
+        hit: None,
+        rng: Scripted(Source::new(subject, point)),
+    };
     let radiances = Path::new(Standard, Strategy::Light).radiances(scene, points.map(sample));
-    radiances.iter().map(|radiance| level(scene, *radiance)).sum::<f64>() / radiances.len() as f64
+    radiances
+        .iter()
+        .map(|radiance| level(scene, *radiance))
+        .sum::<f64>()
+        / radiances.len() as f64
 }
 
 /// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
@@ -219,15 +292,26 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let scene = rectangle_light(false);
     let reference = reflected(polygon_irradiance(&RECTANGLE));
     let mut replication = 0;
-    vec![mean_of("radiance over scrambles", (reference, MEAN_DELTA), context.n(SCRAMBLES), || {
-        let point = |index| Point { seed, pixel: 1, replication, index };
-        let mean = estimate(&scene, subject, (0..POINTS).map(point));
-        replication += 1;
-        mean
-    })]
+    vec![mean_of(
+        "radiance over scrambles",
+        (reference, MEAN_DELTA),
+        context.n(SCRAMBLES),
+        || {
+            let point = |index| Point {
+                seed,
+                pixel: 1,
+                replication,
+                index,
+            };
+            let mean = estimate(&scene, subject, (0..POINTS).map(point));
+            replication += 1;
+            mean
+        },
+    )]
 }
 
-/// Images of the error bar's trial. Squared errors vary more than squared bars: they take four fifths.
+/// Images of the error bar's trial. Squared errors vary more than squared bars: they take four
+/// fifths.
 const IMAGES: u64 = 375_000;
 /// Scrambles of one image's pixel.
 const REPLICATIONS: u32 = 8;
@@ -247,10 +331,17 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let rows = |part: &str, image: u64| -> Vec<Vec<f64>> {
         let seed = seed_for(context.seed_of(part), &image.to_string());
         let sample = |replication, index| {
-            let point = Point { seed, pixel: 0, replication, index };
+            let point = Point {
+                seed,
+                pixel: 0,
+                replication,
+                index,
+            };
             covered(uniform2(&mut Scripted(Source::new(subject, point))))
         };
-        (0..REPLICATIONS).map(|replication| (0..FEW).map(|i| sample(replication, i)).collect()).collect()
+        (0..REPLICATIONS)
+            .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())
+            .collect()
     };
     let expected = 1e-3; // near which cubes are summed
     let squares = |part: &str, n: u64, of: &dyn Fn(&[Vec<f64>]) -> f64| {
@@ -263,38 +354,71 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     };
     let errors = squares("errors", n - n / 5, &error);
     let bars = squares("bars", n / 5, &subject.squared_error);
-    vec![variance_ratio("squared error over squared error bar", &errors, &bars, 1.0, BAR_DELTA)]
+    vec![variance_ratio(
+        "squared error over squared error bar",
+        &errors,
+        &bars,
+        1.0,
+        BAR_DELTA,
+    )]
 }
 
-/// Pixels whose intervals are looked at, the distance of the law that would matter, and of each pixel as many scrambles
-/// as `render` makes, the points of each, and the blocks that are summed.
+/// Pixels whose intervals are looked at, the distance of the law that would matter, and of each
+/// pixel as many scrambles as `render` makes, the points of each, and the blocks that are summed.
 const PIXELS: u64 = 70_000;
 const COVERAGE_DELTA: f64 = 0.025;
 const WHOLE: (u32, u32, [u32; 2]) = (4, 8, [0, 1]);
 
-/// Student's intervals from four scrambles hold the mean as often as they say, at every level: p-values are uniform.
-/// The integrand is the sum of all numbers of two blocks: of so many terms that its means are normal, as the interval
-/// supposes.
+/// Student's intervals from four scrambles hold the mean as often as they say, at every level:
+/// p-values are uniform. The integrand is the sum of all numbers of two blocks: of so many terms
+/// that its means are normal, as the interval supposes.
 fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("coverage");
     let (replications, points, blocks) = WHOLE;
     let known = 0.5 * f64::from(BLOCK) * blocks.len() as f64;
     let sample = |pixel, replication, index| -> f64 {
-        let point = Point { seed, pixel, replication, index };
-        blocks.iter().flat_map(|&block| (subject.numbers)(point, block)).sum()
+        let point = Point {
+            seed,
+            pixel,
+            replication,
+            index,
+        };
+        blocks
+            .iter()
+            .flat_map(|&block| (subject.numbers)(point, block))
+            .sum()
     };
     let p_value = |pixel| {
         let row = |replication| (0..points).map(|i| sample(pixel, replication, i)).collect();
         let rows: Vec<Vec<f64>> = (0..replications).map(row).collect();
         let mean = rows.iter().flatten().sum::<f64>() / f64::from(replications * points);
-        (subject.p)((mean - known) / (subject.squared_error)(&rows).sqrt(), replications)
+        (subject.p)(
+            (mean - known) / (subject.squared_error)(&rows).sqrt(),
+            replications,
+        )
     };
     let mut values: Vec<f64> = (0..context.n(PIXELS) as u32).map(p_value).collect();
-    vec![kolmogorov_smirnov("p-values", &mut values, |p| p, COVERAGE_DELTA)]
+    vec![kolmogorov_smirnov(
+        "p-values",
+        &mut values,
+        |p| p,
+        COVERAGE_DELTA,
+    )]
 }
 
-fn own<S: 'static>(name: &str, on: TrialFn<S>, statistic: &'static str, property: &str) -> FamilyTrial<S> {
-    trial(format!("sampler/{name}"), property, &SOBOL, ["sampler::Sobol, sampler::scramble", statistic], on)
+fn own<S: 'static>(
+    name: &str,
+    on: TrialFn<S>,
+    statistic: &'static str,
+    property: &str,
+) -> FamilyTrial<S> {
+    trial(
+        format!("sampler/{name}"),
+        property,
+        &SOBOL,
+        ["sampler::Sobol, sampler::scramble", statistic],
+        on,
+    )
 }
 
 fn trials() -> Vec<FamilyTrial<SobolParts>> {
@@ -311,18 +435,37 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
             "exact",
             "each elementary interval holds one of the first 2^m points of a scramble",
         ),
-        own("independent", independence, "t", "blocks, pixels, scrambles and coordinates are uncorrelated"),
-        own("mean", unbiased, "t", "the mean of 16 Sobol' points is unbiased through a path tracer"),
+        own(
+            "independent",
+            independence,
+            "t",
+            "blocks, pixels, scrambles and coordinates are uncorrelated",
+        ),
+        own(
+            "mean",
+            unbiased,
+            "t",
+            "the mean of 16 Sobol' points is unbiased through a path tracer",
+        ),
     ]
 }
 
 /// Low-discrepancy numbers.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
-        Box::new(Family { trials: trials(), faults: faults::of_numbers(), ..Family::new("sobol", CORRECT) }),
+        Box::new(Family {
+            trials: trials(),
+            faults: faults::of_numbers(),
+            ..Family::new("sobol", CORRECT)
+        }),
         Box::new(Family {
             trials: vec![
-                own("error-bars", error_bars, "variance ratio", "the spread of scrambles is the error of their mean"),
+                own(
+                    "error-bars",
+                    error_bars,
+                    "variance ratio",
+                    "the spread of scrambles is the error of their mean",
+                ),
                 own(
                     "coverage",
                     coverage,

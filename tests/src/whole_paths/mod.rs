@@ -1,5 +1,5 @@
-//! Bidirectional path tracing on one path at a time, made by every strategy in turn with chosen random
-//! numbers: densities, weights and values against closed forms.
+//! Bidirectional path tracing on one path at a time, made by every strategy in turn with chosen
+//! random numbers: densities, weights and values against closed forms.
 
 mod path;
 
@@ -13,7 +13,8 @@ use whitefurnace::splat::Splats;
 use crate::prelude::*;
 use crate::script::{self, Scripted};
 use crate::whole_paths::path::{
-    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room, shares, trace,
+    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room,
+    shares, trace,
 };
 
 /// The numbers of each block; after the last, [`LAST`].
@@ -59,8 +60,18 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
     }
     for (number, i) in (1..).zip((s..path.len()).rev()) {
         let to = (i > s).then(|| &path[i - 1]);
-        let shadow_ray = || if (s, i) == (1, 1) { picked(scene, path).0 } else { [0.0; 3] };
-        let mut numbers = if path[i].specular() { Vec::new() } else { shadow_ray().to_vec() };
+        let shadow_ray = || {
+            if (s, i) == (1, 1) {
+                picked(scene, path).0
+            } else {
+                [0.0; 3]
+            }
+        };
+        let mut numbers = if path[i].specular() {
+            Vec::new()
+        } else {
+            shadow_ray().to_vec()
+        };
         numbers.extend(scatter(&path[i], to));
         blocks.push((number, numbers));
     }
@@ -83,18 +94,34 @@ fn record(path: &[Density], s: usize) -> f64 {
     f64::from(wanted)
 }
 
-/// The densities by which strategy `s` would weigh a path, and what it adds to the image before it does;
-/// `None` unless it makes the path once.
-fn made(scene: &Scene, parts: PartTable, path: &[Vertex], at: [f64; 2], s: usize) -> Option<(Vec<Density>, f64)> {
+/// The densities by which strategy `s` would weigh a path, and what it adds to the image before it
+/// does; `None` unless it makes the path once.
+fn made(
+    scene: &Scene,
+    parts: PartTable,
+    path: &[Vertex],
+    at: [f64; 2],
+    s: usize,
+) -> Option<(Vec<Density>, f64)> {
     WANTED.set((path.len(), s));
     FOUND.with_borrow_mut(Vec::clear);
-    let parts =
-        PartTable { strategy_weight: record, survival_by_throughput: |_, _| 0.5, roulette_weight: |_| 1.0, ..parts };
+    let parts = PartTable {
+        strategy_weight: record,
+        survival_by_throughput: |_, _| 0.5,
+        roulette_weight: |_| 1.0,
+        ..parts
+    };
     let image = Splats::new(FRAME);
     let blocks = script(scene, path, at, s);
-    let numbers = Scripted(Script { blocks: &blocks, block: 0, used: 0 });
+    let numbers = Scripted(Script {
+        blocks: &blocks,
+        block: 0,
+        used: 0,
+    });
     let pixel = at.map(|x| x as u32);
-    Bdpt::new(parts).pair(scene, pixel, FRAME, &image, numbers).ok()?;
+    Bdpt::new(parts)
+        .pair(scene, pixel, FRAME, &image, numbers)
+        .ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
     FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
 }
@@ -150,10 +177,21 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
     }
     // Weights that are alike, or of one kind of path, would prove nothing.
     if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
-        sums.see(1.0, || format!("ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"));
+        sums.see(1.0, || {
+            format!(
+                "ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"
+            )
+        });
     }
-    let names = ["densities", "weights", "sum of weights", "value times density"];
-    let exact = |(name, largest): (&str, Largest)| Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place);
+    let names = [
+        "densities",
+        "weights",
+        "sum of weights",
+        "value times density",
+    ];
+    let exact = |(name, largest): (&str, Largest)| {
+        Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place)
+    };
     names.into_iter().zip(worst).map(exact).collect()
 }
 

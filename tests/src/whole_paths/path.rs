@@ -33,17 +33,35 @@ pub(super) fn room() -> Arc<Scene> {
             panel(s, DVec3::new(side, -2.0, 0.0), [4.0 * DVec3::Y, high], wall);
             panel(s, DVec3::new(-2.0, side, 0.0), [4.0 * DVec3::X, high], wall);
         }
-        let shining = |radiance: f64, albedo: f64| Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance));
+        let shining = |radiance: f64, albedo: f64| {
+            Surface::new(lambert(albedo)).emitting(DVec3::splat(radiance))
+        };
         let black = Surface::new(Bsdf::Black).emitting(DVec3::splat(400.0));
         square(s, DVec3::new(0.5, 0.4, 2.8), 0.02, false, black);
-        square(s, DVec3::new(-0.5, -0.2, 2.9), 0.5, false, shining(50.0, 0.3));
-        panel(s, DVec3::new(-1.9, -1.5, 0.3), [3.0 * DVec3::Y, 2.0 * DVec3::Z], shining(20.0, 0.6));
+        square(
+            s,
+            DVec3::new(-0.5, -0.2, 2.9),
+            0.5,
+            false,
+            shining(50.0, 0.3),
+        );
+        panel(
+            s,
+            DVec3::new(-1.9, -1.5, 0.3),
+            [3.0 * DVec3::Y, 2.0 * DVec3::Z],
+            shining(20.0, 0.6),
+        );
         let centre = DVec3::new(-0.6, 0.8, 0.9);
         ball(s, Sphere::new(centre, 0.25), shining(30.0, 0.5));
         ball(s, Sphere::new(centre, 0.8), Surface::new(GLASS));
         let mirror = Surface::new(mirror(0.9));
         ball(s, Sphere::new(DVec3::new(0.9, 0.9, 0.6), 0.5), mirror);
-        panel(s, DVec3::new(1.9, 1.5, 0.2), [-3.0 * DVec3::Y, 2.5 * DVec3::Z], mirror);
+        panel(
+            s,
+            DVec3::new(1.9, 1.5, 0.2),
+            [-3.0 * DVec3::Y, 2.5 * DVec3::Z],
+            mirror,
+        );
     })
 }
 
@@ -89,7 +107,11 @@ impl Vertex {
 fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
     let normal = front * -front.dot(d).signum();
     let along = d - d.dot(normal) * normal;
-    let ratio = if front.dot(d) < 0.0 { 1.0 / INDEX } else { INDEX };
+    let ratio = if front.dot(d) < 0.0 {
+        1.0 / INDEX
+    } else {
+        INDEX
+    };
     let bent = ratio * along;
     if glass && through && bent.length_squared() < 0.99 {
         (bent - normal * (1.0 - bent.length_squared()).sqrt(), true)
@@ -161,12 +183,16 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
 /// The area of an emitter, and the numbers of a point on it.
 pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
     match *shape {
-        EmitterShape::Rectangle { corner, edges } => {
-            (edges[0].length() * edges[1].length(), edges.map(|e| e.dot(point - corner) / e.length_squared()))
-        }
+        EmitterShape::Rectangle { corner, edges } => (
+            edges[0].length() * edges[1].length(),
+            edges.map(|e| e.dot(point - corner) / e.length_squared()),
+        ),
         EmitterShape::Sphere(Sphere { centre, radius, .. }) => {
             let at = (point - centre) / radius;
-            (2.0 * TAU * radius * radius, [0.5 + 0.5 * at.z, azimuth(at) / TAU])
+            (
+                2.0 * TAU * radius * radius,
+                [0.5 + 0.5 * at.z, azimuth(at) / TAU],
+            )
         }
         EmitterShape::Triangle(_) => (f64::NAN, [f64::NAN; 2]),
     }
@@ -183,12 +209,16 @@ pub(super) fn middle(shares: &[f64], emitter: usize) -> f64 {
     shares[..emitter].iter().sum::<f64>() + 0.5 * shares[emitter]
 }
 
-/// The numbers with which a shadow ray from a path's second vertex, which is rough, picks its first, and the density of that.
+/// The numbers with which a shadow ray from a path's second vertex, which is rough, picks its
+/// first, and the density of that.
 pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     const LIGHTS: LightSampling = LightSampling::ByContribution;
     let (light, from) = (&path[0], path[1].point);
     let index = light.emitter.map_or(0, |index| index as usize);
-    let (emitter, probabilities) = (&scene.emitters()[index], probabilities(scene.emitters(), LIGHTS, from));
+    let (emitter, probabilities) = (
+        &scene.emitters()[index],
+        probabilities(scene.emitters(), LIGHTS, from),
+    );
     let mut on_light = on_emitter(&emitter.shape, light.point).1;
     if let EmitterShape::Sphere(sphere) = emitter.shape {
         // By 1 − cos of the cone around the sphere, and around its axis.
@@ -196,16 +226,28 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
         let [towards, axis] = [light.point - from, to_centre].map(DVec3::normalize);
         let cosine = (1.0 - (sphere.radius / to_centre.length()).powi(2)).sqrt();
         let around = Frame::new(-axis).local(light.point - sphere.centre);
-        on_light = [0.5 * (towards - axis).length_squared() / (1.0 - cosine), azimuth(around) / TAU];
+        on_light = [
+            0.5 * (towards - axis).length_squared() / (1.0 - cosine),
+            azimuth(around) / TAU,
+        ];
     }
-    let by_angle = density(emitter, LIGHTS, from, (light.point, light.normal), probabilities[index]);
+    let by_angle = density(
+        emitter,
+        LIGHTS,
+        from,
+        (light.point, light.normal),
+        probabilities[index],
+    );
     let per_area = light.cosine(from) / from.distance_squared(light.point);
-    ([middle(&probabilities, index), on_light[0], on_light[1]], by_angle * per_area)
+    (
+        [middle(&probabilities, index), on_light[0], on_light[1]],
+        by_angle * per_area,
+    )
 }
 
-/// The densities in closed form by the light's walk and the eye's, for vertices that the walk reaches in
-/// no specular way: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its share of the image's
-/// area at distance 1.
+/// The densities in closed form by the light's walk and the eye's, for vertices that the walk
+/// reaches in no specular way: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its share
+/// of the image's area at distance 1.
 pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
     let walk = |from: &Vertex, to: &Vertex| {
         let distance_squared = from.point.distance_squared(to.point);
@@ -228,16 +270,24 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
             let x = &path[i];
             let before = i.checked_sub(1).map(|i| &path[i]);
             let after = path.get(i + 1);
-            [before.map_or_else(|| start(x), |from| walk(from, x)), after.map_or_else(|| seen(x), |from| walk(from, x))]
+            [
+                before.map_or_else(|| start(x), |from| walk(from, x)),
+                after.map_or_else(|| seen(x), |from| walk(from, x)),
+            ]
         })
         .collect()
 }
 
 /// The density of a path by each strategy, up to a common factor; `None` where there is none.
 ///
-/// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end of a
-/// specular chain to the other have the ratio of the two n². A shadow ray picks its light by what it may contribute.
-pub(super) fn by_strategy(scene: &Scene, path: &[Vertex], known: &[[Option<f64>; 2]]) -> Vec<Option<f64>> {
+/// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end
+/// of a specular chain to the other have the ratio of the two n². A shadow ray picks its light by
+/// what it may contribute.
+pub(super) fn by_strategy(
+    scene: &Scene,
+    path: &[Vertex],
+    known: &[[Option<f64>; 2]],
+) -> Vec<Option<f64>> {
     let factors = path.iter().zip(known).enumerate().map(|(i, (x, density))| {
         if x.specular() {
             return [1.0, 1.0];

@@ -40,7 +40,8 @@ pub(super) enum Lack {
 const DENSITY: &str = "density estimation blurs over its radius";
 const MESH: &str = "the mesh of finite elements";
 const NOT_SEEN: &str = "the eye sees nothing in mirrors and through glass";
-const DIRECT_ONLY: &str = "emission and the direct light of the first diffuse surface alone, seven segments";
+const DIRECT_ONLY: &str =
+    "emission and the direct light of the first diffuse surface alone, seven segments";
 const SEVEN: &str = "cut after seven segments";
 
 /// The albedo of the cavity.
@@ -51,7 +52,8 @@ fn cavity_from(bounces: i32) -> f64 {
     CAP_SHARE * CAVITY.powi(bounces) / (1.0 - CAVITY)
 }
 
-/// What is claimed of an estimator on a scene; `None` where it is not defined or its variance infinite.
+/// What is claimed of an estimator on a scene; `None` where it is not defined or its variance
+/// infinite.
 pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim> {
     use EstimatorName as E;
     use SceneName as S;
@@ -67,7 +69,9 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
         E::Light | E::Whitted | E::Report if scene == S::FurnaceBox => return None,
         E::Light => Claim::Equal,
         E::LightTracer | E::Photon | E::Sppm if lit_by_background => return None,
-        E::LightTracer if scene == S::Report => Claim::Lacks(Lack::Counted(Method::LightTracer), NOT_SEEN),
+        E::LightTracer if scene == S::Report => {
+            Claim::Lacks(Lack::Counted(Method::LightTracer), NOT_SEEN)
+        }
         E::LightTracer => Claim::Equal,
         E::Photon => Claim::Biased(0.02, DENSITY),
         E::Sppm => Claim::Biased(0.06, DENSITY),
@@ -97,8 +101,8 @@ impl Case {
     }
 }
 
-/// Within which image means must agree. The lights of the Cornell box and the caustics of the report's room
-/// make several times the noise.
+/// Within which image means must agree. The lights of the Cornell box and the caustics of the
+/// report's room make several times the noise.
 pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
     match (tier, scene) {
         (Tier::Quick, _) => 0.01,
@@ -107,10 +111,11 @@ pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
     }
 }
 
-/// The standard deviation of an image's mean in per cent of the reference, as measured: of the estimators in the order
-/// of their names, and of what methods leave out, the largest. It decides how many images there are, and nothing else.
-/// Path tracing under a sky of 1 has nearly none, and so has what is left out of the glass cube, but skewed: what is here
-/// makes up for Chebyshev's intervals, or for the images that skewness asks for.
+/// The standard deviation of an image's mean in per cent of the reference, as measured: of the
+/// estimators in the order of their names, and of what methods leave out, the largest. It decides
+/// how many images there are, and nothing else. Path tracing under a sky of 1 has nearly none, and
+/// so has what is left out of the glass cube, but skewed: what is here makes up for Chebyshev's
+/// intervals, or for the images that skewness asks for.
 #[rustfmt::skip]
 const NOISE: [(SceneName, [f64; 11], f64); 7] = [
     //                          mis  bsdf light l.tr. bdpt  ends phot.  sppm radi. whit. report left out
@@ -126,8 +131,8 @@ const NOISE: [(SceneName, [f64; 11], f64); 7] = [
 /// Half an interval in standard errors, at the level of a first look.
 const HALF: f64 = 4.6;
 
-/// So many images that half the interval of their mean is `half`, in per cent of the reference: skewness asks for
-/// some, whatever the noise.
+/// So many images that half the interval of their mean is `half`, in per cent of the reference:
+/// skewness asks for some, whatever the noise.
 fn images(noise: f64, half: f64, tier: Tier) -> u64 {
     let least = match tier {
         Tier::Quick => 400,
@@ -138,12 +143,17 @@ fn images(noise: f64, half: f64, tier: Tier) -> u64 {
 }
 
 fn noise(scene: SceneName) -> ([f64; 11], f64) {
-    NOISE.iter().find(|(of, ..)| *of == scene).map_or(([0.0; 11], 0.0), |&(_, methods, left_out)| (methods, left_out))
+    NOISE
+        .iter()
+        .find(|(of, ..)| *of == scene)
+        .map_or(([0.0; 11], 0.0), |&(_, methods, left_out)| {
+            (methods, left_out)
+        })
 }
 
-/// Images of a case per run: the interval of the difference, of which the reference, the method and what it leaves out
-/// have their parts, is 0.6 of the margin on either side, or about a fifth of a bias (two fifths at the quick
-/// tier).
+/// Images of a case per run: the interval of the difference, of which the reference, the method and
+/// what it leaves out have their parts, is 0.6 of the margin on either side, or about a fifth of a
+/// bias (two fifths at the quick tier).
 pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
     let margin = 100.0 * margin(case.scene, tier);
     let noise = noise(case.scene).0[case.estimator as usize];
@@ -158,7 +168,11 @@ pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
         }
         (EstimatorName::Mis, _) | (_, Claim::Lacks(..)) => images(noise, 0.3 * margin, tier),
         (_, Claim::Equal) => images(noise, 0.52 * margin, tier),
-        (_, Claim::Biased(bias, _)) => images(noise, if tier == Tier::Quick { 0.4 } else { 0.2 } * 100.0 * bias, tier),
+        (_, Claim::Biased(bias, _)) => images(
+            noise,
+            if tier == Tier::Quick { 0.4 } else { 0.2 } * 100.0 * bias,
+            tier,
+        ),
     }
 }
 
@@ -167,13 +181,15 @@ pub(super) fn replications_left_out(scene: SceneName, tier: Tier) -> u64 {
     images(noise(scene).1, 0.42 * 100.0 * margin(scene, tier), tier)
 }
 
-/// Whether a few hundred images decide the case: not where what is left out is counted path by path, where an image
-/// takes long, or where skewness asks for thousands.
+/// Whether a few hundred images decide the case: not where what is left out is counted path by
+/// path, where an image takes long, or where skewness asks for thousands.
 fn is_quick(scene: SceneName, estimator: EstimatorName) -> bool {
     use EstimatorName as E;
     match scene {
         SceneName::DiffuseRoom => !matches!(estimator, E::Radiosity | E::Whitted | E::Report),
-        SceneName::FurnaceBox => matches!(estimator, E::Mis | E::Bsdf | E::LightTracer | E::Radiosity),
+        SceneName::FurnaceBox => {
+            matches!(estimator, E::Mis | E::Bsdf | E::LightTracer | E::Radiosity)
+        }
         SceneName::CavityCap => matches!(estimator, E::Mis | E::Light | E::Whitted | E::Report),
         SceneName::Environment => true,
         SceneName::Report | SceneName::Cornell | SceneName::GlassCube => false,
@@ -183,10 +199,17 @@ fn is_quick(scene: SceneName, estimator: EstimatorName) -> bool {
 /// Quick: those that few images decide. Full: all.
 pub(super) fn cases(tier: Tier) -> Vec<Case> {
     let all = SCENES.iter().flat_map(|&(scene, _)| {
-        EstimatorName::value_variants().iter().filter_map(move |&estimator| {
-            let claim = claim(scene, estimator)?;
-            Some(Case { scene, estimator, claim })
-        })
+        EstimatorName::value_variants()
+            .iter()
+            .filter_map(move |&estimator| {
+                let claim = claim(scene, estimator)?;
+                Some(Case {
+                    scene,
+                    estimator,
+                    claim,
+                })
+            })
     });
-    all.filter(|case| tier == Tier::Full || is_quick(case.scene, case.estimator)).collect()
+    all.filter(|case| tier == Tier::Full || is_quick(case.scene, case.estimator))
+        .collect()
 }

@@ -10,8 +10,9 @@ use crate::plot::agreement::{Square, Standing};
 /// Intervals narrower than this are rounding, whose skewness says nothing.
 const NOTHING: f64 = 1e-9;
 
-/// Compares a case with its reference, records it, and returns what the matrix shows. To a method that
-/// lacks a part of the light, that part is added before: it has to make up for the whole difference.
+/// Compares a case with its reference, records it, and returns what the matrix shows. To a method
+/// that lacks a part of the light, that part is added before: it has to make up for the whole
+/// difference.
 pub(super) fn judge(
     run: &mut Run,
     case: &Case,
@@ -22,8 +23,14 @@ pub(super) fn judge(
     let own = total.moments;
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
-        run.note(&case.label(), format!("reference, {:.6} ± {error:.3} % standard error", own.mean()));
-        return Square { text: format!("{:.4} ± {error:.3} %", own.mean()), standing: Standing::Reference };
+        run.note(
+            &case.label(),
+            format!("reference, {:.6} ± {error:.3} % standard error", own.mean()),
+        );
+        return Square {
+            text: format!("{:.4} ± {error:.3} %", own.mean()),
+            standing: Standing::Reference,
+        };
     }
     let lack = lack.unwrap_or(Mean::Known(0.0));
     let mean = reference.value();
@@ -41,20 +48,31 @@ pub(super) fn judge(
         Claim::Lacks(_, why) => (margin(case.scene, run.tier()), why),
     };
     let n = own.count();
-    run.numbers(&key, [("difference", difference), ("half", shown), ("replications", n as f64), ("margin", size)]);
+    run.numbers(
+        &key,
+        [
+            ("difference", difference),
+            ("half", shown),
+            ("replications", n as f64),
+            ("margin", size),
+        ],
+    );
     let half = half(&parts);
     let rest = difference - expected;
     let interval = [rest - half, rest + half];
     let verdict = match approximate_verdict(interval, 0.0, size, n) {
         // More images make skewness matter less.
-        Verdict::Undecided { .. } if skewed => {
-            Verdict::Undecided { needed: (n as f64 * skew(&parts).powi(2)).ceil() as u64 }
-        }
+        Verdict::Undecided { .. } if skewed => Verdict::Undecided {
+            needed: (n as f64 * skew(&parts).powi(2)).ceil() as u64,
+        },
         verdict => verdict,
     };
     let mut value = format!("{:+.3} % ± {:.3} %", 100.0 * difference, 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
-        run.numbers(&key, [("expected", expected), ("rest", rest), ("rest_half", half)]);
+        run.numbers(
+            &key,
+            [("expected", expected), ("rest", rest), ("rest_half", half)],
+        );
         let [expected, rest, half] = [expected, rest, half].map(|x| 100.0 * x);
         value += &format!(", expected {expected:+.3} %: {rest:+.3} % ± {half:.3} % remain");
     }
@@ -97,20 +115,24 @@ fn signed(value: f64) -> String {
     }
 }
 
-/// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values bend it
-/// by √(valid from/n), which goes with their skewness; in a sum with a share w of the variance by w^(3/2) of
-/// that, as third cumulants add.
+/// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values
+/// bend it by √(valid from/n), which goes with their skewness; in a sum with a share w of the
+/// variance by w^(3/2) of that, as third cumulants add.
 fn skew(means: &[&Mean; 3]) -> f64 {
     let all = standard_error(means);
     let part = |total: &Total| {
         let alone = total.valid_from as f64 / total.moments.count() as f64;
         alone.sqrt() * (total.moments.standard_error() / all).powi(3)
     };
-    means.iter().filter_map(|mean| mean.measured()).map(part).sum()
+    means
+        .iter()
+        .filter_map(|mean| mean.measured())
+        .map(part)
+        .sum()
 }
 
-/// Whether skewness leaves the tail of Welch's interval of a sum of means unsure, which is more than rounding of their
-/// `scale`.
+/// Whether skewness leaves the tail of Welch's interval of a sum of means unsure, which is more
+/// than rounding of their `scale`.
 fn skewed(means: &[&Mean; 3], level: f64, scale: f64) -> bool {
     skew(means) > 1.0 && half_width(means, level) / scale > NOTHING
 }
@@ -121,20 +143,29 @@ fn half_width(means: &[&Mean], level: f64) -> f64 {
     student_upper(0.5 * level, dof) * standard_error(means)
 }
 
-/// Half of Chebyshev's interval of the same, which holds for any law of this variance. Where it is that of k rare values
-/// among many that are all the same, the interval allows for √(k/level) more of them: hundreds, if but one was seen.
+/// Half of Chebyshev's interval of the same, which holds for any law of this variance. Where it is
+/// that of k rare values among many that are all the same, the interval allows for √(k/level) more
+/// of them: hundreds, if but one was seen.
 fn half_of_any_law(means: &[&Mean], level: f64) -> f64 {
     standard_error(means) / level.sqrt()
 }
 
 fn standard_error(means: &[&Mean]) -> f64 {
-    variances(means).map(|(variance, _)| variance).sum::<f64>().sqrt()
+    variances(means)
+        .map(|(variance, _)| variance)
+        .sum::<f64>()
+        .sqrt()
 }
 
 /// Variances of the means that are measured, and how many images they are of.
 fn variances(means: &[&Mean]) -> impl Iterator<Item = (f64, u64)> {
     let measured = means.iter().filter_map(|mean| mean.measured());
-    measured.map(|total| (total.moments.variance() / total.moments.count() as f64, total.moments.count()))
+    measured.map(|total| {
+        (
+            total.moments.variance() / total.moments.count() as f64,
+            total.moments.count(),
+        )
+    })
 }
 
 impl Mean {
@@ -163,7 +194,10 @@ mod tests {
     fn images(count: u64, rare: u64) -> Mean {
         let mut values = Values::new(1.0);
         (0..count).for_each(|i| values.push(if i % rare == 0 { 2.0 } else { 1.0 }));
-        Mean::Measured(Total { moments: values.moments, valid_from: values.valid_from_at(LEVEL) })
+        Mean::Measured(Total {
+            moments: values.moments,
+            valid_from: values.valid_from_at(LEVEL),
+        })
     }
 
     #[test]
@@ -184,6 +218,9 @@ mod tests {
 
     #[test]
     fn three_decimals_have_a_sign() {
-        assert_eq!([0.0004, -0.0004, 0.0126, -1.5].map(signed), ["0.000", "0.000", "+0.013", "−1.500"]);
+        assert_eq!(
+            [0.0004, -0.0004, 0.0126, -1.5].map(signed),
+            ["0.000", "0.000", "+0.013", "−1.500"]
+        );
     }
 }

@@ -1,6 +1,6 @@
-//! What a method leaves out, counted path by path: a walk from the eye that finds light by hitting it alone
-//! and asks of each path whether the method follows it. It scatters as the estimators do, and has no shadow rays,
-//! no weights between strategies and no limit.
+//! What a method leaves out, counted path by path: a walk from the eye that finds light by hitting
+//! it alone and asks of each path whether the method follows it. It scatters as the estimators do,
+//! and has no shadow rays, no weights between strategies and no limit.
 
 use whitefurnace::bsdf::Vertex;
 use whitefurnace::sampler::Sampler;
@@ -62,14 +62,27 @@ impl Way {
 struct LeftOut;
 
 impl Estimator for LeftOut {
-    fn radiance<R: Sampler>(&self, scene: &Scene, ray: &Ray, hit: Option<Hit>, rng: &mut R) -> DVec3 {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
         let (mut ray, mut hit) = (*ray, hit);
         let mut left_out = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
-        let mut way = Way { segments: 1, diffuse: 0, diffuse_first: false, diffuse_last: false, emitter: false };
+        let mut way = Way {
+            segments: 1,
+            diffuse: 0,
+            diffuse_first: false,
+            diffuse_last: false,
+            emitter: false,
+        };
         loop {
-            let met =
-                hit.map_or(scene.background().radiance(ray.direction), |here| scene.emitted(&here, ray.direction));
+            let met = hit.map_or(scene.background().radiance(ray.direction), |here| {
+                scene.emitted(&here, ray.direction)
+            });
             way.emitter = hit.is_some();
             let grey = (throughput * met).element_sum() / 3.0;
             let missed = METHODS.map(|method| f64::from(u8::from(!way.followed(method))));
@@ -99,8 +112,14 @@ impl Estimator for LeftOut {
     }
 }
 
-/// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from `first` on.
-pub(super) fn left_out(run: &Run, scene: SceneName, first: u32, count: u32) -> Result<[Values; 3], Error> {
+/// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from
+/// `first` on.
+pub(super) fn left_out(
+    run: &Run,
+    scene: SceneName,
+    first: u32,
+    count: u32,
+) -> Result<[Values; 3], Error> {
     let job = Job {
         scene: scene.into(),
         size: SIZE,
@@ -155,12 +174,22 @@ mod tests {
             ("dddddds", &[LightTracer]),
         ] {
             let followed = METHODS.map(|method| way(surfaces).followed(method));
-            assert_eq!(followed, METHODS.map(|m| methods.contains(&m)), "{surfaces}");
+            assert_eq!(
+                followed,
+                METHODS.map(|m| methods.contains(&m)),
+                "{surfaces}"
+            );
         }
         // No shadow ray finds the background.
-        let sky = Way { emitter: false, ..way("d") };
+        let sky = Way {
+            emitter: false,
+            ..way("d")
+        };
         assert_eq!(METHODS.map(|m| sky.followed(m)), [false, true, true]);
-        let far = Way { emitter: false, ..way("ddddddd") };
+        let far = Way {
+            emitter: false,
+            ..way("ddddddd")
+        };
         assert!(!far.followed(Report));
     }
 }

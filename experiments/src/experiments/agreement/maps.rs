@@ -1,6 +1,6 @@
-//! Tiles and pixels of two sets of images against each other. How far out the tail of a tile's or pixel's
-//! test is valid, its skewness decides, and that is taken from images that the test does not see: else what
-//! is left out would depend on what is found.
+//! Tiles and pixels of two sets of images against each other. How far out the tail of a tile's or
+//! pixel's test is valid, its skewness decides, and that is taken from images that the test does
+//! not see: else what is left out would depend on what is found.
 
 use serde::{Deserialize, Serialize};
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
@@ -29,7 +29,8 @@ struct Place {
 impl Place {
     /// Whether the skewness of the pilot leaves the tail of the test valid at a level.
     fn valid_at(&self, level: f64) -> bool {
-        self.pilot.moments.count() > 1 && self.tested.moments.count() >= self.pilot.valid_from_at(level)
+        self.pilot.moments.count() > 1
+            && self.tested.moments.count() >= self.pilot.valid_from_at(level)
     }
 }
 
@@ -46,7 +47,10 @@ impl Maps {
     /// For so many images.
     pub fn new(images: u64) -> Self {
         let pixels = (SIZE[0] * SIZE[1]) as usize;
-        let empty = Place { pilot: Values::new(1.0), tested: Values::new(1.0) };
+        let empty = Place {
+            pilot: Values::new(1.0),
+            tested: Values::new(1.0),
+        };
         Self {
             pilot: images / PILOT,
             images: 0,
@@ -83,13 +87,17 @@ impl Maps {
 /// The Welch map of places that are judged at a level, the others left out; and how many are.
 fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
     let table = |places: &[Place]| {
-        let column = |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
+        let column =
+            |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
         let count: Vec<u64> = places.iter().map(|p| p.tested.moments.count()).collect();
         (column(Moments::mean), column(Moments::variance), count)
     };
     let (ours, reference): (Table, Table) = (table(a), table(b));
-    let [ours, reference] =
-        [&ours, &reference].map(|(mean, variance, count)| PixelStatistics { mean, variance, count });
+    let [ours, reference] = [&ours, &reference].map(|(mean, variance, count)| PixelStatistics {
+        mean,
+        variance,
+        count,
+    });
     let mut map = map(&ours, &reference, width, 1);
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         // What is no number is not left out, but fails.
@@ -103,13 +111,22 @@ fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize)
     (map, count)
 }
 
-/// Records the least p-value of the tiles, at `share` of the family; where equality is claimed, it can
-/// fail, and it is a claim if enough tiles are judged. Returns the map for drawing, and the histogram of the
-/// pixels' p-values if enough of them are judged as far out as its first bin.
-pub(super) fn note_map(run: &mut Run, case: &Case, [a, b]: [&Maps; 2], share: f64) -> (Map, Option<Vec<u64>>) {
+/// Records the least p-value of the tiles, at `share` of the family; where equality is claimed, it
+/// can fail, and it is a claim if enough tiles are judged. Returns the map for drawing, and the
+/// histogram of the pixels' p-values if enough of them are judged as far out as its first bin.
+pub(super) fn note_map(
+    run: &mut Run,
+    case: &Case,
+    [a, b]: [&Maps; 2],
+    share: f64,
+) -> (Map, Option<Vec<u64>>) {
     let enough = |count: usize, of: usize| count as f64 >= LEAST_SHARE * of as f64;
     let total = a.tiles.len();
-    let (tiles, count) = judged([&a.tiles, &b.tiles], SIZE[0] as usize / TILE, share / total as f64);
+    let (tiles, count) = judged(
+        [&a.tiles, &b.tiles],
+        SIZE[0] as usize / TILE,
+        share / total as f64,
+    );
     let (what, key) = (format!("{}, tiles", case.label()), case.key());
     run.number(&format!("{key}.tiles.judged"), count as f64);
     if enough(count, total) {
@@ -123,7 +140,10 @@ pub(super) fn note_map(run: &mut Run, case: &Case, [a, b]: [&Maps; 2], share: f6
         }
     } else {
         let least = 100.0 * LEAST_SHARE;
-        run.note(&what, format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %"));
+        run.note(
+            &what,
+            format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %"),
+        );
     }
     let (pixels, count) = judged([&a.pixels, &b.pixels], SIZE[0] as usize, 1.0 / BINS as f64);
     run.number(&format!("{key}.pixels.judged"), count as f64);

@@ -19,9 +19,14 @@ pub(super) fn edges(run: &mut Run) {
         let [a, b, c, d, from] = [point(), point(), point(), point(), point() * 5.0];
         let target = a + uniform(&mut rng) * (b - a);
         let ray = Ray::new(from, (target - from).normalize());
-        // The two lie on different sides of the edge as the ray sees it, or the ray may rightly miss.
+        // The two lie on different sides of the edge as the ray sees it, or the ray may rightly
+        // miss.
         let side = |p: DVec3| (b - a).cross(p - a).dot(ray.direction);
-        let other = if side(c) * side(d) < 0.0 { d } else { 2.0 * target - c };
+        let other = if side(c) * side(d) < 0.0 {
+            d
+        } else {
+            2.0 * target - c
+        };
         // Neighbours of a mesh run along their edge in opposite directions, from any corner.
         let mut neighbour = [b, a, other];
         neighbour.rotate_left((3.0 * uniform(&mut rng)) as usize);
@@ -57,15 +62,21 @@ pub(super) fn far_spheres(run: &mut Run) {
             }
         }
         if exponent == 2 {
-            size(run, "sphere.single.1e2", single, "radii: the same in single precision");
+            size(
+                run,
+                "sphere.single.1e2",
+                single,
+                "radii: the same in single precision",
+            );
         }
-        let what = "radii: the largest error of the printed (7) at that many radii, in double precision";
+        let what =
+            "radii: the largest error of the printed (7) at that many radii, in double precision";
         size(run, &format!("sphere.error.1e{exponent}"), worst, what);
     }
 }
 
-/// The nearer root of the printed (7) for the unit sphere around the origin, in single precision; not a
-/// number where its radicand is negative.
+/// The nearer root of the printed (7) for the unit sphere around the origin, in single precision;
+/// not a number where its radicand is negative.
 fn single_precision(ray: &Ray) -> f64 {
     let [o, l] = [ray.origin, ray.direction].map(|v| v.to_array().map(|x| x as f32));
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

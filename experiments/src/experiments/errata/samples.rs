@@ -12,15 +12,24 @@ use crate::experiments::prelude::*;
 pub(super) fn one_number(run: &mut Run) {
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         let mean = along(|r| hemisphere_printed(r)[axis]);
-        size(run, &format!("one_number.{name}"), mean, "is the mean of that coordinate of directions by one r");
+        size(
+            run,
+            &format!("one_number.{name}"),
+            mean,
+            "is the mean of that coordinate of directions by one r",
+        );
     }
 }
 
 /// Radiance by the cosine of its direction.
 type Radiance = fn(f64) -> f64;
 
-const PROFILES: [(&str, Radiance); 4] =
-    [("constant", |_| 1.0), ("cosine", |c| c), ("horizon", |c| 1.0 - c), ("band", |c| f64::from(u8::from(c < 0.1)))];
+const PROFILES: [(&str, Radiance); 4] = [
+    ("constant", |_| 1.0),
+    ("cosine", |c| c),
+    ("horizon", |c| 1.0 - c),
+    ("band", |c| f64::from(u8::from(c < 0.1))),
+];
 
 /// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
 pub(super) fn mixed(run: &mut Run) {
@@ -41,27 +50,39 @@ pub(super) fn importance(run: &mut Run) {
                 let part = |from: f64, to: f64| {
                     along(|r| {
                         let c = from + r * (to - from);
-                        TAU * (to - from) * pdf(c) * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
+                        TAU * (to - from)
+                            * pdf(c)
+                            * (radiance(c) * c * FRAC_1_PI / pdf(c)).powi(power)
                     })
                 };
                 part(0.0, 0.1) + part(0.1, 1.0)
             };
             over(2) - over(1).powi(2)
         };
-        let [uniform, cosine] = [variance(uniform_hemisphere_pdf), variance(cosine_hemisphere_pdf)];
+        let [uniform, cosine] = [
+            variance(uniform_hemisphere_pdf),
+            variance(cosine_hemisphere_pdf),
+        ];
         let what = "is the variance by uniform directions";
         size(run, &format!("importance.{name}.uniform"), uniform, what);
         let what = "is the variance by cosine-weighted directions";
-        size(run, &format!("importance.{name}.cosine"), cosine.max(0.0), what);
+        size(
+            run,
+            &format!("importance.{name}.cosine"),
+            cosine.max(0.0),
+            what,
+        );
     }
 }
 
 /// 2.7: mean squared error of a pixel with 16 rays, cut by a straight edge of any slope.
 pub(super) fn slanted_edges(run: &mut Run) {
     let edges = run.count(run.by_tier(100_000, 2_000_000));
-    for (name, strategy) in
-        [("grid", PixelSampling::Grid(4)), ("jittered", PixelSampling::Jitter(4)), ("random", PixelSampling::Random)]
-    {
+    for (name, strategy) in [
+        ("grid", PixelSampling::Grid(4)),
+        ("jittered", PixelSampling::Jitter(4)),
+        ("random", PixelSampling::Random),
+    ] {
         let mut rng = stream(seed_for(run.seed(), &format!("errata {name}")), 0, 0);
         let mut errors = Moments::default();
         for _ in 0..edges {
@@ -70,7 +91,8 @@ pub(super) fn slanted_edges(run: &mut Run) {
             let c = a * x + b * y;
             // The part of the unit square where a x + b y < c.
             let square = |length: f64| length.max(0.0).powi(2);
-            let area = (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
+            let area =
+                (square(c) - square(c - a) - square(c - b) + square(c - a - b)) / (2.0 * a * b);
             let inside = (0..16).filter(|&i| {
                 let [x, y] = strategy.position(i, uniform2(&mut rng));
                 a * x + b * y < c
@@ -80,10 +102,23 @@ pub(super) fn slanted_edges(run: &mut Run) {
         let what = "is the mean squared error of 16 rays for edges of any slope";
         size(run, &format!("slanted.{name}"), errors.mean(), what);
     }
-    size(run, "upright.grid", 0.5 / 4.0, "is the largest error of a 4 × 4 grid for an upright edge");
+    size(
+        run,
+        "upright.grid",
+        0.5 / 4.0,
+        "is the largest error of a 4 × 4 grid for an upright edge",
+    );
 }
 
 /// ∫ f(r) dr over [0, 1].
 fn along(f: impl Fn(f64) -> f64) -> f64 {
-    integrate(Rectangle { x: [0.0, 1.0], y: [0.0, 1.0] }, 1e-12, &mut |x, _| f(x)).value
+    integrate(
+        Rectangle {
+            x: [0.0, 1.0],
+            y: [0.0, 1.0],
+        },
+        1e-12,
+        &mut |x, _| f(x),
+    )
+    .value
 }

@@ -1,5 +1,5 @@
-//! Graded controls of the registry over many seeds: the right subject's values off by exactly δ, from each
-//! trial's own law and at its own n, rejected as often as stated.
+//! Graded controls of the registry over many seeds: the right subject's values off by exactly δ,
+//! from each trial's own law and at its own n, rejected as often as stated.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,8 @@ const SEEDS: u64 = 200;
 /// A level above this says nothing: almost everything is rejected.
 const COARSEST: f64 = 0.9;
 
-/// Skewness may move the power by this much; with 200 seeds, five standard deviations are 0.1 and more.
+/// Skewness may move the power by this much; with 200 seeds, five standard deviations are 0.1 and
+/// more.
 const LARGEST_BEND: f64 = 0.02;
 
 /// A graded control at one power, over all seeds.
@@ -54,15 +55,26 @@ impl Counted {
     }
 
     fn evidence(&self) -> String {
-        let (Self { rejected, seeds, level, power, .. }, p) = (self, self.p());
-        format!("{rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, p = {p:.1e}")
+        let (
+            Self {
+                rejected,
+                seeds,
+                level,
+                power,
+                ..
+            },
+            p,
+        ) = (self, self.p());
+        format!(
+            "{rejected} of {seeds} rejected at level {level:.1e}, {power:.3} stated, p = {p:.1e}"
+        )
     }
 }
 
-/// How far skewness may move the power where the critical value is `z`: to first order, the mean's skewness
-/// g moves it by g (2x² + 1)/6 φ(x) and, by way of the standard error, by g z x/2 φ(x), x standard errors from
-/// the effect; at most g (1 + z)/8. What [`valid_from`](Measure::valid_from) says of the tail at the suite's
-/// own level gives g.
+/// How far skewness may move the power where the critical value is `z`: to first order, the mean's
+/// skewness g moves it by g (2x² + 1)/6 φ(x) and, by way of the standard error, by g z x/2 φ(x), x
+/// standard errors from the effect; at most g (1 + z)/8. What [`valid_from`](Measure::valid_from)
+/// says of the tail at the suite's own level gives g.
 fn bend(measure: &Measure, z: f64) -> f64 {
     if measure.valid_from <= 2 {
         return 0.0;
@@ -90,29 +102,51 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     for k in 0..count {
         for measure in seeds.subjects(k)? {
             if measure.random {
-                by_name.entry(measure.name.clone()).or_default().push(measure);
+                by_name
+                    .entry(measure.name.clone())
+                    .or_default()
+                    .push(measure);
             }
         }
         bar.advance(1);
     }
     let mut left_out = LeftOut::default();
-    let counted: Vec<Counted> = by_name.values().flat_map(|found| count_all(found, &mut left_out)).collect();
+    let counted: Vec<Counted> = by_name
+        .values()
+        .flat_map(|found| count_all(found, &mut left_out))
+        .collect();
     report(run, &counted, &left_out, (count, seeds.scale, family));
     let line = |c: &Counted| {
-        let Counted { name, statistic, power, level, rejected, seeds, .. } = c;
+        let Counted {
+            name,
+            statistic,
+            power,
+            level,
+            rejected,
+            seeds,
+            ..
+        } = c;
         let (side, p) = (c.sign(), c.p());
         format!("\"{name}\",{side},{statistic},{power},{level:e},{rejected},{seeds},{p:e}")
     };
     let lines: Vec<String> = counted.iter().map(line).collect();
-    run.csv("graded.csv", "measure,side,statistic,stated,level,rejected,seeds,p", &lines)?;
+    run.csv(
+        "graded.csv",
+        "measure,side,statistic,stated,level,rejected,seeds,p",
+        &lines,
+    )?;
     draw(run, &counted, seeds.scale)
 }
 
-/// The graded controls of one measure, given its outcome under every seed; where none can be judged, it is
-/// named with the reason.
+/// The graded controls of one measure, given its outcome under every seed; where none can be
+/// judged, it is named with the reason.
 pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     let first = &found[0];
-    let mut reason = if first.approximate { "claimed within a margin only" } else { "without graded control" };
+    let mut reason = if first.approximate {
+        "claimed within a margin only"
+    } else {
+        "without graded control"
+    };
     let mut counted: Vec<Counted> = Vec::new();
     for up in [true, false] {
         for (at, &wanted) in POWERS.iter().enumerate() {
@@ -129,10 +163,12 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
             let z = normal_upper(0.5 * level);
             if level > COARSEST {
                 reason = "effect too small at this scale";
-            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND {
+            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND
+            {
                 reason = "too skewed at this scale";
             } else if level > ALPHA || wanted == POWERS[0] {
-                // Where the effect is seen at the suite's own level, both powers are asked for there.
+                // Where the effect is seen at the suite's own level, both powers are asked for
+                // there.
                 counted.push(Counted {
                     name: first.name.clone(),
                     statistic: first.statistic.clone(),
@@ -160,15 +196,28 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
     names.dedup();
     let (counts, measures, fails) = (counted.len(), names.len(), failing.len());
-    run.numbers("graded", [("seeds", seeds as f64), ("measures", measures as f64), ("counts", counts as f64)]);
-    run.numbers("graded", [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)]);
+    run.numbers(
+        "graded",
+        [
+            ("seeds", seeds as f64),
+            ("measures", measures as f64),
+            ("counts", counts as f64),
+        ],
+    );
+    run.numbers(
+        "graded",
+        [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)],
+    );
     for (at, &power) in POWERS.iter().enumerate() {
         let near: Vec<&Counted> = at_power(counted, power).collect();
         let rejected: u64 = near.iter().map(|c| c.rejected).sum();
         let all: u64 = near.iter().map(|c| c.seeds).sum();
         let share = rejected as f64 / all.max(1) as f64;
         run.number(&format!("graded.share_{at}"), share);
-        let value = format!("{share:.4} of all are rejected ({} controls under {seeds} seeds)", near.len());
+        let value = format!(
+            "{share:.4} of all are rejected ({} controls under {seeds} seeds)",
+            near.len()
+        );
         run.note(&format!("graded controls at power {power}"), value);
     }
     let mut value = format!(
@@ -176,7 +225,10 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
          {level:.1e} each"
     );
     if let Some(c) = weakest {
-        run.numbers("graded.weakest", [("share", c.share()), ("stated", c.power), ("p", c.p())]);
+        run.numbers(
+            "graded.weakest",
+            [("share", c.share()), ("stated", c.power), ("p", c.p())],
+        );
         value += &format!("; the furthest off is {}: {}", c.label(), c.evidence());
     }
     let what = "values off by δ are rejected as often as stated";
@@ -190,7 +242,10 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
         run.detail(&c.label(), c.evidence(), false);
     }
     for (reason, names) in left_out {
-        run.note(&format!("not judged: {reason}"), format!("{}: {}", names.len(), names.join("; ")));
+        run.note(
+            &format!("not judged: {reason}"),
+            format!("{}: {}", names.len(), names.join("; ")),
+        );
     }
     let none: usize = left_out.values().map(Vec::len).sum();
     run.number("graded.not_judged", none as f64);
@@ -199,7 +254,9 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
 /// Those counted at this power, and not at the suite's own level.
 fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
     // A count's power jumps, and may be more than what was asked for.
-    counted.iter().filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
+    counted
+        .iter()
+        .filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
 }
 
 /// How many controls were rejected how often, and how many would be by the binomial law of each.

@@ -35,7 +35,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     walks::truncation(run, "truncation.svg")?;
     samples::edges(run, "edges.svg")?;
     pictures::antialiasing(run, ["antialiasing.png", "centre.png", "jittered.png"])?;
-    pictures::noise(run, ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"])
+    pictures::noise(
+        run,
+        ["noise.png", "noise.svg", "noise-8.png", "noise-512.png"],
+    )
 }
 
 /// How many intervals this experiment draws and judges, at most.

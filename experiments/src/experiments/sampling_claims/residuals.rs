@@ -8,8 +8,9 @@ use crate::experiments::prelude::*;
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];
 
-/// A claimed density: its share below a direction's inclination, and the azimuth in turns. Both are uniform if the
-/// claim is right, so that cells of equal size have equal probability. The axis has a name for the share.
+/// A claimed density: its share below a direction's inclination, and the azimuth in turns. Both are
+/// uniform if the claim is right, so that cells of equal size have equal probability. The axis has
+/// a name for the share.
 type Density = (fn(DVec3) -> [f64; 2], &'static str);
 
 const UNIFORM: Density = (uniform_hemisphere_inverse, "1 − cos θ");
@@ -17,11 +18,30 @@ const COSINE: Density = (cosine_hemisphere_inverse, "sin² θ");
 
 type Sampler = fn(&mut Stream) -> DVec3;
 
-/// Samplers with their names in titles and in keys, the densities that they claim, and whether the claims are right.
+/// Samplers with their names in titles and in keys, the densities that they claim, and whether the
+/// claims are right.
 const SAMPLERS: [(&str, &str, Sampler, Density, bool); 3] = [
-    ("Uniform, two numbers", "uniform", |rng| uniform_hemisphere(uniform2(rng)), UNIFORM, true),
-    ("Cosine-weighted", "cosine", |rng| cosine_hemisphere(uniform2(rng)), COSINE, true),
-    ("As printed, one number", "printed", |rng| hemisphere_printed(uniform(rng)), UNIFORM, false),
+    (
+        "Uniform, two numbers",
+        "uniform",
+        |rng| uniform_hemisphere(uniform2(rng)),
+        UNIFORM,
+        true,
+    ),
+    (
+        "Cosine-weighted",
+        "cosine",
+        |rng| cosine_hemisphere(uniform2(rng)),
+        COSINE,
+        true,
+    ),
+    (
+        "As printed, one number",
+        "printed",
+        |rng| hemisphere_printed(uniform(rng)),
+        UNIFORM,
+        false,
+    ),
 ];
 
 /// Bound of the scale for samplers that are right, standard deviations.
@@ -32,7 +52,14 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
     let cells = CELLS[0] * CELLS[1];
     let expected = run.count(run.by_tier(200, 20_000)) as f64;
     let n = expected as u64 * cells as u64;
-    run.numbers("residuals", [("samples", n as f64), ("expected", expected), ("cells", cells as f64)]);
+    run.numbers(
+        "residuals",
+        [
+            ("samples", n as f64),
+            ("expected", expected),
+            ("cells", cells as f64),
+        ],
+    );
     let mut panels = Vec::new();
     for (title, name, sample, (place, share), right) in SAMPLERS {
         let mut rng = stream(seed_for(run.seed(), &format!("residuals {name}")), 0, 0);
@@ -40,12 +67,22 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         for _ in 0..n {
             counts[cell(place(sample(&mut rng)))] += 1;
         }
-        let values: Vec<f64> = counts.iter().map(|&count| (count as f64 - expected) / expected.sqrt()).collect();
+        let values: Vec<f64> = counts
+            .iter()
+            .map(|&count| (count as f64 - expected) / expected.sqrt())
+            .collect();
         let statistic: f64 = values.iter().map(|r| r * r).sum();
         let p = chi_square_sf(statistic, cells as f64 - 1.0);
         let worst = values.iter().fold(0.0_f64, |worst, r| worst.max(r.abs()));
-        run.numbers(&format!("residuals.{name}"), [("chi_square", statistic), ("p", p), ("worst", worst)]);
-        let verdict = if right { "agrees with" } else { "is rejected by" };
+        run.numbers(
+            &format!("residuals.{name}"),
+            [("chi_square", statistic), ("p", p), ("worst", worst)],
+        );
+        let verdict = if right {
+            "agrees with"
+        } else {
+            "is rejected by"
+        };
         let level = FAMILY / SAMPLERS.len() as f64;
         let value = format!(
             "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \

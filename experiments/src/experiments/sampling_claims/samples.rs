@@ -11,9 +11,13 @@ use crate::plot::chart::rows;
 pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
     type Sampler = fn(&mut Stream) -> DVec3;
     let samplers: [(&str, Sampler); 3] = [
-        ("uniform, two numbers", |rng| uniform_hemisphere(uniform2(rng))),
+        ("uniform, two numbers", |rng| {
+            uniform_hemisphere(uniform2(rng))
+        }),
         ("cosine-weighted", |rng| cosine_hemisphere(uniform2(rng))),
-        ("as printed: one number r", |rng| hemisphere_printed(uniform(rng))),
+        ("as printed: one number r", |rng| {
+            hemisphere_printed(uniform(rng))
+        }),
     ];
     let panel = |(k, (title, sampler)): (usize, (&str, Sampler))| {
         let mut rng = stream(seed_for(run.seed(), title), 0, 0);
@@ -25,7 +29,10 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
             let (sin, cos) = f64::from(2 * i).to_radians().sin_cos();
             [cos, sin]
         });
-        let series = vec![Series::new("", 6, Mark::Faint, horizon), Series::new("", k, Mark::Dots, dots)];
+        let series = vec![
+            Series::new("", 6, Mark::Faint, horizon),
+            Series::new("", k, Mark::Dots, dots),
+        ];
         Chart::new(title, ["x", "y"], [[-1.05, 1.05]; 2], series)
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
@@ -34,10 +41,16 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
     rows(&run.figure(file), see, [1080, 348], 3, &panels)
 }
 
-/// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave out,
-/// because a ratio is infinite or takes too many samples to judge finely.
+/// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave
+/// out, because a ratio is infinite or takes too many samples to judge finely.
 const MORE: [Profile; 2] = [
-    Profile { name: "1", radiance: |_| 1.0, mean: 1.0, uniform: 1.0 / 3.0, cosine: 0.0 },
+    Profile {
+        name: "1",
+        radiance: |_| 1.0,
+        mean: 1.0,
+        uniform: 1.0 / 3.0,
+        cosine: 0.0,
+    },
     Profile {
         name: "band",
         radiance: |w| if w.z < 0.1 { 1.0 } else { 0.0 },
@@ -53,20 +66,40 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let mut series = Vec::new();
     let mut all_hold = true;
     let profiles: Vec<Profile> = PROFILES.into_iter().chain(MORE).collect();
-    for (colour, label, method, cosine) in [(2, "uniform", UNIFORM, false), (0, "cosine-weighted", COSINE, true)] {
+    for (colour, label, method, cosine) in [
+        (2, "uniform", UNIFORM, false),
+        (0, "cosine-weighted", COSINE, true),
+    ] {
         let (mut closed, mut found) = (Vec::new(), Vec::new());
         for (k, profile) in profiles.iter().enumerate() {
-            let mut rng = stream(seed_for(run.seed(), &format!("{label} {}", profile.name)), 0, 0);
-            let squares: Moments =
-                (0..n).map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2)).collect();
-            let known = if cosine { profile.cosine } else { profile.uniform };
+            let mut rng = stream(
+                seed_for(run.seed(), &format!("{label} {}", profile.name)),
+                0,
+                0,
+            );
+            let squares: Moments = (0..n)
+                .map(|_| (profile.estimate(method, uniform2(&mut rng)) - profile.mean).powi(2))
+                .collect();
+            let known = if cosine {
+                profile.cosine
+            } else {
+                profile.uniform
+            };
             let half = critical() * squares.standard_error();
             // Constant light has no variance at all; what is left is rounding.
             all_hold &= (squares.mean() - known).abs() <= half.max(1e-20);
-            run.number(&format!("importance.{}.{label}", profile.name), squares.mean());
+            run.number(
+                &format!("importance.{}.{label}", profile.name),
+                squares.mean(),
+            );
             let x = k as f64 + if cosine { 0.1 } else { -0.1 };
             if known > 0.0 {
-                closed.push(Series::new("", 6, Mark::Line, [[x - 0.09, known], [x + 0.09, known]]));
+                closed.push(Series::new(
+                    "",
+                    6,
+                    Mark::Line,
+                    [[x - 0.09, known], [x + 0.09, known]],
+                ));
                 found.push([x, squares.mean(), half]);
             }
         }
@@ -74,17 +107,34 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
         series.extend(closed);
     }
     let value = format!("{} profiles, {n} samples each", profiles.len());
-    run.claim("importance sampling: variances are their closed forms", value, all_hold);
+    run.claim(
+        "importance sampling: variances are their closed forms",
+        value,
+        all_hold,
+    );
     let named = |(k, profile): (usize, &Profile)| format!("{k} is {}", profile.name);
     let names: Vec<String> = profiles.iter().enumerate().map(named).collect();
     for profile in &profiles {
         let ratio = profile.uniform / profile.cosine;
-        let value = if ratio.is_finite() { format!("{ratio:.3}") } else { "no variance left".to_owned() };
-        run.note(&format!("radiance {}: uniform over cosine variance", profile.name), value);
+        let value = if ratio.is_finite() {
+            format!("{ratio:.3}")
+        } else {
+            "no variance left".to_owned()
+        };
+        run.note(
+            &format!("radiance {}: uniform over cosine variance", profile.name),
+            value,
+        );
     }
     let title = "Variance of one sample; closed forms as black bars; cosine leaves none of L = 1";
     let across = format!("profile of incoming radiance: {}", names.join(", "));
-    let chart = Chart::new(title, [&across, "variance"], [[-0.5, 5.5], [1e-3, 10.0]], series).log([false, true]);
+    let chart = Chart::new(
+        title,
+        [&across, "variance"],
+        [[-0.5, 5.5], [1e-3, 10.0]],
+        series,
+    )
+    .log([false, true]);
     let see = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
     charts(&run.figure(file), see, [900, 500], &[chart])
 }
@@ -99,11 +149,20 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
             ("unpolarised (12)", reflectance),
         ];
         let series = curves.into_iter().enumerate().map(|(k, (label, r))| {
-            Series::curve(label, k, [0.0, 90.0], 900, |degrees| r(degrees.to_radians().cos(), n1, n2))
+            Series::curve(label, k, [0.0, 90.0], 900, |degrees| {
+                r(degrees.to_radians().cos(), n1, n2)
+            })
         });
-        let marks = marks.iter().map(|&x| Series::new("", 6, Mark::Faint, [[x, 0.0], [x, 1.0]]));
+        let marks = marks
+            .iter()
+            .map(|&x| Series::new("", 6, Mark::Faint, [[x, 0.0], [x, 1.0]]));
         let axes = ["angle of incidence (degrees)", "reflectance"];
-        Chart::new(title, axes, [[0.0, 90.0], [0.0, 1.02]], series.chain(marks).collect())
+        Chart::new(
+            title,
+            axes,
+            [[0.0, 90.0], [0.0, 1.02]],
+            series.chain(marks).collect(),
+        )
     };
     let brewster = 1.5f64.atan().to_degrees();
     let critical = (1.0f64 / 1.5).asin().to_degrees();
@@ -117,8 +176,8 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     rows(&run.figure(file), see, [1080, 500], 2, &[into, out])
 }
 
-/// "Combining supersampling and randomisation is best": the error on edges of each strategy, against
-/// 1/(12N), 1/(6N) and 1/(6N^1.5).
+/// "Combining supersampling and randomisation is best": the error on edges of each strategy,
+/// against 1/(12N), 1/(6N) and 1/(6N^1.5).
 pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = run.count(run.by_tier(40_000, 400_000));
     type Strategy = fn(u32) -> PixelSampling;
@@ -126,7 +185,9 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
     let strategies: [(&str, Strategy, Law); 3] = [
         ("random", |_| PixelSampling::Random, |n| 1.0 / (6.0 * n)),
         ("grid", PixelSampling::Grid, |n| 1.0 / (12.0 * n)),
-        ("jittered", PixelSampling::Jitter, |n| 1.0 / (6.0 * n.powf(1.5))),
+        ("jittered", PixelSampling::Jitter, |n| {
+            1.0 / (6.0 * n.powf(1.5))
+        }),
     ];
     const SIDES: [u32; 5] = [1, 2, 4, 8, 16];
     let mut series = Vec::new();
@@ -136,20 +197,31 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
         for side in SIDES {
             let samples = side * side;
             let mut rng = stream(seed_for(run.seed(), label), samples, 0);
-            let errors: Moments = (0..n).map(|_| squared_error(&mut rng, strategy(side), samples)).collect();
+            let errors: Moments = (0..n)
+                .map(|_| squared_error(&mut rng, strategy(side), samples))
+                .collect();
             let half = critical() * errors.standard_error();
             all_hold &= (errors.mean() - law(f64::from(samples))).abs() <= half;
             run.number(&format!("edges.{label}.{samples}"), errors.mean());
             found.push([f64::from(samples), errors.mean(), half]);
         }
-        let line = SIDES.map(|side| f64::from(side * side)).map(|n| [n, law(n)]);
+        let line = SIDES
+            .map(|side| f64::from(side * side))
+            .map(|n| [n, law(n)]);
         series.push(Series::measured(label, colour, found));
         series.push(Series::new("", colour, Mark::Line, line));
     }
     let value = format!("{n} edges for each of {} cases", 3 * SIDES.len());
-    run.claim("supersampling: errors on edges are their closed forms", value, all_hold);
+    run.claim(
+        "supersampling: errors on edges are their closed forms",
+        value,
+        all_hold,
+    );
     let title = "Mean squared error of a pixel cut by an upright edge anywhere";
-    let (axes, ranges) = (["samples N", "mean squared error"], [[0.8, 400.0], [1e-5, 1.0]]);
+    let (axes, ranges) = (
+        ["samples N", "mean squared error"],
+        [[0.8, 400.0], [1e-5, 1.0]],
+    );
     let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
     let see = "Jittered samples gain faster with their number than random ones and grids.";
     charts(&run.figure(file), see, [900, 500], &[chart])

@@ -4,7 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use whitefurnace::camera::Camera;
 use whitefurnace::frame::from_spherical;
-use whitefurnace::render::{ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, check_singles};
+use whitefurnace::render::{
+    ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, check_singles,
+};
 use whitefurnace::scene::simple::closed_cube;
 
 use super::memory::resident;
@@ -14,9 +16,15 @@ use crate::experiments::prelude::*;
 /// Records samples per second with 1, 2, 4 ... threads and all, and the ratio of all to one.
 pub(super) fn with_threads(run: &mut Run) -> Result<(), Error> {
     let all = rayon::current_num_threads();
-    let job = Job { size: run.by_tier([64, 48], [256, 192]), spp: 16, ..Job::default() };
+    let job = Job {
+        size: run.by_tier([64, 48], [256, 192]),
+        spp: 16,
+        ..Job::default()
+    };
     let mut one = None;
-    let powers = (0..).map(|power| 1 << power).take_while(|&threads| threads < all);
+    let powers = (0..)
+        .map(|power| 1 << power)
+        .take_while(|&threads| threads < all);
     for threads in powers.chain([all]) {
         let (film, seconds) = rendered(run, &pool(threads)?, job, "threads")?;
         let rate = samples(&film) / seconds;
@@ -33,8 +41,15 @@ pub(super) fn with_threads(run: &mut Run) -> Result<(), Error> {
 /// Records microseconds per sample on one thread, at several numbers of samples and of pixels.
 pub(super) fn with_samples(run: &mut Run) -> Result<(), Error> {
     let pool = pool(1)?;
-    let sides = run.by_tier([[16, 12], [32, 24], [64, 48]], [[64, 48], [256, 192], [1024, 768]]);
-    let of = |size, spp| Job { size, spp, ..Job::default() };
+    let sides = run.by_tier(
+        [[16, 12], [32, 24], [64, 48]],
+        [[64, 48], [256, 192], [1024, 768]],
+    );
+    let of = |size, spp| Job {
+        size,
+        spp,
+        ..Job::default()
+    };
     let by_samples = [1, 8, 64].map(|spp| (format!("samples.{spp}"), of(sides[1], spp)));
     let by_size = ["small", "middle", "large"].into_iter().zip(sides);
     let by_size = by_size.map(|(size, side)| (format!("pixels.{size}"), of(side, 4)));
@@ -42,18 +57,34 @@ pub(super) fn with_samples(run: &mut Run) -> Result<(), Error> {
         let (film, seconds) = rendered(run, &pool, job, "growth")?;
         let microseconds = 1e6 * seconds / samples(&film);
         let pixels = film.pixels().len() as f64;
-        run.numbers(&key, [("pixels", pixels), ("spp", f64::from(job.spp)), ("microseconds", microseconds)]);
-        run.note(&key, format!("{microseconds:.3} µs/sample, {pixels} pixels, {} spp", job.spp));
+        run.numbers(
+            &key,
+            [
+                ("pixels", pixels),
+                ("spp", f64::from(job.spp)),
+                ("microseconds", microseconds),
+            ],
+        );
+        run.note(
+            &key,
+            format!(
+                "{microseconds:.3} µs/sample, {pixels} pixels, {} spp",
+                job.spp
+            ),
+        );
     }
     Ok(())
 }
 
-/// Records how long scenes of so many triangles take to build, what memory the program has then, and samples per
-/// second on one thread by the engines.
+/// Records how long scenes of so many triangles take to build, what memory the program has then,
+/// and samples per second on one thread by the engines.
 pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
     let pool = pool(1)?;
     let mut rates = [Vec::new(), Vec::new()];
-    for about in [24, 60, 100, 1_000, 10_000, 100_000, 1_000_000].into_iter().take(run.by_tier(5, 7)) {
+    for about in [24, 60, 100, 1_000, 10_000, 100_000, 1_000_000]
+        .into_iter()
+        .take(run.by_tier(5, 7))
+    {
         let (vertices, triangles) = waves(about);
         let (scene, seconds) = least_seconds(run, || in_a_room(&vertices, &triangles))?;
         let count = scene.primitives().count() as f64;
@@ -61,23 +92,47 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
         run.numbers(&key, [("count", count), ("seconds", seconds)]);
         let memory = resident();
         run.numbers(&key, memory.map(|megabytes| ("megabytes", megabytes)));
-        let memory = memory.map_or(String::new(), |megabytes| format!(", the program has {megabytes:.0} MB"));
-        run.note(&key, format!("{count} triangles, built in {seconds:.4} s{memory}"));
-        let sampling =
-            Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: run.seed(), outlines: false };
+        let memory = memory.map_or(String::new(), |megabytes| {
+            format!(", the program has {megabytes:.0} MB")
+        });
+        run.note(
+            &key,
+            format!("{count} triangles, built in {seconds:.4} s{memory}"),
+        );
+        let sampling = Sampling {
+            pixel: PixelSampling::Random,
+            numbers: Numbers::Independent,
+            seed: run.seed(),
+            outlines: false,
+        };
         let path = Path::new(Standard, Strategy::Mis);
-        let lanes = |precision| ByLanes { estimator: LaneEstimator::Path(path), sampling, precision };
+        let lanes = |precision| ByLanes {
+            estimator: LaneEstimator::Path(path),
+            sampling,
+            precision,
+        };
         let [double, single] = [Precision::Double, Precision::Single].map(lanes);
-        for ((engine, renderer), points) in [("mis", double), ("mis-single", single)].into_iter().zip(&mut rates) {
+        for ((engine, renderer), points) in [("mis", double), ("mis-single", single)]
+            .into_iter()
+            .zip(&mut rates)
+        {
             // Its triangles are too small where they are very many.
             if engine == "mis-single" && check_singles(&scene).is_err() {
                 continue;
             }
-            let job = run.prepared(Job { size: run.by_tier([48, 36], [192, 144]), ..Job::default() });
+            let job = run.prepared(Job {
+                size: run.by_tier([48, 36], [192, 144]),
+                ..Job::default()
+            });
             let (film, seconds) = least_seconds(run, || {
                 let mut film = Film::new(job.size, None, 1)?;
-                let whole = pool.install(|| renderer.add(&scene, &mut film, 0..8, &|_| !interrupted()))?;
-                if whole { Ok(film) } else { Err(Error::Interrupted) }
+                let whole =
+                    pool.install(|| renderer.add(&scene, &mut film, 0..8, &|_| !interrupted()))?;
+                if whole {
+                    Ok(film)
+                } else {
+                    Err(Error::Interrupted)
+                }
             })?;
             let rate = samples(&film) / seconds;
             record_rate(run, &format!("{key}.{engine}"), rate);
@@ -90,14 +145,30 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
 fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 2]) -> Result<(), Error> {
     let points = || rates.iter().flatten();
     let largest = points().map(|point| point[0]).fold(0.0, f64::max);
-    let [low, high] = [f64::min, f64::max].map(|of| points().map(|point| point[1]).reduce(of).unwrap_or(1.0));
+    let [low, high] =
+        [f64::min, f64::max].map(|of| points().map(|point| point[1]).reduce(of).unwrap_or(1.0));
     let ranges = [[10.0, 2.0 * largest], [low / 2.0, 2.0 * high]];
-    let labels = [("eight paths at a time", 2), ("sixteen in single precision", 1)];
-    let series = labels.into_iter().zip(rates).flat_map(|((label, colour), points)| {
-        [Mark::Line, Mark::Points]
-            .map(|mark| Series::new(if mark == Mark::Line { label } else { "" }, colour, mark, points.iter().copied()))
-    });
-    let axes = ["triangles of the scene", "million camera samples per second"];
+    let labels = [
+        ("eight paths at a time", 2),
+        ("sixteen in single precision", 1),
+    ];
+    let series = labels
+        .into_iter()
+        .zip(rates)
+        .flat_map(|((label, colour), points)| {
+            [Mark::Line, Mark::Points].map(|mark| {
+                Series::new(
+                    if mark == Mark::Line { label } else { "" },
+                    colour,
+                    mark,
+                    points.iter().copied(),
+                )
+            })
+        });
+    let axes = [
+        "triangles of the scene",
+        "million camera samples per second",
+    ];
     let title = "A scene of many triangles, on one thread";
     let chart = Chart::new(title, axes, ranges, series.collect()).log([true, true]);
     let see = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
@@ -119,9 +190,17 @@ pub(crate) fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         })
     };
     let poles = [2.0, -2.0].map(|z| DVec3::new(0.0, 0.0, z));
-    let vertices = poles.into_iter().chain((1..=bands).flat_map(ring)).collect();
+    let vertices = poles
+        .into_iter()
+        .chain((1..=bands).flat_map(ring))
+        .collect();
     let at = |band: u32, column: u32| 2 + band * columns + column % columns;
-    let caps = (0..columns).flat_map(|c| [[0, at(0, c), at(0, c + 1)], [1, at(bands - 1, c + 1), at(bands - 1, c)]]);
+    let caps = (0..columns).flat_map(|c| {
+        [
+            [0, at(0, c), at(0, c + 1)],
+            [1, at(bands - 1, c + 1), at(bands - 1, c)],
+        ]
+    });
     let quads = (0..bands - 1).flat_map(|b| (0..columns).map(move |c| (b, c)));
     let sides = quads.flat_map(|(b, c)| {
         let [p, q, r, s] = [at(b, c), at(b, c + 1), at(b + 1, c), at(b + 1, c + 1)];
@@ -136,11 +215,23 @@ const OF_THE_ROOM: u32 = 12 + 2;
 /// A mesh in a closed room under a square light.
 pub(crate) fn in_a_room(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("waves");
-    let [wall, clay] =
-        [0.5, 0.8].map(|albedo| scene.surface(Surface::new(Bsdf::Lambert { albedo: DVec3::splat(albedo) })));
+    let [wall, clay] = [0.5, 0.8].map(|albedo| {
+        scene.surface(Surface::new(Bsdf::Lambert {
+            albedo: DVec3::splat(albedo),
+        }))
+    });
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(4.0)));
     closed_cube(&mut scene, 5.0, true, wall);
-    scene.rectangle(DVec3::new(-2.0, -2.0, 4.9), [4.0 * DVec3::Y, 4.0 * DVec3::X], light);
+    scene.rectangle(
+        DVec3::new(-2.0, -2.0, 4.9),
+        [4.0 * DVec3::Y, 4.0 * DVec3::X],
+        light,
+    );
     scene.mesh(vertices, triangles, clay);
-    scene.build(Camera::new(DVec3::new(0.0, -4.9, 1.0), DVec3::ZERO, DVec3::Z, 0.7))
+    scene.build(Camera::new(
+        DVec3::new(0.0, -4.9, 1.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        0.7,
+    ))
 }

@@ -10,13 +10,16 @@ use whitefurnace::scene::simple::cornell;
 use super::least_seconds;
 use crate::experiments::prelude::*;
 
-/// Records millions of rays per second on one thread: the nearest hit and the shadow ray, from where
-/// camera rays hit the room.
+/// Records millions of rays per second on one thread: the nearest hit and the shadow ray, from
+/// where camera rays hit the room.
 pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let bounced = bounced_rays(run, &scene);
     let light = DVec3::new(4.0, 0.0, 4.99);
-    let shadow: Vec<Ray> = bounced.iter().map(|ray| Ray::new(ray.origin, light - ray.origin)).collect();
+    let shadow: Vec<Ray> = bounced
+        .iter()
+        .map(|ray| Ray::new(ray.origin, light - ray.origin))
+        .collect();
     query(run, "closest", &bounced, |ray| {
         black_box(scene.bvh().closest(ray, f64::INFINITY));
         1
@@ -33,22 +36,39 @@ pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     let Some(mut eight) = EightRays::new(&scene) else {
         return Ok(());
     };
-    let packets: Vec<Ray<Lanes3>> = bounced_rays(run, &scene).chunks_exact(LANES).map(packet).collect();
+    let packets: Vec<Ray<Lanes3>> = bounced_rays(run, &scene)
+        .chunks_exact(LANES)
+        .map(packet)
+        .collect();
     query(run, "eight", &packets, |ray| {
         black_box(eight.closest(ray));
         LANES
     })
 }
 
-/// Records how many millions of these rays, again and again, are asked for per second. `ask` says for how many it has
-/// asked.
-fn query<R>(run: &mut Run, key: &str, rays: &[R], mut ask: impl FnMut(&R) -> usize) -> Result<(), Error> {
+/// Records how many millions of these rays, again and again, are asked for per second. `ask` says
+/// for how many it has asked.
+fn query<R>(
+    run: &mut Run,
+    key: &str,
+    rays: &[R],
+    mut ask: impl FnMut(&R) -> usize,
+) -> Result<(), Error> {
     let count = run.count(run.by_tier(100_000, 1_000_000)) as usize;
-    let (asked, seconds) =
-        least_seconds(run, || Ok(rays.iter().cycle().take(count).map(|ray| ask(black_box(ray))).sum::<usize>()))?;
+    let (asked, seconds) = least_seconds(run, || {
+        Ok(rays
+            .iter()
+            .cycle()
+            .take(count)
+            .map(|ray| ask(black_box(ray)))
+            .sum::<usize>())
+    })?;
     let rate = asked as f64 / seconds;
     run.number(&format!("rays.{key}"), rate / 1e6);
-    run.note(&format!("rays.{key}"), format!("{:.2} million rays/s", rate / 1e6));
+    run.note(
+        &format!("rays.{key}"),
+        format!("{:.2} million rays/s", rate / 1e6),
+    );
     Ok(())
 }
 
@@ -66,5 +86,8 @@ fn bounced_rays(run: &Run, scene: &Scene) -> Vec<Ray> {
 }
 
 fn packet(rays: &[Ray]) -> Ray<Lanes3> {
-    Ray::new(Lanes3::from_fn(|i| rays[i].origin), Lanes3::from_fn(|i| rays[i].direction))
+    Ray::new(
+        Lanes3::from_fn(|i| rays[i].origin),
+        Lanes3::from_fn(|i| rays[i].direction),
+    )
 }

@@ -1,4 +1,5 @@
-//! How much memory programs take, where the system says so in `/proc`; elsewhere nothing is known or recorded.
+//! How much memory programs take, where the system says so in `/proc`; elsewhere nothing is known
+//! or recorded.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -7,30 +8,45 @@ use std::{env, fs, process, thread};
 
 use crate::experiments::prelude::*;
 
-/// Records the peak of the program `render` that makes a large image, if it lies beside this program.
+/// Records the peak of the program `render` that makes a large image, if it lies beside this
+/// program.
 pub(super) fn of_an_image(run: &mut Run) -> Result<(), Error> {
     let [width, height] = run.prepared(Job::default()).size;
     let folder = env::temp_dir().join(format!("whitefurnace-speed-{}", process::id()));
     // So long that the image is saved in the meantime, as that of any longer run is.
     let time = run.by_tier("2s", "5s");
-    let peak = peak_of_render(&folder, ["--size", &format!("{width}x{height}"), "--time", time])?;
+    let peak = peak_of_render(
+        &folder,
+        ["--size", &format!("{width}x{height}"), "--time", time],
+    )?;
     // Nothing is there if it could not be started.
     let _ = fs::remove_dir_all(folder);
     if let Some(peak) = peak {
         run.number("memory.image", peak);
-        run.note("memory.image", format!("{peak:.0} MB at most, to render and write {width} x {height} pixels"));
+        run.note(
+            "memory.image",
+            format!("{peak:.0} MB at most, to render and write {width} x {height} pixels"),
+        );
     }
     Ok(())
 }
 
-/// The most memory that an image by these options takes, in MB; `None` if the program is not there, fails, or nothing tells.
+/// The most memory that an image by these options takes, in MB; `None` if the program is not there,
+/// fails, or nothing tells.
 fn peak_of_render(folder: &Path, options: [&str; 4]) -> Result<Option<f64>, Error> {
-    let program = env::current_exe().map(|own| own.with_file_name(format!("render{}", env::consts::EXE_SUFFIX)));
-    let Some(program) = program.ok().filter(|program| program.is_file() && resident().is_some()) else {
+    let program = env::current_exe()
+        .map(|own| own.with_file_name(format!("render{}", env::consts::EXE_SUFFIX)));
+    let Some(program) = program
+        .ok()
+        .filter(|program| program.is_file() && resident().is_some())
+    else {
         return Ok(None);
     };
     let mut command = Command::new(program);
-    command.args(options).arg("--out").arg(folder.join("image.exr"));
+    command
+        .args(options)
+        .arg("--out")
+        .arg(folder.join("image.exr"));
     let Ok(mut child) = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn() else {
         return Ok(None);
     };
