@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use crate::real::{Real, Vector};
-use crate::scene::LARGEST;
-use crate::shape::Ray;
+use crate::geometry::offsets::LARGEST;
+use crate::geometry::shape::Ray;
+use crate::math::real::{Real, Vector};
 
 /// A pinhole camera with square pixels. Its image lies at distance 1 in front of the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -61,7 +61,7 @@ fn radiance_remedy(value: f64) -> String {
     };
     format!(
         "an image holds finite values from 0 to {}: {remedy}",
-        crate::moments::LARGEST
+        crate::math::moments::LARGEST
     )
 }
 

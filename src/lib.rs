@@ -33,9 +33,9 @@
 //! Render a scene:
 //!
 //! ```
-//! use whitefurnace::estimator::{Path, Standard, Strategy};
+//! use whitefurnace::integrator::{Path, Standard, Strategy};
 //! use whitefurnace::film::Film;
-//! use whitefurnace::pixel::PixelSampling;
+//! use whitefurnace::sampling::pixel::PixelSampling;
 //! use whitefurnace::render::{Numbers, Sampling, render};
 //! use whitefurnace::scene::simple::cornell;
 //!
@@ -53,10 +53,10 @@
 //!
 //! ```
 //! use glam::DVec3;
-//! use whitefurnace::bsdf::{Bsdf, Model};
+//! use whitefurnace::material::{Bsdf, Model};
 //! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, check_up};
 //! use whitefurnace::harness::trial::{Context, assert_holds};
-//! use whitefurnace::sampling::{uniform_hemisphere, uniform_hemisphere_pdf};
+//! use whitefurnace::sampling::warp::{uniform_hemisphere, uniform_hemisphere_pdf};
 //!
 //! #[derive(Debug)]
 //! struct Clay;
@@ -111,41 +111,19 @@
 //!
 //! The finding of each [`equation`] says them one by one.
 
-pub mod accel;
-pub mod adaptive;
-pub mod bsdf;
 pub mod camera;
-pub mod emitter;
-pub mod environment;
 pub mod equation;
 pub mod error;
-pub mod estimator;
 pub mod film;
-pub mod form_factor;
-pub mod frame;
-pub mod fresnel;
+pub mod geometry;
 pub mod harness;
-mod hull;
 pub mod image;
-pub mod kd_tree;
-pub mod lanes;
-pub mod light_groups;
-pub mod light_pick;
-pub mod moments;
-pub mod nearest;
-pub mod outline;
-pub mod pixel;
-pub mod radiometry;
-pub mod real;
+pub mod integrator;
+pub mod light;
+pub mod material;
+pub mod math;
 pub mod render;
-pub mod rng;
-pub mod roulette;
-pub mod sampler;
 pub mod sampling;
 pub mod scene;
-pub mod shape;
 pub mod shard;
-pub mod solid_angle;
-pub mod specular;
-pub mod splat;
-pub mod watertight;
+pub mod suggest;

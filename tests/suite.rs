@@ -9,9 +9,8 @@ use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
 use libtest_mimic::{Arguments, Failed, Trial as Test};
-use registry::all;
-use registry::equivalents;
 use registry::faults::Pair;
+use registry::{all, equivalents};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{
     Context, Row, Trial, check_control, check_subject, full_name, meant, refused,

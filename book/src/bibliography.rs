@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::error::{Error, Problem};
 use crate::links::line;
 use crate::mathml::escape;
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

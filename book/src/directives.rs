@@ -1,6 +1,6 @@
 //! The directives that exist.
 
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 /// A directive that pages may use.
 pub struct Kind {

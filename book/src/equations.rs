@@ -3,7 +3,7 @@
 use whitefurnace::equation::{ALL, Assessment, Equation, by_id};
 
 use crate::mathml::{Math, typeset};
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 pub fn find(id: &str) -> Result<&'static Equation, String> {
     by_id(id).ok_or_else(|| {

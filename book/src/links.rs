@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Problem;
 use crate::scan::Page;
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 /// A link to a heading or another id, to be checked when the pages are written.
 #[derive(Debug)]

@@ -6,7 +6,7 @@
 
 use std::path::{Component, Path};
 
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 /// An item as it stands in its file, without its outer indentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub fn read(root: &Path, path: &str) -> Result<String, String> {
         .all(|part| matches!(part, Component::Normal(_)));
     if !inside || relative.extension().is_none_or(|e| e != "rs") {
         return Err(format!(
-            "\"{path}\" is not the path of a Rust file inside the project, such as src/fresnel.rs"
+            "\"{path}\" is not the path of a Rust file inside the project, such as src/material/fresnel.rs"
         ));
     }
     std::fs::read_to_string(root.join(relative)).map_err(|error| {

@@ -7,7 +7,7 @@ use registry::{all, all_faults};
 use crate::mathml::{escape, typeset};
 use crate::results::Results;
 use crate::trace::Sources;
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 /// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number
 /// that the experiment `trials` found.

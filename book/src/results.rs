@@ -8,7 +8,7 @@ use whitefurnace::harness::outcome::Verdict;
 
 use crate::check::fail_if;
 use crate::error::{Error, Problem};
-use whitefurnace::nearest::hint;
+use whitefurnace::suggest::hint;
 
 /// What an experiment leaves behind, on disk as `result.json`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use crate::mathml::escape;
-use crate::number;
-use crate::registry::{self, code};
+use crate::registry::code;
 use crate::results::{ExperimentResult, Finding, Judgement, Results};
+use crate::{number, registry};
 
 /// The page's source, as far as links are concerned.
 pub const SOURCE: &str = "run.md";

@@ -10,12 +10,12 @@ use mdbook_driver::book::Book;
 
 use crate::bibliography::Bibliography;
 use crate::error::Problem;
-use crate::links::{self, Target, address, line, to_root};
+use crate::links::{Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::mutants::Record;
 use crate::results::{ExperimentResult, Results};
-use crate::scan::{self, Directive, Page};
-use crate::{directives, equations, listing, number, registry, run};
+use crate::scan::{Directive, Page};
+use crate::{directives, equations, links, listing, number, registry, run, scan};
 
 /// Where pages of the book are found by what they show.
 #[derive(Debug, Default)]

@@ -4,14 +4,14 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::DVec3;
-use whitefurnace::accel::{Bvh, Primitive};
-use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
 use whitefurnace::film::{Features, Pixel};
-use whitefurnace::frame::from_spherical;
-use whitefurnace::rng::{stream, uniform, uniform2};
-use whitefurnace::shape::{Ray, Sphere, moller_trumbore};
-use whitefurnace::watertight::Shear;
-use whitefurnace::{fresnel, sampling};
+use whitefurnace::geometry::bvh::{Bvh, Primitive};
+use whitefurnace::geometry::shape::{Ray, Sphere, moller_trumbore};
+use whitefurnace::geometry::watertight::Shear;
+use whitefurnace::material::{OrenNayar, OrenNayarForm, fresnel, oren_nayar};
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::rng::{stream, uniform, uniform2};
+use whitefurnace::sampling::warp;
 
 fn main() {
     divan::main();
@@ -30,11 +30,11 @@ fn bench<I, O>(bencher: Bencher, input: impl Fn(u32) -> I, kernel: impl Fn(&I) -
 
 fn unit_vector(i: u32) -> DVec3 {
     let [r1, r2] = uniform2(&mut stream(1, 0, i));
-    sampling::sphere_zone([r1, r2], 1.0, [-1.0, 1.0])
+    warp::sphere_zone([r1, r2], 1.0, [-1.0, 1.0])
 }
 
 fn upper(i: u32, high: u32) -> DVec3 {
-    sampling::uniform_hemisphere(uniform2(&mut stream(2, high, i)))
+    warp::uniform_hemisphere(uniform2(&mut stream(2, high, i)))
 }
 
 fn square(i: u32) -> [f64; 2] {
@@ -112,12 +112,12 @@ fn large_mesh_build(bencher: Bencher) {
 
 #[divan::bench]
 fn uniform_hemisphere(bencher: Bencher) {
-    bench(bencher, square, |&r| sampling::uniform_hemisphere(r));
+    bench(bencher, square, |&r| warp::uniform_hemisphere(r));
 }
 
 #[divan::bench]
 fn cosine_hemisphere(bencher: Bencher) {
-    bench(bencher, square, |&r| sampling::cosine_hemisphere(r));
+    bench(bencher, square, |&r| warp::cosine_hemisphere(r));
 }
 
 #[divan::bench]
@@ -183,12 +183,13 @@ macro_rules! at_once {
 
             use divan::{Bencher, black_box};
             use glam::DVec3;
-            use whitefurnace::accel::{Bvh, PacketStack};
-            use whitefurnace::bsdf::{OrenNayar, OrenNayarForm, oren_nayar};
-            use whitefurnace::real::{Lanes3, Mask, Real, Vector};
-            use whitefurnace::shape::{Ray, Sphere};
-            use whitefurnace::watertight::Shear;
-            use whitefurnace::{fresnel, sampling};
+            use whitefurnace::geometry::bvh::{Bvh, PacketStack};
+            use whitefurnace::geometry::shape::{Ray, Sphere};
+            use whitefurnace::geometry::watertight::Shear;
+            use whitefurnace::material::{OrenNayar, OrenNayarForm, fresnel, oren_nayar};
+            use whitefurnace::math::real::{Mask, Real, Vector};
+            use whitefurnace::math::simd::Lanes3;
+            use whitefurnace::sampling::warp;
 
             use super::{COUNT, ItemsCount, TRIANGLE, large_mesh, square, upper};
 
@@ -252,16 +253,12 @@ macro_rules! at_once {
 
             #[divan::bench]
             fn uniform_hemisphere(bencher: Bencher) {
-                bench(bencher, numbers(square), |&r| {
-                    sampling::uniform_hemisphere(r)
-                });
+                bench(bencher, numbers(square), |&r| warp::uniform_hemisphere(r));
             }
 
             #[divan::bench]
             fn cosine_hemisphere(bencher: Bencher) {
-                bench(bencher, numbers(square), |&r| {
-                    sampling::cosine_hemisphere(r)
-                });
+                bench(bencher, numbers(square), |&r| warp::cosine_hemisphere(r));
             }
 
             #[divan::bench]
@@ -294,9 +291,13 @@ macro_rules! at_once {
     };
 }
 
-at_once!(eight, whitefurnace::real::Lanes, whitefurnace::real::LANES);
+at_once!(
+    eight,
+    whitefurnace::math::simd::Lanes,
+    whitefurnace::math::simd::LANES
+);
 at_once!(
     sixteen_single,
-    whitefurnace::real::Singles,
-    whitefurnace::real::SINGLES
+    whitefurnace::math::simd::Singles,
+    whitefurnace::math::simd::SINGLES
 );

@@ -115,10 +115,10 @@ use super::pointwise::{
 };
 use super::roundoff::{DOUBLE, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
-use crate::bsdf::{Bsdf, Scattering};
-use crate::estimator::Standard;
-use crate::frame::from_spherical;
-use crate::rng::Stream;
+use crate::integrator::Standard;
+use crate::material::{Bsdf, Scattering};
+use crate::math::frame::from_spherical;
+use crate::sampling::rng::Stream;
 pub use sampled::at_direction;
 
 /// What a BSDF's sampler returns.

@@ -28,7 +28,7 @@ use super::chi_square::{Counts, chi_square};
 use super::mean::{Values, mean};
 use super::outcome::{ALPHA, Claim, Outcome, Verdict};
 use super::tails::normal_upper;
-use crate::rng::{Stream, stream};
+use crate::sampling::rng::{Stream, stream};
 pub use density::Density;
 use density::{MOMENTS, SHARP, at_centre};
 pub use rounding::{Precision, Rounding};

@@ -35,8 +35,8 @@ use super::pointwise::{
 };
 use super::roundoff::{DOUBLE, LARGEST_BOUND, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
-use crate::frame::from_spherical;
-use crate::rng::Stream;
+use crate::math::frame::from_spherical;
+use crate::sampling::rng::Stream;
 
 /// A direction into which light goes, for some wo.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use super::graded::grade;
 use super::outcome::{ALPHA, Claim, Outcome};
 use super::power::{Sensitivity, bernstein_exponent};
 use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
-use crate::moments::Moments;
+use crate::math::moments::Moments;
 
 /// Differences below this share of the reference are rounding, not effect: sums of up to 1e9 values
 /// stay well within it.

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use crate::frame::from_spherical;
-use crate::rng::{Stream, uniform};
-use crate::sampling::uniform_hemisphere;
+use crate::math::frame::from_spherical;
+use crate::sampling::rng::{Stream, uniform};
+use crate::sampling::warp::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
 pub const POINTWISE: f64 = 1e-9;

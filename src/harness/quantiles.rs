@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 
 use super::quadrature::Rectangle;
-use crate::frame::{azimuth, from_spherical};
+use crate::math::frame::{azimuth, from_spherical};
 
 /// 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector of length one, as far as rounding
 /// leaves it.

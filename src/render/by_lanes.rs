@@ -3,14 +3,16 @@
 
 use std::ops::Range;
 
-use super::{Prepared, Progress, Renderer, Sampling, UNINTERRUPTED, each_part};
+use super::row::RowRenderer;
+use super::silhouette::Outlines;
+use super::{Prepared, Progress, Renderer, UNINTERRUPTED, each_part};
 use crate::error::Error;
-use crate::estimator::{Estimator as _, Path, Report, Whitted};
 use crate::film::Film;
-use crate::lanes::{LaneScene, RowRenderer};
-use crate::outline::Outlines;
-use crate::real::{LANES, Lanes, SINGLES, Singles, Wide};
+use crate::integrator::{Estimator as _, Path, Report, Whitted};
+use crate::math::simd::{LANES, Lanes, SINGLES, Singles, Wide};
+use crate::sampling::Sampling;
 use crate::scene::Scene;
+use crate::scene::lanes::LaneScene;
 
 /// An estimator that follows several paths at a time, with standard parts.
 #[derive(Clone, Copy, Debug)]

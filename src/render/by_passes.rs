@@ -5,16 +5,18 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Numbers, Prepared, Progress, Renderer, Sampling};
+use super::{Prepared, Progress, Renderer};
 use crate::error::Error;
-use crate::estimator::{Bdpt, ImageEstimator, LightTracer, Sppm};
 use crate::film::{Begun, Features, Film, check_radiance};
-use crate::lanes::{IntersectionScratch, LaneScene, SurfaceInteraction};
-use crate::pixel::PixelSampling;
-use crate::real::{LANES, Lanes, Mask, Real};
-use crate::rng::{stream, uniform2};
-use crate::sampler::Pass;
+use crate::integrator::{Bdpt, ImageEstimator, LightTracer, Sppm, SurfaceInteraction};
+use crate::math::real::{Mask, Real};
+use crate::math::simd::{LANES, Lanes};
+use crate::sampling::Sampling;
+use crate::sampling::pixel::PixelSampling;
+use crate::sampling::rng::{stream, uniform2};
+use crate::sampling::sampler::{Numbers, Pass};
 use crate::scene::Scene;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// The features of what is seen through these points of the frame.
 fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
@@ -70,7 +72,7 @@ pub fn render_passes<E: ImageEstimator>(
         seed,
         outlines: false,
     };
-    sampling.check(range.end, film)?;
+    super::check(&sampling, range.end, film)?;
     let samples = sampling.samples_per_replication();
     let width = frame[0] as usize;
     for replication in range {

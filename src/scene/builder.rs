@@ -5,18 +5,20 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use super::coincident::{CLOSE_SHARE, COINCIDENT, Shapes};
-use super::{LARGEST, OFFSET, Part, PartShape, SMALLEST_AREA, Scene, Surface, smallest_detail};
-use crate::accel::{Bvh, Primitive};
-use crate::bsdf::Bsdf;
+use super::detail::smallest_detail;
+use super::specular_casters::Bodies;
+use super::{Part, PartShape, Scene, Surface};
 use crate::camera::{Camera, WIDEST};
-use crate::emitter::{Emitter, EmitterShape};
-use crate::environment::Environment;
 use crate::error::Error;
-use crate::hull::Hull;
-use crate::light_groups::Groups;
-use crate::light_pick::FluxPicks;
-use crate::shape::Sphere;
-use crate::specular::Bodies;
+use crate::geometry::bvh::{Bvh, Primitive};
+use crate::geometry::hull::Hull;
+use crate::geometry::offsets::{LARGEST, OFFSET, SMALLEST_AREA};
+use crate::geometry::shape::Sphere;
+use crate::light::emitter::{Emitter, EmitterShape};
+use crate::light::environment::Environment;
+use crate::light::light_sampler::FluxPicks;
+use crate::light::light_tree::Groups;
+use crate::material::Bsdf;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
 #[derive(Debug)]

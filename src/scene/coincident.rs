@@ -8,10 +8,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::solids::Solids;
-use super::{OFFSET, Part, PartShape, SINGLE_END, Scene, Surface};
-use crate::accel::Bvh;
-use crate::bsdf::Bsdf;
-use crate::shape::Sphere;
+use super::{Part, PartShape, Scene, Surface};
+use crate::geometry::bvh::Bvh;
+use crate::geometry::offsets::{OFFSET, SINGLE_END};
+use crate::geometry::shape::Sphere;
+use crate::material::Bsdf;
 
 /// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray
 /// that leaves one of them from [`OFFSET`] above it, and a segment that ends as far above the

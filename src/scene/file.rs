@@ -40,10 +40,10 @@ use sha2::Digest as _;
 use super::builder::invalid;
 use super::{Scene, SceneBuilder, Surface};
 use crate::camera::Camera;
-use crate::environment::Environment;
 use crate::error::Error;
-use crate::nearest::hint;
-use crate::shape::Sphere;
+use crate::geometry::shape::Sphere;
+use crate::light::environment::Environment;
+use crate::suggest::hint;
 use reader::{Source, shown};
 use schema::Reading;
 

@@ -2,11 +2,13 @@
 
 mod builder;
 mod coincident;
+mod detail;
 pub mod file;
-mod offsets;
+pub mod lanes;
 pub mod room;
 pub mod simple;
 mod solids;
+pub mod specular_casters;
 
 use std::any::Any;
 use std::sync::OnceLock;
@@ -15,26 +17,27 @@ use glam::DVec3;
 
 pub use builder::{SceneBuilder, SurfaceId};
 pub use coincident::{COINCIDENT, Coincidence, SINGLE_COINCIDENT};
-pub use offsets::{
-    EDGE_MARGIN, OFFSET, SINGLE_EDGE_MARGIN, SINGLE_END, SINGLE_LARGEST_MARGIN,
-    SINGLE_LEAST_OFFSET, SINGLE_OFFSET, SMALLEST_DETAIL,
-};
-pub(crate) use offsets::{Place, inner_point, offset_in};
-use offsets::{longest_edge, smallest_detail};
+pub use detail::SMALLEST_DETAIL;
+use detail::longest_edge;
 
-use crate::accel::{Bvh, PrimitiveHit};
-use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::emitter::Emitter;
-use crate::environment::Environment;
 use crate::error::Error;
-use crate::hull::Hull;
-use crate::lanes::SceneData;
-use crate::light_groups::Groups;
-use crate::light_pick::FluxPicks;
-use crate::real::{Scalar, Vector};
-use crate::shape::{Ray, Sphere};
-use crate::specular::Bodies;
+use crate::geometry::bvh::{Bvh, PrimitiveHit};
+use crate::geometry::hull::Hull;
+use crate::geometry::offsets::{
+    EDGE_MARGIN, OFFSET, Place, SINGLE_EDGE_MARGIN, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET,
+    SINGLE_OFFSET, inner_point, offset_in,
+};
+use crate::geometry::shape::{Hit, Ray, Sphere};
+use crate::light::emitter::Emitter;
+use crate::light::environment::Environment;
+use crate::light::light_sampler::FluxPicks;
+use crate::light::light_tree::Groups;
+use crate::material::Bsdf;
+use crate::math::real::Vector;
+use crate::math::simd::Scalar;
+use lanes::SceneData;
+use specular_casters::Bodies;
 
 /// How a surface scatters, emits and, in the report's roulette, absorbs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,29 +70,6 @@ impl Surface {
         Self { absorption, ..self }
     }
 }
-
-/// Where a ray meets the scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Distance from the ray's origin.
-    pub t: f64,
-    /// The point, on the surface to rounding and inside it by [`EDGE_MARGIN`].
-    pub point: DVec3,
-    /// Unit geometric normal of the surface's front, whatever side was hit.
-    pub normal: DVec3,
-    /// Index of the primitive among [`Scene::primitives`].
-    pub primitive: u32,
-    /// Index of the [`Surface`].
-    pub surface: u32,
-    /// Index of the [`Emitter`], if the surface emits.
-    pub emitter: Option<u32>,
-}
-
-/// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
-pub const LARGEST: f64 = 1e30;
-/// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]:
-/// its reciprocal, too.
-pub const SMALLEST_AREA: f64 = 1e-60;
 
 /// One primitive's place in the scene.
 #[derive(Clone, Copy, Debug)]

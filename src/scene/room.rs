@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::Scene;
 use super::file::Description;
-use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::error::Error;
-use crate::shape::Sphere;
+use crate::geometry::shape::Sphere;
+use crate::material::{Bsdf, OrenNayarForm};
 
 /// How light travels in the room and how it is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -6,10 +6,10 @@ use glam::DVec3;
 use super::builder::cuboid;
 use super::file::Description;
 use super::{Scene, SceneBuilder, SurfaceId};
-use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::environment::Environment;
 use crate::error::Error;
+use crate::light::environment::Environment;
+use crate::material::Bsdf;
 
 /// The white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a
 /// uniform environment of radiance 1. Every pixel's expectation is exactly 1.

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::PartShape;
 use super::coincident::Shapes;
-use crate::bsdf::Bsdf;
+use crate::material::Bsdf;
 
 /// Triangles whose edges close to bodies.
 pub(super) struct Solids {

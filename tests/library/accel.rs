@@ -1,8 +1,9 @@
 //! The hierarchy against a test of every primitive.
 
-use whitefurnace::accel::{Bvh, PacketStack, Primitive, PrimitiveHit};
-use whitefurnace::real::{LANES, LaneMask, Lanes, Lanes3, Mask as _, Vector as _};
-use whitefurnace::watertight::Shear;
+use whitefurnace::geometry::bvh::{Bvh, PacketStack, Primitive, PrimitiveHit};
+use whitefurnace::geometry::watertight::Shear;
+use whitefurnace::math::real::{Mask as _, Vector as _};
+use whitefurnace::math::simd::{LANES, LaneMask, Lanes, Lanes3};
 
 use crate::budget::enough;
 use crate::prelude::*;

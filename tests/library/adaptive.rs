@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::adaptive::{counts, pilot};
-use whitefurnace::estimator::{Path, Strategy as Finds};
+use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::render::adaptive::{counts, pilot};
 use whitefurnace::render::{LaneEstimator, UNINTERRUPTED, render_lanes};
-use whitefurnace::sampler::LONGEST;
+use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
 

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use whitefurnace::estimator::{FiniteElements, LONGEST_PATH, Path, Strategy};
 use whitefurnace::film::check_radiance;
-use whitefurnace::sampler::Pass;
-use whitefurnace::splat::Splats;
+use whitefurnace::film::splat::Splats;
+use whitefurnace::integrator::{FiniteElements, LONGEST_PATH, Path, Strategy};
+use whitefurnace::sampling::sampler::Pass;
 
 use crate::helpers;
 use crate::prelude::*;
@@ -449,6 +449,7 @@ fn the_longest_path_is_no_error() {
     );
     assert!(radiance.is_finite(), "{radiance}");
     assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
-    let survival = f64::from(LONGEST_PATH - 1) * whitefurnace::roulette::HIGHEST_SURVIVAL.ln();
+    let survival =
+        f64::from(LONGEST_PATH - 1) * whitefurnace::sampling::roulette::HIGHEST_SURVIVAL.ln();
     assert!(survival < -180.0 * std::f64::consts::LN_10);
 }

@@ -3,9 +3,9 @@
 
 use std::sync::Mutex;
 
-use whitefurnace::bsdf::{BsdfSample, Model, Vertex};
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::estimator::{Connections, Density, weight};
+use whitefurnace::integrator::{Connections, Density, weight};
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::material::{BsdfSample, Model, Vertex};
 
 use crate::prelude::*;
 

@@ -3,10 +3,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::fresnel::{mirror, refract};
+use whitefurnace::geometry::specular_connection::{Body, BySphere, Kind, Route, spread_of};
+use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::material::fresnel::{mirror, refract};
 use whitefurnace::render::{LaneEstimator, render_lanes};
-use whitefurnace::specular::{Body, BySphere, Kind, MOST, Route, spread_of};
+use whitefurnace::scene::specular_casters::MOST;
 
 use crate::lanes::scenes::bodies;
 use crate::prelude::*;
@@ -341,7 +342,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
             return (hit.emitter.is_some() && hit.normal.dot(ray.direction) < 0.0)
                 .then_some((met, hit));
         }
-        let sample = bsdf.sample(&whitefurnace::bsdf::Vertex::new(&hit, &ray), rng)?;
+        let sample = bsdf.sample(&whitefurnace::material::Vertex::new(&hit, &ray), rng)?;
         met.push(hit);
         if met.len() > 2 {
             return None;

@@ -1,8 +1,8 @@
 //! Equations (13)-(15): Lambert and Oren-Nayar in both forms.
 
 use glam::DMat3;
-use whitefurnace::bsdf::{oren_nayar, oren_nayar_angles};
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
+use whitefurnace::material::{oren_nayar, oren_nayar_angles};
 
 use crate::prelude::*;
 use crate::reference;

@@ -6,7 +6,7 @@
 //! transpositions together commute with no mix-up of channels, and a light of one channel lights
 //! that channel only, so none is added to another.
 
-use whitefurnace::estimator::{Heuristic, Path, Strategy};
+use whitefurnace::integrator::{Heuristic, Path, Strategy};
 
 use crate::helpers;
 use crate::prelude::*;

@@ -1,7 +1,7 @@
 //! Surfaces that lie in the same place: which are refused, and what is seen of those that are not.
 
 use glam::DQuat;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
+use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::scene::COINCIDENT;
 use whitefurnace::scene::file::Description;
 

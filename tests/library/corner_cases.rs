@@ -1,8 +1,8 @@
 //! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of
 //! zero, photons without number.
 
-use whitefurnace::estimator::{Path, Quirks, Strategy};
-use whitefurnace::roulette::HIGHEST_SURVIVAL;
+use whitefurnace::integrator::{Path, Quirks, Strategy};
+use whitefurnace::sampling::roulette::HIGHEST_SURVIVAL;
 
 use crate::prelude::*;
 use crate::rng::Constant;

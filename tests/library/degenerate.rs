@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
+use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::file::Description;
 

@@ -1,9 +1,9 @@
 //! Environment maps: what they show by hand, how their directions are shared out, and what is
 //! refused.
 
-use whitefurnace::environment::{Environment, EnvironmentMap};
-use whitefurnace::estimator::{Path, Strategy};
 use whitefurnace::harness::domain::Domain;
+use whitefurnace::integrator::{Path, Strategy};
+use whitefurnace::light::environment::{Environment, EnvironmentMap};
 use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;

@@ -1,10 +1,10 @@
 //! EON: both lobes against reference values, closed forms against quadrature, limits and symmetry.
 
-use whitefurnace::bsdf::eon::{
+use whitefurnace::material::eon::{
     AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
     single_scattering,
 };
-use whitefurnace::bsdf::oren_nayar;
+use whitefurnace::material::oren_nayar;
 
 use crate::bsdf::directional_albedo;
 use crate::prelude::*;

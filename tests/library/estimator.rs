@@ -1,7 +1,7 @@
 //! Estimators, path by path, where every path has the same value or none.
 
-use whitefurnace::estimator::{Heuristic, Path, Quirks, Strategy};
-use whitefurnace::roulette::{RAISED, by_throughput};
+use whitefurnace::integrator::{Heuristic, Path, Quirks, Strategy};
+use whitefurnace::sampling::roulette::{RAISED, by_throughput};
 
 use crate::budget::enough;
 use crate::prelude::*;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use whitefurnace::film::LARGEST_FILM;
-use whitefurnace::splat::Splats;
+use whitefurnace::film::splat::Splats;
 
 use crate::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Equations (10)-(12), refraction and its radiance factor.
 
-use whitefurnace::fresnel::{
+use whitefurnace::material::fresnel::{
     mirror, reflectance, reflectance_p, reflectance_s, refract, squared_cos_refracted,
 };
 

@@ -1,7 +1,7 @@
 //! Equations (1)-(4): rays and triangles.
 
-use whitefurnace::shape::{moller_trumbore, triangle_point, triangle_residual};
-use whitefurnace::watertight::{Shear, TriangleHit};
+use whitefurnace::geometry::shape::{moller_trumbore, triangle_point, triangle_residual};
+use whitefurnace::geometry::watertight::{Shear, TriangleHit};
 
 use crate::prelude::*;
 

@@ -1,7 +1,7 @@
 //! GGX: its formulas by the slopes of facets, and its sampling by the Jacobian of the map.
 
-use whitefurnace::bsdf::Model;
-use whitefurnace::bsdf::ggx::{
+use whitefurnace::material::Model;
+use whitefurnace::material::ggx::{
     Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
 };
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use whitefurnace::accel::Primitive;
+use whitefurnace::geometry::bvh::Primitive;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
 
 use crate::prelude::*;

@@ -155,7 +155,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
     };
     render(
         &scene,
-        &whitefurnace::estimator::Path::<Standard>::default(),
+        &whitefurnace::integrator::Path::<Standard>::default(),
         sampling,
         &mut film,
         &(0..1),

@@ -6,11 +6,12 @@ mod walls;
 
 use std::array::from_fn;
 
-use whitefurnace::bsdf::Model;
-use whitefurnace::estimator::{Heuristic, Path, Sample, Strategy as Finds, Whitted};
-use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes3, Vector};
+use whitefurnace::integrator::{Heuristic, Path, Sample, Strategy as Finds, Whitted};
+use whitefurnace::material::Model;
+use whitefurnace::math::real::Vector;
+use whitefurnace::math::simd::{LANES, Lanes3};
 use whitefurnace::render::{LaneEstimator, render_lanes};
+use whitefurnace::scene::lanes::EightRays;
 
 use scenes::{crowded, scenes};
 

@@ -1,8 +1,8 @@
 //! What emitters may contribute, and the picks by it.
 
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::light_groups::Groups;
-use whitefurnace::light_pick::{EVEN, FluxPicks, MOST, pick, share, share_all};
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::light::light_sampler::{EVEN, FluxPicks, MOST, pick, share, share_all};
+use whitefurnace::light::light_tree::Groups;
 
 use crate::prelude::*;
 

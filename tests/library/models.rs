@@ -1,7 +1,7 @@
 //! Models that are not of the library are rendered like its own, by every estimator, to the last
 //! bit.
 
-use whitefurnace::bsdf::{Model, Vertex};
+use whitefurnace::material::{Model, Vertex};
 
 use crate::channels::{lambertian, physical_images, room};
 use crate::prelude::*;

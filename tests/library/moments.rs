@@ -1,6 +1,6 @@
 //! Equation (16): running moments, in floating point and exact.
 
-use whitefurnace::moments::in_units;
+use whitefurnace::math::moments::in_units;
 
 use crate::prelude::*;
 

@@ -1,10 +1,10 @@
 //! Single precision where surfaces are near to each other, and where rays are long: what is taken
 //! looks as in double precision to each estimator, and what is refused would not.
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::render::{
-    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles,
-};
+use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::SINGLE_COINCIDENT;
 
 use crate::prelude::*;

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::estimator::{LightRules, Path, Report, Strategy as Finds};
-use whitefurnace::outline::{MIRRORS, POINTS, View, crossed, crossed_in_mirrors, points, replaced};
+use whitefurnace::integrator::{LightRules, Path, Report, Strategy as Finds};
+use whitefurnace::render::silhouette::{
+    MIRRORS, POINTS, View, crossed, crossed_in_mirrors, points, replaced,
+};
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _};
 
 use crate::prelude::*;

@@ -1,11 +1,11 @@
 //! The kd-tree against brute force; photon maps and lookups, photon by photon.
 
 use statrs::function::gamma::ln_gamma;
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::estimator::photon_map::{LARGEST_MAP, Photon, same_side};
-use whitefurnace::estimator::{Sample, radius_squared};
-use whitefurnace::kd_tree::KdTree;
-use whitefurnace::sampler::Pass;
+use whitefurnace::integrator::photon::photon_map::{LARGEST_MAP, Photon, same_side};
+use whitefurnace::integrator::{Sample, radius_squared};
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::math::kd_tree::KdTree;
+use whitefurnace::sampling::sampler::Pass;
 
 use crate::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Equations (8)-(9): cosine, geometry term, change of measure, weights.
 
-use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
+use whitefurnace::geometry::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
 use crate::prelude::*;
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::estimator::Path;
+use whitefurnace::integrator::Path;
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;

@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::estimator::Path;
-use whitefurnace::sampler::LONGEST;
+use whitefurnace::integrator::Path;
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
 

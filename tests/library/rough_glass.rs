@@ -1,9 +1,9 @@
 //! Rough glass: its formulas in the words of Walter et al., its sampling by the Jacobian of the
 //! map, and who takes it.
 
-use whitefurnace::bsdf::ggx::{hidden, normals, seen_from_both};
-use whitefurnace::bsdf::rough_glass::{RoughGlass, refracting, seen_from_opposite};
-use whitefurnace::fresnel::{radiance_factor, reflectance, refract};
+use whitefurnace::material::fresnel::{radiance_factor, reflectance, refract};
+use whitefurnace::material::ggx::{hidden, normals, seen_from_both};
+use whitefurnace::material::rough_glass::{RoughGlass, refracting, seen_from_opposite};
 
 use crate::prelude::*;
 

@@ -2,8 +2,10 @@
 
 use std::cell::RefCell;
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::roulette::{HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight};
+use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::sampling::roulette::{
+    HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight,
+};
 
 use crate::prelude::*;
 

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::estimator::{Path, Strategy};
-use whitefurnace::sampler::{BLOCK, LIGHT, LONGEST, Pass, Sobol, Source, scramble};
+use whitefurnace::integrator::{Path, Strategy};
+use whitefurnace::sampling::sampler::{BLOCK, LIGHT, LONGEST, Pass, Sobol, Source, scramble};
 
 use crate::prelude::*;
 use crate::rng::Constant;

@@ -1,6 +1,6 @@
 //! Equations (17)-(19), cosine-weighted directions, points on emitters.
 
-use whitefurnace::sampling::{
+use whitefurnace::sampling::warp::{
     cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle,
     uniform_hemisphere_inverse, uniform_hemisphere_pdf, uniform_phi, uniform_theta,
 };

@@ -1,8 +1,8 @@
 //! Scenes: what they contain, which way it faces, what the builder refuses.
 
 use glam::DQuat;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
-use whitefurnace::scene::OFFSET;
+use whitefurnace::geometry::offsets::OFFSET;
+use whitefurnace::material::rough_glass::RoughGlass;
 
 use crate::prelude::*;
 

@@ -9,11 +9,11 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, Vec2, WritableImage as _,
 };
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
-use whitefurnace::environment::{Environment, EnvironmentMap};
-use whitefurnace::nearest::hint;
+use whitefurnace::light::environment::{Environment, EnvironmentMap};
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
+use whitefurnace::suggest::hint;
 
 use crate::prelude::*;
 
@@ -663,7 +663,7 @@ fn the_pages_example_renders() {
         outlines: false,
     };
     let mut film = Film::new([16, 12], None, 1).expect("a film");
-    let path = whitefurnace::estimator::Path::<Standard>::default();
+    let path = whitefurnace::integrator::Path::<Standard>::default();
     render(
         &description.build().expect("a scene"),
         &path,

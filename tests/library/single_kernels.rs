@@ -3,9 +3,8 @@
 
 use std::array::from_fn;
 
-use whitefurnace::real::{
-    EightSingles, LANES, Real, SINGLES, Scalar, Singles, Wide, sin_cos_of_turn,
-};
+use whitefurnace::math::real::{Real, sin_cos_of_turn};
+use whitefurnace::math::simd::{EightSingles, LANES, SINGLES, Scalar, Singles, Wide};
 
 use crate::lanes::kernels::{Kernel, Question, of_every_kernel};
 use crate::prelude::*;

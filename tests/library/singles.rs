@@ -5,14 +5,15 @@
 use std::array::from_fn;
 use std::ops::Range;
 
-use whitefurnace::accel::PacketStack;
-use whitefurnace::environment::Environment;
-use whitefurnace::estimator::{Heuristic, Path, Strategy as Finds};
-use whitefurnace::real::{Lanes3, Mask, SINGLES, Singles, Vector};
+use whitefurnace::geometry::bvh::PacketStack;
+use whitefurnace::geometry::offsets::SINGLE_OFFSET;
+use whitefurnace::integrator::{Heuristic, Path, Strategy as Finds};
+use whitefurnace::light::environment::Environment;
+use whitefurnace::math::real::{Mask, Vector};
+use whitefurnace::math::simd::{Lanes3, SINGLES, Singles};
 use whitefurnace::render::{
     ByLanes, LaneEstimator, Precision, Renderer, check_singles, render_lanes,
 };
-use whitefurnace::scene::SINGLE_OFFSET;
 use whitefurnace::scene::file::Description;
 
 use crate::lanes::scenes::scenes;

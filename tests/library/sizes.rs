@@ -3,11 +3,11 @@
 
 use std::ops::Range;
 
-use whitefurnace::estimator::{Path, Strategy as Finds};
 use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
-use whitefurnace::sampler::LONGEST;
+use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
 

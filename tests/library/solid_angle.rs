@@ -1,6 +1,8 @@
 //! Emitters as they are seen: solid angles, points, densities.
 
-use whitefurnace::solid_angle::{SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap};
+use whitefurnace::geometry::solid_angle::{
+    SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap,
+};
 
 use crate::prelude::*;
 use crate::sampling::area_ratio;

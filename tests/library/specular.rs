@@ -1,6 +1,6 @@
 //! Light by way of mirrors and glass, path by path, where a path has one value or none.
 
-use whitefurnace::estimator::{Density, Path, Strategy};
+use whitefurnace::integrator::{Density, Path, Strategy};
 
 use crate::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Equations (5)-(7): rays and spheres.
 
-use whitefurnace::shape::{sphere_distances, sphere_distances_printed, sphere_residual};
+use whitefurnace::geometry::shape::{sphere_distances, sphere_distances_printed, sphere_residual};
 
 use crate::prelude::*;
 

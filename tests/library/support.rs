@@ -3,7 +3,7 @@
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, seed_for, stream};
+use whitefurnace::sampling::rng::{Stream, seed_for, stream};
 
 /// The context of the environment for the test with this name.
 pub fn context(name: &str) -> Context {

@@ -6,9 +6,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::estimator::{Path as Paths, Strategy};
 use whitefurnace::image::read::decode;
-use whitefurnace::image::unfinished::{
+use whitefurnace::integrator::{Path as Paths, Strategy};
+use whitefurnace::render::checkpoint::{
     Notes, decode_unfinished, read_unfinished, write_unfinished,
 };
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};

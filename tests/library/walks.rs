@@ -1,9 +1,9 @@
 //! Walks and camera rays in lanes, against the same by functions of one ray.
 
-use whitefurnace::bsdf::rough_glass::RoughGlass;
-use whitefurnace::estimator::{Connections, Walking};
-use whitefurnace::sampler::Pass;
-use whitefurnace::splat::Splats;
+use whitefurnace::film::splat::Splats;
+use whitefurnace::integrator::{Connections, Walking};
+use whitefurnace::material::rough_glass::RoughGlass;
+use whitefurnace::sampling::sampler::Pass;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;

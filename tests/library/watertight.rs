@@ -1,7 +1,7 @@
 //! Closed meshes must not leak: rays aimed at edges and vertices, from inside and from surfaces.
 
-use whitefurnace::sampling;
-use whitefurnace::shape::triangle_point;
+use whitefurnace::geometry::shape::triangle_point;
+use whitefurnace::sampling::warp;
 
 use crate::prelude::*;
 
@@ -80,7 +80,7 @@ fn rays_from_surfaces_do_not_hit_their_own_triangle() {
         let scene = scene_of(&mesh);
         for i in 0..20_000 {
             let triangle = mesh.corners(mesh.triangles[i % mesh.triangles.len()]);
-            let [u, v] = sampling::triangle(uniform2(&mut rng));
+            let [u, v] = warp::triangle(uniform2(&mut rng));
             let target = triangle_point(triangle, u, v);
             let hit = scene
                 .intersect(&Ray::new(DVec3::ZERO, target.normalize()))

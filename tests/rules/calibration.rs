@@ -11,7 +11,7 @@ use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
 use whitefurnace::harness::tails::{binomial_sf, normal_sf, normal_upper};
 use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{Stream, stream, uniform};
+use whitefurnace::sampling::rng::{Stream, stream, uniform};
 
 const REPLICATIONS: u32 = 2000;
 

@@ -11,10 +11,10 @@ use registry::fresnel::walsh;
 use registry::ggx::reflected;
 use registry::radiosity::{NEIGHBOURS, OPPOSITE};
 use registry::scenes::{RECTANGLE, TRIANGLE, WALL, corners, polygon_irradiance, sphere_irradiance};
-use whitefurnace::bsdf::OrenNayar;
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::form_factor::polygon;
+use whitefurnace::geometry::form_factor::polygon;
 use whitefurnace::harness::domain::Domain;
+use whitefurnace::material::OrenNayar;
+use whitefurnace::material::ggx::Ggx;
 
 use crate::reference::{oren_nayar, rows};
 

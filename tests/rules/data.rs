@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use registry::all;
-use registry::all_faults;
+use registry::{all, all_faults};
 use whitefurnace::equation;
 
 #[test]

@@ -1,7 +1,7 @@
 //! The estimator (16) itself: mean, variance and standard error of values that are known, merged
 //! from two parts, and of samples of which some are lost.
 
-use whitefurnace::moments::{ExactMoments, Moments};
+use whitefurnace::math::moments::{ExactMoments, Moments};
 
 use crate::prelude::*;
 
@@ -153,7 +153,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "accumulator/known-values",
             "mean, variance and standard error of known values, merged from two parts",
             &ESTIMATOR,
-            ["moments::Moments, moments::ExactMoments", "exact"],
+            [
+                "math::moments::Moments, math::moments::ExactMoments",
+                "exact",
+            ],
             known_values,
         )],
         faults: faults(),

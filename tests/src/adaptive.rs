@@ -1,12 +1,13 @@
 //! Adaptive sampling: numbers of samples that a pilot decides leave the mean of an image as it is.
 
 use rand::Rng as _;
-use whitefurnace::adaptive::{self, REPLICATIONS};
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::Hit;
+use whitefurnace::geometry::shape::Hit;
+use whitefurnace::render::adaptive::REPLICATIONS;
+use whitefurnace::render::{adaptive, render};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::sampler::{Numbers, Sampler};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -132,7 +133,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "convergence/adaptive",
             "numbers of samples that a pilot decides leave the mean of an image as it is",
             &ADAPTIVE,
-            ["adaptive::counts", "t"],
+            ["render::adaptive::counts", "t"],
             move |context: &Context, subject| images(context, &scene, subject),
         )],
         faults: vec![

@@ -1,11 +1,12 @@
 //! Check-ups of the diffuse BSDFs (9), (13)-(15) with cosine sampling.
 
-use whitefurnace::bsdf::{self, OrenNayar, OrenNayarForm};
-use whitefurnace::frame::from_spherical;
+use whitefurnace::geometry::radiometry::cosine;
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
-use whitefurnace::radiometry::cosine;
-use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+use whitefurnace::material;
+use whitefurnace::material::{OrenNayar, OrenNayarForm};
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 use crate::scenes::lambert;
@@ -58,7 +59,7 @@ fn uniform_sampled(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     )
 }
 
-fn first_channel(sample: bsdf::BsdfSample) -> SampledDirection {
+fn first_channel(sample: material::BsdfSample) -> SampledDirection {
     let pdf = sample.pdf.unwrap_or(f64::NAN);
     SampledDirection {
         wi: sample.direction,
@@ -140,13 +141,13 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
         a: 1.0 - s2 / (2.0 * (s2 + 0.57)),
         ..OrenNayar::new(SIGMA)
     };
-    RHO * FRAC_1_PI * bsdf::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
+    RHO * FRAC_1_PI * material::oren_nayar(constants, OrenNayarForm::Printed, wo, wi)
 }
 
 fn trials() -> Vec<FamilyTrial<PartTable>> {
     // At so many inclinations all weights are the same, and no chance is in the furnace.
     let own = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
-        let subject = "bsdf::Scattering::sample_rough, sample_uniform";
+        let subject = "material::Scattering::sample_rough, sample_uniform";
         trial(
             format!("bsdf/{name}"),
             property,

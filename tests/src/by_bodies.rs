@@ -4,9 +4,9 @@
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-use whitefurnace::estimator::{Heuristic, NextEvent as _};
-use whitefurnace::fresnel::reflectance;
-use whitefurnace::specular::{Kind, Route};
+use whitefurnace::geometry::specular_connection::{Kind, Route};
+use whitefurnace::integrator::{Heuristic, NextEvent as _};
+use whitefurnace::material::fresnel::reflectance;
 
 use crate::furnace::inside;
 use crate::glass::{GLASS, INDEX};

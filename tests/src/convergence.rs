@@ -3,8 +3,8 @@
 
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::sampling::{
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
 };
 
@@ -179,7 +179,7 @@ fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
         format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
         &COSINE_HEMISPHERE,
         [
-            "sampling::uniform_hemisphere, sampling::cosine_hemisphere",
+            "sampling::warp::uniform_hemisphere, sampling::warp::cosine_hemisphere",
             "variance ratio",
         ],
         move |c, methods| ratio(c, profile, methods),
@@ -206,7 +206,7 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
     } else {
         &RANDOMISATION
     };
-    let subject = "pixel::PixelSampling::position";
+    let subject = "sampling::pixel::PixelSampling::position";
     vec![
         trial(
             format!("convergence/{name}-error"),

@@ -1,8 +1,8 @@
 //! Points on emitters: uniform in area on every shape.
 
-use whitefurnace::emitter::{Emitter, EmitterShape};
 use whitefurnace::harness::chi_square::sampler_against_partition;
-use whitefurnace::sampling::{sphere_zone, triangle};
+use whitefurnace::light::emitter::{Emitter, EmitterShape};
+use whitefurnace::sampling::warp::{sphere_zone, triangle};
 
 use crate::prelude::*;
 
@@ -68,18 +68,24 @@ fn trials() -> Vec<FamilyTrial<Points>> {
         )
     };
     vec![
-        own("triangle", &TRIANGLE_POINT, "sampling::triangle", |c, p| {
-            cells(c, Domain::Triangle, p.triangle)
-        }),
+        own(
+            "triangle",
+            &TRIANGLE_POINT,
+            "sampling::warp::triangle",
+            |c, p| cells(c, Domain::Triangle, p.triangle),
+        ),
         own(
             "rectangle",
             &GEOMETRY,
-            "emitter::Emitter::sample",
+            "light::emitter::Emitter::sample",
             |c, p| cells(c, Domain::Square, p.rectangle),
         ),
-        own("sphere", &GEOMETRY, "sampling::sphere_zone", |c, p| {
-            cells(c, Domain::Sphere, p.sphere)
-        }),
+        own(
+            "sphere",
+            &GEOMETRY,
+            "sampling::warp::sphere_zone",
+            |c, p| cells(c, Domain::Sphere, p.sphere),
+        ),
     ]
 }
 

@@ -1,13 +1,13 @@
 //! EON under check-ups by sampling and in furnaces by quadrature.
 
-use whitefurnace::bsdf::eon::{
+use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
+use whitefurnace::harness::domain::MASS_TOLERANCE;
+use whitefurnace::material::eon::{
     LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
     single_scattering,
 };
-use whitefurnace::frame::from_spherical;
-use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
-use whitefurnace::harness::domain::MASS_TOLERANCE;
-use whitefurnace::sampling::uniform_hemisphere;
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::bsdf::{as_rendered, at_every_angle, integrals, squared};
 use crate::prelude::*;
@@ -87,9 +87,9 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
         )
     };
     let (lobes, single, closed) = (
-        "bsdf::Bsdf::eval",
-        "bsdf::eon::single_scattering",
-        "bsdf::eon::albedo",
+        "material::Bsdf::eval",
+        "material::eon::single_scattering",
+        "material::eon::albedo",
     );
     let grazes =
         "single scattering loses nothing at grazing: its albedo at 89.9999° is 1 within 1e-5";
@@ -100,7 +100,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "bsdf/eon",
             "white EON passes the check-up and its directional albedo is 1",
             &EON_MULTIPLE,
-            ["bsdf::Scattering::sample_rough", "BSDF check-up"],
+            ["material::Scattering::sample_rough", "BSDF check-up"],
             |context, parts: EonParts| {
                 let subject = as_rendered(parts.lobes, material(1.0, 0.3))
                     .energy_bound(1.0)

@@ -1,7 +1,7 @@
 //! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting
 //! square that a square light of radiance L illuminates see ρ L F on average.
 
-use whitefurnace::frame::from_spherical;
+use whitefurnace::math::frame::from_spherical;
 
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, lambert, light, panel, scene, square};

@@ -1,9 +1,11 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical
 //! averages.
 
-use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s, squared_cos_refracted};
 use whitefurnace::harness::pointwise::Largest;
-use whitefurnace::sampling::cosine_hemisphere;
+use whitefurnace::material::fresnel::{
+    reflectance, reflectance_p, reflectance_s, squared_cos_refracted,
+};
+use whitefurnace::sampling::warp::cosine_hemisphere;
 
 use crate::prelude::*;
 
@@ -225,7 +227,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 
 fn trials() -> Vec<FamilyTrial<Reflectances>> {
     let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
-        let subject = "fresnel::reflectance, reflectance_s, reflectance_p";
+        let subject = "material::fresnel::reflectance, reflectance_s, reflectance_p";
         trial(
             format!("fresnel/{name}"),
             property,
@@ -269,7 +271,7 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
             &REFRACTION,
-            ["fresnel::reflectance", "t"],
+            ["material::fresnel::reflectance", "t"],
             averages,
         ),
     ]

@@ -1,7 +1,7 @@
 //! Closed and open furnaces through whole estimators: multiple reflection with closed-form answers.
 
-use whitefurnace::bsdf::OrenNayar;
-use whitefurnace::emitter::LightSampling;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::material::OrenNayar;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::bsdf::oren_nayar_albedo;

@@ -1,14 +1,14 @@
 //! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is
 //! rendered.
 
-use whitefurnace::bsdf::Model;
-use whitefurnace::bsdf::ggx::{
-    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
-};
-use whitefurnace::estimator::Sample;
-use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
+use whitefurnace::integrator::Sample;
+use whitefurnace::material::Model;
+use whitefurnace::material::ggx::{
+    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
+};
+use whitefurnace::math::frame::from_spherical;
 
 use crate::bsdf::{as_rendered, at_every_angle, integrals};
 use crate::prelude::*;
@@ -136,7 +136,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "white GGX passes the check-up and reflects what its facets do",
             &GGX_VISIBLE,
             [
-                "bsdf::ggx::Ggx, bsdf::Scattering::sample_rough",
+                "material::ggx::Ggx, material::Scattering::sample_rough",
                 "BSDF check-up",
             ],
             |context, parts: GgxParts| {
@@ -153,7 +153,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "bsdf/ggx-normals",
             "the facets' areas, projected, are the surface's area",
             &GGX_NORMALS,
-            ["bsdf::ggx::normals", "exact"],
+            ["material::ggx::normals", "exact"],
             |_, parts: GgxParts| {
                 integrals(
                     "facets",
@@ -167,7 +167,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "bsdf/ggx-visible",
             "the density of visible normals integrates to 1 from every side",
             &GGX_VISIBLE,
-            ["bsdf::ggx::visible_normals", "exact"],
+            ["material::ggx::visible_normals", "exact"],
             |_, parts: GgxParts| {
                 integrals(
                     "visible",
@@ -181,7 +181,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "bsdf/ggx-coloured",
             "GGX of reflectance 0.5 reflects what its facets do",
             &GGX_MASKING,
-            ["bsdf::ggx::Ggx", "exact"],
+            ["material::ggx::Ggx", "exact"],
             |_, parts: GgxParts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
                 integrals("coloured furnace", CASES, f, |alpha, wo| {
@@ -193,7 +193,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "furnace/ggx-floor",
             "a white rough metal loses what meets a second facet, as rendered with its own sampler",
             &GGX_MASKING,
-            ["estimator::Path, bsdf::ggx::Ggx", "t"],
+            ["integrator::Path, material::ggx::Ggx", "t"],
             on_a_floor,
         ),
     ]

@@ -52,7 +52,7 @@ fn aim(bsdf: Bsdf, direction: DVec3) -> Arc<Scene> {
 
 /// The direction beyond the origin of a ray from [`towards_origin`], at another inclination below.
 fn beyond(inclination: f64) -> DVec3 {
-    -whitefurnace::frame::from_spherical(inclination, 4.0)
+    -whitefurnace::math::frame::from_spherical(inclination, 4.0)
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -133,7 +133,7 @@ fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
             name,
             property,
             &FRESNEL,
-            ["estimator::Report", "binomial"],
+            ["integrator::Report", "binomial"],
             with_parts(lobe),
         )
     };
@@ -163,7 +163,7 @@ const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 /// From within the glass, past the critical angle: every ray goes back down to the lit ground.
 fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     let up = |_: &mut Stream| {
-        let d = whitefurnace::frame::from_spherical(50f64.to_radians(), 1.0);
+        let d = whitefurnace::math::frame::from_spherical(50f64.to_radians(), 1.0);
         Ray::new(-0.5 * d, d)
     };
     radiance(

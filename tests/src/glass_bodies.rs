@@ -113,7 +113,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",
             &REFRACTION,
-            ["estimator::Whitted", "exact"],
+            ["integrator::Whitted", "exact"],
             with_parts(Vanishing {
                 scenes: [lights(true), lights(false)],
             }),

@@ -1,9 +1,9 @@
 //! Trials of estimators of whole images: the means of their passes, against a closed form or
 //! against the path tracer.
 
-use whitefurnace::estimator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::harness::mean::welch;
-use whitefurnace::sampler::{Numbers, Pass};
+use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
+use whitefurnace::sampling::sampler::{Numbers, Pass};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -41,8 +41,8 @@ impl ImageEstimatorKind {
 
     fn path(self) -> &'static str {
         match self {
-            Self::LightTracer => "estimator::LightTracer",
-            Self::Bdpt | Self::BdptEnds => "estimator::Bdpt",
+            Self::LightTracer => "integrator::LightTracer",
+            Self::Bdpt | Self::BdptEnds => "integrator::Bdpt",
         }
     }
 }

@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
-use whitefurnace::estimator::{Report, Whitted};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling, render};
+use whitefurnace::integrator::{Report, Whitted};
+use whitefurnace::render::render;
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 
 use crate::prelude::*;
@@ -284,7 +286,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "images/white-furnace",
             "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
             &RENDERING,
-            ["render::render, estimator::Path", "t"],
+            ["render::render, integrator::Path", "t"],
             with_parts(white),
         ),
         trial(
@@ -292,7 +294,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "the path tracer and the report's estimator, unlimited, make the same image",
             &RENDERING,
             [
-                "render::render, estimator::Path, estimator::Report",
+                "render::render, integrator::Path, integrator::Report",
                 "Welch, equivalence",
             ],
             with_parts(same),
@@ -302,7 +304,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
             &WHITTED,
             [
-                "render::render, estimator::Whitted, estimator::Path",
+                "render::render, integrator::Whitted, integrator::Path",
                 "Welch",
             ],
             with_parts(Convex(convex())),
@@ -311,7 +313,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "images/three-strategies",
             "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
             &MIS,
-            ["render::render, estimator::Path", "Welch"],
+            ["render::render, integrator::Path", "Welch"],
             with_parts(strategies),
         ),
     ]

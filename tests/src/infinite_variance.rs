@@ -214,7 +214,7 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
             "in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"
         ),
         &ROULETTE,
-        ["estimator::Path", "chi-square, empirical Bernstein"],
+        ["integrator::Path", "chi-square, empirical Bernstein"],
         move |context: &Context, subject: EstimatorSubject| {
             let setup = subject.with(PartTable {
                 survival_by_throughput: |_, _| SURVIVAL,

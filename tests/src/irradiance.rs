@@ -1,9 +1,9 @@
 //! Direct light through whole estimators: irradiance of lights of every shape in closed form, by
 //! each strategy alone and by both.
 
-use whitefurnace::estimator::Heuristic;
 use whitefurnace::harness::chi_square::Counts;
-use whitefurnace::light_pick::FluxPicks;
+use whitefurnace::integrator::Heuristic;
+use whitefurnace::light::light_sampler::FluxPicks;
 
 use crate::form_factors;
 use crate::mean_radiance::{Draws, MeanRadiance};
@@ -144,7 +144,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             name,
             property,
             &MIS,
-            ["estimator::Path", "t"],
+            ["integrator::Path", "t"],
             move |context: &Context, subject: EstimatorSubject| {
                 mean.run(
                     context,
@@ -234,7 +234,7 @@ impl Property for Weights {
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and stand in proportion to the densities";
-    let judged = ["radiometry::balance", "exact"];
+    let judged = ["geometry::radiometry::balance", "exact"];
     trial(
         "irradiance/weights",
         property,
@@ -336,14 +336,14 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/picks",
             "by flux",
             &ESTIMATOR,
-            "light_pick::FluxPicks",
+            "light::light_sampler::FluxPicks",
             by_flux,
         ),
         picks(
             "irradiance/picks-by-share",
             "of what may come",
             &LIGHT_PICK,
-            "light_pick::pick",
+            "light::light_sampler::pick",
             by_share,
         ),
     ]

@@ -1,7 +1,7 @@
 //! The commonest trial of a whole estimator: the mean radiance along probe rays is a closed form.
 
-use whitefurnace::rng::stream;
-use whitefurnace::sampler::{Sobol, scramble};
+use whitefurnace::sampling::rng::stream;
+use whitefurnace::sampling::sampler::{Sobol, scramble};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -135,9 +135,9 @@ pub fn path(kind: EstimatorKind) -> &'static str {
         | EstimatorKind::PathEarly
         | EstimatorKind::PathBy(..)
         | EstimatorKind::PathByBodies(..)
-        | EstimatorKind::PathWithin(..) => "estimator::Path",
-        EstimatorKind::Report(_) => "estimator::Report",
-        EstimatorKind::Whitted(_) => "estimator::Whitted",
+        | EstimatorKind::PathWithin(..) => "integrator::Path",
+        EstimatorKind::Report(_) => "integrator::Report",
+        EstimatorKind::Whitted(_) => "integrator::Whitted",
     }
 }
 
@@ -220,5 +220,5 @@ pub fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 
 /// A uniformly distributed direction.
 pub fn any_direction(rng: &mut Stream) -> DVec3 {
-    whitefurnace::sampling::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])
+    whitefurnace::sampling::warp::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])
 }

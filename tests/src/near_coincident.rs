@@ -160,7 +160,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "near-coincident/covered",
             "nothing is seen of a light, mirror or ball of glass just behind another surface",
             &GEOMETRY,
-            ["estimator::Path", "exact"],
+            ["integrator::Path", "exact"],
             with_parts(Covered(covered)),
         ),
         radiance(

@@ -3,7 +3,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use whitefurnace::outline::{self, POINTS, View};
+use whitefurnace::render::silhouette;
+use whitefurnace::render::silhouette::{POINTS, View};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -21,8 +22,8 @@ pub struct OutlinePoints {
 }
 
 const RIGHT: OutlinePoints = OutlinePoints {
-    points: outline::points,
-    replaced: outline::replaced,
+    points: silhouette::points,
+    replaced: silhouette::replaced,
     in_mirrors: View::in_mirrors,
 };
 
@@ -143,14 +144,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "convergence/outlines",
                 "more points for what lights show directly leave the mean of a pixel as it is",
                 &RANDOMISATION,
-                ["outline::replaced", "t"],
+                ["render::silhouette::replaced", "t"],
                 channels,
             ),
             trial(
                 "convergence/in-mirrors",
                 "camera rays that follow a mirror first, and more points for a light in it, leave the mean of a pixel as it is",
                 &RANDOMISATION,
-                ["outline::View::in_mirrors", "t"],
+                ["render::silhouette::View::in_mirrors", "t"],
                 channels_in_mirror,
             ),
         ],
@@ -164,7 +165,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("towards-corner", RANDOMISATION, "the points are not uniform: their coordinates are squared",
                 = OutlinePoints {
                     points: |seed, pixel, replication, index| {
-                        outline::points(seed, pixel, replication, index).map(|point| point.map(|x| x * x))
+                        silhouette::points(seed, pixel, replication, index).map(|point| point.map(|x| x * x))
                     },
                     ..RIGHT
                 },

@@ -1,12 +1,12 @@
 //! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates:
 //! one path at a time, with chosen random numbers, against densities in closed form.
 
-use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
-use whitefurnace::estimator::Heuristic;
-use whitefurnace::frame::Frame;
 use whitefurnace::harness::pointwise::Largest;
-use whitefurnace::light_pick::EVEN;
-use whitefurnace::sampling::cosine_hemisphere_inverse;
+use whitefurnace::integrator::Heuristic;
+use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
+use whitefurnace::light::light_sampler::EVEN;
+use whitefurnace::math::frame::Frame;
+use whitefurnace::sampling::warp::cosine_hemisphere_inverse;
 
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
@@ -353,7 +353,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "irradiance/path-weights",
             "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
             &MIS,
-            ["estimator::Path", "exact"],
+            ["integrator::Path", "exact"],
             on,
         )],
         faults: vec![

@@ -5,17 +5,17 @@ pub(crate) use std::f64::consts::{FRAC_1_PI, PI, TAU};
 pub(crate) use std::sync::Arc;
 
 pub(crate) use glam::DVec3;
-pub(crate) use whitefurnace::bsdf::{Bsdf, Scattering};
 pub(crate) use whitefurnace::camera::Camera;
 pub(crate) use whitefurnace::equation::*;
-pub(crate) use whitefurnace::estimator::{Estimator, Path, Standard, Strategy};
+pub(crate) use whitefurnace::geometry::shape::{Ray, Sphere};
 pub(crate) use whitefurnace::harness::domain::{Domain, Partition};
 pub(crate) use whitefurnace::harness::mean::{Values, mean};
 pub(crate) use whitefurnace::harness::outcome::{Claim, Outcome};
 pub(crate) use whitefurnace::harness::trial::Context;
-pub(crate) use whitefurnace::rng::{Stream, uniform, uniform2};
+pub(crate) use whitefurnace::integrator::{Estimator, Path, Standard, Strategy};
+pub(crate) use whitefurnace::material::{Bsdf, Scattering};
+pub(crate) use whitefurnace::sampling::rng::{Stream, uniform, uniform2};
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
-pub(crate) use whitefurnace::shape::{Ray, Sphere};
 
 pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
 pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, Rays, SINGLE, mean_of, means, radiance};

@@ -1,8 +1,8 @@
 //! The reconstruction of the program behind the published figure 6, in a furnace that shows each of
 //! its quirks.
 
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::estimator::{Published, Quirks};
+use whitefurnace::integrator::{Published, Quirks};
+use whitefurnace::material::OrenNayarForm;
 
 use crate::furnace::inside;
 use crate::prelude::*;
@@ -56,7 +56,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "furnace/published",
             format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
             &ROULETTE,
-            ["estimator::Published", "t"],
+            ["integrator::Published", "t"],
             on,
         )],
         faults: vec![

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::estimator::{Bidirectional, FiniteElements, NextEvent, Photons, Report, Sample};
-use whitefurnace::roulette::Roulette;
+use whitefurnace::integrator::{Bidirectional, FiniteElements, NextEvent, Photons, Report, Sample};
+use whitefurnace::sampling::roulette::Roulette;
 
 use crate::furnace::inside;
 use crate::prelude::*;
@@ -138,7 +138,7 @@ impl Property for Cost {
 }
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let subject = "estimator::Report";
+    let subject = "integrator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {
         let furnace = SampleRays::new(ABSORPTION, (rays, samples));
         trial(

@@ -2,11 +2,11 @@
 //! receives is rendered, and the film read as a table of random numbers.
 
 use whitefurnace::film::Film;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::Numbers as Source;
-use whitefurnace::render::{Sampling, render};
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::Hit;
+use whitefurnace::geometry::shape::Hit;
+use whitefurnace::render::render;
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::sampler::{Numbers as Source, Sampler};
 
 use crate::prelude::*;
 use crate::scenes::seen_by;

@@ -4,16 +4,16 @@
 use std::array;
 use std::sync::LazyLock;
 
-use whitefurnace::bsdf::ggx::{hidden, seen_from_both, visible_normals};
-use whitefurnace::bsdf::rough_glass::{RoughGlass, refracting, seen_from_opposite};
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::Heuristic;
-use whitefurnace::frame::from_spherical;
-use whitefurnace::fresnel::{mirror, reflectance, refract};
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::harness::pointwise::{Largest, POINTWISE, relative, uniform3};
-use whitefurnace::sampling::uniform_hemisphere;
+use whitefurnace::integrator::Heuristic;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::material::fresnel::{mirror, reflectance, refract};
+use whitefurnace::material::ggx::{hidden, seen_from_both, visible_normals};
+use whitefurnace::material::rough_glass::{RoughGlass, refracting, seen_from_opposite};
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::ggx::lambda;
 use crate::glass::INDEX;
@@ -290,21 +290,21 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
             "bsdf/rough-glass",
             "rough glass passes the check-up from both sides and scatters what its facets do",
             &ROUGH_GLASS_PDF,
-            ["bsdf::rough_glass::RoughGlass", "BSDF check-up"],
+            ["material::rough_glass::RoughGlass", "BSDF check-up"],
             on_both_sides,
         ),
         trial(
             "bsdf/rough-glass-reciprocity",
             "f is reciprocal, across the surface but for the square of the index",
             &ROUGH_GLASS,
-            ["bsdf::rough_glass::RoughGlass", "exact"],
+            ["material::rough_glass::RoughGlass", "exact"],
             reciprocity,
         ),
         trial(
             "bsdf/rough-glass-smooth",
             "where α goes to 0 the way on is that of smooth glass",
             &ROUGH_GLASS_REFRACTION,
-            ["bsdf::rough_glass::RoughGlass", "exact"],
+            ["material::rough_glass::RoughGlass", "exact"],
             smooth,
         ),
     ]

@@ -2,7 +2,7 @@
 //! emits 1 and reflects the share a, so that the radiance is 1/(1 − a).
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::roulette;
+use whitefurnace::sampling::roulette;
 
 use crate::infinite_variance;
 use crate::prelude::*;
@@ -149,7 +149,7 @@ const PAIRS: [[f64; 2]; 9] = [
 ];
 
 /// What walks examine.
-pub const SUBJECT: &str = "roulette::survives, roulette::weight";
+pub const SUBJECT: &str = "sampling::roulette::survives, sampling::roulette::weight";
 
 fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
     let [a, q] = pair;

@@ -1,10 +1,10 @@
 //! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form
 //! answer.
 
-use whitefurnace::bsdf::OrenNayarForm;
-use whitefurnace::emitter::Emitter;
 use whitefurnace::error::Error;
-use whitefurnace::frame::from_spherical;
+use whitefurnace::light::emitter::Emitter;
+use whitefurnace::material::OrenNayarForm;
+use whitefurnace::math::frame::from_spherical;
 
 use crate::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use rand::TryRng;
 
-use whitefurnace::sampler::Sampler;
+use whitefurnace::sampling::sampler::Sampler;
 
 /// Says which number comes next.
 pub trait Script {
@@ -12,7 +12,7 @@ pub trait Script {
     fn block(&mut self, _block: u32) {}
 }
 
-/// A sampler that reads from a script: [`whitefurnace::rng::uniform`] returns the 53 leading bits
+/// A sampler that reads from a script: [`whitefurnace::sampling::rng::uniform`] returns the 53 leading bits
 /// of its numbers.
 pub struct Scripted<T>(pub T);
 

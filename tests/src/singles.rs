@@ -8,14 +8,14 @@
 //! different pixels, too: the variance of independent values is on average at least what each has
 //! of its own.
 
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::real::SINGLES;
-use whitefurnace::render::{
-    ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, render_lanes,
-};
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::math::simd::SINGLES;
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, render_lanes};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::file::{Description, Object};
 
 use crate::images::SHARES;

@@ -1,15 +1,15 @@
 //! Environment maps through the path tracer: the CIE overcast sky over a floor, a sky that varies
 //! by azimuth beside a wall, and a sky of which a light hides a part, each in closed form.
 
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::environment::{Environment, EnvironmentMap};
-use whitefurnace::estimator::Heuristic;
+use whitefurnace::integrator::Heuristic;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::light::environment::{Environment, EnvironmentMap};
 
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, at_origin, floor, lambert, light, panel,
+    polygon_irradiance, scene, square,
 };
-use crate::scenes::{polygon_irradiance, scene, square};
 
 /// A sky of these radiances, row by row from the zenith; the middle of each row is towards x.
 pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {

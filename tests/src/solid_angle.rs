@@ -1,10 +1,10 @@
 //! Emitters sampled by the solid angle under which they are seen: directions uniform in it, against
 //! cells and means whose values come from angles on the sphere.
 
-use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
-use whitefurnace::frame::{Frame, azimuth};
+use whitefurnace::geometry::shape::triangle_point;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
-use whitefurnace::shape::triangle_point;
+use whitefurnace::light::emitter::{Emitter, EmitterPoint, EmitterShape};
+use whitefurnace::math::frame::{Frame, azimuth};
 
 use crate::prelude::*;
 use crate::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
@@ -190,21 +190,21 @@ fn trials() -> Vec<FamilyTrial<Sample>> {
             "seen-rectangle",
             "a rectangle",
             &LIGHT_RECTANGLE,
-            "solid_angle::SphericalRectangle",
+            "geometry::solid_angle::SphericalRectangle",
             rectangle,
         ),
         family_trial(
             "seen-triangle",
             "a triangle",
             &LIGHT_TRIANGLE,
-            "solid_angle::SphericalTriangle",
+            "geometry::solid_angle::SphericalTriangle",
             triangle,
         ),
         family_trial(
             "seen-sphere",
             "a sphere",
             &LIGHT_SPHERE,
-            "solid_angle::VisibleCap",
+            "geometry::solid_angle::VisibleCap",
             sphere,
         ),
     ]

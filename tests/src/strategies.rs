@@ -4,10 +4,10 @@
 //! Most lights are near and large, so that hits alone find them often enough. There shadow rays to
 //! points uniform in area need up to a thousand times as many samples: these see farther lights.
 
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::estimator::Heuristic;
-use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::mean::welch;
+use whitefurnace::integrator::Heuristic;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::math::frame::from_spherical;
 
 use crate::irradiance::{Weights, lit, reflected, three};
 use crate::mean_radiance::Draws;
@@ -384,14 +384,14 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
         "irradiance/heuristics",
         property,
         &MIS_POWER,
-        ["estimator::Path", "Welch"],
+        ["integrator::Path", "Welch"],
         with_parts(same),
     )
 }
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
     let property = "power weights sum to one and stand as the squares of the densities";
-    let judged = ["radiometry::power", "exact"];
+    let judged = ["geometry::radiometry::power", "exact"];
     trial(
         "irradiance/power-weights",
         property,

@@ -2,7 +2,7 @@
 //! samples and draws.
 
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square, poisson};
-use whitefurnace::rng::stream;
+use whitefurnace::sampling::rng::stream;
 
 use crate::prelude::*;
 
@@ -196,7 +196,7 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 
 fn trials() -> Vec<FamilyTrial<Numbers>> {
     let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
-        let subject = "rng::stream, rng::uniform";
+        let subject = "sampling::rng::stream, sampling::rng::uniform";
         trial(
             format!("streams/{name}"),
             property,

@@ -5,24 +5,25 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use whitefurnace::bsdf::{Bsdf, Scattering};
 use whitefurnace::camera::Camera;
-use whitefurnace::emitter::{Emitter, EmitterPoint, LightSampling};
-use whitefurnace::environment::EnvironmentMap;
-use whitefurnace::estimator::{
+use whitefurnace::geometry::form_factor::Polygon;
+use whitefurnace::geometry::shape::Ray;
+use whitefurnace::geometry::specular_connection::Route;
+use whitefurnace::harness::outcome::Outcome;
+use whitefurnace::harness::trial::Context;
+use whitefurnace::integrator::{
     Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path,
     Photons, Report, Sample, Standard, Strategy, Whitted,
 };
-use whitefurnace::form_factor::Polygon;
-use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::Context;
-use whitefurnace::light_pick::FluxPicks;
-use whitefurnace::rng::{Stream, stream};
-use whitefurnace::roulette::{EARLY, Roulette};
-use whitefurnace::sampler::Sampler;
+use whitefurnace::light::emitter::{Emitter, EmitterPoint, LightSampling};
+use whitefurnace::light::environment::EnvironmentMap;
+use whitefurnace::light::light_sampler::FluxPicks;
+use whitefurnace::material::{Bsdf, Scattering};
+use whitefurnace::sampling::rng::{Stream, stream};
+use whitefurnace::sampling::roulette::{EARLY, Roulette};
+use whitefurnace::sampling::sampler::Sampler;
 use whitefurnace::scene::Scene;
-use whitefurnace::shape::Ray;
-use whitefurnace::specular::{Route, SceneBody};
+use whitefurnace::scene::specular_casters::SceneBody;
 
 /// Two ends of a shadow ray, or points with their normals.
 type End = (DVec3, DVec3);

@@ -2,7 +2,8 @@
 //! them in one scene. Whatever decides the survival, the mean stays.
 
 use whitefurnace::harness::mean::welch;
-use whitefurnace::roulette::{self, HIGHEST_SURVIVAL};
+use whitefurnace::sampling::roulette;
+use whitefurnace::sampling::roulette::HIGHEST_SURVIVAL;
 use whitefurnace::scene::simple::{Cap, cavity_cap};
 
 use crate::furnace::{off_cap, off_cap_radiance};
@@ -37,7 +38,7 @@ const EARLY: u32 = 2;
 const GIVE_UP: u32 = 2_000;
 
 /// A walk between surfaces that emit 1, the throughput handled as by
-/// [`whitefurnace::estimator::Path`]; `see` is told every decision: throughput before it, the
+/// [`whitefurnace::integrator::Path`]; `see` is told every decision: throughput before it, the
 /// highest survival that there may be, survival, throughput of a survivor.
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
@@ -116,7 +117,7 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<FamilyTrial<Policy>> {
-    let subject = "roulette::by_throughput";
+    let subject = "sampling::roulette::by_throughput";
     vec![
         trial(
             "roulette/by-throughput/mean",
@@ -212,7 +213,10 @@ pub fn cavity() -> FamilyTrial<EstimatorSubject> {
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
         &ROULETTE,
-        ["estimator::Path, roulette::by_throughput", "Welch"],
+        [
+            "integrator::Path, sampling::roulette::by_throughput",
+            "Welch",
+        ],
         move |context, subject| same_mean(context, &probe, subject),
     )
 }

@@ -13,9 +13,9 @@ use experiments::run::cli::{self, Ending};
 use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
-use whitefurnace::image::unfinished::write_unfinished;
 use whitefurnace::image::{check_writable, write_exr, write_png};
-use whitefurnace::moments::UNIT;
+use whitefurnace::math::moments::UNIT;
+use whitefurnace::render::checkpoint::write_unfinished;
 
 fn main() -> ExitCode {
     cli::start(|| {

@@ -1,6 +1,6 @@
 //! What pixels gain from numbers of samples of their own, which a pilot tells.
 
-use whitefurnace::adaptive::REPLICATIONS;
+use whitefurnace::render::adaptive::REPLICATIONS;
 
 use super::scrambles::gains;
 use crate::experiments::prelude::*;

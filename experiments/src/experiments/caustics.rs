@@ -2,9 +2,10 @@
 //! test on a glass sphere between a floor and an area light.
 
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
-use whitefurnace::estimator::Whitted;
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
-use whitefurnace::render::{Numbers, render_passes};
+use whitefurnace::integrator::Whitted;
+use whitefurnace::render::render_passes;
+use whitefurnace::sampling::sampler::Numbers;
 
 use crate::experiments::prelude::*;
 

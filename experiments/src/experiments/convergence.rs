@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use registry::scenes::{at_origin, rectangle_light};
 use whitefurnace::harness::convergence::log_slope;
-use whitefurnace::sampler::{Sampler, Sobol, scramble};
+use whitefurnace::sampling::sampler::{Sampler, Sobol, scramble};
 
 use crate::experiments::prelude::*;
 

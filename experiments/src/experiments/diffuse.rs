@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::ggx::reflected;
 use registry::rough_glass::shares;
-use whitefurnace::bsdf::Vertex;
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
 use whitefurnace::camera::Camera;
-use whitefurnace::frame::from_spherical;
+use whitefurnace::material::Vertex;
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::rough_glass::RoughGlass;
+use whitefurnace::math::frame::from_spherical;
 
 use crate::experiments::prelude::*;
 

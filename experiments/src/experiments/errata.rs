@@ -9,9 +9,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
 use registry::roulette::variance;
-use whitefurnace::bsdf::oren_nayar_angles;
-use whitefurnace::fresnel;
 use whitefurnace::image::srgb;
+use whitefurnace::material::{fresnel, oren_nayar_angles};
 
 use crate::experiments::prelude::*;
 

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use registry::scenes::{
     corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square,
 };
-use whitefurnace::emitter::LightSampling;
-use whitefurnace::light_pick::MOST;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::light::light_sampler::MOST;
 use whitefurnace::scene::SurfaceId;
 
 use crate::experiments::prelude::*;

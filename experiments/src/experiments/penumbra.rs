@@ -1,7 +1,7 @@
 //! The soft edge of a shadow: what the path tracer finds across a penumbra, and the closed form.
 
 use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
-use whitefurnace::emitter::LightSampling;
+use whitefurnace::light::emitter::LightSampling;
 
 use crate::experiments::prelude::*;
 

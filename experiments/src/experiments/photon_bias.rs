@@ -1,7 +1,7 @@
 //! The bias of photon lookups against their radius, and of the mean of passes against their number.
 
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
-use whitefurnace::estimator::{ImageEstimator, radius_squared};
+use whitefurnace::integrator::{ImageEstimator, radius_squared};
 
 use crate::experiments::prelude::*;
 

@@ -2,15 +2,10 @@
 //! numbers, charts.
 
 pub(super) use glam::DVec3;
-pub(super) use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
 pub(super) use whitefurnace::equation;
 pub(super) use whitefurnace::error::Error;
-pub(super) use whitefurnace::estimator::radiosity::Fineness;
-pub(super) use whitefurnace::estimator::{
-    Estimator, Heuristic, LightRules, Lookup, Path, PhotonMapping, Radiosity, Sppm, Standard,
-    Strategy,
-};
 pub(super) use whitefurnace::film::{Film, Window};
+pub(super) use whitefurnace::geometry::shape::{Ray, Sphere};
 pub(super) use whitefurnace::harness::mean::Values;
 pub(super) use whitefurnace::harness::outcome::{
     ALPHA, CAPACITY, Claim, Outcome, Verdict, approximate_verdict,
@@ -20,14 +15,19 @@ pub(super) use whitefurnace::harness::trial::{
     CSV_HEADER, Context, Row, Trial, group, meant, run_trial,
 };
 pub(super) use whitefurnace::image::{Display, write_png};
-pub(super) use whitefurnace::moments::Moments;
-pub(super) use whitefurnace::pixel::PixelSampling;
-pub(super) use whitefurnace::rng::{Stream, seed_for, stream, uniform, uniform2};
-pub(super) use whitefurnace::sampling::{
+pub(super) use whitefurnace::integrator::radiosity::Fineness;
+pub(super) use whitefurnace::integrator::{
+    Estimator, Heuristic, LightRules, Lookup, Path, PhotonMapping, Radiosity, Sppm, Standard,
+    Strategy,
+};
+pub(super) use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
+pub(super) use whitefurnace::math::moments::Moments;
+pub(super) use whitefurnace::sampling::pixel::PixelSampling;
+pub(super) use whitefurnace::sampling::rng::{Stream, seed_for, stream, uniform, uniform2};
+pub(super) use whitefurnace::sampling::warp::{
     cosine_hemisphere, hemisphere_printed, uniform_hemisphere,
 };
 pub(super) use whitefurnace::scene::{Scene, SceneBuilder, Surface, room};
-pub(super) use whitefurnace::shape::{Ray, Sphere};
 
 pub(super) use crate::plot::chart::{Chart, Mark, Series, charts};
 pub(super) use crate::plot::map::{Map, maps};
@@ -35,5 +35,5 @@ pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, 
 pub(super) use crate::run::accumulated::Accumulated;
 pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};
 pub(super) use crate::run::progress::{Bar, interrupted};
-pub(super) use crate::run::suite::{self, FAMILY, parallel};
-pub(super) use crate::run::{Experiment, Judgement, Run, Tier};
+pub(super) use crate::run::suite::{FAMILY, parallel};
+pub(super) use crate::run::{Experiment, Judgement, Run, Tier, suite};

@@ -1,7 +1,7 @@
 //! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is
 //! from the path tracer.
 
-use whitefurnace::estimator::radiosity::ReadOut;
+use whitefurnace::integrator::radiosity::ReadOut;
 
 use crate::experiments::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use whitefurnace::estimator::{Published, Quirks};
+use whitefurnace::integrator::{Published, Quirks};
 
 use crate::experiments::figures::CONVENTIONS;
 use crate::experiments::prelude::*;

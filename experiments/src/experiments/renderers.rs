@@ -1,10 +1,10 @@
 //! Renderers with a fault each, and one without, on trial by their images: what `compare` finds of
 //! them.
 
-use whitefurnace::bsdf::Scattering;
-use whitefurnace::estimator::NextEvent;
 use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
-use whitefurnace::roulette::Roulette;
+use whitefurnace::integrator::NextEvent;
+use whitefurnace::material::Scattering;
+use whitefurnace::sampling::roulette::Roulette;
 use whitefurnace::scene::file::Description;
 
 use crate::experiments::prelude::*;

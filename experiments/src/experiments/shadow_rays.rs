@@ -3,11 +3,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use whitefurnace::bsdf::Scattering;
-use whitefurnace::emitter::{Emitter, EmitterPoint};
-use whitefurnace::estimator::{NextEvent, Photons};
-use whitefurnace::roulette;
-use whitefurnace::roulette::Roulette;
+use whitefurnace::integrator::{NextEvent, Photons};
+use whitefurnace::light::emitter::{Emitter, EmitterPoint};
+use whitefurnace::material::Scattering;
+use whitefurnace::sampling::roulette;
+use whitefurnace::sampling::roulette::Roulette;
 
 use crate::experiments::prelude::*;
 

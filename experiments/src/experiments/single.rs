@@ -1,9 +1,9 @@
 //! Where single precision is seen: the same paths in both precisions, in scenes of things ever
 //! smaller.
 
-use whitefurnace::render::{
-    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, check_singles,
-};
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::file::Description;
 
 use super::speed::growth::{in_a_room, waves};

@@ -6,8 +6,7 @@ use whitefurnace::equation::Equation;
 
 use crate::experiments::prelude::*;
 use crate::plot::forest::{Line, forest};
-use crate::run::ExperimentResult;
-use crate::run::record;
+use crate::run::{ExperimentResult, record};
 
 pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::material::Bsdf;
 use whitefurnace::scene::Scene;
 
 use super::{Part, Shape, background, is_whole, numbers, parts};

@@ -9,11 +9,11 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use glam::DVec3;
-use whitefurnace::environment::Environment;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::LONGEST_PATH;
+use whitefurnace::geometry::shape::Sphere;
+use whitefurnace::integrator::LONGEST_PATH;
+use whitefurnace::light::environment::Environment;
 use whitefurnace::scene::{Geometry, Scene, Surface};
-use whitefurnace::shape::Sphere;
 
 use crate::render::{DiffuseName, Job, SceneSource};
 use crate::run::cli::{self, Ending, parse_size, whole};

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use glam::DVec3;
-use whitefurnace::bsdf::Bsdf;
+use whitefurnace::material::Bsdf;
 use whitefurnace::scene::Scene;
 
 use super::{Part, Shape, background, numbers, parts};

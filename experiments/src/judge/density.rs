@@ -4,12 +4,12 @@ use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
 
 use glam::DVec3;
-use whitefurnace::bsdf::Model as _;
-use whitefurnace::bsdf::ggx::{Ggx, normals};
-use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::directions::Density;
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::sampling::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
+use whitefurnace::material::Model as _;
+use whitefurnace::material::ggx::{Ggx, normals};
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::warp::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
 
 /// A density by name, with its parameters.
 #[derive(Clone, Debug, PartialEq)]

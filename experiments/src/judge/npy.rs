@@ -6,9 +6,8 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
-use super::NAMES;
 use super::read::{Each, Row};
-use super::text;
+use super::{NAMES, text};
 
 /// Numbers at the same place in every element of an array.
 struct Column {

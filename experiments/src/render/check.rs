@@ -2,9 +2,9 @@
 
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::film::{Film, Window};
-use whitefurnace::sampler::LONGEST;
+use whitefurnace::integrator::radiosity::{Fineness, Mesh, check_memory};
+use whitefurnace::sampling::sampler::LONGEST;
 
 use super::names::SINGLE_RAYS;
 use super::{

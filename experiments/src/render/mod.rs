@@ -11,16 +11,16 @@ mod work;
 
 use clap::{Args, Parser as _};
 use glam::DVec3;
-use whitefurnace::bsdf::OrenNayarForm;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::LONGEST_PATH;
 use whitefurnace::film::Window;
 use whitefurnace::image::Display;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{Numbers, Sampling};
-use whitefurnace::sampler::LONGEST;
-use whitefurnace::scene::room::{self, Convention, Walls};
-use whitefurnace::scene::{Scene, simple};
+use whitefurnace::integrator::LONGEST_PATH;
+use whitefurnace::material::OrenNayarForm;
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::sampler::{LONGEST, Numbers};
+use whitefurnace::scene::room::{Convention, Walls};
+use whitefurnace::scene::{Scene, room, simple};
 
 pub use names::{
     AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName,

@@ -7,8 +7,8 @@ use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser, ValueParse
 use clap::error::ErrorKind;
 use clap::{Arg, Command, ValueEnum};
 use glam::DVec3;
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::scene::file::SceneFile;
 
 /// The scenes that programs can name.

@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{Lookup, Standard};
+use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
+use whitefurnace::integrator::{Lookup, Standard};
 use whitefurnace::scene::Scene;
 
 use crate::run::cli::{real, whole};

@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use whitefurnace::error::Error;
-use whitefurnace::rng::seed_for;
+use whitefurnace::sampling::rng::seed_for;
 
 use super::{FEW, Job, MANY, SamplerName};
 

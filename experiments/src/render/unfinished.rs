@@ -9,7 +9,7 @@ use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::Display;
-use whitefurnace::image::unfinished::{Notes, read_unfinished, write_unfinished};
+use whitefurnace::render::checkpoint::{Notes, read_unfinished, write_unfinished};
 
 use super::{Job, Look};
 

@@ -4,22 +4,22 @@ use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use whitefurnace::adaptive;
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Mesh;
-use whitefurnace::estimator::{
+use whitefurnace::film::{Film, Pixel};
+use whitefurnace::integrator::radiosity::Mesh;
+use whitefurnace::integrator::{
     Bdpt, Connections, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping,
     Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
-use whitefurnace::film::{Film, Pixel};
+use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
     ByLanes, ByPasses, ByPhotons, ByRays, LaneEstimator, PassEstimator, Precision, Renderer,
-    Sampling, UNINTERRUPTED, check_singles,
+    UNINTERRUPTED, adaptive, check_singles,
 };
-use whitefurnace::rng::seed_for;
-use whitefurnace::roulette::EARLY;
-use whitefurnace::sampler::Pass;
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::rng::seed_for;
+use whitefurnace::sampling::roulette::EARLY;
+use whitefurnace::sampling::sampler::Pass;
 use whitefurnace::scene::Scene;
 
 use super::{

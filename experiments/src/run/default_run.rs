@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use book::run::DEFAULT_RUN;
 use whitefurnace::error::Error;
-use whitefurnace::moments::Moments;
+use whitefurnace::math::moments::Moments;
 
 use crate::render::name;
 use crate::run::record::{Ran, recorded_folder, result, update_readme, write_json};

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{Estimator, Path as PathTracer};
 use whitefurnace::film::{Film, Window};
+use whitefurnace::geometry::shape::Ray;
 use whitefurnace::image::{Display, write_rgb};
-use whitefurnace::moments::Moments;
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{
-    ByLanes, LaneEstimator, Numbers, Precision, Renderer as _, Sampling, render,
-};
-use whitefurnace::rng::stream;
+use whitefurnace::integrator::{Estimator, Path as PathTracer};
+use whitefurnace::math::moments::Moments;
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, render};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::rng::stream;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::Scene;
-use whitefurnace::shape::Ray;
 
 use crate::run::progress::interrupted;
 

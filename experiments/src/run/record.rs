@@ -17,11 +17,11 @@ use whitefurnace::image::{check_writable, write_whole};
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
 use crate::render::name;
-use crate::run::progress::{self, Bar, interrupted};
+use crate::run::progress::{Bar, interrupted};
 use crate::run::summary::summary;
 use crate::run::{
-    Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, read_json,
-    write_text,
+    Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, progress,
+    read_json, write_text,
 };
 use crate::say;
 

@@ -5,12 +5,12 @@ use std::f64::consts::{PI, TAU};
 
 use experiments::judge::named;
 use glam::DVec3;
-use whitefurnace::bsdf::Model as _;
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::frame::from_spherical;
 use whitefurnace::harness::directions::{Directions, Precision, Sample};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::rng::{seed_for, stream, uniform2};
+use whitefurnace::material::Model as _;
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
 
 /// Samples of a density by inverting its distribution function, from two uniform numbers; `None` if
 /// lost.

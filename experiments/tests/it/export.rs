@@ -6,13 +6,13 @@ use std::path::Path;
 use experiments::export::{Renderer, files};
 use glam::DVec3;
 use roxmltree::{Document, Node};
-use whitefurnace::bsdf::Bsdf;
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
+use whitefurnace::geometry::shape::Sphere;
+use whitefurnace::material::Bsdf;
 use whitefurnace::scene::file::{Description, Object, SceneFile};
 use whitefurnace::scene::simple::{Cap, cavity_cap, cornell, environment, furnace_box, glass_cube};
 use whitefurnace::scene::{Geometry, Scene, Surface, room};
-use whitefurnace::shape::Sphere;
 
 use crate::{folder, refused, run, text};
 

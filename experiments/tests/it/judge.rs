@@ -8,8 +8,8 @@ use experiments::judge::{Covered, table_of};
 use glam::DVec3;
 use npyz::WriterBuilder as _;
 use whitefurnace::harness::trial::Context;
-use whitefurnace::rng::{stream, uniform, uniform2};
-use whitefurnace::sampling::cosine_hemisphere;
+use whitefurnace::sampling::rng::{stream, uniform, uniform2};
+use whitefurnace::sampling::warp::cosine_hemisphere;
 
 use crate::{folder, run, text};
 

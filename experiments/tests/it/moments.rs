@@ -6,10 +6,10 @@ use std::path::Path;
 use experiments::render::preview::Preview;
 use experiments::render::unfinished::{Checkpoints, Part, Unfinished};
 use experiments::render::{Job, Look};
-use whitefurnace::estimator::{Bdpt, ImageEstimator as _, Standard};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::image::{Display, write_rgb};
-use whitefurnace::sampler::{Numbers, Pass};
+use whitefurnace::integrator::{Bdpt, ImageEstimator as _, Standard};
+use whitefurnace::sampling::sampler::{Numbers, Pass};
 
 use crate::{folder, job};
 

@@ -7,28 +7,27 @@ use std::collections::BTreeSet;
 use clap::CommandFactory as _;
 use experiments::render::command::Render;
 use glam::DVec3;
-use whitefurnace::adaptive::counts;
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::{Bsdf, OrenNayar, OrenNayarForm};
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::radiosity::Fineness;
-use whitefurnace::estimator::{
+use whitefurnace::film::Film;
+use whitefurnace::image::{Display, write_exr, write_png};
+use whitefurnace::integrator::radiosity::Fineness;
+use whitefurnace::integrator::{
     Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
     PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
 };
-use whitefurnace::film::Film;
-use whitefurnace::image::{Display, write_exr, write_png};
-use whitefurnace::pixel::PixelSampling;
-use whitefurnace::render::{
-    ByLanes, ByPasses, ByRays, LaneEstimator, Numbers, Precision, Renderer, Sampling,
-};
-use whitefurnace::rng::seed_for;
-use whitefurnace::roulette::EARLY;
-use whitefurnace::sampler::Pass;
+use whitefurnace::light::emitter::LightSampling;
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
+use whitefurnace::render::adaptive::counts;
+use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::pixel::PixelSampling;
+use whitefurnace::sampling::rng::seed_for;
+use whitefurnace::sampling::roulette::EARLY;
+use whitefurnace::sampling::sampler::{Numbers, Pass};
 use whitefurnace::scene::file::SceneFile;
-use whitefurnace::scene::room::{self, Convention};
-use whitefurnace::scene::{Scene, simple};
+use whitefurnace::scene::room::Convention;
+use whitefurnace::scene::{Scene, room, simple};
 
 use crate::{folder, job, renders};
 

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rand::Rng;
 
 use super::density::Density;
-use crate::frame::{Frame, from_spherical};
-use crate::rng::uniform;
+use crate::math::frame::{Frame, from_spherical};
+use crate::sampling::rng::uniform;
 
 /// How a number was rounded when it was computed or written.
 #[derive(Clone, Copy, Debug, PartialEq)]

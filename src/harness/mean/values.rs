@@ -3,7 +3,7 @@
 use super::skewness::Sigma;
 use crate::harness::batches::Batches;
 use crate::harness::outcome::{ALPHA, Cell};
-use crate::moments::Moments;
+use crate::math::moments::Moments;
 
 /// Independent values of which the mean is in question: moments up to the fourth.
 #[derive(Clone, Copy, Debug)]

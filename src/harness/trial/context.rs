@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::error::Error;
-use crate::rng::{Stream, seed_for, stream};
+use crate::sampling::rng::{Stream, seed_for, stream};
 use crate::shard::{EXPECTED, Shard};
 
 /// The master seed if `WHITEFURNACE_SEED` is not set.

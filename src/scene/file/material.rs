@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::reader::{LARGEST, Table};
 use super::words::refuse_light;
-use crate::bsdf::ggx::Ggx;
-use crate::bsdf::rough_glass::RoughGlass;
-use crate::bsdf::{Bsdf, OrenNayarForm};
 use crate::error::Error;
+use crate::material::ggx::Ggx;
+use crate::material::rough_glass::RoughGlass;
+use crate::material::{Bsdf, OrenNayarForm};
 use crate::scene::Surface;
 
 /// The models with their own keys.

@@ -2,15 +2,15 @@
 
 use glam::{DQuat, DVec3};
 
-use super::obj::{self, Name, Obj};
+use super::obj::{Name, Obj};
 use super::polygon::Polygons;
 use super::reader::{LARGEST, Table, Value, fault, shown};
 use super::schema::Reading;
 use super::words::refuse_light;
-use super::{Description, Object};
+use super::{Description, Object, obj};
 use crate::error::Error;
+use crate::geometry::shape::Sphere;
 use crate::scene::builder::{cuboid, is_sound, triangle_normal};
-use crate::shape::Sphere;
 
 /// The shapes with their own keys.
 const SHAPES: [(&str, &[&str]); 5] = [

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::words::{advice, refuse_lights};
 use crate::error::Error;
-use crate::nearest::hint;
+use crate::suggest::hint;
 
 /// The largest coordinate, length and radiance: none of their products is near the largest number.
 pub(super) const LARGEST: f64 = 1e9;

@@ -10,9 +10,9 @@ use super::material::surface;
 use super::reader::{LARGEST, Source, Table, Value, shown};
 use super::{Description, LARGEST_OTHER, MOST, read};
 use crate::camera::{Camera, WIDEST};
-use crate::environment::{Environment, EnvironmentMap};
 use crate::error::Error;
 use crate::image::read::{self as image, Meaning, REC_709};
+use crate::light::environment::{Environment, EnvironmentMap};
 
 fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     table.keys(&[&["eye", "target", "up", "fov_deg", "half_height"]])?;

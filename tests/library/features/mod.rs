@@ -23,9 +23,9 @@ mod table;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use whitefurnace::estimator::{Connections, Heuristic, Path, Strategy as Finds, Walking};
+use whitefurnace::integrator::{Connections, Heuristic, Path, Strategy as Finds, Walking};
 use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
-use whitefurnace::roulette::EARLY;
+use whitefurnace::sampling::roulette::EARLY;
 
 use naive::{Light, Naive};
 use scenes::{SCENE, exact, scene_of};

@@ -2,7 +2,7 @@
 //! from the scene and its reflection models alone.
 
 use crate::prelude::*;
-use whitefurnace::bsdf::Vertex;
+use whitefurnace::material::Vertex;
 
 /// Which part of the light it counts.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,9 @@
 //! Scenes of a row's features, in which the red radiance that arrives anywhere is 1 as far as
 //! surfaces conserve energy.
 
-use whitefurnace::bsdf::ggx::Ggx;
-use whitefurnace::bsdf::rough_glass::RoughGlass;
-use whitefurnace::environment::{Environment, EnvironmentMap};
+use whitefurnace::light::environment::{Environment, EnvironmentMap};
+use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::rough_glass::RoughGlass;
 
 use super::table::{Factor, Row};
 use crate::prelude::*;

@@ -7,11 +7,12 @@
 
 use std::sync::Mutex;
 
-use whitefurnace::bsdf::{BsdfSample, Vertex};
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::environment::EnvironmentMap;
-use whitefurnace::estimator::{Path, Strategy as Finds};
-use whitefurnace::specular::{Kind, Route, SceneBody};
+use whitefurnace::geometry::specular_connection::{Kind, Route};
+use whitefurnace::integrator::{Path, Strategy as Finds};
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::light::environment::EnvironmentMap;
+use whitefurnace::material::{BsdfSample, Vertex};
+use whitefurnace::scene::specular_casters::SceneBody;
 
 use super::scenes::{SCENE, scene_of};
 use super::table::{Row, table};

@@ -3,9 +3,9 @@
 
 use std::sync::Mutex;
 
-use whitefurnace::bsdf::{BsdfSample, Vertex};
-use whitefurnace::emitter::EmitterPoint;
-use whitefurnace::estimator::{Density, weight};
+use whitefurnace::integrator::{Density, weight};
+use whitefurnace::light::emitter::EmitterPoint;
+use whitefurnace::material::{BsdfSample, Vertex};
 
 use super::scenes::{SCENE, scene_of};
 use super::{images_take, table::table};

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use rand::seq::SliceRandom;
-use whitefurnace::rng::{Stream, stream};
+use whitefurnace::sampling::rng::{Stream, stream};
 
 /// A property of a scene or an estimator, and the levels that it can have.
 pub type Factor = (&'static str, &'static [&'static str]);
@@ -154,7 +154,7 @@ fn fixed(factors: &'static [Factor], given: &[(usize, usize)], rng: &mut Stream)
 }
 
 fn draw(rng: &mut Stream, count: usize) -> usize {
-    (whitefurnace::rng::uniform(rng) * count as f64) as usize
+    (whitefurnace::sampling::rng::uniform(rng) * count as f64) as usize
 }
 
 /// The pairs that stand in none of these rows.

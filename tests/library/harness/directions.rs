@@ -1,8 +1,8 @@
 //! Directions on trial: tables by hand, and which statistic notices which fault.
 
-use whitefurnace::bsdf::Model as _;
-use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::harness::directions::{Density, Directions, Precision, Rounding, Sample};
+use whitefurnace::material::Model as _;
+use whitefurnace::material::ggx::Ggx;
 
 use super::*;
 

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use whitefurnace::harness::images::{Comparison, MISS, Rules, Side, compare};
 
-use whitefurnace::rng::Stream;
+use whitefurnace::sampling::rng::Stream;
 
 use super::*;
 

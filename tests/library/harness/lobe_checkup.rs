@@ -3,8 +3,8 @@
 //! a mirror that absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and
 //! its faults.)
 
-use whitefurnace::fresnel::{mirror, radiance_factor, reflectance, refract};
 use whitefurnace::harness::trial::refused;
+use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refract};
 
 use super::*;
 

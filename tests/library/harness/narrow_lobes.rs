@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use whitefurnace::bsdf::Model as _;
-use whitefurnace::bsdf::ggx::{Ggx, sample_visible_normal};
 use whitefurnace::harness::bsdf_checkup::at_direction;
+use whitefurnace::material::Model as _;
+use whitefurnace::material::ggx::{Ggx, sample_visible_normal};
 
 use super::*;
 

@@ -3,10 +3,10 @@
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
-use whitefurnace::bsdf::Model as _;
-use whitefurnace::bsdf::ggx::Ggx;
 use whitefurnace::harness::directions::{Density, Directions, Precision, Sample};
 use whitefurnace::harness::roundoff::{DOUBLE, SINGLE};
+use whitefurnace::material::Model as _;
+use whitefurnace::material::ggx::Ggx;
 
 use super::*;
 

@@ -2,19 +2,18 @@
 
 use std::array::from_fn;
 
-use whitefurnace::bsdf::oren_nayar;
-use whitefurnace::fresnel::{
+use whitefurnace::geometry::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
+use whitefurnace::geometry::shape::{sphere_roots, triangle_point};
+use whitefurnace::geometry::watertight::Shear;
+use whitefurnace::light::light_sampler::{pick, share, share_all};
+use whitefurnace::material::fresnel::{
     mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted,
 };
-use whitefurnace::light_pick::{pick, share, share_all};
-use whitefurnace::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
-use whitefurnace::real::{
-    EightSingles, LANES, Lanes, Mask, Real, SINGLES, Singles, Vector, Wide, sin_cos_of_turn,
-};
-use whitefurnace::roulette;
-use whitefurnace::sampling::{sphere_zone, triangle, uniform_hemisphere_pdf};
-use whitefurnace::shape::{sphere_roots, triangle_point};
-use whitefurnace::watertight::{Shear, Turn};
+use whitefurnace::material::oren_nayar;
+use whitefurnace::math::real::{Mask, Real, Vector, sin_cos_of_turn};
+use whitefurnace::math::simd::{EightSingles, LANES, Lanes, SINGLES, Singles, Turn, Wide};
+use whitefurnace::sampling::roulette;
+use whitefurnace::sampling::warp::{sphere_zone, triangle, uniform_hemisphere_pdf};
 
 use crate::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Scenes with every surface, light and shape, in all ways in which lanes search for hits.
 
-use whitefurnace::bsdf::ggx::Ggx;
+use whitefurnace::material::ggx::Ggx;
 
 use crate::prelude::*;
 

@@ -2,9 +2,10 @@
 
 use std::array::from_fn;
 
-use whitefurnace::accel::PacketStack;
-use whitefurnace::lanes::LaneRays;
-use whitefurnace::real::{LANES, Lanes, Lanes3, Mask, SINGLES, Singles, Vector, Wide};
+use whitefurnace::geometry::bvh::PacketStack;
+use whitefurnace::math::real::{Mask, Vector};
+use whitefurnace::math::simd::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide};
+use whitefurnace::scene::lanes::LaneRays;
 
 use crate::prelude::*;
 

@@ -1,6 +1,6 @@
 //! What lies between the nodes of a patch, and form factors by nodes.
 
-use whitefurnace::frame::azimuth;
+use whitefurnace::math::frame::azimuth;
 
 use super::*;
 

@@ -4,13 +4,13 @@ mod direct; // what lights give
 mod interpolation; // between the nodes of a patch
 mod mesh; // patches and form factors
 
-use whitefurnace::emitter::EmitterPoint;
 use whitefurnace::equation;
-use whitefurnace::estimator::FiniteElements;
-use whitefurnace::estimator::radiosity::{
+use whitefurnace::geometry::form_factor::{Polygon, polygon};
+use whitefurnace::integrator::FiniteElements;
+use whitefurnace::integrator::radiosity::{
     FormFactors, MOST_MEMORY, Mesh, Patch, RESIDUAL, ReadOut, SpherePatch, check_memory, is_near,
 };
-use whitefurnace::form_factor::{Polygon, polygon};
+use whitefurnace::light::emitter::EmitterPoint;
 
 use crate::prelude::*;
 

@@ -1,8 +1,8 @@
 //! Faults of particles, of the camera as a receiver, of connections, and of the weights of
 //! strategies.
 
-use whitefurnace::estimator::{Density, weight};
-use whitefurnace::sampling::uniform_hemisphere;
+use whitefurnace::integrator::{Density, weight};
+use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::prelude::*;
 

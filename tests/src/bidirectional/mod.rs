@@ -6,7 +6,7 @@ pub(super) mod scenes;
 mod strategies;
 
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::sampler::Numbers;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};

@@ -1,7 +1,7 @@
 //! The strategies of bidirectional path tracing: each alone against a closed form, and their
 //! weights.
 
-use whitefurnace::estimator::Density;
+use whitefurnace::integrator::Density;
 
 use crate::bidirectional::{SQUARE, mean, scenes};
 use crate::image_means::ImageEstimatorKind::Bdpt;
@@ -160,7 +160,7 @@ pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
         name,
         property,
         &PATH_DENSITY,
-        ["estimator::weight", "exact"],
+        ["integrator::weight", "exact"],
         with_parts(Weights),
     )
 }

@@ -1,6 +1,6 @@
 //! Faults of mirrors and glass, (10)-(12) and refraction.
 
-use whitefurnace::fresnel::{
+use whitefurnace::material::fresnel::{
     mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
 };
 

@@ -1,7 +1,7 @@
 //! Faults of lights sampled by solid angle, of the power heuristic, and of light that is hit.
 
-use whitefurnace::emitter::{EmitterPoint, EmitterShape};
-use whitefurnace::estimator::NextEvent as _;
+use whitefurnace::integrator::NextEvent as _;
+use whitefurnace::light::emitter::{EmitterPoint, EmitterShape};
 
 use crate::prelude::*;
 use crate::solid_angle::{uniform_in_area, with_pdf};

@@ -1,7 +1,7 @@
 //! Faults of direct light: picks, points, measures, shadow rays, weights.
 
-use whitefurnace::emitter::{Emitter, EmitterPoint, EmitterShape};
-use whitefurnace::shape::triangle_point;
+use whitefurnace::geometry::shape::triangle_point;
+use whitefurnace::light::emitter::{Emitter, EmitterPoint, EmitterShape};
 
 use crate::prelude::*;
 

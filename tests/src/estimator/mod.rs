@@ -9,8 +9,8 @@ mod lights;
 mod reflection;
 mod sampling;
 
-use whitefurnace::estimator::LightRules;
-use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere};
+use whitefurnace::integrator::LightRules;
+use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 use crate::{

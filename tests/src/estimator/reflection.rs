@@ -1,8 +1,8 @@
 //! Faults of reflection: models and the cosine, (8), (9), (13)-(15), EON.
 
 use glam::Vec3Swizzles;
-use whitefurnace::bsdf::eon::{multiple_albedo, multiple_scattering, single_scattering};
-use whitefurnace::bsdf::{OrenNayar, OrenNayarForm};
+use whitefurnace::material::eon::{multiple_albedo, multiple_scattering, single_scattering};
+use whitefurnace::material::{OrenNayar, OrenNayarForm};
 
 use crate::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Faults of sampling: directions (17)-(19), cosine-weighted directions, roulette.
 
-use whitefurnace::roulette;
-use whitefurnace::sampling::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
+use whitefurnace::sampling::roulette;
+use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere, uniform_hemisphere_pdf};
 
 use crate::hemisphere::faults::{
     half_circle, half_circle_cosine, linear_theta, no_root, shared_number,

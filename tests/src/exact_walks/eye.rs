@@ -1,10 +1,10 @@
 //! Estimators as they look at a small image, one path to a pixel.
 
-use whitefurnace::emitter::LightSampling;
 use whitefurnace::error::Error;
-use whitefurnace::estimator::{
+use whitefurnace::integrator::{
     Bdpt, Heuristic, ImageEstimator, LightTracer, Lookup, PhotonMapping, Sppm,
 };
+use whitefurnace::light::emitter::LightSampling;
 
 use crate::prelude::*;
 use crate::scenes::level;

@@ -1,6 +1,6 @@
 //! Light in glass: in equilibrium with it, and as photons beyond it.
 
-use whitefurnace::estimator::{LightRules, Lookup};
+use whitefurnace::integrator::{LightRules, Lookup};
 
 use crate::exact_walks::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
 use crate::exact_walks::{ENDLESS, certain};
@@ -56,18 +56,18 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let photons = Eye::Photons(Lookup::Direct);
     vec![
-        family_trial(EQUILIBRIUM[0], "estimator::Path", HITS),
-        family_trial(EQUILIBRIUM[1], "estimator::PhotonMapping", photons),
-        family_trial(EQUILIBRIUM[2], "estimator::Sppm", Eye::Sppm),
-        family_trial(EQUILIBRIUM[3], "estimator::Bdpt", Eye::Bdpt),
+        family_trial(EQUILIBRIUM[0], "integrator::Path", HITS),
+        family_trial(EQUILIBRIUM[1], "integrator::PhotonMapping", photons),
+        family_trial(EQUILIBRIUM[2], "integrator::Sppm", Eye::Sppm),
+        family_trial(EQUILIBRIUM[3], "integrator::Bdpt", Eye::Bdpt),
         family_trial(
             RULED[0],
-            "estimator::Report",
+            "integrator::Report",
             Eye::Rays(EstimatorKind::Report(FEW_SEGMENTS)),
         ),
         family_trial(
             RULED[1],
-            "estimator::Whitted",
+            "integrator::Whitted",
             Eye::Rays(EstimatorKind::Whitted(FEW_SEGMENTS)),
         ),
     ]
@@ -96,7 +96,7 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let family_trial = |name, lookup| {
         certain(
-            (name, "estimator::PhotonMapping", &REFRACTION),
+            (name, "integrator::PhotonMapping", &REFRACTION),
             format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
             Eye::Photons(lookup),
             scenes.clone(),

@@ -8,8 +8,8 @@
 mod eye;
 mod glass;
 
-use whitefurnace::estimator::Lookup;
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
+use whitefurnace::integrator::Lookup;
+use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
 
 use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
@@ -187,35 +187,35 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     let diffuse = certain(
-        ("furnace/long/path", "estimator::Path", &PATH_LENGTH),
+        ("furnace/long/path", "integrator::Path", &PATH_LENGTH),
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
         HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
     );
     let photons = Eye::Photons(Lookup::Direct);
-    let mapping = "estimator::PhotonMapping";
+    let mapping = "integrator::PhotonMapping";
     let flux = PI * 4.0 * PI * all;
     vec![
         diffuse,
-        mirrors(MIRRORS[0], "estimator::Path", HITS, all),
+        mirrors(MIRRORS[0], "integrator::Path", HITS, all),
         mirrors(MIRRORS[1], mapping, photons, all),
-        mirrors(MIRRORS[2], "estimator::Sppm", Eye::Sppm, all),
-        mirrors(MIRRORS[3], "estimator::Bdpt", Eye::Bdpt, all),
+        mirrors(MIRRORS[2], "integrator::Sppm", Eye::Sppm, all),
+        mirrors(MIRRORS[3], "integrator::Bdpt", Eye::Bdpt, all),
         mirrors(
             LIMITED[0],
-            "estimator::Report",
+            "integrator::Report",
             Eye::Rays(EstimatorKind::Report(SEGMENTS)),
             cut,
         ),
         mirrors(
             LIMITED[1],
-            "estimator::Whitted",
+            "integrator::Whitted",
             Eye::Rays(EstimatorKind::Whitted(SEGMENTS)),
             cut,
         ),
         left(
             "furnace/long/photon-map",
-            "estimator::photon_map::PhotonMap",
+            "integrator::photon::photon_map::PhotonMap",
             false,
             flux,
             INSIDE,
@@ -304,7 +304,13 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     };
     // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
-    let tracer = left(PARTICLE[0], "estimator::LightTracer", true, splats, OUTSIDE);
+    let tracer = left(
+        PARTICLE[0],
+        "integrator::LightTracer",
+        true,
+        splats,
+        OUTSIDE,
+    );
     vec![
         family(
             "long-walks",

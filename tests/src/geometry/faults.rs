@@ -1,6 +1,6 @@
 //! Faults of (1)-(7).
 
-use whitefurnace::shape::{
+use whitefurnace::geometry::shape::{
     sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
 };
 

@@ -3,10 +3,10 @@
 
 mod faults;
 
-use whitefurnace::shape::{
+use whitefurnace::geometry::shape::{
     moller_trumbore, sphere_distances, sphere_residual, triangle_point, triangle_residual,
 };
-use whitefurnace::watertight::Shear;
+use whitefurnace::geometry::watertight::Shear;
 
 use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
@@ -296,7 +296,7 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
 fn trials() -> Vec<FamilyTrial<Shapes>> {
     let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
         let subject = if equation == &TRIANGLE_SOLUTION {
-            "watertight::Shear::intersect"
+            "geometry::watertight::Shear::intersect"
         } else {
             "shape"
         };

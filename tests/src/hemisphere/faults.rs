@@ -1,6 +1,6 @@
 //! Faults of the hemisphere samplers.
 
-use whitefurnace::sampling::{
+use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, hemisphere_printed, uniform_hemisphere,
     uniform_hemisphere_pdf,
 };
@@ -10,12 +10,15 @@ use crate::prelude::*;
 
 /// (18) without the inverse cosine, θ = rπ/2.
 pub fn linear_theta([r1, r2]: [f64; 2]) -> DVec3 {
-    whitefurnace::frame::from_spherical(r1 * PI / 2.0, TAU * r2)
+    whitefurnace::math::frame::from_spherical(r1 * PI / 2.0, TAU * r2)
 }
 
 /// (19) over half the circle.
 pub fn half_circle([r1, r2]: [f64; 2]) -> DVec3 {
-    whitefurnace::frame::from_spherical(whitefurnace::sampling::uniform_theta(r1), PI * r2)
+    whitefurnace::math::frame::from_spherical(
+        whitefurnace::sampling::warp::uniform_theta(r1),
+        PI * r2,
+    )
 }
 
 /// (18) and (19) with one random number.

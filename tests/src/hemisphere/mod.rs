@@ -3,10 +3,10 @@
 
 pub mod faults;
 
-use whitefurnace::frame::to_spherical;
 use whitefurnace::harness::chi_square::sampler_against_partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::sampling::{
+use whitefurnace::math::frame::to_spherical;
+use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
 };
 
@@ -49,7 +49,7 @@ struct Law {
 
 const UNIFORM: Law = Law {
     name: "uniform",
-    subject: "sampling::uniform_hemisphere",
+    subject: "sampling::warp::uniform_hemisphere",
     method: (uniform_hemisphere, uniform_hemisphere_pdf),
     domain: Domain::Hemisphere,
     moments: [1.0 / 2.0, 1.0 / 3.0],
@@ -59,7 +59,7 @@ const UNIFORM: Law = Law {
 
 const COSINE: Law = Law {
     name: "cosine",
-    subject: "sampling::cosine_hemisphere",
+    subject: "sampling::warp::cosine_hemisphere",
     method: (cosine_hemisphere, cosine_hemisphere_pdf),
     domain: Domain::CosineHemisphere,
     moments: [2.0 / 3.0, 1.0 / 2.0],

@@ -1,9 +1,9 @@
 //! Photon mapping against the path tracer where no closed form is known: the same radiance within
 //! the bias of photon mapping.
 
-use whitefurnace::estimator::{Lookup, PhotonMapping, Sample};
 use whitefurnace::harness::mean::welch;
-use whitefurnace::rng::stream;
+use whitefurnace::integrator::{Lookup, PhotonMapping, Sample};
+use whitefurnace::sampling::rng::stream;
 use whitefurnace::scene::room::diffuse;
 
 use crate::photon::faults::HALVED;

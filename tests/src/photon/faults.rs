@@ -1,8 +1,8 @@
 //! Faults of photon mapping, each through the whole estimator.
 
 use glam::Vec3Swizzles;
-use whitefurnace::estimator::photon_map::{density, flux_share};
-use whitefurnace::sampling::uniform_hemisphere;
+use whitefurnace::integrator::photon::photon_map::{density, flux_share};
+use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::prelude::*;
 

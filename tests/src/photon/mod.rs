@@ -6,10 +6,10 @@ mod faults;
 mod replications;
 pub mod scenes;
 
-use whitefurnace::estimator::photon_map::Kept;
-use whitefurnace::estimator::{Lookup, radius_squared};
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::sampler::Numbers;
+use whitefurnace::integrator::photon::photon_map::Kept;
+use whitefurnace::integrator::{Lookup, radius_squared};
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::furnace::off_cap_radiance;
@@ -44,7 +44,7 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
     })
 }
 
-const MAPPING: &str = "estimator::PhotonMapping";
+const MAPPING: &str = "integrator::PhotonMapping";
 
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     [floors(), cavities(), fluxes(), passes()]
@@ -191,7 +191,11 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let flux = |name, property, claim, values, scene, kept| {
-        let about = (name, &PHOTON_FLUX, "estimator::photon_map::PhotonMap");
+        let about = (
+            name,
+            &PHOTON_FLUX,
+            "integrator::photon::photon_map::PhotonMap",
+        );
         family_trial(
             about,
             property,
@@ -245,7 +249,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!(
             "the first {passes} passes reflect {reference:.6}, the mean over discs that shrink"
         );
-        let about = (name, &PHOTON_RADIUS, "estimator::Sppm");
+        let about = (name, &PHOTON_RADIUS, "integrator::Sppm");
         let series = Passes {
             scene: scenes::point_camera(),
             passes,

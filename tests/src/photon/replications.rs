@@ -1,9 +1,9 @@
 //! What a trial of photons averages: the values of independent maps and series of passes.
 
-use whitefurnace::estimator::photon_map::{Kept, PhotonMap};
-use whitefurnace::estimator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
-use whitefurnace::rng::stream;
-use whitefurnace::sampler::{Numbers, Pass};
+use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
+use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
+use whitefurnace::sampling::rng::stream;
+use whitefurnace::sampling::sampler::{Numbers, Pass};
 
 use crate::prelude::*;
 use crate::scenes::level;

@@ -1,6 +1,6 @@
 //! Form factors on trial: closed forms, closure, reciprocity, and the flux that they carry.
 
-use whitefurnace::estimator::radiosity::{Element, FormFactors, Mesh, Patch};
+use whitefurnace::integrator::radiosity::{Element, FormFactors, Mesh, Patch};
 use whitefurnace::scene::simple::closed_cube;
 
 use crate::prelude::*;
@@ -171,7 +171,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
     let of = |name: &str, property: &str, scene, patches, error: Error, tolerance| {
-        let judged = ["estimator::radiosity::FormFactors", "exact"];
+        let judged = ["integrator::radiosity::FormFactors", "exact"];
         trial(
             name,
             property,

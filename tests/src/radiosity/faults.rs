@@ -1,8 +1,8 @@
 //! Faults of radiosity.
 
 use glam::Vec3Swizzles;
-use whitefurnace::estimator::radiosity;
-use whitefurnace::{form_factor, radiometry};
+use whitefurnace::geometry::{form_factor, radiometry};
+use whitefurnace::integrator::radiosity;
 
 use crate::prelude::*;
 

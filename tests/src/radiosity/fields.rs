@@ -2,7 +2,7 @@
 //! both sides, against closed forms of rectangles and quadrature over the light: neither knows of
 //! polygons.
 
-use whitefurnace::estimator::radiosity::ReadOut;
+use whitefurnace::integrator::radiosity::ReadOut;
 
 use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
@@ -31,7 +31,7 @@ fn nearby(_: &mut Stream) -> Ray {
 
 /// The origin from below.
 fn from_below() -> Ray {
-    let w = whitefurnace::frame::from_spherical(25f64.to_radians(), 4.0).with_z(-0.9);
+    let w = whitefurnace::math::frame::from_spherical(25f64.to_radians(), 4.0).with_z(-0.9);
     let w = w.normalize();
     Ray::new(0.1 * w, -w)
 }

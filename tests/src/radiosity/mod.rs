@@ -7,8 +7,8 @@ mod fields;
 
 pub use factors::{NEIGHBOURS, OPPOSITE};
 
-use whitefurnace::estimator::Radiosity;
-use whitefurnace::estimator::radiosity::{Fineness, RESIDUAL, ReadOut};
+use whitefurnace::integrator::Radiosity;
+use whitefurnace::integrator::radiosity::{Fineness, RESIDUAL, ReadOut};
 use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
@@ -18,7 +18,7 @@ use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
 use crate::scenes::{lambert, scene, valid};
 
-const SUBJECT: &str = "estimator::Radiosity";
+const SUBJECT: &str = "integrator::Radiosity";
 /// Form factors are kept in single precision.
 const SINGLE_PRECISION: f64 = 1e-6;
 /// Albedo of furnaces and cavities.

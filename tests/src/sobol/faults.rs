@@ -1,8 +1,8 @@
 //! Faults of low-discrepancy numbers.
 
 use whitefurnace::harness::tails::normal_sf;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::stream;
+use whitefurnace::math::moments::Moments;
+use whitefurnace::sampling::rng::stream;
 
 use crate::prelude::*;
 use crate::sobol::{Block, CORRECT, Point, SobolParts, scrambled, sobol};

@@ -4,14 +4,14 @@
 
 mod faults;
 
-use whitefurnace::estimator::Sample;
 use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::harness::convergence::variance_ratio;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::student_two_sided;
-use whitefurnace::moments::Moments;
-use whitefurnace::rng::{seed_for, stream};
-use whitefurnace::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
+use whitefurnace::integrator::Sample;
+use whitefurnace::math::moments::Moments;
+use whitefurnace::sampling::rng::{seed_for, stream};
+use whitefurnace::sampling::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
 
 use crate::irradiance::reflected;
 use crate::prelude::*;
@@ -416,7 +416,10 @@ fn own<S: 'static>(
         format!("sampler/{name}"),
         property,
         &SOBOL,
-        ["sampler::Sobol, sampler::scramble", statistic],
+        [
+            "sampling::sampler::Sobol, sampling::sampler::scramble",
+            statistic,
+        ],
         on,
     )
 }

@@ -5,10 +5,10 @@ mod path;
 
 use std::cell::{Cell, RefCell};
 
-use whitefurnace::estimator::{Bdpt, Density, weight};
+use whitefurnace::film::splat::Splats;
 use whitefurnace::harness::pointwise::{Largest, relative};
-use whitefurnace::sampler::LIGHT;
-use whitefurnace::splat::Splats;
+use whitefurnace::integrator::{Bdpt, Density, weight};
+use whitefurnace::sampling::sampler::LIGHT;
 
 use crate::prelude::*;
 use crate::script::{self, Scripted};
@@ -204,7 +204,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "bidirectional/whole-paths",
             "every strategy makes the same path with the densities in closed form, and the weights sum to one",
             &PATH_DENSITY,
-            ["estimator::Bdpt", "exact"],
+            ["integrator::Bdpt", "exact"],
             on,
         )],
         faults: vec![

@@ -1,8 +1,8 @@
 //! A room, and paths in it from a light to the eye with their densities in closed form.
 
-use whitefurnace::emitter::{Emitter, EmitterShape, LightSampling};
-use whitefurnace::frame::{Frame, azimuth};
-use whitefurnace::sampling::cosine_hemisphere_inverse;
+use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
+use whitefurnace::math::frame::{Frame, azimuth};
+use whitefurnace::sampling::warp::cosine_hemisphere_inverse;
 
 use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;

@@ -2,9 +2,9 @@
 //! it alone and asks of each path whether the method follows it. It scatters as the estimators do,
 //! and has no shadow rays, no weights between strategies and no limit.
 
-use whitefurnace::bsdf::Vertex;
-use whitefurnace::sampler::Sampler;
-use whitefurnace::scene::Hit;
+use whitefurnace::geometry::shape::Hit;
+use whitefurnace::material::Vertex;
+use whitefurnace::sampling::sampler::Sampler;
 
 use super::SIZE;
 use crate::experiments::prelude::*;

@@ -1,6 +1,6 @@
 //! What is lost if nothing counts that a path hits after a diffuse surface.
 
-use whitefurnace::estimator::Report;
+use whitefurnace::integrator::Report;
 
 use super::size;
 use crate::experiments::prelude::*;

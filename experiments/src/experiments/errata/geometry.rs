@@ -1,7 +1,7 @@
 //! What rounding does to (4) and (7).
 
-use whitefurnace::sampling::sphere_zone;
-use whitefurnace::shape::{moller_trumbore, sphere_distances, sphere_distances_printed};
+use whitefurnace::geometry::shape::{moller_trumbore, sphere_distances, sphere_distances_printed};
+use whitefurnace::sampling::warp::sphere_zone;
 
 use super::size;
 use crate::experiments::prelude::*;

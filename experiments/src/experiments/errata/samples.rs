@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
-use whitefurnace::sampling::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
+use whitefurnace::sampling::warp::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
 
 use super::size;
 use crate::experiments::prelude::*;

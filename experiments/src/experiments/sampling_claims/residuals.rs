@@ -1,7 +1,7 @@
 //! Hemisphere samplers against the densities that they claim: a map of residuals for each.
 
 use whitefurnace::harness::tails::chi_square_sf;
-use whitefurnace::sampling::{cosine_hemisphere_inverse, uniform_hemisphere_inverse};
+use whitefurnace::sampling::warp::{cosine_hemisphere_inverse, uniform_hemisphere_inverse};
 
 use crate::experiments::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
 use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
-use whitefurnace::fresnel::{reflectance, reflectance_p, reflectance_s};
+use whitefurnace::material::fresnel::{reflectance, reflectance_p, reflectance_s};
 
 use super::critical;
 use crate::experiments::prelude::*;

@@ -3,10 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use whitefurnace::camera::Camera;
-use whitefurnace::frame::from_spherical;
-use whitefurnace::render::{
-    ByLanes, LaneEstimator, Numbers, Precision, Renderer, Sampling, check_singles,
-};
+use whitefurnace::math::frame::from_spherical;
+use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles};
+use whitefurnace::sampling::Sampling;
+use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::simple::closed_cube;
 
 use super::memory::resident;

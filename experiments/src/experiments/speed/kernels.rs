@@ -2,9 +2,10 @@
 
 use std::hint::black_box;
 
-use whitefurnace::frame::Frame;
-use whitefurnace::lanes::EightRays;
-use whitefurnace::real::{LANES, Lanes3, Vector as _};
+use whitefurnace::math::frame::Frame;
+use whitefurnace::math::real::Vector as _;
+use whitefurnace::math::simd::{LANES, Lanes3};
+use whitefurnace::scene::lanes::EightRays;
 use whitefurnace::scene::simple::cornell;
 
 use super::least_seconds;

@@ -1,0 +1,570 @@
+//! The film: per pixel, exact first and second moments of the radiance over independent
+//! replications, and what the camera sees first.
+
+pub mod splat;
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::math::moments::{ExactMoments, LARGEST, UNIT, full, in_units};
+
+/// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// x and y of the first pixel.
+    pub corner: [u32; 2],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+}
+
+/// What a camera ray meets first, for denoisers and comparisons.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Features {
+    /// Albedo per channel, in [0, 1].
+    pub albedo: DVec3,
+    /// Unit normal on the camera's side, in world space.
+    pub normal: DVec3,
+    /// Distance from the eye, along the ray.
+    pub depth: f64,
+}
+
+/// Albedo and normal in multiples of [`UNIT`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FlatFeatures {
+    albedo: [i64; 3],
+    normal: [i64; 3],
+}
+
+impl FlatFeatures {
+    /// None if the albedo does not lie in [0, 1] or the normal is not a unit vector.
+    #[inline]
+    pub fn new(albedo: DVec3, normal: DVec3) -> Option<Self> {
+        let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
+            && (normal.length_squared() - 1.0).abs() < 1e-6;
+        let units = |v: DVec3| v.to_array().map(in_units);
+        legal.then(|| Self {
+            albedo: units(albedo),
+            normal: units(normal),
+        })
+    }
+}
+
+/// Whether a film can take a depth.
+#[inline]
+pub(crate) fn is_legal_depth(depth: f64) -> bool {
+    (0.0..=LARGEST).contains(&depth)
+}
+
+/// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST`]. Less below
+/// 0 than rounds to a multiple of [`UNIT`] passes.
+///
+/// # Errors
+/// [`Error::Radiance`] with the first such channel's value, without a place.
+#[inline]
+pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
+    // False for NaN, too.
+    let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST;
+    match radiance.to_array().into_iter().find(|value| !legal(value)) {
+        None => Ok(()),
+        Some(value) => Err(Error::Radiance {
+            value,
+            place: String::new(),
+        }),
+    }
+}
+
+/// How the sums of a pixel are named in files, and of how many 32-bit words each is made, the
+/// lowest first. Of the channels of radiance first the sum, then that of the squares; what is
+/// negative is its two's complement.
+pub(crate) const SUMS: [(&str, usize); 16] = [
+    ("replications", 1),
+    ("samples", 1),
+    ("hits", 1),
+    ("R", 4),
+    ("R2", 4),
+    ("G", 4),
+    ("G2", 4),
+    ("B", 4),
+    ("B2", 4),
+    ("albedo.R", 2),
+    ("albedo.G", 2),
+    ("albedo.B", 2),
+    ("normal.X", 2),
+    ("normal.Y", 2),
+    ("normal.Z", 2),
+    ("depth", 4),
+];
+
+/// Words of a pixel's [`SUMS`].
+pub(crate) const WORDS: usize = 43;
+
+/// A sum of counts below 2³¹.
+fn added(count: u32, more: u32) -> Result<u32, Error> {
+    let sum = u64::from(count) + u64::from(more);
+    i32::try_from(sum).map_err(|_| full())?;
+    Ok(sum as u32)
+}
+
+/// The accumulators of one pixel. All are integers, so sums are exact in any order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pixel {
+    replications: u32,
+    /// Camera rays of all replications.
+    samples: u32,
+    /// Camera rays that met something.
+    hits: u32,
+    radiance: [ExactMoments; 3],
+    /// Sums over the hits, in multiples of [`UNIT`].
+    albedo: [i64; 3],
+    normal: [i64; 3],
+    depth: i128,
+}
+
+impl Pixel {
+    /// Adds one replication: the mean radiance of so many samples.
+    ///
+    /// # Errors
+    /// Those of [`check_radiance`]; [`Error::Option`] if the sums are full. The pixel is then
+    /// useless.
+    #[inline]
+    pub fn push(&mut self, radiance: DVec3, samples: u32) -> Result<(), Error> {
+        check_radiance(radiance)?;
+        for (channel, value) in self.radiance.iter_mut().zip(radiance.to_array()) {
+            channel.push(value)?;
+        }
+        self.replications = added(self.replications, 1)?;
+        self.samples = added(self.samples, samples)?;
+        Ok(())
+    }
+
+    /// Adds what one camera ray met.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for an albedo outside [0, 1], a normal that is not a unit vector, a depth
+    /// that is negative or exceeds [`LARGEST`], and if the sums are full.
+    #[inline]
+    pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
+        let Features {
+            albedo,
+            normal,
+            depth,
+        } = *features;
+        match FlatFeatures::new(albedo, normal) {
+            Some(flat) if is_legal_depth(depth) => self.push_flat(&flat, false, depth),
+            _ => Err(Error::Option(format!(
+                "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth:?}: albedos lie \
+                 in [0, 1], normals are unit vectors and distances at most {LARGEST}"
+            ))),
+        }
+    }
+
+    /// The same of a flat surface, whose normal is turned if it shows its back, at a legal depth.
+    #[inline]
+    pub(crate) fn push_flat(
+        &mut self,
+        flat: &FlatFeatures,
+        shows_back: bool,
+        depth: f64,
+    ) -> Result<(), Error> {
+        // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
+        self.hits = added(self.hits, 1)?;
+        let sign = if shows_back { -1 } else { 1 };
+        for channel in 0..3 {
+            self.albedo[channel] += flat.albedo[channel];
+            self.normal[channel] += sign * flat.normal[channel];
+        }
+        self.depth += i128::from(in_units(depth));
+        Ok(())
+    }
+
+    /// Adds another pixel's replications: exact, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the sums are full. The pixel is then useless.
+    #[inline]
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.replications = added(self.replications, other.replications)?;
+        self.samples = added(self.samples, other.samples)?;
+        self.hits = added(self.hits, other.hits)?;
+        for channel in 0..3 {
+            self.radiance[channel].merge(&other.radiance[channel])?;
+            self.albedo[channel] += other.albedo[channel];
+            self.normal[channel] += other.normal[channel];
+        }
+        self.depth += other.depth;
+        Ok(())
+    }
+
+    /// The words of its [`SUMS`].
+    pub(crate) fn words(&self) -> [u32; WORDS] {
+        let mut words = [0; WORDS];
+        let mut at = 0;
+        let mut put = |sum: i128, length: usize| {
+            (0..length).for_each(|k| words[at + k] = (sum >> (32 * k)) as u32);
+            at += length;
+        };
+        put(self.replications.into(), 1);
+        put(self.samples.into(), 1);
+        put(self.hits.into(), 1);
+        for channel in &self.radiance {
+            channel.sums().into_iter().for_each(|sum| put(sum, 4));
+        }
+        self.albedo
+            .iter()
+            .chain(&self.normal)
+            .for_each(|sum| put((*sum).into(), 2));
+        put(self.depth, 4);
+        words
+    }
+
+    /// The pixel of these words; nothing if no samples have such sums.
+    pub(crate) fn of_words(words: &[u32; WORDS]) -> Option<Self> {
+        let mut rest = words.as_slice();
+        let sums = SUMS.map(|(_, length)| {
+            let (own, others) = rest.split_at(length);
+            rest = others;
+            own.iter()
+                .rev()
+                .fold(0_i128, |sum, word| sum << 32 | i128::from(*word))
+        });
+        let [replications, samples, hits] = [0, 1, 2].map(|at| i32::try_from(sums[at]).ok());
+        let (replications, samples, hits) = (replications? as u32, samples? as u32, hits? as u32);
+        let radiance =
+            |c: usize| ExactMoments::of_sums([sums[3 + 2 * c], sums[4 + 2 * c]], replications);
+        let albedo = [9, 10, 11].map(|at| sums[at] as i64);
+        let normal = [12, 13, 14].map(|at| sums[at] as i64);
+        let depth = sums[15];
+        let most = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
+        let legal = albedo
+            .iter()
+            .all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
+            && normal
+                .iter()
+                .all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
+            && (0..=most(LARGEST)).contains(&depth);
+        let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
+        legal.then_some(Self {
+            replications,
+            samples,
+            hits,
+            radiance,
+            albedo,
+            normal,
+            depth,
+        })
+    }
+
+    /// Independent replications so far.
+    pub fn replications(&self) -> u32 {
+        self.replications
+    }
+
+    /// Samples of all replications.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Mean radiance per channel; 0 without replications.
+    pub fn mean(&self) -> DVec3 {
+        DVec3::from_array(self.radiance.map(|channel| channel.mean(self.replications)))
+    }
+
+    /// Standard error of the mean per channel; infinite below two replications. Its square is
+    /// unbiased; an interval takes Student's distribution with a degree of freedom less than there
+    /// are replications.
+    pub fn standard_error(&self) -> DVec3 {
+        DVec3::from_array(
+            self.radiance
+                .map(|channel| channel.standard_error(self.replications)),
+        )
+    }
+
+    /// Mean features over the camera rays that met something; zero if none did.
+    pub fn features(&self) -> Features {
+        if self.hits == 0 {
+            return Features::default();
+        }
+        let scale = UNIT / f64::from(self.hits);
+        let mean = |sums: [i64; 3]| DVec3::from_array(sums.map(|sum| sum as f64 * scale));
+        Features {
+            albedo: mean(self.albedo),
+            normal: mean(self.normal),
+            depth: self.depth as f64 * scale,
+        }
+    }
+}
+
+/// A window of an image with its accumulators, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    frame: [u32; 2],
+    window: Window,
+    samples_per_replication: u32,
+    /// Of each pixel, where they differ.
+    sample_counts: Option<Vec<u32>>,
+    pixels: Vec<Pixel>,
+    pub(crate) begun: Option<Begun>,
+}
+
+/// A replication of which some passes are done, by an estimator of whole images.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Begun {
+    /// How many.
+    pub passes: u32,
+    /// For each pixel what they brought.
+    pub sums: Vec<DVec3>,
+}
+
+/// Pixels of the largest film, about 17 GB of accumulators.
+pub const LARGEST_FILM: u64 = 100_000_000;
+
+impl Film {
+    /// An empty film for the `window` (or all) of a frame of `frame` pixels, whose replications
+    /// have `samples_per_replication` samples each.
+    ///
+    /// # Errors
+    /// As [`checked_window`](Self::checked_window).
+    pub fn new(
+        frame: [u32; 2],
+        window: Option<Window>,
+        samples_per_replication: u32,
+    ) -> Result<Self, Error> {
+        let window = Self::checked_window(frame, window)?;
+        let [width, height] = window.size.map(|n| n as usize);
+        let pixels = vec![Pixel::default(); width * height];
+        Ok(Self {
+            frame,
+            window,
+            samples_per_replication,
+            sample_counts: None,
+            pixels,
+            begun: None,
+        })
+    }
+
+    /// The window that a film would hold.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the
+    /// frame.
+    pub fn checked_window(frame: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
+        let window = window.unwrap_or(Window {
+            corner: [0, 0],
+            size: frame,
+        });
+        let [width, height] = window.size;
+        let inside = |axis: usize| {
+            u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
+        };
+        if !(inside(0) && inside(1)) {
+            return Err(Error::Option(format!(
+                "window {width}x{height} at ({}, {}) leaves the frame of {}x{} pixels",
+                window.corner[0], window.corner[1], frame[0], frame[1]
+            )));
+        }
+        let count = u64::from(width) * u64::from(height);
+        if count == 0 {
+            return Err(Error::Option(format!(
+                "size {width}x{height} has no pixels: both numbers must be at least 1"
+            )));
+        }
+        if count > LARGEST_FILM || frame[0].checked_mul(frame[1]).is_none() {
+            return Err(Error::Option(format!(
+                "size {width}x{height} is too large for memory: take a smaller one, at most {LARGEST_FILM} pixels"
+            )));
+        }
+        Ok(window)
+    }
+
+    /// Makes this the other film, in the memory that it has.
+    pub fn assign(&mut self, other: &Self) {
+        let Self {
+            frame,
+            window,
+            samples_per_replication,
+            sample_counts,
+            pixels,
+            begun,
+        } = self;
+        (*frame, *window, *samples_per_replication) =
+            (other.frame, other.window, other.samples_per_replication);
+        sample_counts.clone_from(&other.sample_counts);
+        pixels.clone_from(&other.pixels);
+        begun.clone_from(&other.begun);
+    }
+
+    /// Width and height of the full frame in pixels.
+    pub fn frame(&self) -> [u32; 2] {
+        self.frame
+    }
+
+    /// The part of the frame that this film holds.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Width and height of the film in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.window.size
+    }
+
+    /// Samples in one replication of a pixel, in the mean where pixels
+    /// [differ](Self::set_sample_counts).
+    pub fn samples_per_replication(&self) -> u32 {
+        self.samples_per_replication
+    }
+
+    /// Gives the replications of each pixel a number of samples of its own, row by row from the
+    /// top; for [`render`](crate::render::render) and [`render_lanes`](crate::render::render_lanes)
+    /// with Sobol' points. Files do not hold these numbers: a film that is read gets them anew.
+    ///
+    /// # Panics
+    /// If there are not as many counts as pixels.
+    pub fn set_sample_counts(&mut self, counts: Vec<u32>) {
+        assert_eq!(
+            counts.len(),
+            self.pixels.len(),
+            "counts of samples for each pixel"
+        );
+        self.sample_counts = Some(counts);
+    }
+
+    /// The numbers of samples that were [set](Self::set_sample_counts).
+    pub fn sample_counts(&self) -> Option<&[u32]> {
+        self.sample_counts.as_deref()
+    }
+
+    /// The pixels to add to, and the same numbers.
+    pub(crate) fn pixels_and_counts_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
+        (&mut self.pixels, self.sample_counts.as_deref())
+    }
+
+    /// Samples that pixels lack of so many replications each.
+    pub fn missing(&self, replications: u32) -> u64 {
+        let of = |at: usize| {
+            self.sample_counts
+                .as_ref()
+                .map_or(self.samples_per_replication, |counts| counts[at])
+        };
+        let missing = |(at, pixel): (usize, &Pixel)| {
+            u64::from(replications.saturating_sub(pixel.replications)) * u64::from(of(at))
+        };
+        self.pixels.iter().enumerate().map(missing).sum()
+    }
+
+    /// The pixels, row by row from the top.
+    pub fn pixels(&self) -> &[Pixel] {
+        &self.pixels
+    }
+
+    /// The pixels, to add to.
+    pub fn pixels_mut(&mut self) -> &mut [Pixel] {
+        &mut self.pixels
+    }
+
+    /// Replications of the pixel that has fewest: of all pixels, but after a call that was stopped.
+    pub fn replications(&self) -> u32 {
+        self.pixels
+            .iter()
+            .map(Pixel::replications)
+            .min()
+            .unwrap_or(0)
+    }
+
+    /// Whether all pixels have so many replications, and none is begun.
+    pub fn has_exactly(&self, replications: u32) -> bool {
+        self.begun.is_none()
+            && self
+                .pixels
+                .iter()
+                .all(|pixel| pixel.replications == replications)
+    }
+
+    /// The pixel at (x, y) of the film.
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
+    }
+
+    /// The mean radiance of each pixel's samples so far, those of a replication that is only begun
+    /// among them.
+    pub fn means_so_far(&self) -> Vec<DVec3> {
+        let Some(Begun { passes, sums }) = &self.begun else {
+            return self.pixels.iter().map(Pixel::mean).collect();
+        };
+        let samples = f64::from(self.samples_per_replication);
+        let mean = |(pixel, sum): (&Pixel, &DVec3)| {
+            let done = samples * f64::from(pixel.replications);
+            (pixel.mean() * done + sum) / (done + f64::from(*passes))
+        };
+        self.pixels.iter().zip(sums).map(mean).collect()
+    }
+
+    /// Whether frames, windows and samples of a replication are the same.
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.frame, self.window, self.samples_per_replication)
+            == (other.frame, other.window, other.samples_per_replication)
+    }
+
+    /// Adds another film's replications: exact, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if frames, windows or replications differ, one has a replication that is
+    /// only begun, or sums are full.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        if self.begun.is_some() || other.begun.is_some() {
+            return Err(Error::Option(
+                "a film with a replication that is only begun cannot be merged".to_owned(),
+            ));
+        }
+        if !self.is_like(other) {
+            let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
+            return Err(Error::Option(format!(
+                "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
+                kind(self),
+                kind(other)
+            )));
+        }
+        for (pixel, added) in self.pixels.iter_mut().zip(&other.pixels) {
+            pixel.merge(added)?;
+        }
+        Ok(())
+    }
+
+    /// Mean radiance over all pixels and channels.
+    pub fn mean(&self) -> f64 {
+        self.average(Pixel::mean)
+    }
+
+    /// Mean standard error of the pixels, relative to the mean radiance; infinite below two
+    /// replications. The root of an unbiased variance is too small in the mean, of four
+    /// replications by a twelfth.
+    pub fn relative_error(&self) -> f64 {
+        self.average(Pixel::standard_error) / self.mean()
+    }
+
+    /// The largest share of the image's mean that the rounding of values to multiples of [`UNIT`]
+    /// may be: half a unit over the mean; infinite for a black image.
+    pub fn rounding_error(&self) -> f64 {
+        0.5 * UNIT / self.mean()
+    }
+
+    fn average(&self, of: impl Fn(&Pixel) -> DVec3) -> f64 {
+        let sum: f64 = self
+            .pixels
+            .iter()
+            .map(|pixel| of(pixel).element_sum())
+            .sum();
+        sum / (3.0 * self.pixels.len() as f64)
+    }
+}
+
+/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of
+/// this direction.
+#[inline]
+pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
+    Features {
+        albedo,
+        normal: normal * -normal.dot(direction).signum(),
+        depth,
+    }
+}

@@ -1,0 +1,317 @@
+//! A bounding volume hierarchy with eight children per node. A ray is tested against the boxes of
+//! all children at once, and against all triangles of a leaf.
+//!
+//! Why our own: the crates at hand answer hits in single precision, which a furnace of ten thousand
+//! bounces and a watertight room cannot use. Boxes here are single precision too, but only as a
+//! filter: they are rounded outward and tested with a margin that covers the rounding of the ray,
+//! so no primitive that the double-precision test would hit is ever skipped.
+
+mod build;
+mod packet;
+
+use arrayvec::ArrayVec;
+use glam::DVec3;
+
+use super::shape::{Ray, Sphere};
+use super::watertight::{Shear, TriangleHit};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::{EightSingles, FOUR, Four, LANES, Wide};
+pub(crate) use packet::Nearest;
+pub use packet::{PacketHit, PacketStack};
+
+/// What rays can hit.
+#[derive(Clone, Copy, Debug)]
+pub enum Primitive {
+    /// A triangle by its vertices.
+    Triangle([DVec3; 3]),
+    /// A sphere or zone of it.
+    Sphere(Sphere),
+}
+
+/// The nearest hit on a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrimitiveHit {
+    /// Which primitive, by its place in the list that the hierarchy was built from.
+    pub primitive: u32,
+    /// t of (1).
+    pub t: f64,
+    /// Barycentric weights of a triangle's vertices; zero for spheres.
+    pub weights: [f64; 3],
+}
+
+impl PrimitiveHit {
+    /// This hit or a nearer one on another primitive. Of two at the same distance it is the one
+    /// that comes first in the list, in whatever order they are tested.
+    #[inline]
+    fn or(self, primitive: u32, hit: TriangleHit) -> Self {
+        if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
+            Self {
+                primitive,
+                t: hit.t,
+                weights: hit.weights,
+            }
+        } else {
+            self
+        }
+    }
+}
+
+/// Where a ray meets a sphere, told as of a triangle.
+#[inline]
+pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
+    TriangleHit {
+        t: sphere.distance(ray),
+        weights: [V::Real::splat(0.0); 3],
+    }
+}
+
+/// Up to [`WIDTH`] children.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Node {
+    /// `planes[axis][0]` are the children's lower bounds, `planes[axis][1]` the upper ones.
+    planes: [[[f32; WIDTH]; 2]; 3],
+    /// Twice the place of a node, or of a leaf and one more.
+    children: [u32; WIDTH],
+    child_count: usize,
+}
+
+/// Primitives that a ray is tested against together.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Leaf {
+    /// Triangles by vertex and coordinate. In places that are left over is the first once more.
+    vertices: [[[f64; LEAF]; 3]; 3],
+    /// Their places in the original list.
+    triangles: [u32; LEAF],
+    triangle_count: usize,
+    /// The first of the spheres, and how many.
+    spheres: (u32, u32),
+}
+
+/// Most children of a node.
+const WIDTH: usize = LANES;
+/// Most primitives in a leaf.
+const LEAF: usize = FOUR;
+/// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer
+/// (`build::SORTED_DEPTH`).
+const STACK: usize = 128;
+/// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a
+/// margin of two.
+const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
+/// What a component of a direction is at least, relative to the largest: 0 would give 0 · ∞. Rays
+/// from near the origin, whose coordinates have no rounding to allow for, thereby leave planes in
+/// which boxes end, so boxes are wider (`build::DRIFT`).
+const TINY: f32 = 1e-18;
+/// Rounding of the slab arithmetic, relative: a bound on 2γ₃ of Ize, JCGT 2(2), 2013.
+const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+/// The hierarchy over a list of primitives.
+#[derive(Debug)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+    /// In the order of the leaves, each with its place in the original list.
+    spheres: Vec<(u32, Sphere)>,
+}
+
+impl Leaf {
+    /// Where a ray meets its triangles.
+    #[inline]
+    fn hit(&self, shear: &Shear<Four>) -> TriangleHit<Four> {
+        let vertex = |i: usize| [0, 1, 2].map(|axis| Four::of_lanes(self.vertices[i][axis]));
+        let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
+        shear.hit([&a, &b, &c])
+    }
+}
+
+impl Bvh {
+    /// The nearest hit with 0 < t < `t_max`.
+    pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
+        let shear = Shear::new(ray).splat();
+        let mut nearest = PrimitiveHit {
+            primitive: 0,
+            t: t_max,
+            weights: [0.0; 3],
+        };
+        self.traverse(ray, t_max, |leaf| {
+            if leaf.triangle_count > 0 {
+                let hit = leaf.hit(&shear);
+                let mut near = (!hit.t.above(Four::splat(nearest.t))
+                    & hit.t.below(Four::splat(f64::INFINITY)))
+                .bits();
+                while near != 0 {
+                    let lane = near.trailing_zeros() as usize % LEAF;
+                    near &= near - 1;
+                    let of = |number: Four| number.lanes()[lane];
+                    let hit = TriangleHit {
+                        t: of(hit.t),
+                        weights: hit.weights.map(of),
+                    };
+                    nearest = nearest.or(leaf.triangles[lane], hit);
+                }
+            }
+            for (id, sphere) in self.spheres_of(leaf) {
+                nearest = nearest.or(*id, on_sphere(sphere, ray));
+            }
+            Some(nearest.t)
+        });
+        (nearest.t < t_max).then_some(nearest)
+    }
+
+    /// Whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, t_max: f64, blocks: impl Fn(u32) -> bool) -> bool {
+        let shear = Shear::new(ray).splat();
+        let mut occluded = false;
+        self.traverse(ray, t_max, |leaf| {
+            if leaf.triangle_count > 0 {
+                let hits = leaf.hit(&shear).t.below(Four::splat(t_max)).bits();
+                occluded = hits != 0
+                    && (0..LEAF).any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
+            }
+            let meets = |(id, sphere): &(u32, Sphere)| sphere.distance(ray) < t_max && blocks(*id);
+            occluded = occluded || self.spheres_of(leaf).iter().any(meets);
+            (!occluded).then_some(t_max)
+        });
+        occluded
+    }
+
+    /// Calls `each` for the primitives, by their places in the list, whose boxes meet the box from
+    /// `low` to `high`, and for some of their neighbours.
+    pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32)) {
+        let (low, high) = (
+            low.to_array().map(build::rounded_down),
+            (-high).to_array().map(build::rounded_down),
+        );
+        let mut waiting = ArrayVec::<u32, STACK>::new();
+        waiting.extend((!self.nodes.is_empty()).then_some(0));
+        while let Some(child) = waiting.pop() {
+            let place = (child / 2) as usize;
+            if child % 2 == 1 {
+                let leaf = &self.leaves[place];
+                leaf.triangles[..leaf.triangle_count]
+                    .iter()
+                    .for_each(|id| each(*id));
+                self.spheres_of(leaf).iter().for_each(|(id, _)| each(*id));
+                continue;
+            }
+            let node = &self.nodes[place];
+            for slot in 0..node.child_count {
+                let meets = |axis: usize| {
+                    let [below, above] = &node.planes[axis];
+                    below[slot] <= -high[axis] && above[slot] >= low[axis]
+                };
+                if meets(0) && meets(1) && meets(2) {
+                    waiting.push(node.children[slot]);
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn spheres_of(&self, leaf: &Leaf) -> &[(u32, Sphere)] {
+        let (first, count) = leaf.spheres;
+        &self.spheres[first as usize..][..count as usize]
+    }
+
+    /// Calls `leaf` for the leaves that the ray may meet, near ones first. It returns the
+    /// distance beyond which nothing matters any more, or `None` to stop.
+    #[inline]
+    fn traverse(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
+        // Of a single leaf no box saves anything.
+        if let [all] = &self.leaves[..] {
+            leaf(all);
+            return;
+        }
+        if self.nodes.is_empty() {
+            return;
+        }
+        let slabs = Slabs::new(ray);
+        let mut limit = rounded_up(t_max as f32);
+        // Not an array, which would be filled for every ray.
+        let mut waiting = ArrayVec::<(f32, u32), STACK>::new();
+        waiting.push((0.0, 0));
+        while let Some((near, child)) = waiting.pop() {
+            if near > limit {
+                continue;
+            }
+            let place = (child / 2) as usize;
+            if child % 2 == 1 {
+                match leaf(&self.leaves[place]) {
+                    Some(t_max) => limit = rounded_up(t_max as f32),
+                    None => return,
+                }
+                continue;
+            }
+            let node = &self.nodes[place];
+            let (near, mut hits) = slabs.intersect(node, limit);
+            let near = near.lanes();
+            let bottom = waiting.len();
+            while hits != 0 {
+                let slot = hits.trailing_zeros() as usize % WIDTH;
+                hits &= hits - 1;
+                let entry = (near[slot], node.children[slot]);
+                let mut place = waiting.len();
+                waiting.push(entry);
+                while place > bottom && waiting[place - 1].0 < entry.0 {
+                    waiting[place] = waiting[place - 1];
+                    place -= 1;
+                }
+                waiting[place] = entry;
+            }
+        }
+    }
+}
+
+/// A ray as the box test sees it. Near planes are tested from an origin moved towards them and far
+/// planes from one moved away, by a bound on the origin's rounding.
+struct Slabs {
+    near_origin: [EightSingles; 3],
+    far_origin: [EightSingles; 3],
+    inverse: [EightSingles; 3],
+    near_side: [usize; 3],
+}
+
+impl Slabs {
+    #[inline]
+    fn new(ray: &Ray) -> Self {
+        let origin = ray.origin.as_vec3();
+        let margin = origin.abs().max_element() * ORIGIN_MARGIN + f32::MIN_POSITIVE;
+        // Segments may be tiny as a whole.
+        let direction = ray.direction.as_vec3();
+        let tiny = (direction.abs().max_element() * TINY).max(f32::MIN_POSITIVE);
+        let direction = direction
+            .to_array()
+            .map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
+        let forward = direction.map(|d| d > 0.0);
+        let shifted =
+            |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
+        Self {
+            near_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, forward[axis]))),
+            far_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, !forward[axis]))),
+            inverse: direction.map(|d| EightSingles::all(1.0 / d)),
+            near_side: forward.map(|f| usize::from(!f)),
+        }
+    }
+
+    /// Entry distances of the boxes, and a bit for each box that the ray meets before `limit`.
+    #[inline]
+    fn intersect(&self, node: &Node, limit: f32) -> (EightSingles, u32) {
+        let (mut near, mut far) = (EightSingles::splat(0.0), EightSingles::all(limit));
+        for axis in 0..3 {
+            let side = self.near_side[axis] & 1;
+            let plane = |side: usize| EightSingles::of_lanes(node.planes[axis][side]);
+            near = ((plane(side) - self.near_origin[axis]) * self.inverse[axis]).at_least(near);
+            far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).at_most(far);
+        }
+        let hits = !near.above(far * EightSingles::all(SLAB_MARGIN));
+        (near, hits.bits() & ((1 << node.child_count) - 1))
+    }
+}
+
+/// A number above the distance that was rounded to x, with the slabs' relative margin.
+#[inline]
+fn rounded_up(x: f32) -> f32 {
+    x * SLAB_MARGIN
+}

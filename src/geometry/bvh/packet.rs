@@ -1,0 +1,260 @@
+//! Several rays that go through the hierarchy together, each with the same answer as alone.
+//!
+//! A node is visited if any of them may meet it. Then the box of each of its children, and each
+//! primitive of a leaf, is tested against all of them at once.
+
+use std::array::from_fn;
+
+use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, TINY, on_sphere, rounded_up};
+use crate::geometry::shape::Ray;
+use crate::geometry::watertight::{LaneShear, Shear, TriangleHit};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::{LANES, Lanes, Scalar, Wide};
+
+/// The nearest hits of several rays.
+#[derive(Clone, Copy, Debug)]
+pub struct PacketHit<R: Real = Lanes, const N: usize = LANES> {
+    /// The lanes whose ray has hit something.
+    pub met: R::Mask,
+    /// Which primitive, by its place in the list that the hierarchy was built from; 0 in other
+    /// lanes.
+    pub primitive: [u32; N],
+    /// t of (1), infinite in other lanes.
+    pub t: R,
+    /// Barycentric weights of a triangle's vertices; zero for spheres.
+    pub weights: [R; 3],
+}
+
+/// What several rays have hit so far.
+pub(crate) struct Nearest<R> {
+    primitive: R,
+    t: R,
+    weights: [R; 3],
+}
+
+/// Children that wait to be visited: where the rays enter their boxes, and which they are. One
+/// buffer serves all packets.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct PacketStack<const N: usize = LANES> {
+    /// Where the first ray that meets a box enters it, which orders the children of a node.
+    nearest: [f32; STACK],
+    entered: [[f32; N]; STACK],
+    children: [u32; STACK],
+}
+
+/// Rays as the box test sees them, as [`crate::geometry::bvh::Slabs`] of each.
+struct Slabs<S> {
+    /// What the planes at the low ends are seen from, and those at the high ends.
+    origins: [[S; 3]; 2],
+    inverse: [S; 3],
+}
+
+impl<R: Real> Nearest<R> {
+    pub fn new() -> Self {
+        let zero = R::splat(0.0);
+        Self {
+            primitive: zero,
+            t: R::splat(f64::INFINITY),
+            weights: [zero; 3],
+        }
+    }
+
+    /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is
+    /// the one that comes first in the list, in whatever order they are tested.
+    #[inline]
+    pub fn or(&mut self, primitive: R, hit: &TriangleHit<R>) {
+        let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
+        self.primitive = R::choose(nearer, primitive, self.primitive);
+        self.t = R::choose(nearer, hit.t, self.t);
+        self.weights = from_fn(|i| R::choose(nearer, hit.weights[i], self.weights[i]));
+    }
+
+    /// The hits of the `active` lanes.
+    #[inline]
+    pub fn of<const N: usize>(&self, active: R::Mask) -> PacketHit<R, N>
+    where
+        R: Wide<N>,
+    {
+        let met = active & self.t.below(R::splat(f64::INFINITY));
+        let primitive = R::choose(met, self.primitive, R::splat(0.0)).whole();
+        let t = R::choose(met, self.t, R::splat(f64::INFINITY));
+        PacketHit {
+            met,
+            primitive,
+            t,
+            weights: self.weights,
+        }
+    }
+}
+
+impl<const N: usize> Default for PacketStack<N> {
+    fn default() -> Self {
+        Self {
+            nearest: [0.0; STACK],
+            entered: [[0.0; N]; STACK],
+            children: [0; STACK],
+        }
+    }
+}
+
+impl Bvh {
+    /// [`closest`](Self::closest) for each ray of the `active` lanes, without limit.
+    #[inline]
+    pub fn closest_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        ray: &Ray<R::Vector>,
+        active: R::Mask,
+        stack: &mut PacketStack<N>,
+    ) -> PacketHit<R, N> {
+        let shear = Shear::new(ray);
+        let mut nearest = Nearest::new();
+        self.traverse_packet::<R, N>(ray, limits(active, nearest.t), stack, |leaf| {
+            for i in 0..leaf.triangle_count {
+                nearest.or(
+                    R::splat(leaf.triangles[i].into()),
+                    &leaf.hit_of_packet(i, &shear),
+                );
+            }
+            for (id, sphere) in self.spheres_of(leaf) {
+                nearest.or(R::splat((*id).into()), &on_sphere(sphere, ray));
+            }
+            limits(active, nearest.t)
+        });
+        nearest.of(active)
+    }
+
+    /// [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes; no in other
+    /// lanes.
+    #[inline]
+    pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        segment: &Ray<R::Vector>,
+        active: R::Mask,
+        blocks: impl Fn(u32) -> bool,
+        stack: &mut PacketStack<N>,
+    ) -> R::Mask {
+        let (shear, one) = (Shear::new(segment), R::splat(1.0));
+        let mut free = active;
+        self.traverse_packet::<R, N>(segment, limits(free, one), stack, |leaf| {
+            for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
+                free = free & !leaf.hit_of_packet(i, &shear).t.below(one);
+            }
+            for (_, sphere) in self.spheres_of(leaf).iter().filter(|(id, _)| blocks(*id)) {
+                free = free & !sphere.distance(segment).below(one);
+            }
+            limits(free, one)
+        });
+        active & !free
+    }
+
+    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns the distances
+    /// beyond which nothing matters to a ray any more.
+    #[inline]
+    fn traverse_packet<R: Wide<N>, const N: usize>(
+        &self,
+        ray: &Ray<R::Vector>,
+        mut limits: R::Single,
+        stack: &mut PacketStack<N>,
+        mut leaf: impl FnMut(&Leaf) -> R::Single,
+    ) {
+        let slabs = Slabs::<R::Single>::new::<R, N>(ray);
+        (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
+        let mut waiting = usize::from(!self.nodes.is_empty());
+        while waiting > 0 {
+            waiting -= 1;
+            let (near, child) = (stack.entered[waiting], stack.children[waiting]);
+            if R::Single::of_lanes(near.map(Scalar::of_single))
+                .above(limits)
+                .bits()
+                == u32::MAX >> (32 - N)
+            {
+                continue;
+            }
+            let place = (child / 2) as usize;
+            if child % 2 == 1 {
+                limits = leaf(&self.leaves[place]);
+                continue;
+            }
+            let node = &self.nodes[place];
+            let bottom = waiting;
+            for slot in 0..node.child_count {
+                let (near, hits) = slabs.intersect(node, slot, limits);
+                if hits == 0 {
+                    continue;
+                }
+                let near = near.lanes().map(Scalar::single);
+                let nearest = near[hits.trailing_zeros() as usize % N];
+                let mut place = waiting;
+                while place > bottom && stack.nearest[place - 1] < nearest {
+                    stack.nearest[place] = stack.nearest[place - 1];
+                    stack.entered[place] = stack.entered[place - 1];
+                    stack.children[place] = stack.children[place - 1];
+                    place -= 1;
+                }
+                stack.nearest[place] = nearest;
+                stack.entered[place] = near;
+                stack.children[place] = node.children[slot];
+                waiting += 1;
+            }
+        }
+    }
+}
+
+impl Leaf {
+    /// Where rays meet one of its triangles.
+    #[inline]
+    fn hit_of_packet<R: Wide<N>, const N: usize>(
+        &self,
+        triangle: usize,
+        shear: &LaneShear<R>,
+    ) -> TriangleHit<R> {
+        let vertex = |vertex: usize| self.vertices[vertex].map(|axis| R::splat(axis[triangle]));
+        let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
+        shear.hit([&a, &b, &c])
+    }
+}
+
+/// The distances beyond which nothing matters; none matters where `lanes` says no.
+#[inline]
+fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
+    let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
+    R::Single::of_lanes(t.lanes().map(|t| Scalar::of_single(rounded_up(t.single()))))
+}
+
+impl<S: Real> Slabs<S> {
+    #[inline]
+    fn new<R: Wide<N, Single = S>, const N: usize>(ray: &Ray<R::Vector>) -> Self {
+        let largest = |[x, y, z]: [S; 3]| x.abs().at_least(y.abs()).at_least(z.abs());
+        let origin = ray.origin.components().map(R::single);
+        let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
+        // As in the test of one ray.
+        let direction = ray.direction.components().map(R::single);
+        let tiny =
+            (largest(direction) * f64::from(TINY)).at_least(S::splat(f32::MIN_POSITIVE.into()));
+        let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
+        Self {
+            origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)],
+            inverse,
+        }
+    }
+
+    /// Where the rays enter the box of a child, and a bit for each ray that does so before its
+    /// limit.
+    #[inline(always)]
+    fn intersect<const N: usize>(&self, node: &Node, slot: usize, limits: S) -> (S, u32)
+    where
+        S: Wide<N>,
+    {
+        let (mut near, mut far) = (S::splat(0.0), limits);
+        for axis in 0..3 {
+            let [low, high] = [0, 1].map(|end| {
+                let plane = S::splat(node.planes[axis][end][slot].into());
+                (plane - self.origins[end][axis]) * self.inverse[axis]
+            });
+            near = near.at_least(low.at_most(high));
+            far = far.at_most(low.at_least(high));
+        }
+        (near, (!near.above(far * f64::from(SLAB_MARGIN))).bits())
+    }
+}

@@ -1,0 +1,140 @@
+//! Walls that cast no shadow: triangles in the surface of a scene's convex hull. Nothing lies
+//! behind them, so none of them is between two points within the hull.
+
+use glam::DVec3;
+
+use super::bvh::{Bvh, Primitive};
+use super::offsets::OFFSET;
+use crate::math::real::{Real, Vector};
+
+/// In a scene of more primitives the hierarchy passes walls by as fast.
+pub(crate) const SMALL: usize = 64;
+/// To look on which side of more pairs of planes points are costs more than it saves.
+const MOST: usize = 8;
+
+/// In single precision points within lie so far off the walls, relative to the largest coordinate:
+/// 2⁻²², four roundings.
+const SINGLE_MARGIN: f64 = 1.0 / 4_194_304.0;
+
+/// The convex hull of a scene, as far as walls lie in its surface.
+#[derive(Debug)]
+pub(crate) struct Hull {
+    /// Within all of them is the hull, and perhaps more.
+    pub slabs: Vec<Slab>,
+    /// Which primitives are walls.
+    pub is_wall: Vec<bool>,
+    /// All others.
+    pub within: Bvh,
+}
+
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin
+/// of `offset`/4, in single precision of [`SINGLE_MARGIN`]; infinite where no wall is.
+#[derive(Debug)]
+pub(crate) struct Slab {
+    pub normal: DVec3,
+    pub ends: [f64; 2],
+    offset: f64,
+}
+
+impl Hull {
+    /// The hull of a small scene with walls, whose rays leave surfaces from this far above them.
+    pub fn new(primitives: &[Primitive], offset: f64) -> Option<Self> {
+        if primitives.len() > SMALL {
+            return None;
+        }
+        let mut slabs: Vec<Slab> = Vec::new();
+        let is_wall: Vec<bool> = primitives
+            .iter()
+            .map(|primitive| {
+                let Primitive::Triangle([a, b, c]) = *primitive else {
+                    return false;
+                };
+                if slabs
+                    .iter_mut()
+                    .any(|slab| slab.is_closed_by([a, b, c], primitives))
+                {
+                    return true;
+                }
+                let mut slab = Slab {
+                    normal: (b - a).cross(c - a).normalize_or_zero(),
+                    ends: [f64::INFINITY; 2],
+                    offset,
+                };
+                let is_wall = slab.is_closed_by([a, b, c], primitives);
+                if is_wall {
+                    slabs.push(slab);
+                }
+                is_wall
+            })
+            .collect();
+        let within = Bvh::of(primitives, |id| !is_wall[id as usize]);
+        (1..=MOST).contains(&slabs.len()).then_some(Self {
+            slabs,
+            is_wall,
+            within,
+        })
+    }
+
+    /// Whether a point is within, off the walls by some roundings at least.
+    #[inline]
+    pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+        let zero = V::Real::splat(0.0);
+        self.slabs.iter().fold(zero.equals(zero), |within, slab| {
+            let height = V::splat_vector(slab.normal).dot(point);
+            let margin =
+                V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
+            let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
+            within & height.below(above) & (-height).below(below)
+        })
+    }
+}
+
+impl Slab {
+    /// How far from a plane is in it: some tens of roundings. Where a ray leaves a wall is within,
+    /// what lies on the wall is not.
+    pub fn tolerance(&self) -> f64 {
+        self.offset / 64.0
+    }
+
+    /// The normal that points out of one of the planes.
+    fn outward(&self, side: usize) -> DVec3 {
+        if side == 0 { self.normal } else { -self.normal }
+    }
+
+    /// Whether all these points lie in one of the planes.
+    pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
+        let normal = self.outward(side);
+        points
+            .iter()
+            .all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
+    }
+
+    /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the
+    /// scene is beyond.
+    fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
+        [0, 1].into_iter().any(|side| {
+            let normal = self.outward(side);
+            let farthest = primitives
+                .iter()
+                .map(|primitive| reach(primitive, normal))
+                .fold(f64::NEG_INFINITY, f64::max);
+            let open = std::mem::replace(&mut self.ends[side], farthest);
+            let lies = self.is_in_end(side, &corners);
+            if !lies {
+                self.ends[side] = open;
+            }
+            lies
+        })
+    }
+}
+
+/// The largest n · p of a primitive's points.
+fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
+    match primitive {
+        Primitive::Triangle(corners) => corners
+            .iter()
+            .map(|&corner| normal.dot(corner))
+            .fold(f64::NEG_INFINITY, f64::max),
+        Primitive::Sphere(sphere) => normal.dot(sphere.centre) + sphere.radius,
+    }
+}

@@ -1,0 +1,535 @@
+//! How light goes from a point to another by way of one body: all routes, and how they spread.
+
+use glam::DVec3;
+
+use crate::math::real::{Mask, Real, Vector};
+
+/// How light goes on at a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A flat mirror reflects it, at its front.
+    Flat,
+    /// A sphere of mirror or glass reflects it, outside.
+    Reflection,
+    /// It passes through a sphere of glass.
+    Refraction,
+}
+
+impl Kind {
+    /// How often light is scattered there.
+    pub fn bounces(self) -> u32 {
+        if self == Self::Refraction { 2 } else { 1 }
+    }
+}
+
+/// A body by its numbers, for one ray or for several of which each has its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Body<V: Vector> {
+    /// The centre of a sphere, or of a flat mirror.
+    pub centre: V,
+    /// Of a sphere.
+    pub radius: V::Real,
+    /// Of a flat mirror.
+    pub area: V::Real,
+    /// The unit normal of the front of a flat mirror; of spheres zero.
+    pub normal: V,
+    /// The sine inside over the sine outside: 1/n of what goes through glass, else 0.
+    pub bending: V::Real,
+    /// n of glass; 0 of mirrors.
+    pub index: V::Real,
+    /// Of mirrors.
+    pub reflectance: V,
+    /// What [`share`](Self::share) is in proportion to besides.
+    pub strength: V::Real,
+}
+
+impl<V: Vector> Body<V> {
+    /// The same body for every ray.
+    #[inline]
+    pub fn splat(body: &Body<DVec3>) -> Self {
+        let (vector, all) = (V::splat_vector, V::Real::splat);
+        Self {
+            centre: vector(body.centre),
+            radius: all(body.radius),
+            area: all(body.area),
+            normal: vector(body.normal),
+            bending: all(body.bending),
+            index: all(body.index),
+            reflectance: vector(body.reflectance),
+            strength: all(body.strength),
+        }
+    }
+}
+
+/// A route from x by way of a body to y.
+#[derive(Clone, Copy, Debug)]
+pub struct Route<V: Vector> {
+    /// Where there is one, if nothing stands in the way.
+    pub exists: <V::Real as Real>::Mask,
+    /// The unit direction in which it leaves x.
+    pub direction: V,
+    /// The unit direction in which it arrives at y.
+    pub arriving: V,
+    /// Where it meets the body first, and the unit normal there.
+    pub first: (V, V),
+    /// Where it leaves the body; of reflections the same.
+    pub last: (V, V),
+    /// cos α ≥ 0, between the normal and the route outside.
+    pub cosine: V::Real,
+    /// dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: the solid angle at x per area across the
+    /// route at y.
+    pub spread: V::Real,
+}
+
+/// The most steps to a root. They get nearer from one side, so that the distance of a double root
+/// falls fourfold with each, and that of others soon in its square.
+const MOST_STEPS: u32 = 48;
+/// A step that is smaller is the last.
+const SMALL: f64 = 1e-7;
+/// The same in single precision.
+const SINGLE_SMALL: f64 = 1e-4;
+
+/// Two points as a sphere sees them whose radius is the unit of length.
+struct Pair<V: Vector> {
+    x: V,
+    y: V,
+    /// X and Y, their distances from the centre.
+    x_distance: V::Real,
+    y_distance: V::Real,
+    /// The unit vector towards x, and the one across it in the plane of x, y and the centre, on the
+    /// side of y.
+    to_x: V,
+    across: V,
+    /// Of Θ, the angle from x to y.
+    cos: V::Real,
+    sin: V::Real,
+}
+
+/// sin α and cos α, where α is the angle of incidence outside.
+#[derive(Clone, Copy)]
+struct Angle<R> {
+    sin: R,
+    cos: R,
+}
+
+/// The distances along the ray from the point nearest to the centre to x and to y, √(X² − sin² α)
+/// and √(Y² − sin² α); the cosine within the sphere.
+struct Legs<R> {
+    x: R,
+    y: R,
+    within: R,
+}
+
+impl<R: Real> Legs<R> {
+    #[inline]
+    fn new(sin: R, [x_distance, y_distance]: [R; 2], bending: R) -> Self {
+        let square = sin * sin;
+        let leg = |distance: R| (distance * distance - square).sqrt();
+        let within = R::splat(1.0) - bending * bending * square;
+        Self {
+            x: leg(x_distance),
+            y: leg(y_distance),
+            within: within.sqrt(),
+        }
+    }
+
+    /// df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
+    #[inline]
+    fn slope(&self, cos: R, bending: R) -> [R; 2] {
+        let product = self.x * self.y;
+        let divisor = product * self.within;
+        [
+            divisor * 2.0 - cos * (bending * product * 2.0 + self.within * (self.x + self.y)),
+            divisor,
+        ]
+    }
+
+    /// cos and sin of f(α) − τ, times XY.
+    #[inline]
+    fn residual(&self, angle: Angle<R>, bending: R, target: [R; 2]) -> [R; 2] {
+        let (sin, refracted) = (angle.sin, angle.sin * bending);
+        let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
+        // By the angle α − β.
+        let bent = turn([angle.cos, sin], [self.within, -refracted]);
+        let legs = turn([self.x, -sin], [self.y, -sin]);
+        turn(turn(turn(bent, bent), legs), [target[0], -target[1]])
+    }
+}
+
+impl<V: Vector> Pair<V> {
+    #[inline]
+    fn new(x: V, y: V, centre: V, radius: V::Real) -> Self {
+        let unit = radius.recip();
+        let (x, y) = ((x - centre) * unit, (y - centre) * unit);
+        let [x_distance, y_distance] = [x, y].map(|v| v.length_squared().sqrt());
+        let (to_x, to_y) = (x * x_distance.recip(), y * y_distance.recip());
+        let cos = to_x.dot(to_y);
+        // Twice, as the first time leaves a rounding along x, which is much of what is left of y
+        // nearly in line with x.
+        let aside = to_y - to_x * cos;
+        let aside = aside - to_x * to_x.dot(aside);
+        let sin = aside.length_squared().sqrt();
+        Self {
+            x,
+            y,
+            x_distance,
+            y_distance,
+            to_x,
+            across: aside * sin.recip(),
+            cos,
+            sin,
+        }
+    }
+
+    /// Whether both points are outside and not in line with the centre.
+    #[inline]
+    fn is_outside(&self) -> <V::Real as Real>::Mask {
+        let one = V::Real::splat(1.0);
+        self.x_distance.above(one)
+            & self.y_distance.above(one)
+            & self.sin.above(V::Real::splat(0.0))
+    }
+
+    #[inline]
+    fn distances(&self) -> [V::Real; 2] {
+        [self.x_distance, self.y_distance]
+    }
+
+    /// The root of f(α) = τ, of which cos and sin are given, that Newton's steps find from a right
+    /// angle downwards or from α = 0 upwards; and in which of the `active` there is one.
+    ///
+    /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and
+    /// 0 ≥ τ, no step passes the root, as none is longer than Newton's. Where there is none, they
+    /// leave the range of angles or come to where the slope has the other sign: from a right angle
+    /// f(α) − τ is at most π, and no sum of steps reaches a root of τ − 2π, for f > −π.
+    #[inline]
+    fn root(
+        &self,
+        bending: V::Real,
+        target: [V::Real; 2],
+        upwards: bool,
+        active: <V::Real as Real>::Mask,
+    ) -> (Angle<V::Real>, <V::Real as Real>::Mask) {
+        let all = V::Real::splat;
+        let (zero, one) = (all(0.0), all(1.0));
+        let scale = self.x_distance * self.y_distance;
+        let small = V::Real::by_precision(SMALL, SINGLE_SMALL);
+        let [sin, cos] = if upwards { [zero, one] } else { [one, zero] };
+        let mut angle = Angle { sin, cos };
+        let (mut going, mut found) = (active, active);
+        for _ in 0..MOST_STEPS {
+            let legs = Legs::new(angle.sin, self.distances(), bending);
+            let [slope, divisor] = legs.slope(angle.cos, bending);
+            let [far, off] = legs.residual(angle, bending, target);
+            // Of the distance δ = f(α) − τ from 0 to π a lower bound is 3 sin δ/(2 + cos δ).
+            let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
+            let right_side = if upwards {
+                slope.below(zero)
+            } else {
+                slope.above(zero)
+            };
+            let (square, double) = (half * half, half * 2.0);
+            let norm = (square + 1.0).recip();
+            let [c, s] = [(one - square) * norm, double * norm];
+            let next = Angle {
+                sin: angle.sin * c - angle.cos * s,
+                cos: angle.cos * c + angle.sin * s,
+            };
+            let within = !next.sin.below(zero) & !next.cos.below(zero);
+            let lost = going & !(right_side & within);
+            found = found & !lost;
+            going = going & !lost;
+            let take = |new, old| V::Real::choose(going, new, old);
+            angle = Angle {
+                sin: take(next.sin, angle.sin),
+                cos: take(next.cos, angle.cos),
+            };
+            going = going & half.abs().above(small);
+            if !going.any() {
+                break;
+            }
+        }
+        (angle, found & !going)
+    }
+
+    /// dω/dA⊥ in units of the radius, and whether it is finite.
+    #[inline]
+    fn spread(
+        &self,
+        angle: Angle<V::Real>,
+        bending: V::Real,
+    ) -> (V::Real, <V::Real as Real>::Mask) {
+        let legs = Legs::new(angle.sin, self.distances(), bending);
+        let [slope, divisor] = legs.slope(angle.cos, bending);
+        let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
+        let spread = angle.sin * angle.cos * divisor / (across * slope.abs());
+        (
+            spread,
+            spread.above(V::Real::splat(0.0)) & spread.below(V::Real::splat(f64::INFINITY)),
+        )
+    }
+}
+
+/// A root of [`crate::equation::SPECULAR_ANGLE`], where there is one.
+#[derive(Clone, Copy)]
+pub(crate) struct RootAt<V: Vector> {
+    pub exists: <V::Real as Real>::Mask,
+    angle: Angle<V::Real>,
+}
+
+impl<V: Vector> RootAt<V> {
+    /// This root where the mask says so, else another.
+    #[inline]
+    pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
+        let choose = |yes, no| V::Real::choose(mask, yes, no);
+        let (a, b) = (self.angle, other.angle);
+        let angle = Angle {
+            sin: choose(a.sin, b.sin),
+            cos: choose(a.cos, b.cos),
+        };
+        Self {
+            exists: (mask & self.exists) | (!mask & other.exists),
+            angle,
+        }
+    }
+}
+
+/// The routes between two points by spheres.
+pub struct BySphere<'a, V: Vector> {
+    body: &'a Body<V>,
+    pair: Pair<V>,
+    /// Where light goes through the sphere and is not reflected.
+    refracts: <V::Real as Real>::Mask,
+    /// Where there can be any.
+    possible: <V::Real as Real>::Mask,
+}
+
+/// α = π/2, where light grazes the sphere.
+#[inline]
+fn grazing<R: Real>() -> Angle<R> {
+    Angle {
+        sin: R::splat(1.0),
+        cos: R::splat(0.0),
+    }
+}
+
+impl<'a, V: Vector> BySphere<'a, V> {
+    /// From x to y, where `refracts` says through the sphere, among the `active`.
+    #[inline]
+    pub fn new(
+        body: &'a Body<V>,
+        (x, y): (V, V),
+        (active, refracts): (<V::Real as Real>::Mask, <V::Real as Real>::Mask),
+    ) -> Self {
+        let pair = Pair::new(x, y, body.centre, body.radius);
+        let possible = active & pair.is_outside();
+        Self {
+            body,
+            pair,
+            refracts,
+            possible,
+        }
+    }
+
+    /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or
+    /// π − Θ; then those of light that is bent less, f(α) = Θ − π, of which the larger one is only
+    /// where the other is.
+    #[inline]
+    pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
+        let Self {
+            pair,
+            body,
+            refracts,
+            possible,
+        } = self;
+        let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
+        let root = |target, upwards, among: <V::Real as Real>::Mask| {
+            if !among.any() {
+                return RootAt {
+                    exists: among,
+                    angle: grazing(),
+                };
+            }
+            let (angle, exists) = pair.root(body.bending, target, upwards, among);
+            RootAt { exists, angle }
+        };
+        let first = root(
+            [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin],
+            false,
+            *possible,
+        );
+        let [x, y] = pair.distances();
+        let slope_at_0 = x * y * (one - body.bending) * 2.0 - (x + y);
+        let target = [-pair.cos, -pair.sin];
+        let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
+        let larger = root(target, false, smaller.exists);
+        [first, larger, smaller]
+    }
+
+    /// The route that belongs to a root, which is the first of [`roots`](Self::roots) where
+    /// `is_first` says so.
+    #[inline]
+    pub(crate) fn route(
+        &self,
+        RootAt { exists, angle }: RootAt<V>,
+        is_first: <V::Real as Real>::Mask,
+    ) -> Route<V> {
+        let one = V::Real::splat(1.0);
+        let Self {
+            pair,
+            body,
+            refracts,
+            ..
+        } = self;
+        let (spread, finite) = pair.spread(angle, body.bending);
+        let legs = Legs::new(angle.sin, pair.distances(), body.bending);
+        // Light that is bent beyond the axis goes round the other way.
+        let around = V::Real::choose(*refracts & is_first, -one, one);
+        // The unit normal where the sphere is met on the way from one of the points, from the unit
+        // vector towards it and the one across towards the other.
+        let met = |to: V, across: V, leg: V::Real, distance: V::Real| {
+            let scale = distance.recip();
+            let across = across * (around * angle.sin * (leg - angle.cos) * scale);
+            to * ((angle.cos * leg + angle.sin * angle.sin) * scale) + across
+        };
+        let turned = |a: V::Real, b: V::Real| pair.to_x * a + pair.across * b;
+        let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
+        let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
+        let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
+        let point = |normal: V| (body.centre + normal * body.radius, normal);
+        Route {
+            exists: exists & finite,
+            direction: (first - pair.x).normalize(),
+            arriving: (pair.y - last).normalize(),
+            first: point(first),
+            last: point(last),
+            cosine: angle.cos,
+            spread: spread / (body.radius * body.radius),
+        }
+    }
+}
+
+impl<'a> BySphere<'a, DVec3> {
+    /// All routes, by the number of their root.
+    #[inline]
+    pub fn routes(self) -> impl Iterator<Item = (usize, Route<DVec3>)> + use<'a> {
+        let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
+        found
+            .map(move |(number, root)| (number, self.route(root, number == 0)))
+            .filter(|(_, route)| route.exists)
+    }
+}
+
+impl<V: Vector> Route<V> {
+    /// The route of a lane.
+    pub(crate) fn lane(&self, lane: usize) -> Route<DVec3> {
+        let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
+        Route {
+            exists: self.exists.lane(lane),
+            direction: self.direction.lane(lane),
+            arriving: self.arriving.lane(lane),
+            first: end(self.first),
+            last: end(self.last),
+            cosine: self.cosine.lane(lane),
+            spread: self.spread.lane(lane),
+        }
+    }
+
+    /// The route of each lane; `None` exists nowhere.
+    pub(crate) fn from_lanes(route: impl Fn(usize) -> Option<Route<DVec3>>) -> Self {
+        let vector = |of: fn(&Route<DVec3>) -> DVec3| {
+            V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)))
+        };
+        let number = |of: fn(&Route<DVec3>) -> f64| {
+            V::Real::from_lanes(|i| route(i).map_or(1.0, |route| of(&route)))
+        };
+        Self {
+            exists: Mask::from_fn(|i| route(i).is_some_and(|route| route.exists)),
+            direction: vector(|route| route.direction),
+            arriving: vector(|route| route.arriving),
+            first: (vector(|route| route.first.0), vector(|route| route.first.1)),
+            last: (vector(|route| route.last.0), vector(|route| route.last.1)),
+            cosine: number(|route| route.cosine),
+            spread: number(|route| route.spread),
+        }
+    }
+
+    /// `yes` where the mask says so, else `no`.
+    #[inline]
+    pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
+        let both =
+            |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
+        Self {
+            exists: (mask & yes.exists) | (!mask & no.exists),
+            direction: V::choose(mask, yes.direction, no.direction),
+            arriving: V::choose(mask, yes.arriving, no.arriving),
+            first: both(yes.first, no.first),
+            last: both(yes.last, no.last),
+            cosine: V::Real::choose(mask, yes.cosine, no.cosine),
+            spread: V::Real::choose(mask, yes.spread, no.spread),
+        }
+    }
+}
+
+/// The route that a flat mirror reflects at its front, where there is one if the mirror has no end.
+#[inline]
+pub fn by_flat<V: Vector>(
+    body: &Body<V>,
+    (x, y): (V, V),
+    active: <V::Real as Real>::Mask,
+) -> Route<V> {
+    let zero = V::Real::splat(0.0);
+    let normal = body.normal;
+    let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
+    let (foot_x, foot_y) = (x - normal * height_x, y - normal * height_y);
+    let between = (height_x + height_y).recip();
+    let point = (foot_x * height_y + foot_y * height_x) * between;
+    let from_image = y - (foot_x - normal * height_x);
+    let spread = from_image.length_squared().recip();
+    let direction = (point - x).normalize();
+    let exists = active & height_x.above(zero) & height_y.above(zero);
+    let (first, cosine) = ((point, normal), -direction.dot(normal));
+    Route {
+        exists,
+        direction,
+        arriving: (y - point).normalize(),
+        first,
+        last: first,
+        cosine,
+        spread,
+    }
+}
+
+/// dω/dA⊥ at y of the route by way of a body that leaves x in a direction, 0 where it has none, and
+/// the cosine where it meets the body.
+#[inline]
+pub fn spread_of<V: Vector>(
+    body: &Body<V>,
+    kind: Kind,
+    (x, direction, y): (V, V, V),
+) -> (V::Real, V::Real) {
+    let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
+    if kind == Kind::Flat {
+        let image = x - body.normal * ((x - body.centre).dot(body.normal) * 2.0);
+        return (
+            (y - image).length_squared().recip(),
+            -direction.dot(body.normal),
+        );
+    }
+    let pair = Pair::new(x, y, body.centre, body.radius);
+    let aside = pair.x - direction * pair.x.dot(direction);
+    let sin = aside.length_squared().sqrt();
+    let angle = Angle {
+        sin,
+        cos: (one - sin * sin).at_least(zero).sqrt(),
+    };
+    let (spread, finite) = pair.spread(angle, body.bending);
+    (
+        V::Real::choose(
+            finite & pair.is_outside(),
+            spread / (body.radius * body.radius),
+            zero,
+        ),
+        angle.cos,
+    )
+}

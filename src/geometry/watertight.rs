@@ -1,0 +1,150 @@
+//! A triangle test without gaps: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
+//! JCGT 2(1), 2013, in double precision. The readable twin is
+//! [`moller_trumbore`](crate::geometry::shape::moller_trumbore), equation
+//! [`crate::equation::TRIANGLE_SOLUTION`].
+//!
+//! Why nothing leaks: each vertex is sheared and projected to two dimensions by the same rounded
+//! operations, whatever triangle it belongs to, so a closed mesh stays a closed polygonal map
+//! around the ray. An edge value is the difference of two rounded products. Rounding is monotone,
+//! so its sign is the true sign or it is exactly zero, and zero counts as inside. Neighbours that
+//! share an edge get exactly opposite values. Hence every ray that crosses the map is inside some
+//! triangle.
+
+use std::fmt::Debug;
+
+use glam::DVec3;
+
+use super::shape::Ray;
+use crate::math::real::{Mask, Real};
+use crate::math::simd::{Axes, Turn};
+
+/// A vertex as a ray sees it: sheared across the direction, and its depth along the axis nearest to
+/// it.
+pub type Projected<R> = [R; 3];
+
+/// What is computed once per ray: the axis order and the shear that turns the direction to +z.
+#[derive(Clone, Copy, Debug)]
+pub struct Shear<R = f64, A = [usize; 3]> {
+    origin: [R; 3],
+    axes: A,
+    shear: [R; 3],
+}
+
+/// Of several rays.
+pub type LaneShear<R> = Shear<R, <<R as Real>::Vector as Turn>::Axes>;
+
+/// A hit of the watertight test: distance in units of the direction's length, and the barycentric
+/// weights of the three vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit<R = f64> {
+    /// t of (1).
+    pub t: R,
+    /// Weights of V₀, V₁, V₂; they sum to one up to rounding.
+    pub weights: [R; 3],
+}
+
+impl<R: Real, A: Axes<R>> Shear<R, A> {
+    /// Prepares a ray. The direction must not be zero.
+    #[inline]
+    pub fn new<V: Turn<Real = R, Axes = A>>(ray: &Ray<V>) -> Self {
+        let axes = V::axes(ray.direction);
+        let [x, y, z] = axes.turned(ray.direction.components());
+        let inverse = z.recip();
+        Self {
+            origin: axes.turned(ray.origin.components()),
+            axes,
+            shear: [x * inverse, y * inverse, inverse],
+        }
+    }
+
+    /// A vertex as the ray sees it.
+    #[inline]
+    pub fn project(&self, vertex: [R; 3]) -> Projected<R> {
+        let ([ox, oy, oz], [sx, sy, _]) = (self.origin, self.shear);
+        let [x, y, z] = self.axes.turned(vertex);
+        let z = z - oz;
+        [(x - ox) - sx * z, (y - oy) - sy * z, z]
+    }
+
+    /// The distance of what is seen at a depth, in units of the direction's length.
+    #[inline]
+    pub fn distance(&self, depth: R) -> R {
+        depth * self.shear[2]
+    }
+
+    /// The hit ahead, from either side, edges and vertices included, on the triangle of three
+    /// projected vertices; t is infinite where there is none. What is as near as rounding
+    /// ([`NEAREST`]) is where the ray starts, not ahead.
+    #[inline]
+    pub fn hit(&self, [a, b, c]: [&Projected<R>; 3]) -> TriangleHit<R> {
+        self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
+    }
+
+    /// The same by the triangle's [`edge`]s, each opposite to its vertex, and the depths of its
+    /// vertices.
+    #[inline(always)]
+    pub fn hit_within(&self, [u, v, w]: [R; 3], depths: [R; 3]) -> TriangleHit<R> {
+        let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
+        let [lowest, highest] = [u.at_most(v).at_most(w), u.at_least(v).at_least(w)];
+        let inside = !(lowest.below(zero) & highest.above(zero));
+        if !inside.any() {
+            return TriangleHit {
+                t: none,
+                weights: [zero; 3],
+            };
+        }
+        let determinant = u + v + w;
+        let inverse = determinant.recip();
+        let weights = [u * inverse, v * inverse, w * inverse];
+        let t =
+            self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
+        let farthest = depths[0]
+            .abs()
+            .at_least(depths[1].abs())
+            .at_least(depths[2].abs());
+        let ahead = t.above(
+            self.distance(farthest * R::by_precision(NEAREST, SINGLE_NEAREST))
+                .abs(),
+        );
+        let hit = inside & !determinant.equals(zero) & ahead;
+        TriangleHit {
+            t: R::choose(hit, t, none),
+            weights,
+        }
+    }
+}
+
+/// Relative to the farthest vertex of a triangle, a bound on the rounding of the distance at which
+/// a ray meets it: 2⁻⁴⁸, sixteen machine epsilons.
+pub const NEAREST: f64 = 1.0 / 281_474_976_710_656.0;
+/// The same in single precision, 2⁻¹⁹.
+pub const SINGLE_NEAREST: f64 = 1.0 / 524_288.0;
+
+/// On which side of the edge between two projected vertices the ray passes: twice the signed area
+/// of the triangle of these two and the ray. Exchanging the vertices changes the sign and nothing
+/// else.
+#[inline]
+pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+impl Shear {
+    /// The same ray in every lane, each for another triangle.
+    #[inline]
+    pub fn splat<R: Real>(&self) -> Shear<R> {
+        let splat = |numbers: [f64; 3]| numbers.map(R::splat);
+        Shear {
+            origin: splat(self.origin),
+            axes: self.axes,
+            shear: splat(self.shear),
+        }
+    }
+
+    /// The hit of one ray with 0 < t < `t_max` on a triangle of these vertices.
+    #[inline]
+    pub fn intersect(&self, vertices: [DVec3; 3], t_max: f64) -> Option<TriangleHit> {
+        let [a, b, c] = vertices.map(|vertex| self.project(vertex.to_array()));
+        let hit = self.hit([&a, &b, &c]);
+        (hit.t < t_max).then_some(hit)
+    }
+}

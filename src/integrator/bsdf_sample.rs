@@ -1,0 +1,324 @@
+//! How the paths of all lanes go on at surfaces.
+
+use std::array::from_fn;
+use std::convert::Infallible;
+use std::marker::PhantomData;
+
+use glam::DVec3;
+use rand::TryRng;
+
+use super::interaction::{ShadingPoint, SurfaceInteraction};
+use super::{Lanewise, Walking};
+use crate::geometry::radiometry;
+use crate::material;
+use crate::material::Vertex;
+use crate::math::frame::Frame;
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::{Wide, lanes_of};
+use crate::sampling::lanes::LaneSampler;
+use crate::sampling::warp;
+use crate::scene::lanes::material::MODEL;
+
+/// One way on from a surface in each lane.
+pub(crate) struct BsdfSample<R: Real> {
+    /// Where there is one.
+    pub exists: R::Mask,
+    /// Unit, world space.
+    pub direction: R::Vector,
+    /// f_r cos θ / p per colour channel, as in [`material::BsdfSample`].
+    pub weight: R::Vector,
+    /// p with respect to solid angle; 0 where the direction has no pdf.
+    pub pdf: R,
+    /// Where the direction has a pdf: not of mirrors and glass.
+    pub has_pdf: R::Mask,
+    /// The factor by which refraction changes radiance; 1 elsewhere.
+    pub radiance_factor: R,
+}
+
+/// Both ways on from mirrors and glass.
+pub(crate) struct SpecularSplit<R: Real> {
+    /// The direction and the weight of what is reflected.
+    pub reflected: (R::Vector, R::Vector),
+    /// Where something is refracted, its direction and its weight.
+    pub refracts: R::Mask,
+    pub refracted: (R::Vector, R),
+}
+
+impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
+    /// A way on in the active lanes, as [`Scattering::sample`](crate::material::Scattering::sample).
+    /// Draws two numbers for a model with a pdf, three for rough glass, one for glass, none for a
+    /// mirror.
+    #[inline]
+    pub fn sample<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
+        if !parts.is_standard() {
+            return self.sample_one_by_one(parts, active, random);
+        }
+        let mut sample = self.sample_specular(parts, active & !self.non_delta, random);
+        sample.has_pdf = active & self.non_delta;
+        if sample.has_pdf.any() {
+            self.sample_non_delta(parts, &mut sample, random);
+        }
+        sample
+    }
+
+    /// A way on from mirrors and glass.
+    #[inline]
+    fn sample_specular<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let white = R::Vector::splat_vector(DVec3::ONE);
+        let vertex = &self.vertex;
+        let (d, n) = (vertex.direction, vertex.frame.z);
+        let mut sample = BsdfSample {
+            exists: active & self.delta(),
+            direction: d,
+            weight: white,
+            pdf: zero,
+            has_pdf: R::Mask::splat(false),
+            radiance_factor: one,
+        };
+        if sample.exists.any() {
+            sample.direction = parts.lanes_mirror(d, n, sample.exists);
+            sample.weight = Vector::choose(self.mirror, self.colour, white);
+        }
+        let glass = active & self.glass;
+        if glass.any() {
+            let random = random.uniform(glass);
+            let (n1, n2) = vertex.indices(self.index);
+            let reflectance = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
+            let (refracted, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
+            let refracts = glass & !random.below(reflectance) & exists;
+            sample.direction = Vector::choose(refracts, refracted, sample.direction);
+            let factor = parts.lanes_radiance_factor([n1, n2], refracts);
+            sample.radiance_factor = R::choose(refracts, factor, one);
+        }
+        sample
+    }
+
+    /// A way on from surfaces that scatter in all directions.
+    #[inline]
+    fn sample_non_delta<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        sample: &mut BsdfSample<R>,
+        random: &mut S,
+    ) {
+        let active = sample.has_pdf;
+        let rough_glass = active & self.rough_glass();
+        let numbers = [random.uniform(active), random.uniform(active)];
+        let third = if rough_glass.any() {
+            random.uniform(rough_glass)
+        } else {
+            R::splat(0.0)
+        };
+        let mut wi: R::Vector = warp::cosine_hemisphere(numbers);
+        let models = active & self.is(MODEL);
+        let mut exists = active;
+        if models.any() {
+            let [r1, r2] = numbers;
+            let alone = |i: usize| {
+                self.bsdf(i).sample_direction(
+                    self.vertex.wo.lane(i),
+                    [r1.lane(i), r2.lane(i), third.lane(i)],
+                )
+            };
+            let own: [Option<DVec3>; N] = from_fn(|i| {
+                if models.lane(i) {
+                    alone(i)
+                } else {
+                    Some(wi.lane(i))
+                }
+            });
+            exists = active & R::Mask::from_fn(|i| own[i].is_some());
+            wi = R::Vector::from_fn(|i| own[i].unwrap_or(DVec3::Z));
+        }
+        let pdf = self.pdf(parts, wi, active);
+        let weight = self.weighted(parts, wi, pdf, active);
+        sample.exists = sample.exists | (exists & !pdf.equals(R::splat(0.0)));
+        sample.direction = Vector::choose(active, self.vertex.frame.world(wi), sample.direction);
+        sample.weight = Vector::choose(active, weight, sample.weight);
+        sample.pdf = R::choose(active, pdf, sample.pdf);
+        if rough_glass.any() {
+            let factor = |i: usize| self.radiance_factor(parts, wi.lane(i), i);
+            let factors = R::from_lanes(|i| if rough_glass.lane(i) { factor(i) } else { 1.0 });
+            sample.radiance_factor = R::choose(rough_glass, factors, sample.radiance_factor);
+        }
+    }
+
+    /// [`sample`](Self::sample) lane by lane, by parts of which some are replaced.
+    fn sample_one_by_one<P: Walking, S: LaneSampler<R>>(
+        &self,
+        parts: &P,
+        active: R::Mask,
+        random: &mut S,
+    ) -> BsdfSample<R> {
+        let mut samples: [Option<material::BsdfSample>; N] = [None; N];
+        for lane in lanes_of(active.bits()) {
+            let Vertex {
+                point,
+                frame,
+                direction,
+                wo,
+                outside,
+            } = self.vertex;
+            let frame = Frame {
+                x: frame.x.lane(lane),
+                y: frame.y.lane(lane),
+                z: frame.z.lane(lane),
+            };
+            let [point, direction, wo] = [point, direction, wo].map(|v| v.lane(lane));
+            let vertex = Vertex {
+                point,
+                frame,
+                direction,
+                wo,
+                outside: outside.lane(lane),
+            };
+            samples[lane] = parts.sample(
+                self.surface_bsdf(lane),
+                &vertex,
+                &mut LaneRng {
+                    random,
+                    lane,
+                    number: PhantomData,
+                },
+            );
+        }
+        let exists = R::Mask::from_fn(|i| samples[i].is_some());
+        let pdf = |i: usize| samples[i].and_then(|sample| sample.pdf);
+        BsdfSample {
+            exists,
+            direction: R::Vector::from_fn(|i| {
+                samples[i].map_or(DVec3::Z, |sample| sample.direction)
+            }),
+            weight: R::Vector::from_fn(|i| samples[i].map_or(DVec3::ZERO, |sample| sample.weight)),
+            pdf: R::from_lanes(|i| pdf(i).unwrap_or(0.0)),
+            has_pdf: R::Mask::from_fn(|i| pdf(i).is_some()),
+            radiance_factor: R::from_lanes(|i| {
+                samples[i].map_or(1.0, |sample| sample.radiance_factor)
+            }),
+        }
+    }
+
+    /// Both ways on from mirrors and glass, without choice.
+    pub fn split<P: Walking>(
+        &self,
+        parts: &P,
+        radiance_factor: bool,
+        active: R::Mask,
+    ) -> SpecularSplit<R> {
+        let (d, n) = (self.vertex.direction, self.vertex.frame.z);
+        let (one, glass) = (R::splat(1.0), active & self.glass);
+        let mut split = SpecularSplit {
+            reflected: (parts.lanes_mirror(d, n, active), self.colour),
+            refracts: R::Mask::splat(false),
+            refracted: (d, one),
+        };
+        if glass.any() {
+            let (n1, n2) = self.vertex.indices(self.index);
+            let share = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
+            let (direction, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
+            let factor = if radiance_factor {
+                parts.lanes_radiance_factor([n1, n2], glass & exists)
+            } else {
+                one
+            };
+            split.reflected.1 = Vector::choose(
+                glass,
+                R::Vector::splat_vector(DVec3::ONE) * share,
+                self.colour,
+            );
+            (split.refracts, split.refracted) =
+                (glass & exists, (direction, (one - share) * factor));
+        }
+        split
+    }
+
+    /// A direction uniform over the hemisphere, in world space, and its weight.
+    #[inline]
+    pub fn sample_uniform<P: Walking>(
+        &self,
+        parts: &P,
+        random: [R; 2],
+        active: R::Mask,
+    ) -> (R::Vector, R::Vector) {
+        if !parts.is_standard() {
+            let none = material::BsdfSample {
+                direction: DVec3::Z,
+                weight: DVec3::ZERO,
+                pdf: None,
+                radiance_factor: 1.0,
+            };
+            let mut samples = [none; N];
+            for i in lanes_of(active.bits()) {
+                samples[i] = parts.sample_uniform(
+                    &self.bsdf(i),
+                    self.vertex.wo.lane(i),
+                    random.map(|r| r.lane(i)),
+                );
+            }
+            let direction = self
+                .vertex
+                .frame
+                .world(R::Vector::from_fn(|i| samples[i].direction));
+            return (direction, R::Vector::from_fn(|i| samples[i].weight));
+        }
+        let wi: R::Vector = warp::uniform_hemisphere(random);
+        let weight = self.weighted(parts, wi, warp::uniform_hemisphere_pdf(wi.z()), active);
+        (self.vertex.frame.world(wi), weight)
+    }
+
+    /// f_r cos θ / p of a direction.
+    #[inline]
+    fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
+        let up = R::Vector::splat_vector(DVec3::Z);
+        let [x, y, z] = wi.components();
+        let above = if self.rough_glass().any() {
+            R::Vector::of([x, y, z.abs()])
+        } else {
+            wi
+        };
+        let cosine = radiometry::cosine(up, above);
+        radiometry::reflected(
+            self.brdf(parts, wi, active),
+            R::Vector::splat_vector(DVec3::ONE),
+            cosine,
+            pdf,
+        )
+    }
+}
+
+/// The random numbers of one lane.
+struct LaneRng<'a, S, R> {
+    random: &'a mut S,
+    lane: usize,
+    number: PhantomData<R>,
+}
+
+impl<R: Real, S: LaneSampler<R>> TryRng for LaneRng<'_, S, R> {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        self.try_next_u64().map(|word| word as u32)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(self.random.word(self.lane))
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for bytes in bytes.chunks_mut(8) {
+            bytes.copy_from_slice(&self.random.word(self.lane).to_le_bytes()[..bytes.len()]);
+        }
+        Ok(())
+    }
+}

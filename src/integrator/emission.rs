@@ -1,0 +1,54 @@
+//! How particles leave the emitters.
+
+use glam::DVec3;
+
+use super::NextEvent;
+use super::light_sampling::{pick_point, point_pdf};
+use crate::geometry::shape::Ray;
+use crate::light::emitter::EmitterPoint;
+use crate::material::Scattering;
+use crate::math::frame::Frame;
+use crate::sampling::rng::uniform2;
+use crate::sampling::sampler::Sampler;
+use crate::scene::Scene;
+
+/// A particle that leaves an emitter.
+pub(super) struct Emission {
+    /// Its way.
+    pub ray: Ray,
+    /// L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux of all emitters if there
+    /// were no other particle.
+    pub flux: DVec3,
+}
+
+/// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction.
+/// `None` if there are no emitters or the particle carries nothing.
+#[inline]
+pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    rng: &mut R,
+) -> Option<Emission> {
+    let (index, light) = pick_point(parts, scene, rng)?;
+    emit_from(parts, scene, (index, &light), rng)
+}
+
+/// Sends one particle from what [`pick_point`] returned.
+#[inline]
+pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    (index, light): (usize, &EmitterPoint),
+    rng: &mut R,
+) -> Option<Emission> {
+    let wo = parts.cosine_hemisphere(uniform2(rng));
+    let pdf = point_pdf(parts, scene, index) * parts.cosine_hemisphere_pdf(wo.z);
+    if pdf == 0.0 {
+        return None;
+    }
+    let direction = Frame::new(light.normal).world(wo);
+    Some(Emission {
+        ray: scene.leave(light.point, light.normal, direction),
+        flux: scene.emitters()[index].radiance * (parts.cosine(DVec3::Z, wo) / pdf),
+    })
+}

@@ -1,0 +1,424 @@
+//! Where the rays of all lanes have met surfaces, and how light is scattered there. What few scenes
+//! have (EON, rough glass, models that are not of the library) is asked for lane by lane.
+
+use glam::DVec3;
+
+use super::{Lanewise, LightRules, Walking, vectors};
+use crate::error::Error;
+use crate::film::{Features, Pixel, features, is_legal_depth};
+use crate::geometry::bvh::PacketHit;
+use crate::geometry::offsets::{Place, inner_point};
+use crate::geometry::shape::{Hit, Ray, outward};
+use crate::material::{Bsdf, OrenNayar, OrenNayarForm, Vertex, fresnel, lambert, oren_nayar};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::Wide;
+use crate::sampling::warp;
+use crate::scene::Scene;
+use crate::scene::lanes::material::{
+    EMITTER, GLASS, MIRROR, MODEL, NON_DELTA, ONE_BY_ONE, PRINTED, ROUGH_GLASS, SPHERE,
+};
+use crate::scene::lanes::{LaneScene, PrimitiveData};
+
+/// Points that scatter the light of shadow rays, one in each lane.
+pub(crate) trait ShadingPoint<R: Real> {
+    /// The points, and the directions of the rays that arrived there.
+    fn vertex(&self) -> &Vertex<R::Vector>;
+    /// Where shadow rays start.
+    fn place(&self) -> Place<R::Vector>;
+    /// f_r in the active lanes, 1/sr.
+    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
+    /// The lanes of rough glass.
+    fn rough_glass(&self) -> R::Mask;
+    /// The factor of radiance from the local direction `wi` behind rough glass, in a lane.
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
+
+    /// The cosine between the normal and a direction towards light; rough glass takes light from
+    /// behind as well.
+    #[inline]
+    fn cosine<P: Walking>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
+        let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
+        if !rough_glass.any() {
+            return parts.lanes_cosine(normal, direction, active);
+        }
+        let behind = rough_glass & normal.dot(direction).below(R::splat(0.0));
+        parts.lanes_cosine(Vector::choose(behind, -normal, normal), direction, active)
+    }
+
+    /// Light from `wi` as radiance on the side of the ray: rough glass changes it.
+    #[inline]
+    fn to_radiance<P: Walking>(
+        &self,
+        parts: &P,
+        light: R::Vector,
+        wi: R::Vector,
+        active: R::Mask,
+    ) -> R::Vector {
+        let rough_glass = active & self.rough_glass();
+        if !rough_glass.any() {
+            return light;
+        }
+        let factor = |i: usize| self.radiance_factor(parts, wi.lane(i), i);
+        light * R::from_lanes(|i| if rough_glass.lane(i) { factor(i) } else { 1.0 })
+    }
+}
+
+/// A surface of one ray.
+pub(crate) struct BsdfAt<'a> {
+    pub scene: &'a Scene,
+    pub bsdf: &'a Bsdf,
+    pub vertex: &'a Vertex,
+}
+
+impl ShadingPoint<f64> for BsdfAt<'_> {
+    #[inline]
+    fn vertex(&self) -> &Vertex {
+        self.vertex
+    }
+    #[inline]
+    fn place(&self) -> Place<DVec3> {
+        self.scene.place(self.vertex.point, self.vertex.frame.z)
+    }
+    #[inline]
+    fn brdf<P: Walking>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
+        if active {
+            parts.brdf(self.bsdf, self.vertex.wo, wi)
+        } else {
+            DVec3::ZERO
+        }
+    }
+    #[inline]
+    fn rough_glass(&self) -> bool {
+        self.bsdf.is_rough_glass()
+    }
+    #[inline]
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
+        parts.radiance_factor_from(&self.bsdf.facing(self.vertex.outside), wi)
+    }
+}
+
+/// Where the rays of all lanes have met surfaces; of lanes that have met nothing it means nothing.
+pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
+    primitives: [&'a PrimitiveData<R::Scalar>; N],
+    scene: &'a Scene,
+    /// The points, and the directions of the rays that arrived.
+    pub vertex: Vertex<R::Vector>,
+    /// The unit normals of the surfaces' own fronts.
+    pub normal: R::Vector,
+    /// How far above the surfaces rays start.
+    offset: R,
+    /// How far the rays have come.
+    pub t: R,
+    /// Where an emitter is.
+    pub emits: R::Mask,
+    /// Where light leaves in all directions.
+    pub non_delta: R::Mask,
+    pub(super) mirror: R::Mask,
+    pub(super) glass: R::Mask,
+    met: R::Mask,
+    /// The albedo, or the reflectance of a mirror.
+    pub(super) colour: R::Vector,
+    pub absorption: R,
+    pub(super) index: R,
+    oren_nayar: OrenNayar<R>,
+    /// All kinds of primitives that the scene has.
+    kinds: u16,
+}
+
+impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N> {
+    #[inline]
+    fn vertex(&self) -> &Vertex<R::Vector> {
+        &self.vertex
+    }
+
+    #[inline]
+    fn place(&self) -> Place<R::Vector> {
+        Place {
+            point: self.vertex.point,
+            normal: self.vertex.frame.z,
+            offset: self.offset,
+        }
+    }
+
+    #[inline]
+    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
+        let (zero, wo) = (R::splat(0.0), self.vertex.wo);
+        if !parts.is_standard() {
+            return vectors(active, |i| {
+                parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i))
+            });
+        }
+        let mut bracket = oren_nayar(self.oren_nayar, OrenNayarForm::Corrected, wo, wi);
+        let is_printed = self.is(PRINTED);
+        if is_printed.any() {
+            let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
+            bracket = R::choose(is_printed, printed, bracket);
+        }
+        let above = wo.z().above(zero) & wi.z().above(zero);
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let brdf = Vector::choose(above & self.non_delta, lambert(self.colour) * bracket, none);
+        let one_by_one = self.is(ONE_BY_ONE);
+        if !one_by_one.any() {
+            return brdf;
+        }
+        let alone = |i: usize| self.bsdf(i).eval(wo.lane(i), wi.lane(i));
+        Vector::from_fn(|i| {
+            if one_by_one.lane(i) {
+                alone(i)
+            } else {
+                brdf.lane(i)
+            }
+        })
+    }
+
+    #[inline]
+    fn rough_glass(&self) -> R::Mask {
+        self.is(ROUGH_GLASS)
+    }
+
+    #[inline]
+    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
+        parts.radiance_factor_from(&self.bsdf(lane), wi)
+    }
+}
+
+impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
+    /// The surfaces in a scene with at least one primitive.
+    #[inline]
+    pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
+        let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
+        let [
+            shape @ ..,
+            red,
+            green,
+            blue,
+            index,
+            a,
+            b,
+            absorption,
+            offset,
+            _,
+            _,
+            _,
+        ] = R::of_rows(primitives.map(|primitive| &primitive.numbers));
+        let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.met);
+        let (point, normal) = place(shape, is(SPHERE), ray, found);
+        Self {
+            vertex: Vertex::of(point, normal, ray.direction),
+            normal,
+            offset,
+            t: found.t,
+            emits: is(EMITTER),
+            non_delta: is(NON_DELTA),
+            mirror: is(MIRROR),
+            glass: is(GLASS),
+            met: found.met,
+            colour: R::Vector::of([red, green, blue]),
+            absorption,
+            index,
+            oren_nayar: OrenNayar { a, b },
+            kinds: lanes.data.kinds,
+            primitives,
+            scene: lanes.scene,
+        }
+    }
+
+    /// The lanes of a kind.
+    #[inline]
+    pub(super) fn is(&self, kind: u16) -> R::Mask {
+        of_kind(&self.primitives, self.kinds, kind, self.met)
+    }
+
+    /// The rays that leave in these directions.
+    #[inline]
+    pub fn spawn_ray(&self, direction: R::Vector) -> Ray<R::Vector> {
+        Place {
+            normal: self.normal,
+            ..self.place()
+        }
+        .leave(direction)
+    }
+
+    /// The hit of a lane's ray.
+    #[inline]
+    pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
+        let (part, t) = (self.primitives[lane], self.t.lane(lane));
+        let [point, normal] = [self.vertex.point, self.normal].map(|v| v.lane(lane));
+        Hit {
+            t,
+            point,
+            normal,
+            primitive,
+            surface: part.surface,
+            emitter: part.emitter,
+        }
+    }
+
+    /// The model of the surface in a lane, on the side of the ray.
+    pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
+        self.surface_bsdf(lane)
+            .facing(self.vertex.outside.lane(lane))
+    }
+
+    /// The model of the surface in a lane.
+    pub(super) fn surface_bsdf(&self, lane: usize) -> &'a Bsdf {
+        &self.scene.surfaces()[self.primitives[lane].surface as usize].bsdf
+    }
+
+    /// The emitter in a lane, of all that the scene has.
+    #[inline]
+    pub fn emitter(&self, lane: usize) -> Option<u32> {
+        self.primitives[lane].emitter
+    }
+
+    /// The numbers of the specular casters by which a lane's primitive reflects and refracts.
+    #[inline]
+    pub fn casters(&self, lane: usize) -> [u8; 2] {
+        self.primitives[lane].casters
+    }
+
+    /// The radiance that emitters show to the rays; zero from behind and elsewhere.
+    #[inline]
+    pub fn emitted(&self) -> R::Vector {
+        let front = self.normal.dot(self.vertex.direction).below(R::splat(0.0));
+        let radiance = R::Vector::from_fn(|i| self.emitter_radiance(i));
+        Vector::choose(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
+    }
+
+    /// The radiance that emitters show by these rules.
+    pub fn emitted_by_rules(&self, rules: &LightRules) -> R::Vector {
+        let radiance = self.emitted();
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        let zero = R::splat(0.0);
+        let dark = radiance
+            .components()
+            .into_iter()
+            .fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
+        rules.seen.map_or(radiance, |shown| {
+            Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
+        })
+    }
+
+    /// Where emitters show their fronts to the rays.
+    pub fn shows_emitter(&self) -> R::Mask {
+        self.emits & self.normal.dot(self.vertex.direction).below(R::splat(0.0))
+    }
+
+    /// The radiance of the emitter in a lane; zero without one.
+    pub fn emitter_radiance(&self, lane: usize) -> DVec3 {
+        self.emitter(lane).map_or(DVec3::ZERO, |emitter| {
+            self.scene.emitters()[emitter as usize].radiance
+        })
+    }
+
+    /// A bit for each lane: which do not show the surfaces' own fronts to the rays.
+    pub fn backs(&self) -> u32 {
+        let zero = R::splat(0.0);
+        !R::splat(1.0)
+            .copysign(self.normal.dot(self.vertex.direction))
+            .below(zero)
+            .bits()
+    }
+
+    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all
+    /// lanes.
+    pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
+        let depth = self.t.lane(lane);
+        match &self.primitives[lane].features {
+            Some(flat) if is_legal_depth(depth) => {
+                pixel.push_flat(flat, backs >> lane & 1 == 1, depth)
+            }
+            _ => pixel.push_features(&self.features(lane)),
+        }
+    }
+
+    /// The features of a lane that a ray has met.
+    pub fn features(&self, lane: usize) -> Features {
+        let [albedo, normal, direction] =
+            [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
+        features(albedo, normal, self.t.lane(lane), direction)
+    }
+
+    /// Where there are mirrors that do not emit.
+    pub fn dark_mirror(&self) -> R::Mask {
+        self.mirror & !self.emits
+    }
+
+    /// How mirrors turn the rays.
+    pub fn mirrored(&self) -> R::Vector {
+        fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
+    }
+
+    /// The reflectance of a mirror in a lane.
+    pub fn reflectance(&self, lane: usize) -> DVec3 {
+        self.colour.lane(lane)
+    }
+
+    /// Where there are mirrors and smooth glass.
+    pub fn delta(&self) -> R::Mask {
+        self.mirror | self.glass
+    }
+
+    /// The pdf of directions with respect to solid angle in the active lanes; 0 of mirrors and
+    /// glass.
+    #[inline]
+    pub fn pdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
+        let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
+        if !parts.is_standard() {
+            return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
+        }
+        let by_cosine = warp::cosine_hemisphere_pdf(wi.z());
+        let models = self.is(MODEL);
+        if !models.any() {
+            return by_cosine;
+        }
+        R::from_lanes(|i| {
+            if models.lane(i) {
+                pdf(i)
+            } else {
+                by_cosine.lane(i)
+            }
+        })
+    }
+}
+
+/// The active lanes whose primitives are of a kind, which is asked for only if any of the scene's
+/// kinds is.
+#[inline]
+fn of_kind<M: Mask, T, const N: usize>(
+    primitives: &[&PrimitiveData<T>; N],
+    all: u16,
+    kind: u16,
+    active: M,
+) -> M {
+    if all & kind == 0 {
+        return M::splat(false);
+    }
+    active & M::from_fn(|i| primitives[i].kinds & kind != 0)
+}
+
+/// Points and normals of hits on primitives of these numbers, as
+/// [`Scene::intersect`](crate::scene::Scene::intersect) says them.
+#[inline]
+fn place<R: Wide<N>, const N: usize>(
+    [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],
+    curved: R::Mask,
+    ray: &Ray<R::Vector>,
+    found: &PacketHit<R, N>,
+) -> (R::Vector, R::Vector) {
+    let corners = [[a, b, c], [d, e, f], [g, h, i]].map(R::Vector::of);
+    let (point, normal) = (
+        inner_point(corners, found.weights, radius),
+        R::Vector::of([x, y, z]),
+    );
+    if !curved.any() {
+        return (point, normal);
+    }
+    let centre = corners[0];
+    let away = outward(ray.at(found.t), centre);
+    let facing = Vector::choose(radius.below(R::splat(0.0)), -away, away);
+    let on_sphere = centre + away * radius.abs();
+    (
+        Vector::choose(curved, on_sphere, point),
+        Vector::choose(curved, facing, normal),
+    )
+}

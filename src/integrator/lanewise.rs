@@ -1,0 +1,329 @@
+//! The parts of estimators for all lanes at once: the library's own functions where nothing is
+//! replaced, else the replaced functions lane by lane, in the lanes of a mask alone.
+
+use glam::DVec3;
+
+use super::{Heuristic, Strategy, Walking};
+use crate::geometry::offsets::Place;
+use crate::geometry::radiometry;
+use crate::light::emitter::{Emitter, EmitterPoint};
+use crate::material::fresnel;
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::Wide;
+use crate::sampling::roulette;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// The parts of estimators over all lanes. Each function is that of the same name without `lanes_`.
+pub(crate) trait Lanewise: Walking {
+    /// cos θ of (9).
+    #[inline]
+    fn lanes_cosine<V: Vector>(
+        &self,
+        normal: V,
+        direction: V,
+        active: <V::Real as Real>::Mask,
+    ) -> V::Real {
+        if self.is_standard() {
+            return radiometry::cosine(normal, direction);
+        }
+        numbers(active, |i| self.cosine(normal.lane(i), direction.lane(i)))
+    }
+
+    /// R of (12).
+    #[inline]
+    fn lanes_fresnel<R: Real>(&self, cos_1: R, [n1, n2]: [R; 2], active: R::Mask) -> R {
+        if self.is_standard() {
+            return fresnel::reflectance(cos_1, n1, n2);
+        }
+        numbers(active, |i| {
+            self.fresnel(cos_1.lane(i), n1.lane(i), n2.lane(i))
+        })
+    }
+
+    /// The refracted direction, and where there is one.
+    #[inline]
+    fn lanes_refract<V: Vector>(
+        &self,
+        direction: V,
+        normal: V,
+        [n1, n2]: [V::Real; 2],
+        active: <V::Real as Real>::Mask,
+    ) -> (V, <V::Real as Real>::Mask) {
+        if self.is_standard() {
+            return fresnel::refracted(direction, normal, n1, n2);
+        }
+        let refract = |i| self.refract(direction.lane(i), normal.lane(i), n1.lane(i), n2.lane(i));
+        let exists = <V::Real as Real>::Mask::from_fn(|i| active.lane(i) && refract(i).is_some());
+        (
+            vectors(exists, |i| refract(i).unwrap_or(DVec3::ZERO)),
+            exists,
+        )
+    }
+
+    /// The factor of refracted radiance.
+    #[inline]
+    fn lanes_radiance_factor<R: Real>(&self, [n1, n2]: [R; 2], active: R::Mask) -> R {
+        if self.is_standard() {
+            return fresnel::radiance_factor(n1, n2);
+        }
+        numbers(active, |i| self.radiance_factor(n1.lane(i), n2.lane(i)))
+    }
+
+    /// The mirror direction.
+    #[inline]
+    fn lanes_mirror<V: Vector>(
+        &self,
+        direction: V,
+        normal: V,
+        active: <V::Real as Real>::Mask,
+    ) -> V {
+        if self.is_standard() {
+            return fresnel::mirror(direction, normal);
+        }
+        vectors(active, |i| self.mirror(direction.lane(i), normal.lane(i)))
+    }
+
+    /// Roulette by throughput: who survives, and what the survivors' throughput is multiplied by.
+    #[inline]
+    fn lanes_survive<V: Vector>(
+        &self,
+        throughput: V,
+        early: <V::Real as Real>::Mask,
+        random: V::Real,
+        active: <V::Real as Real>::Mask,
+    ) -> (<V::Real as Real>::Mask, V::Real) {
+        if self.is_standard() {
+            let survival = roulette::by_throughput(throughput, early);
+            return (
+                active & roulette::survives(random, survival),
+                roulette::weight(survival),
+            );
+        }
+        let mut weights = [None; MOST];
+        for (i, weight) in weights
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
+            *weight = self.survive(throughput.lane(i), early.lane(i), random.lane(i));
+        }
+        let survives = <V::Real as Real>::Mask::from_fn(|i| weights[i].is_some());
+        (survives, V::Real::from_lanes(|i| weights[i].unwrap_or(1.0)))
+    }
+
+    /// Roulette by the absorption of a surface, as the report has it.
+    #[inline]
+    fn lanes_survive_absorption<R: Real>(
+        &self,
+        absorption: R,
+        random: R,
+        active: R::Mask,
+    ) -> (R::Mask, R) {
+        if self.is_standard() {
+            let survival = roulette::by_absorption(absorption);
+            return (
+                active & roulette::survives(random, survival),
+                roulette::weight(survival),
+            );
+        }
+        let survival = |i: usize| self.survival_by_absorption(absorption.lane(i));
+        let survives =
+            R::Mask::from_fn(|i| active.lane(i) && self.survives(random.lane(i), survival(i)));
+        (
+            survives,
+            numbers(survives, |i| self.roulette_weight(survival(i))),
+        )
+    }
+
+    /// A point on an emitter, uniform in its area.
+    #[inline]
+    fn lanes_sample_emitter<R: Real>(
+        &self,
+        emitter: &Emitter,
+        random: [R; 2],
+        active: R::Mask,
+    ) -> EmitterPoint<R::Vector> {
+        if self.is_standard() {
+            return emitter.sample(random);
+        }
+        let none = EmitterPoint {
+            point: DVec3::ZERO,
+            normal: DVec3::Z,
+        };
+        let mut points = [none; MOST];
+        for (i, point) in points
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
+            *point = self.sample_emitter(emitter, random.map(|r| r.lane(i)));
+        }
+        EmitterPoint {
+            point: R::Vector::from_fn(|i| points[i].point),
+            normal: R::Vector::from_fn(|i| points[i].normal),
+        }
+    }
+
+    /// A point on an emitter, uniform in the solid angle seen from a point: where it can be so,
+    /// with its pdf.
+    #[inline]
+    fn lanes_sample_solid_angle<R: Real>(
+        &self,
+        emitter: &Emitter,
+        from: R::Vector,
+        random: [R; 2],
+        active: R::Mask,
+    ) -> (R::Mask, EmitterPoint<R::Vector>, R) {
+        if self.is_standard()
+            && let Some(sampled) = emitter.sample_cap(from, random)
+        {
+            return sampled;
+        }
+        let mut samples = [None; MOST];
+        for (i, sample) in samples
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| active.lane(*i))
+        {
+            *sample = self.sample_solid_angle(emitter, from.lane(i), random.map(|r| r.lane(i)));
+        }
+        let point = |i: usize| samples[i].map(|(point, _)| point);
+        (
+            R::Mask::from_fn(|i| samples[i].is_some()),
+            EmitterPoint {
+                point: R::Vector::from_fn(|i| point(i).map_or(DVec3::ZERO, |light| light.point)),
+                normal: R::Vector::from_fn(|i| point(i).map_or(DVec3::ZERO, |light| light.normal)),
+            },
+            R::from_lanes(|i| samples[i].map_or(0.0, |(_, pdf)| pdf)),
+        )
+    }
+
+    /// The same pdf for any point of the emitter's front, where it has one.
+    #[inline]
+    fn lanes_pdf_solid_angle<R: Real>(
+        &self,
+        emitter: &Emitter,
+        from: R::Vector,
+        active: R::Mask,
+    ) -> (R::Mask, R) {
+        if self.is_standard()
+            && let Some(pdf) = emitter.pdf_cap(from)
+        {
+            return pdf;
+        }
+        let mut pdfs = [None; MOST];
+        for (i, pdf) in pdfs.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
+            *pdf = self.pdf_solid_angle(emitter, from.lane(i));
+        }
+        (
+            R::Mask::from_fn(|i| pdfs[i].is_some()),
+            R::from_lanes(|i| pdfs[i].unwrap_or(0.0)),
+        )
+    }
+
+    /// The pdf of a point on an emitter that is picked with this probability.
+    #[inline]
+    fn lanes_pdf_of_pick<R: Real>(&self, pdf: R, probability: R, active: R::Mask) -> R {
+        if self.is_standard() {
+            return pdf * probability;
+        }
+        numbers(active, |i| {
+            self.pdf_of_pick(pdf.lane(i), probability.lane(i))
+        })
+    }
+
+    /// Solid angle per area of an emitter.
+    #[inline]
+    fn lanes_solid_angle_per_area<R: Real>(
+        &self,
+        cosine_at_emitter: R,
+        distance_squared: R,
+        active: R::Mask,
+    ) -> R {
+        if self.is_standard() {
+            return radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared);
+        }
+        numbers(active, |i| {
+            self.solid_angle_per_area(cosine_at_emitter.lane(i), distance_squared.lane(i))
+        })
+    }
+
+    /// The weight of multiple importance sampling by a heuristic.
+    #[inline]
+    fn lanes_mis_weight<R: Real>(
+        &self,
+        heuristic: Heuristic,
+        pdf: R,
+        other: R,
+        active: R::Mask,
+    ) -> R {
+        match heuristic {
+            Heuristic::Balance if self.is_standard() => radiometry::balance(pdf, other),
+            Heuristic::Power if self.is_standard() => radiometry::power(pdf, other),
+            Heuristic::Balance => numbers(active, |i| self.mis_weight(pdf.lane(i), other.lane(i))),
+            Heuristic::Power => numbers(active, |i| {
+                self.mis_power_weight(pdf.lane(i), other.lane(i))
+            }),
+        }
+    }
+
+    /// Whether light that a path hits counts if it is not weighted by pdfs.
+    #[inline]
+    fn lanes_hit_counts<M: Mask>(&self, strategy: Strategy, sampled: M, active: M) -> M {
+        if self.is_standard() {
+            return active
+                & if strategy == Strategy::Light {
+                    !sampled
+                } else {
+                    M::splat(true)
+                };
+        }
+        M::from_fn(|i| active.lane(i) && self.hit_counts(strategy, sampled.lane(i)))
+    }
+}
+
+impl<P: Walking> Lanewise for P {}
+
+/// The most lanes that there are.
+const MOST: usize = crate::math::simd::SINGLES;
+
+/// The number of each lane of the mask; 0 in other lanes.
+#[inline]
+pub(crate) fn numbers<R: Real>(active: R::Mask, number: impl Fn(usize) -> f64) -> R {
+    R::from_lanes(|i| if active.lane(i) { number(i) } else { 0.0 })
+}
+
+/// The vector of each lane of the mask; 0 in other lanes.
+#[inline]
+pub(crate) fn vectors<V: Vector>(
+    active: <V::Real as Real>::Mask,
+    vector: impl Fn(usize) -> DVec3,
+) -> V {
+    V::from_fn(|i| {
+        if active.lane(i) {
+            vector(i)
+        } else {
+            DVec3::ZERO
+        }
+    })
+}
+
+/// In which of the `active` lanes two surface points with unit normals see each other, as
+/// [`NextEvent::visible`](super::NextEvent::visible).
+#[inline]
+pub(super) fn visible<P: Walking, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    x: &Place<R::Vector>,
+    y: &Place<R::Vector>,
+    through_glass: bool,
+    active: R::Mask,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> R::Mask {
+    if parts.is_standard() {
+        return scene.visible(x, y, through_glass, active, scratch);
+    }
+    let end = |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));
+    let visible = |i: usize| parts.visible(scene.scene, end(x, i), end(y, i), through_glass);
+    R::Mask::from_fn(|i| active.lane(i) && visible(i))
+}

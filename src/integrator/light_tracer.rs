@@ -1,0 +1,49 @@
+//! Light tracing: particles leave the emitters, and every diffuse surface that they meet is
+//! connected to the eye.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::particle::{Passed, connect_to_eye, particles};
+use super::walk::in_portions;
+use super::{Bidirectional, ImageEstimator, Standard, Walking};
+use crate::error::Error;
+use crate::film::splat::Splats;
+use crate::sampling::sampler::Pass;
+use crate::scene::Scene;
+
+/// Particles to the camera, one per pixel and pass. Unbiased for light that leaves an emitter,
+/// meets any surfaces, and reaches the eye from an emitter or a diffuse one: the eye sees nothing
+/// in mirrors and through glass, nor of the background's light.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightTracer<P = Standard> {
+    /// Its parts.
+    pub parts: P,
+}
+
+impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+        let image = Splats::new(frame);
+        let count = frame[0] * frame[1];
+        in_portions(count).try_for_each_init(
+            || image.buffer(),
+            |splats, numbers| {
+                let items = numbers.map(|number| (number, pass.particle(number, count)));
+                let named = |error: Error, number: &u32| {
+                    error.at(|| format!(" by particle {number} of pass {}", pass.index))
+                };
+                particles(&self.parts, scene, (items, named), |passed| match passed {
+                    Passed::Place(_, place) => {
+                        match connect_to_eye(&self.parts, scene, frame, place) {
+                            Some(splat) => splats.add(splat.pixel, splat.value),
+                            None => Ok(()),
+                        }
+                    }
+                    Passed::End(..) => Ok(()),
+                })?;
+                splats.flush()
+            },
+        )?;
+        Ok(image.into_values())
+    }
+}

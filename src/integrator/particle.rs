@@ -1,0 +1,125 @@
+//! Particles: how they leave the emitters, where they come by, and what of them the eye sees.
+
+use glam::DVec3;
+
+use super::Walking;
+use super::emission::{Emission, emit_from};
+use super::light_sampling::{pick_point, point_pdf};
+use super::strategies::{Bidirectional, PathVertex};
+use super::walk::{PendingWalk, WalkEvent, follow};
+use crate::error::Error;
+use crate::sampling::sampler::{LIGHT, Sampler};
+use crate::scene::Scene;
+
+/// What becomes of a particle.
+pub(super) enum Passed<'m, 'a, T, R> {
+    /// It is at this place, the emitter first. It carries flux, which refraction does not change.
+    Place(&'m mut T, &'m PathVertex<'a>),
+    /// It has ended.
+    End(T, R),
+}
+
+/// Sends particles from the emitters, one for each item, and tells of every place where they are.
+/// `named` adds to an error which item it is of.
+pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
+    parts: &P,
+    scene: &'a Scene,
+    (items, named): (impl Iterator<Item = (T, R)>, impl Fn(Error, &T) -> Error),
+    mut passed: impl FnMut(Passed<'_, 'a, T, R>) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let starts = items.map(|(item, mut rng)| {
+        rng.block(LIGHT);
+        let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
+            let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
+            let emission = emit_from(parts, scene, (index, &light), &mut rng);
+            (PathVertex::emitting(&light, carried, index), emission)
+        });
+        let (first, emission) =
+            start.map_or((None, None), |(first, emission)| (Some(first), emission));
+        let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
+            (Some(ray), flux)
+        });
+        PendingWalk {
+            item: (item, first, flux),
+            ray,
+            block: LIGHT,
+            rng,
+        }
+    });
+    follow(parts, scene, starts, |event| match event {
+        WalkEvent::Hit((item, first, flux), step, at, _) => {
+            let flux = *flux * step.throughput * parts.flux_factor(step.factor);
+            let mut arrive = || {
+                if let Some(first) = first.take() {
+                    passed(Passed::Place(item, &first))?;
+                }
+                if step.endless {
+                    return Err(Error::Radiance {
+                        value: f64::NAN,
+                        place: String::new(),
+                    });
+                }
+                passed(Passed::Place(item, &step.path_vertex(*at, flux)))
+            };
+            arrive().map_err(|error| named(error, item))?;
+            Ok(true)
+        }
+        WalkEvent::End((mut item, first, _), _, rng) => {
+            if let Some(first) = first {
+                passed(Passed::Place(&mut item, &first)).map_err(|error| named(error, &item))?;
+            }
+            passed(Passed::End(item, rng))?;
+            Ok(false)
+        }
+    })
+}
+
+/// What the eye sees of one particle among as many as the image has pixels.
+pub(super) struct Splat {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// What it adds to the pixel's radiance, before any weight.
+    pub value: DVec3,
+    /// The pdf of the camera ray that would have found the place, as in
+    /// [`WholePath`](crate::integrator::strategies::WholePath).
+    pub importance: f64,
+}
+
+/// Connects a place to the eye; `None` if the eye sees nothing of it.
+#[inline]
+pub(super) fn connect_to_eye<P: Walking + Bidirectional>(
+    parts: &P,
+    scene: &Scene,
+    frame: [u32; 2],
+    place: &PathVertex<'_>,
+) -> Option<Splat> {
+    let (point, normal) = (place.at.point, place.normal());
+    let camera = scene.camera();
+    let seen = camera.project(frame, point)?;
+    let cosine = parts.cosine(normal, seen.to_eye);
+    let leaving = place.leaving(parts, seen.to_eye);
+    if cosine <= 0.0
+        || leaving == DVec3::ZERO
+        || !parts.visible(scene, (camera.eye, -seen.to_eye), (point, normal), false)
+    {
+        return None;
+    }
+    let importance = importance_per_particle(parts, scene, frame, -seen.to_eye);
+    Some(Splat {
+        pixel: seen.pixel,
+        value: leaving * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
+        importance,
+    })
+}
+
+/// W(ω) of a pixel, shared among as many particles as the image has pixels.
+#[inline]
+pub(super) fn importance_per_particle<P: Bidirectional>(
+    parts: &P,
+    scene: &Scene,
+    frame: [u32; 2],
+    direction: DVec3,
+) -> f64 {
+    let particles = f64::from(frame[0]) * f64::from(frame[1]);
+    parts.importance(scene.camera(), frame, direction) / particles
+}

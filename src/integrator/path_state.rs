@@ -1,0 +1,224 @@
+//! The paths of all lanes, and what an estimator does with them at each hit.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::SpecularChains;
+use super::interaction::SurfaceInteraction;
+use crate::geometry::shape::Ray;
+use crate::math::real::{Mask, Vector};
+use crate::math::simd::{Wide, lanes_of};
+use crate::sampling::lanes::LaneSampler;
+use crate::scene::Scene;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// The paths of the active lanes where they have reached surfaces.
+pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
+    pub scene: LaneScene<'a, R, N>,
+    pub paths: &'a mut PathState<R, N>,
+    pub surface: &'a SurfaceInteraction<'a, R, N>,
+    pub active: R::Mask,
+    pub random: &'a mut S,
+    pub scratch: &'a mut IntersectionScratch<R, N>,
+}
+
+/// How an estimator takes the paths of all lanes from hit to hit.
+pub(crate) trait Integrator: Sync {
+    /// Adds to the radiance of the paths that have arrived, sends those that go on, and returns
+    /// their lanes.
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask;
+
+    /// [`Estimator::sees_in_mirrors`](crate::integrator::Estimator::sees_in_mirrors).
+    fn sees_in_mirrors(&self) -> bool {
+        false
+    }
+
+    /// Adds what the background shows to the paths that leave the scene.
+    #[inline]
+    fn escape<R: Wide<N>, const N: usize>(
+        &self,
+        scene: &Scene,
+        paths: &mut PathState<R, N>,
+        leaving: R::Mask,
+    ) {
+        paths.add_background(scene, R::splat(1.0), leaving);
+    }
+}
+
+/// The paths of all lanes.
+pub(crate) struct PathState<R: Wide<N>, const N: usize> {
+    pub ray: Ray<R::Vector>,
+    pub radiance: R::Vector,
+    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
+    /// when the path leaves the glass, and roulette should not see them.
+    pub throughput: R::Vector,
+    /// Product of the radiance factors on the way.
+    pub factor: R,
+    /// Where shadow rays have looked for the light that the ray hits.
+    pub sampled: R::Mask,
+    /// The pdf of the ray's direction with respect to solid angle, where shadow rays have looked.
+    pub pdf: R,
+    /// How often each path has met something.
+    pub hits: [u32; N],
+    /// The chains of mirrors and glass on which the paths are.
+    pub chains: SpecularChains<R, N>,
+    /// The branches that each lane follows when its path has ended, the last first.
+    branches: [Vec<Branch>; N],
+    /// The lanes that have branches.
+    branched: u32,
+}
+
+/// A way on that a path of more than one takes later.
+struct Branch {
+    origin: DVec3,
+    direction: DVec3,
+    throughput: DVec3,
+    sampled: bool,
+    hits: u32,
+}
+
+impl<R: Wide<N>, const N: usize> PathState<R, N> {
+    pub fn new() -> Self {
+        let zero = R::Vector::splat_vector(DVec3::ZERO);
+        Self {
+            ray: Ray::new(zero, R::Vector::splat_vector(DVec3::Z)),
+            radiance: zero,
+            throughput: zero,
+            factor: R::splat(1.0),
+            pdf: R::splat(0.0),
+            sampled: R::Mask::splat(false),
+            hits: [0; N],
+            chains: SpecularChains::new(),
+            branches: from_fn(|_| Vec::new()),
+            branched: 0,
+        }
+    }
+
+    /// Starts paths along these rays in the lanes of the mask.
+    #[inline]
+    pub fn start(&mut self, ray: &Ray<R::Vector>, starting: R::Mask) {
+        let new = |value: R::Vector, old: R::Vector| Vector::choose(starting, value, old);
+        self.ray = Ray::new(
+            new(ray.origin, self.ray.origin),
+            new(ray.direction, self.ray.direction),
+        );
+        self.radiance = new(R::Vector::splat_vector(DVec3::ZERO), self.radiance);
+        self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
+        self.factor = R::choose(starting, R::splat(1.0), self.factor);
+        self.sampled = self.sampled & !starting;
+        for lane in lanes_of(starting.bits()) {
+            self.hits[lane] = 0;
+            self.chains.start(lane);
+        }
+    }
+
+    /// Adds what the background shows, times a weight, to the paths of these lanes.
+    #[inline]
+    pub fn add_background(&mut self, scene: &Scene, weight: R, leaving: R::Mask) {
+        if leaving.any() {
+            let background =
+                R::Vector::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
+            let shown = self.throughput * self.factor * background * weight;
+            self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
+        }
+    }
+
+    /// Adds light that arrives at the ends of these paths.
+    #[inline]
+    pub fn add(&mut self, light: R::Vector, active: R::Mask) {
+        if active.any() {
+            self.radiance = Vector::choose(
+                active,
+                self.radiance + self.throughput * light,
+                self.radiance,
+            );
+        }
+    }
+
+    /// Remembers another way on from surfaces for the paths of these lanes.
+    pub fn push_branch(
+        &mut self,
+        surface: &SurfaceInteraction<'_, R, N>,
+        direction: R::Vector,
+        throughput: R::Vector,
+        sampled: R::Mask,
+        active: R::Mask,
+    ) {
+        if !active.any() {
+            return;
+        }
+        let ray = surface.spawn_ray(direction);
+        self.branched |= active.bits();
+        for lane in lanes_of(active.bits()) {
+            let [origin, direction, throughput] =
+                [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
+            let (sampled, hits) = (sampled.lane(lane), self.hits[lane]);
+            self.branches[lane].push(Branch {
+                origin,
+                direction,
+                throughput,
+                sampled,
+                hits,
+            });
+        }
+    }
+
+    /// Sends those of these paths that have ended onto their next branch, and returns their lanes.
+    pub fn pop_branches(&mut self, ended: u32) -> u32 {
+        let back = ended & self.branched;
+        if back == 0 {
+            return 0;
+        }
+        let branches: [Option<Branch>; N] = from_fn(|i| {
+            if back >> i & 1 == 1 {
+                self.branches[i].pop()
+            } else {
+                None
+            }
+        });
+        self.branched = lanes_of(self.branched)
+            .filter(|&i| !self.branches[i].is_empty())
+            .fold(0, |bits, i| bits | 1 << i);
+        let new = |old: R::Vector, of: fn(&Branch) -> DVec3| {
+            R::Vector::from_fn(|i| branches[i].as_ref().map_or(old.lane(i), of))
+        };
+        let Ray { origin, direction } = self.ray;
+        self.ray = Ray::new(
+            new(origin, |branch| branch.origin),
+            new(direction, |branch| branch.direction),
+        );
+        self.throughput = new(self.throughput, |branch| branch.throughput);
+        let sampled = self.sampled;
+        self.sampled = R::Mask::from_fn(|i| {
+            branches[i]
+                .as_ref()
+                .map_or(sampled.lane(i), |branch| branch.sampled)
+        });
+        for (hits, branch) in self.hits.iter_mut().zip(&branches) {
+            *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
+        }
+        back
+    }
+
+    /// Sends the paths of these lanes on from surfaces, with this throughput.
+    #[inline]
+    pub fn send(
+        &mut self,
+        surface: &SurfaceInteraction<'_, R, N>,
+        direction: R::Vector,
+        throughput: R::Vector,
+        active: R::Mask,
+    ) {
+        let ray = surface.spawn_ray(direction);
+        let new = |value: R::Vector, old: R::Vector| Vector::choose(active, value, old);
+        self.ray = Ray::new(
+            new(ray.origin, self.ray.origin),
+            new(ray.direction, self.ray.direction),
+        );
+        self.throughput = new(throughput, self.throughput);
+    }
+}

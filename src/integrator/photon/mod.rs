@@ -1,0 +1,310 @@
+//! Photon mapping (Jensen 1996): light carried by particles, looked up by paths from the eye.
+
+pub mod photon_map;
+pub mod sppm;
+
+use std::cell::RefCell;
+
+use glam::DVec3;
+
+use super::next_event::{ShadowRays, direct_light};
+use super::walk::{PendingWalk, WalkEvent, follow};
+use super::{Estimator, Sample, Walking};
+use crate::error::Error;
+use crate::geometry::shape::{Hit, Ray};
+use crate::material::Vertex;
+use crate::sampling::sampler::{Pass, Sampler};
+use crate::scene::Scene;
+use photon_map::{Kept, PhotonMap, Photons, check_radius};
+
+/// Where the photons are looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lookup {
+    /// At the first diffuse surface that the eye sees: all of its light by photons.
+    Direct,
+    /// At the second: the first gets direct light by a shadow ray, caustics by photons of their
+    /// own, and all other light by one ray in a cosine-weighted direction (final gathering).
+    Gather {
+        /// Particles emitted for the caustic map.
+        caustic_particles: u32,
+        /// Radius of its lookups.
+        caustic_radius: f64,
+    },
+}
+
+/// An estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that leaves an
+/// emitter: none starts from the background.
+///
+/// Its estimates share the photons: their mean tends to what this map says, and their standard
+/// error knows nothing of the map's own. Maps of different seeds are independent replications.
+#[derive(Clone, Debug)]
+pub struct PhotonMapping<P> {
+    parts: P,
+    all: PhotonMap,
+    radius: f64,
+    /// The caustic photons and their radius, for final gathering.
+    caustics: Option<(PhotonMap, f64)>,
+}
+
+/// The first diffuse surface that a path meets by mirrors and glass alone.
+struct Arrival {
+    hit: Hit,
+    at: Vertex,
+    /// The factor of radiance that leaves it along the path.
+    throughput: DVec3,
+    /// Its block of random numbers.
+    block: u32,
+}
+
+/// An arrival as photons will be looked up there for a sample.
+struct Query {
+    sample: u32,
+    surface: u32,
+    point: DVec3,
+    /// Of the surface, and the direction of the ray that arrived.
+    normal: DVec3,
+    direction: DVec3,
+    throughput: DVec3,
+}
+
+impl Query {
+    /// A lookup for an arrival whose radiance is multiplied by this weight before.
+    fn new(
+        sample: usize,
+        &Arrival {
+            hit,
+            at,
+            throughput,
+            ..
+        }: &Arrival,
+        weight: DVec3,
+    ) -> Self {
+        let Hit {
+            point,
+            normal,
+            surface,
+            ..
+        } = hit;
+        let throughput = weight * throughput;
+        Self {
+            sample: sample as u32,
+            surface,
+            point,
+            normal,
+            direction: at.direction,
+            throughput,
+        }
+    }
+}
+
+impl<P: Photons + Walking> PhotonMapping<P> {
+    /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within
+    /// `radius` > 0, in the scene's units. The photons are functions of the pass.
+    ///
+    /// # Errors
+    /// Those of [`PhotonMap::new`].
+    pub fn new(
+        parts: P,
+        scene: &Scene,
+        lookup: Lookup,
+        (particles, radius): (u32, f64),
+        pass: impl Into<Pass>,
+    ) -> Result<Self, Error> {
+        let pass = pass.into();
+        check_radius(radius)?;
+        if let Lookup::Gather { caustic_radius, .. } = lookup {
+            check_radius(caustic_radius)?;
+        }
+        let map =
+            |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
+        let all = map(Kept::All, particles, "photons")?;
+        let caustics = match lookup {
+            Lookup::Direct => None,
+            Lookup::Gather {
+                caustic_particles,
+                caustic_radius,
+            } => {
+                let map = map(Kept::Caustic, caustic_particles, "caustics")?;
+                Some((map, caustic_radius))
+            }
+        };
+        Ok(Self {
+            all,
+            radius,
+            caustics,
+            parts,
+        })
+    }
+
+    /// Follows mirrors and glass from rays to the first diffuse surfaces. `see` is called with what
+    /// emitters on the way show along a path of this number.
+    fn arrive<R: Sampler>(
+        &self,
+        scene: &Scene,
+        rays: impl Iterator<Item = PendingWalk<usize, R>>,
+        mut see: impl FnMut(usize, DVec3),
+    ) -> Vec<(usize, Arrival, R)> {
+        let mut arrivals = Vec::new();
+        let walks = rays.map(|walk| {
+            let PendingWalk {
+                item,
+                ray,
+                block,
+                rng,
+            } = walk;
+            PendingWalk {
+                item: (item, block, None),
+                ray,
+                block,
+                rng,
+            }
+        });
+        let followed = follow(&self.parts, scene, walks, |event| {
+            match event {
+                WalkEvent::Hit((number, block, arrival), hit, at, _) => {
+                    *block += 1;
+                    if hit.here.emitter.is_some() {
+                        see(*number, hit.factor * hit.throughput * hit.emitted(scene));
+                    }
+                    if hit.endless || hit.bsdf.is_rough() {
+                        let throughput = hit.factor * hit.throughput;
+                        *arrival = Some(Arrival {
+                            hit: hit.here,
+                            at: *at,
+                            throughput,
+                            block: *block,
+                        });
+                        return Ok(false);
+                    }
+                }
+                WalkEvent::End((number, _, arrival), _, rng) => {
+                    arrivals.extend(arrival.map(|arrival| (number, arrival, rng)));
+                }
+            }
+            Ok(true)
+        });
+        debug_assert!(followed.is_ok(), "no event is an error");
+        arrivals
+    }
+
+    /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they
+    /// share photons, which are in the caches then.
+    fn look_up(
+        &self,
+        scene: &Scene,
+        (map, radius): (&PhotonMap, f64),
+        mut queries: Vec<Query>,
+        radiances: &mut [DVec3],
+    ) {
+        queries.sort_by_cached_key(|at| map.place(at.point));
+        for Query {
+            sample,
+            surface,
+            point,
+            normal,
+            direction,
+            throughput,
+        } in queries
+        {
+            let bsdf = &scene.surfaces()[surface as usize].bsdf;
+            let vertex = Vertex::of(point, normal, direction);
+            radiances[sample as usize] +=
+                throughput * map.reflected(&self.parts, bsdf, &vertex, radius);
+        }
+    }
+}
+
+impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
+    const TOGETHER: u32 = 1 << 16;
+
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        rng: &mut R,
+    ) -> DVec3 {
+        self.radiances(
+            scene,
+            std::iter::once(Sample {
+                ray: *ray,
+                hit,
+                rng,
+            }),
+        )[0]
+    }
+
+    fn radiances<R: Sampler>(
+        &self,
+        scene: &Scene,
+        samples: impl Iterator<Item = Sample<R>>,
+    ) -> Vec<DVec3> {
+        let parts = &self.parts;
+        let radiances = RefCell::new(Vec::new());
+        let rays = samples.enumerate().map(|(item, Sample { ray, rng, .. })| {
+            radiances.borrow_mut().push(DVec3::ZERO);
+            PendingWalk {
+                item,
+                ray: Some(ray),
+                block: 0,
+                rng,
+            }
+        });
+        let arrivals = self.arrive(scene, rays, |i, emission| {
+            radiances.borrow_mut()[i] += emission;
+        });
+        let mut radiances = radiances.into_inner();
+        let queries = arrivals
+            .iter()
+            .map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE))
+            .collect();
+        let Some((caustics, radius)) = &self.caustics else {
+            self.look_up(scene, (&self.all, self.radius), queries, &mut radiances);
+            return radiances;
+        };
+        // The light that arrives at the first diffuse surfaces: straight from emitters, and from
+        // the second ones.
+        let mut weights = vec![DVec3::ZERO; radiances.len()];
+        let mut gathering = Vec::with_capacity(arrivals.len());
+        for (
+            item,
+            Arrival {
+                hit,
+                at,
+                throughput,
+                block,
+            },
+            mut rng,
+        ) in arrivals
+        {
+            let bsdf = &scene.surface(&hit).bsdf;
+            if let Some(light) =
+                direct_light(parts, scene, bsdf, &at, ShadowRays::DEFAULT, &mut rng)
+            {
+                radiances[item] += throughput * light.reflected;
+            }
+            if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
+                weights[item] = throughput * next.weight;
+                let ray = Some(scene.leave(hit.point, hit.normal, next.direction));
+                gathering.push(PendingWalk {
+                    item,
+                    ray,
+                    block,
+                    rng,
+                });
+            }
+        }
+        let second = self.arrive(scene, gathering.into_iter(), |i, emission| {
+            if parts.gathers_emission() {
+                radiances[i] += weights[i] * emission;
+            }
+        });
+        let of_all = second
+            .iter()
+            .map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i]))
+            .collect();
+        self.look_up(scene, (&self.all, self.radius), of_all, &mut radiances);
+        self.look_up(scene, (caustics, *radius), queries, &mut radiances);
+        radiances
+    }
+}

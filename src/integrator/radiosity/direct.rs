@@ -1,0 +1,123 @@
+//! Direct light: the emitters' form factors times the share of them that is seen.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::FiniteElements;
+use super::mesh::Node;
+use super::patch::{Patch, Sight};
+use crate::integrator::NextEvent;
+use crate::light::emitter::{Emitter, EmitterShape};
+use crate::material::Scattering;
+use crate::scene::Scene;
+
+/// Points at which a flat emitter is looked for.
+const POINTS: u32 = 64;
+
+/// An emitter as patches: one if it is flat.
+#[derive(Clone, Debug)]
+pub(super) enum Light {
+    Flat {
+        patch: Box<Patch>,
+        emitter: Emitter,
+    },
+    Curved {
+        patches: Vec<Patch>,
+        radiance: DVec3,
+    },
+}
+
+impl Light {
+    /// The emitters of a scene; spheres are divided into patches of about this area.
+    pub fn of(scene: &Scene, target: f64) -> Vec<Self> {
+        let light = |emitter: &Emitter| match emitter.shape {
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => Self::Flat {
+                patch: Box::new(Patch::flat(
+                    [corner, corner + a, corner + a + b, corner + b],
+                    true,
+                )),
+                emitter: *emitter,
+            },
+            EmitterShape::Triangle(corners) => Self::Flat {
+                patch: Box::new(Patch::flat(corners, true)),
+                emitter: *emitter,
+            },
+            EmitterShape::Sphere(sphere) => Self::Curved {
+                patches: crate::integrator::radiosity::mesh::sphere_patches(
+                    &sphere, true, target, 0,
+                )
+                .into_iter()
+                .flatten()
+                .map(Patch::Curved)
+                .collect(),
+                radiance: emitter.radiance,
+            },
+        };
+        scene.emitters().iter().map(light).collect()
+    }
+
+    /// The irradiance at a point with a unit normal.
+    pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        scene: &Scene,
+        at: &Node,
+    ) -> DVec3 {
+        match self {
+            Self::Flat { patch, emitter } => {
+                let Some(Sight { factor, .. }) = patch.sight(parts, at.point, at.normal) else {
+                    return DVec3::ZERO;
+                };
+                PI * factor * seen_share(parts, scene, emitter, at) * emitter.radiance
+            }
+            Self::Curved { patches, radiance } => {
+                let seen = patches
+                    .iter()
+                    .filter_map(|patch| patch.sight(parts, at.point, at.normal))
+                    .filter(|sight| {
+                        parts.visible(scene, (at.point, at.normal), sight.target, false)
+                    });
+                PI * seen.map(|sight| sight.factor).sum::<f64>() * *radiance
+            }
+        }
+    }
+}
+
+/// The share of a flat emitter's light that no surface stops: by the points of a Hammersley set,
+/// each with the weight of its geometry term. Exact where all or nothing is seen.
+fn seen_share<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    emitter: &Emitter,
+    at: &Node,
+) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for index in 0..POINTS {
+        let y = parts.sample_emitter(emitter, hammersley(index));
+        let offset = y.point - at.point;
+        let distance_squared = offset.length_squared();
+        let direction = offset / distance_squared.sqrt();
+        let across = parts.cosine(y.normal, -direction);
+        let weight = parts.seen_weight(
+            parts.cosine(at.normal, direction),
+            parts.solid_angle_per_area(across, distance_squared),
+        );
+        all += weight;
+        if weight > 0.0 && parts.visible(scene, (at.point, at.normal), (y.point, y.normal), false) {
+            seen += weight;
+        }
+    }
+    if all == 0.0 { 0.0 } else { seen / all }
+}
+
+/// Point `index` of [`POINTS`] in the unit square (Hammersley 1960), moved so that none lies on the
+/// second diagonal, which folding makes an edge of a triangle.
+fn hammersley(index: u32) -> [f64; 2] {
+    let strip = 1.0 / f64::from(POINTS);
+    let reversed = f64::from(index.reverse_bits()) / 2f64.powi(32);
+    [(f64::from(index) + 0.5) * strip, reversed + 0.25 * strip]
+}

@@ -1,0 +1,354 @@
+//! The mesh: every triangle and sphere of a scene divided into patches, both sides apart.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::patch::{Patch, SpherePatch};
+use crate::error::Error;
+use crate::geometry::shape::{Hit, Ray, Sphere};
+use crate::material::Bsdf;
+use crate::math::frame::azimuth;
+use crate::scene::{Geometry, Scene, Surface};
+
+/// How finely surfaces are divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fineness {
+    /// About how many patches all surfaces are divided into; each primitive has at least one, a
+    /// sphere at least six.
+    pub patches: u32,
+    /// How often the sides of all these patches are halved.
+    pub halvings: u32,
+}
+
+impl Default for Fineness {
+    /// 2000 patches.
+    fn default() -> Self {
+        Self {
+            patches: 2000,
+            halvings: 0,
+        }
+    }
+}
+
+/// A point at which irradiance is computed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub point: DVec3,
+    pub normal: DVec3,
+}
+
+/// One side of a patch.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// Its shape.
+    pub patch: Patch,
+    /// ρ.
+    pub albedo: DVec3,
+    /// Radiance that it emits; zero for backs.
+    pub emission: DVec3,
+    /// Its area.
+    pub area: f64,
+    pub(super) nodes: Range<usize>,
+}
+
+/// How a primitive is divided; the elements of the front from `first` on, then those of the back.
+#[derive(Clone, Debug)]
+enum Division {
+    /// Black: light that arrives there goes nowhere.
+    Black,
+    Triangle {
+        corners: [DVec3; 3],
+        /// Parts of each edge.
+        parts: u32,
+        first: usize,
+    },
+    Sphere {
+        sphere: Sphere,
+        /// Columns and first element of each band, from the upper end.
+        bands: Vec<(usize, usize)>,
+        /// Elements of one side.
+        count: usize,
+    },
+}
+
+/// The patches of a scene.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub(super) elements: Vec<Element>,
+    pub(super) nodes: Vec<Node>,
+    divisions: Vec<Division>,
+    /// The area of patches that was aimed at.
+    pub(super) target: f64,
+}
+
+impl Mesh {
+    /// Divides the surfaces of a scene that reflect. Triangles are divided into n² equal ones,
+    /// spheres along circles of latitude and meridians. Nodes are the points at which the mean of a
+    /// quadratic over the patch is exact: three of a triangle (Hammer and Stroud 1956), 2 × 2 Gauss
+    /// points of a sphere's patch in height and azimuth.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for mirrors, glass, Oren-Nayar surfaces and a background that emits;
+    /// [`Error::Option`] for no patches.
+    pub fn new(scene: &Scene, fineness: Fineness) -> Result<Self, Error> {
+        check(scene, fineness)?;
+        let reflects = |surface: &Surface| surface.bsdf.albedo() != DVec3::ZERO;
+        let total: f64 = scene
+            .primitives()
+            .map(|(geometry, _)| area(&geometry))
+            .sum();
+        let target = total / f64::from(fineness.patches);
+        let mut mesh = Self {
+            elements: Vec::new(),
+            nodes: Vec::new(),
+            divisions: Vec::new(),
+            target: target * 0.25f64.powi(fineness.halvings as i32),
+        };
+        for (geometry, surface) in scene.primitives() {
+            let division = if reflects(surface) {
+                mesh.divide(&geometry, surface, target, fineness.halvings)
+            } else {
+                Division::Black
+            };
+            mesh.divisions.push(division);
+        }
+        Ok(mesh)
+    }
+
+    /// Every side of every patch.
+    pub fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// How many points irradiance is computed at.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn divide(
+        &mut self,
+        geometry: &Geometry,
+        surface: &Surface,
+        target: f64,
+        halvings: u32,
+    ) -> Division {
+        match *geometry {
+            Geometry::Triangle(corners) => {
+                let parts = ((area(geometry) / target).sqrt().ceil() as u32).max(1) << halvings;
+                let first = self.elements.len();
+                for front in [true, false] {
+                    for corners in split(corners, parts) {
+                        let nodes = triangle_nodes(corners);
+                        let patch = Patch::flat(corners, front);
+                        self.push(patch, &nodes, surface, front);
+                    }
+                }
+                Division::Triangle {
+                    corners,
+                    parts,
+                    first,
+                }
+            }
+            Geometry::Sphere(sphere) => {
+                let first = self.elements.len();
+                for front in [true, false] {
+                    for patch in sphere_patches(&sphere, front, target, halvings).concat() {
+                        self.push(Patch::Curved(patch), &patch.nodes(), surface, front);
+                    }
+                }
+                let bands = sphere_patches(&sphere, true, target, halvings);
+                let mut start = first;
+                let place = |band: &Vec<SpherePatch>| {
+                    let place = (band.len(), start);
+                    start += band.len();
+                    place
+                };
+                Division::Sphere {
+                    sphere,
+                    bands: bands.iter().map(place).collect(),
+                    count: (self.elements.len() - first) / 2,
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, patch: Patch, points: &[DVec3], surface: &Surface, front: bool) {
+        let start = self.nodes.len();
+        self.nodes.extend(points.iter().map(|&point| Node {
+            point,
+            normal: patch.normal(point),
+        }));
+        self.elements.push(Element {
+            area: patch.area(),
+            patch,
+            albedo: surface.bsdf.albedo(),
+            emission: if front { surface.emission } else { DVec3::ZERO },
+            nodes: start..self.nodes.len(),
+        });
+    }
+
+    /// The element that a ray hit, and the weights of its nodes at the point: linear on triangles,
+    /// bilinear in height and azimuth on spheres. `None` on black surfaces.
+    pub(super) fn locate(&self, hit: &Hit, ray: &Ray) -> Option<(&Element, [f64; 4])> {
+        let front = hit.normal.dot(ray.direction) < 0.0;
+        match &self.divisions[hit.primitive as usize] {
+            Division::Black => None,
+            Division::Triangle {
+                corners,
+                parts,
+                first,
+            } => {
+                let (place, weights) = locate_in_triangle(*corners, *parts, hit.point);
+                let back = if front { 0 } else { (parts * parts) as usize };
+                Some((&self.elements[first + back + place], weights))
+            }
+            Division::Sphere {
+                sphere,
+                bands,
+                count,
+            } => {
+                let offset = (hit.point - sphere.centre) / sphere.radius;
+                let [top, bottom] = inclinations(sphere);
+                let down = (offset.z.clamp(-1.0, 1.0).acos() - top) / (bottom - top);
+                let band = ((down * bands.len() as f64) as usize).min(bands.len() - 1);
+                let (columns, first) = bands[band];
+                let turn = azimuth(offset) / TAU * columns as f64;
+                let column = (turn as usize).min(columns - 1);
+                let back = if front { 0 } else { *count };
+                let element = &self.elements[first + back + column];
+                let Patch::Curved(patch) = &element.patch else {
+                    return None;
+                };
+                Some((element, patch.weights(offset.z, azimuth(offset))))
+            }
+        }
+    }
+}
+
+/// More patches than this are refused before they are made.
+const HOPELESS: u64 = 100_000;
+
+/// Refuses what radiosity cannot do.
+fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
+    if fineness.patches == 0 || fineness.halvings > 8 {
+        return Err(Error::Option(format!(
+            "{} patches, halved {} times, are no mesh: take at least one patch and at most 8 halvings",
+            fineness.patches, fineness.halvings
+        )));
+    }
+    // Far beyond what fits, already the mesh would not: a patch has about half a node of its own.
+    let patches = u64::from(fineness.patches) << (2 * fineness.halvings);
+    if patches > HOPELESS {
+        crate::integrator::radiosity::refuse_memory(patches / 2, patches)?;
+    }
+    let refuse = |what: &str| {
+        Err(Error::Scene {
+            scene: scene.name().to_owned(),
+            message: format!(
+                "radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"
+            ),
+        })
+    };
+    if !scene.background().is_black() {
+        return refuse("a background that emits");
+    }
+    for (_, surface) in scene.primitives() {
+        match surface.bsdf {
+            Bsdf::Mirror { .. } => return refuse("mirrors"),
+            Bsdf::Glass { .. } => return refuse("glass"),
+            Bsdf::Black | Bsdf::Lambert { .. } => {}
+            _ => return refuse("rough surfaces"),
+        }
+    }
+    Ok(())
+}
+
+fn area(geometry: &Geometry) -> f64 {
+    match geometry {
+        Geometry::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
+        Geometry::Sphere(sphere) => sphere.area(),
+    }
+}
+
+/// Inclinations of the upper and lower end of a sphere's zone.
+fn inclinations(sphere: &Sphere) -> [f64; 2] {
+    let [low, high] = sphere.heights().map(|z| z / sphere.radius);
+    [high.acos(), low.acos()]
+}
+
+/// The front (or back) of a sphere's zone as patches of about the area `target`, in bands from the
+/// upper end; then both sides of each are halved so many times.
+pub(super) fn sphere_patches(
+    sphere: &Sphere,
+    front: bool,
+    target: f64,
+    halvings: u32,
+) -> Vec<Vec<SpherePatch>> {
+    let side = target.sqrt();
+    let [top, bottom] = inclinations(sphere);
+    let coarse = ((sphere.radius * (bottom - top) / side).ceil() as u32).max(2);
+    let bands = coarse << halvings;
+    let inclination = |share: f64| top + (bottom - top) * share;
+    let height = |band: u32| inclination(f64::from(band) / f64::from(bands)).cos();
+    let band = |band: u32| {
+        // As many columns as the band has that was halved.
+        let middle = inclination((f64::from(band >> halvings) + 0.5) / f64::from(coarse));
+        let around = TAU * sphere.radius * middle.sin();
+        let columns = ((around / side).ceil() as u32).max(3) << halvings;
+        let turn = |column: u32| TAU * f64::from(column) / f64::from(columns);
+        let patch = |column: u32| SpherePatch {
+            centre: sphere.centre,
+            radius: sphere.radius,
+            heights: [height(band), height(band + 1)],
+            azimuths: [turn(column), turn(column + 1)],
+            outward: front != sphere.inward,
+        };
+        (0..columns).map(patch).collect()
+    };
+    (0..bands).map(band).collect()
+}
+
+/// The n² equal parts of a triangle, row by row along its second edge.
+fn split([a, b, c]: [DVec3; 3], n: u32) -> Vec<[DVec3; 3]> {
+    let step = |k: u32| f64::from(k) / f64::from(n);
+    let corner = move |i: u32, j: u32| a + step(i) * (b - a) + step(j) * (c - a);
+    let mut parts = Vec::new();
+    for i in 0..n {
+        for j in 0..n - i {
+            parts.push([corner(i, j), corner(i + 1, j), corner(i, j + 1)]);
+            if i + j + 1 < n {
+                parts.push([corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)]);
+            }
+        }
+    }
+    parts
+}
+
+/// The place of a point's part in the order of [`split`], and the weights of its nodes.
+fn locate_in_triangle([a, b, c]: [DVec3; 3], n: u32, point: DVec3) -> (usize, [f64; 4]) {
+    let across = (b - a).cross(c - a);
+    let squared = across.length_squared();
+    let [u, v] = [(point - a).cross(c - a), (b - a).cross(point - a)]
+        .map(|part| (part.dot(across) / squared).max(0.0) * f64::from(n));
+    let i = (u as u32).min(n - 1);
+    let j = (v as u32).min(n - 1 - i);
+    let [s, t] = [u - f64::from(i), v - f64::from(j)];
+    let upper = s + t > 1.0 && i + j + 1 < n;
+    let [i, j, n] = [i, j, n].map(|k| k as usize);
+    let place = 2 * n * i - i * i + 2 * j + usize::from(upper);
+    let barycentric = if upper {
+        [s + t - 1.0, 1.0 - s, 1.0 - t]
+    } else {
+        [1.0 - s - t, s, t]
+    };
+    // Linear, 1 at the node near its corner and 0 at the other two.
+    let [w0, w1, w2] = barycentric.map(|w| 2.0 * w - 1.0 / 3.0);
+    (place, [w0, w1, w2, 0.0])
+}
+
+fn triangle_nodes([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
+    let sixth = (a + b + c) / 6.0;
+    [a, b, c].map(|corner| sixth + 0.5 * corner)
+}

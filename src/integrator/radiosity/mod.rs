@@ -1,0 +1,408 @@
+//! Radiosity: the light of a scene of Lambert surfaces, by finite elements instead of random paths.
+//!
+//! Direct light is computed where it is asked for. Light that has met at least one surface is
+//! solved for on a mesh, with the radiance that leaves a patch constant over it and irradiance
+//! linear, and read from the mesh. Nothing is random: the error is that of the mesh, and refining
+//! the mesh shows it.
+
+mod direct;
+mod mesh;
+mod patch;
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use mesh::{Element, Fineness, Mesh};
+pub use patch::{Patch, SpherePatch, is_near};
+
+use super::{Estimator, NextEvent, Standard};
+use crate::error::Error;
+use crate::geometry::form_factor;
+use crate::geometry::form_factor::Polygon;
+use crate::geometry::shape::{Hit, Ray};
+use crate::material::{Scattering, lambert};
+use crate::sampling::sampler::Sampler;
+use crate::scene::Scene;
+use direct::Light;
+use mesh::Node;
+
+/// The radiance that leaves a Lambert surface, B/π of [`crate::equation::RADIOSITY`].
+#[inline]
+pub fn leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+    emitted + lambert(albedo) * irradiance
+}
+
+/// The solution is good enough when no patch's radiance is further than this from what it should
+/// be, relative to the largest.
+pub const RESIDUAL: f64 = 1e-6;
+/// After so many sweeps without coming that near, the work ends: the albedo of a closed scene is 1
+/// or all but that.
+const MOST_SWEEPS: u32 = 10_000;
+/// The most memory that form factors may take, in bytes.
+pub const MOST_MEMORY: u64 = 3 << 30;
+
+/// A form factor from a node to an element.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    element: u32,
+    factor: f32,
+}
+
+/// The form factors from every node of a mesh to every element that it sees.
+#[derive(Clone, Debug)]
+pub struct FormFactors {
+    rows: Vec<Box<[Link]>>,
+}
+
+impl FormFactors {
+    /// Computes them: each pair in closed form where it is flat, times the visibility of one point
+    /// in the midst of what is seen. `row_done` is called after each node with 1, from any thread;
+    /// when it returns false, the work ends.
+    ///
+    /// # Errors
+    /// [`Error::Option`] before any work if they may take more than [`MOST_MEMORY`];
+    /// [`Error::Interrupted`].
+    pub fn new<P: FiniteElements + NextEvent + Scattering>(
+        parts: &P,
+        scene: &Scene,
+        mesh: &Mesh,
+        row_done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<Self, Error> {
+        check_memory(mesh)?;
+        let rows = mesh
+            .nodes
+            .par_iter()
+            .map(|node| {
+                let row = row(parts, scene, mesh, node);
+                row_done(1).then_some(row).ok_or(Error::Interrupted)
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self { rows })
+    }
+
+    /// F from a node to every element that it sees, as the element's index and the factor.
+    fn of_node(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let pair = |link: &Link| (link.element as usize, f64::from(link.factor));
+        self.rows[node].iter().map(pair)
+    }
+
+    /// F from an element to every element: the mean of its nodes'.
+    pub fn of_element(&self, mesh: &Mesh, element: usize) -> Vec<f64> {
+        let mut factors = vec![0.0; mesh.elements.len()];
+        let nodes = mesh.elements[element].nodes.clone();
+        let share = 1.0 / nodes.len() as f64;
+        for (other, factor) in nodes.flat_map(|node| self.of_node(node)) {
+            factors[other] += share * factor;
+        }
+        factors
+    }
+
+    /// The irradiance that a node receives from elements of these radiances, divided by π.
+    fn gather(&self, node: usize, radiances: &[DVec3]) -> DVec3 {
+        self.of_node(node)
+            .map(|(element, factor)| factor * radiances[element])
+            .sum()
+    }
+}
+
+fn row<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    mesh: &Mesh,
+    node: &Node,
+) -> Box<[Link]> {
+    let link = |(element, sight): (u32, patch::Sight)| {
+        parts
+            .visible(scene, (node.point, node.normal), sight.target, false)
+            .then_some(Link {
+                element,
+                factor: sight.factor as f32,
+            })
+    };
+    (0..)
+        .zip(&mesh.elements)
+        .filter_map(|(i, element)| {
+            let sight = element.patch.sight(parts, node.point, node.normal)?;
+            link((i, sight))
+        })
+        .collect()
+}
+
+/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]: of the four pairs of sides
+/// of two patches one at most sees the other, unless a patch is cut by the plane of the other.
+///
+/// # Errors
+/// [`Error::Option`].
+pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
+    let [nodes, elements] = [mesh.nodes.len(), mesh.elements.len()].map(|n| n as u64 / 2);
+    refuse_memory(nodes, elements)
+}
+
+/// [`check_memory`] by the numbers of nodes and elements on one side.
+fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
+    let bytes = nodes
+        .saturating_mul(elements)
+        .saturating_mul(size_of::<Link>() as u64);
+    if bytes > MOST_MEMORY {
+        return Err(Error::Option(format!(
+            "the form factors of {elements} patches take up to {:.1} GiB of memory, more than {:.1}: \
+             take fewer patches",
+            bytes as f64 / 2f64.powi(30),
+            MOST_MEMORY as f64 / 2f64.powi(30)
+        )));
+    }
+    Ok(())
+}
+
+/// Where the light that has met a surface is computed when it is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReadOut {
+    /// At the nodes of the mesh, and interpolated.
+    #[default]
+    Interpolated,
+    /// At the very point, from every patch that it sees ("final gather"): as costly as a node.
+    Gathered,
+}
+
+/// A scene whose light is solved for. As an estimator it draws no random numbers; it must be given
+/// the scene that it was made for.
+#[derive(Clone, Debug)]
+pub struct Radiosity<P = Standard> {
+    parts: P,
+    mesh: Mesh,
+    lights: Vec<Light>,
+    /// Radiance that every element sends to others, without what it emits.
+    exchanged: Vec<DVec3>,
+    /// Irradiance at every node: direct, and from other elements.
+    direct: Vec<DVec3>,
+    indirect: Vec<DVec3>,
+    residual: f64,
+    sweeps: u32,
+    read_out: ReadOut,
+}
+
+impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
+    /// Solves for the light of a scene; `row_done` as for [`FormFactors::new`].
+    ///
+    /// # Errors
+    /// What [`Mesh::new`] and [`FormFactors::new`] refuse; [`Error::Scene`] for one whose light
+    /// does not settle.
+    pub fn new(
+        parts: P,
+        scene: &Scene,
+        fineness: Fineness,
+        row_done: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<Self, Error> {
+        let mesh = Mesh::new(scene, fineness)?;
+        let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
+        let lights = Light::of(scene, mesh.target);
+        let direct = mesh
+            .nodes
+            .par_iter()
+            .map(|node| arriving(&parts, scene, &lights, node))
+            .collect();
+        let mut solution = Self {
+            exchanged: vec![DVec3::ZERO; mesh.elements.len()],
+            indirect: vec![DVec3::ZERO; mesh.nodes.len()],
+            parts,
+            mesh,
+            lights,
+            direct,
+            residual: f64::INFINITY,
+            sweeps: 0,
+            read_out: ReadOut::default(),
+        };
+        solution.solve(scene, &factors)?;
+        Ok(solution)
+    }
+
+    /// The same solution read in another way.
+    pub fn read(self, read_out: ReadOut) -> Self {
+        Self { read_out, ..self }
+    }
+
+    /// Gauss-Seidel: each sweep renews every element from the newest radiances of the others. The
+    /// errors shrink at least as the largest albedo's powers.
+    fn solve(&mut self, scene: &Scene, factors: &FormFactors) -> Result<(), Error> {
+        while !self.parts.solved(self.residual, self.sweeps) {
+            if self.sweeps == MOST_SWEEPS || self.residual.is_nan() {
+                return Err(Error::Scene {
+                    scene: scene.name().to_owned(),
+                    message: "its light does not settle: some albedo is too near 1".to_owned(),
+                });
+            }
+            for i in 0..self.exchanged.len() {
+                self.exchanged[i] =
+                    self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
+            }
+            for node in 0..self.indirect.len() {
+                self.indirect[node] = PI * factors.gather(node, &self.exchanged);
+            }
+            self.sweeps += 1;
+            self.residual = self.largest_residual();
+            self.check_numbers()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses irradiances that are no numbers, which maxima pass over; overflow is the residual's.
+    fn check_numbers(&self) -> Result<(), Error> {
+        let mut nodes = self.mesh.nodes.iter().zip(&self.direct).zip(&self.indirect);
+        match nodes.find(|((_, direct), indirect)| (**direct + **indirect).is_nan()) {
+            Some(((node, _), _)) if !self.residual.is_nan() => Err(Error::Radiance {
+                value: f64::NAN,
+                place: format!(" as the irradiance at {}", node.point),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What an element sends if its nodes have this irradiance from others: that of the whole patch
+    /// is the nodes' mean.
+    fn renewed(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
+        let Element {
+            albedo,
+            emission,
+            ref nodes,
+            ..
+        } = self.mesh.elements[element];
+        let count = nodes.len() as f64;
+        let irradiance: DVec3 = nodes.clone().map(|n| self.direct[n] + indirect(n)).sum();
+        let leaving = self.parts.leaving(albedo, emission, irradiance / count);
+        self.parts.exchanged(leaving, emission)
+    }
+
+    fn largest_residual(&self) -> f64 {
+        let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+        for (i, sent) in self.exchanged.iter().enumerate() {
+            let renewed = self.renewed(i, |node| self.indirect[node]);
+            error = error.max((renewed - *sent).abs().max_element());
+            largest = largest.max(sent.max_element());
+        }
+        match largest {
+            // Of numbers beyond the largest there is no telling.
+            f64::INFINITY => f64::NAN,
+            0.0 => 0.0,
+            _ => error / largest,
+        }
+    }
+
+    /// The largest difference between the two sides of (radiosity), relative to the largest
+    /// radiance.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// How many sweeps it took.
+    pub fn sweeps(&self) -> u32 {
+        self.sweeps
+    }
+
+    /// Every side of every patch, with its mean irradiance.
+    pub fn irradiances(&self) -> impl Iterator<Item = (&Element, DVec3)> {
+        self.mesh.elements.iter().map(|element| {
+            let nodes = element.nodes.clone();
+            let sum: DVec3 = nodes.map(|n| self.direct[n] + self.indirect[n]).sum();
+            (element, sum / element.nodes.len() as f64)
+        })
+    }
+
+    /// The irradiance at a point that a ray hit; zero on black surfaces.
+    pub fn irradiance(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> DVec3 {
+        let Some((element, weights)) = self.mesh.locate(hit, ray) else {
+            return DVec3::ZERO;
+        };
+        let at = Node {
+            point: hit.point,
+            normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
+        };
+        let direct = arriving(&self.parts, scene, &self.lights, &at);
+        let indirect = match self.read_out {
+            ReadOut::Interpolated => {
+                let nodes = element.nodes.clone().zip(weights);
+                let sum: DVec3 = nodes.map(|(node, w)| w * self.indirect[node]).sum();
+                // Where light ends abruptly a line through the nodes can fall below zero.
+                sum.max(DVec3::ZERO)
+            }
+            ReadOut::Gathered => {
+                let links = row(&self.parts, scene, &self.mesh, &at);
+                let sent =
+                    |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
+                PI * links.iter().map(sent).sum::<DVec3>()
+            }
+        };
+        direct + indirect
+    }
+}
+
+/// The irradiance from all emitters.
+fn arriving<P: FiniteElements + NextEvent + Scattering>(
+    parts: &P,
+    scene: &Scene,
+    lights: &[Light],
+    at: &Node,
+) -> DVec3 {
+    let lights = lights.iter();
+    lights.map(|light| light.irradiance(parts, scene, at)).sum()
+}
+
+impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
+    fn radiance<R: Sampler>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: Option<Hit>,
+        _rng: &mut R,
+    ) -> DVec3 {
+        let Some(hit) = hit else {
+            return scene.background().radiance(ray.direction);
+        };
+        let albedo = scene.surface(&hit).bsdf.albedo();
+        let irradiance = self.irradiance(scene, ray, &hit);
+        self.parts
+            .leaving(albedo, scene.emitted(&hit, ray.direction), irradiance)
+    }
+}
+
+/// The replaceable parts of radiosity.
+pub trait FiniteElements: Sync {
+    /// The form factor of a polygon above the horizon, relative to the receiver.
+    #[inline]
+    fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
+        form_factor::polygon(normal, corners)
+    }
+    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by
+    /// the receiver's cosine and the solid angle per area.
+    #[inline]
+    fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
+        cosine * solid_angle
+    }
+    /// Whether a part of a sphere is so near for its area that it is divided.
+    #[inline]
+    fn is_near(&self, area: f64, distance_squared: f64) -> bool {
+        is_near(area, distance_squared)
+    }
+    /// The part of a polygon above the horizon.
+    #[inline]
+    fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
+        polygon.above(normal)
+    }
+    /// The radiance that leaves a Lambert surface.
+    #[inline]
+    fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
+        leaving(albedo, emitted, irradiance)
+    }
+    /// What patches send each other of the radiance that leaves them: all but what they emit, which
+    /// arrives as direct light.
+    #[inline]
+    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+        leaving - emitted
+    }
+    /// Whether the radiosities are good enough after so many sweeps.
+    #[inline]
+    fn solved(&self, residual: f64, _sweeps: u32) -> bool {
+        residual <= RESIDUAL
+    }
+}

@@ -1,0 +1,247 @@
+//! Patches and the form factors from points to them.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use super::FiniteElements;
+use crate::geometry::form_factor::Polygon;
+use crate::integrator::NextEvent;
+use crate::material::Scattering;
+
+/// One side of a piece of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Patch {
+    /// A polygon, counter-clockwise from its side.
+    Flat {
+        /// Its corners.
+        polygon: Polygon,
+        /// The unit normal of its side.
+        normal: DVec3,
+    },
+    /// A part of a sphere.
+    Curved(SpherePatch),
+}
+
+/// A part of a sphere between two circles of latitude and two meridians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpherePatch {
+    /// The sphere's centre.
+    pub centre: DVec3,
+    /// Its radius.
+    pub radius: f64,
+    /// Upper and lower height over the centre as shares of the radius.
+    pub heights: [f64; 2],
+    /// Azimuths of the meridians, radians.
+    pub azimuths: [f64; 2],
+    /// Whether this is the outer side.
+    pub outward: bool,
+}
+
+/// What a point receives from a patch if nothing hides it.
+pub(super) struct Sight {
+    /// The form factor.
+    pub factor: f64,
+    /// A point in the midst of what is seen, and its normal.
+    pub target: (DVec3, DVec3),
+}
+
+/// A point this near to a patch's plane, relative to its distance, is in the plane.
+const IN_PLANE: f64 = 1e-9;
+/// Form factors below this are rounding: those of slivers at the horizon.
+const FAINTEST: f64 = 1e-12;
+/// Parts of a sphere's patch that are larger than this share of their squared distance are divided.
+const NEAR: f64 = 1.0 / 16.0;
+/// Whether a part of this area at this squared distance is divided.
+#[inline]
+pub fn is_near(area: f64, distance_squared: f64) -> bool {
+    area > NEAR * distance_squared
+}
+
+/// How often at most: what is nearer is seen coarsely.
+const DIVISIONS: u32 = 3;
+
+impl Patch {
+    /// The front (or back) of a triangle or of a parallelogram.
+    pub(super) fn flat<const N: usize>(mut corners: [DVec3; N], front: bool) -> Self {
+        if !front {
+            corners.reverse();
+        }
+        let normal = (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .normalize();
+        Self::Flat {
+            polygon: Polygon::new(&corners),
+            normal,
+        }
+    }
+
+    /// The unit normal at a point of the patch.
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        match self {
+            Self::Flat { normal, .. } => *normal,
+            Self::Curved(patch) => patch.normal(point),
+        }
+    }
+
+    /// The area: that of the sphere itself for its patches.
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Flat { polygon, .. } => {
+                let corners = polygon.corners();
+                let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+                0.5 * pairs.map(|(a, b)| a.cross(*b)).sum::<DVec3>().length()
+            }
+            Self::Curved(patch) => patch.area(),
+        }
+    }
+
+    /// What a point with a unit normal sees of the patch; `None` if one is behind the other.
+    #[inline]
+    pub(super) fn sight<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<Sight> {
+        match self {
+            Self::Flat {
+                polygon,
+                normal: own,
+            } => {
+                let offset = polygon.corners()[0] - point;
+                if -offset.dot(*own) <= IN_PLANE * offset.length() {
+                    return None;
+                }
+                let seen = parts.horizon(normal, &polygon.seen_from(point));
+                if seen.corners().len() < 3 {
+                    return None;
+                }
+                let factor = parts.form_factor(normal, seen.corners());
+                // What is no number must not pass for what is too faint.
+                let faint = factor <= FAINTEST;
+                (!faint).then(|| Sight {
+                    factor,
+                    target: (point + seen.middle(), *own),
+                })
+            }
+            Self::Curved(patch) => patch.sight(parts, point, normal),
+        }
+    }
+}
+
+impl SpherePatch {
+    fn normal(&self, point: DVec3) -> DVec3 {
+        let outward = (point - self.centre) / self.radius;
+        if self.outward { outward } else { -outward }
+    }
+
+    /// R² times height times azimuth (Archimedes).
+    fn area(&self) -> f64 {
+        let [high, low] = self.heights;
+        let [from, to] = self.azimuths;
+        self.radius * self.radius * (high - low) * (to - from)
+    }
+
+    /// The point at shares of the height (from above) and of the azimuth: uniform in area.
+    fn point(&self, down: f64, around: f64) -> DVec3 {
+        let [high, low] = self.heights;
+        let [from, to] = self.azimuths;
+        let z = high + down * (low - high);
+        let (sin, cos) = (from + around * (to - from)).sin_cos();
+        let rho = (1.0 - z * z).max(0.0).sqrt();
+        self.centre + self.radius * DVec3::new(rho * cos, rho * sin, z)
+    }
+
+    /// The 2 × 2 Gauss points.
+    pub(super) fn nodes(&self) -> [DVec3; 4] {
+        let [low, high] = gauss();
+        [[low, low], [low, high], [high, low], [high, high]].map(|[s, t]| self.point(s, t))
+    }
+
+    /// The weights of the nodes in the bilinear interpolation at a height and azimuth.
+    pub(super) fn weights(&self, height: f64, azimuth: f64) -> [f64; 4] {
+        let share = |[from, to]: [f64; 2], x: f64| (x - from) / (to - from);
+        let [low, high] = gauss();
+        let linear = |x: f64| [(high - x) / (high - low), (x - low) / (high - low)];
+        let down = linear(share(self.heights, height));
+        let around = linear(share(self.azimuths, azimuth));
+        [
+            down[0] * around[0],
+            down[0] * around[1],
+            down[1] * around[0],
+            down[1] * around[1],
+        ]
+    }
+
+    /// Four parts of equal area.
+    fn quarters(&self) -> [Self; 4] {
+        let middle = |[a, b]: [f64; 2]| 0.5 * (a + b);
+        let [z, phi] = [middle(self.heights), middle(self.azimuths)];
+        let halves = |[a, b]: [f64; 2], m: f64| [[a, m], [m, b]];
+        let [upper, lower] = halves(self.heights, z);
+        let [left, right] = halves(self.azimuths, phi);
+        [(upper, left), (upper, right), (lower, left), (lower, right)].map(|(heights, azimuths)| {
+            Self {
+                heights,
+                azimuths,
+                ..*self
+            }
+        })
+    }
+
+    /// The form factor by the midpoint rule, exact from the sphere's own inside, where the
+    /// integrand is constant.
+    fn sight<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        point: DVec3,
+        normal: DVec3,
+    ) -> Option<Sight> {
+        let distance = (point - self.centre).length();
+        if self.outward && distance <= self.radius * (1.0 + IN_PLANE) {
+            return None;
+        }
+        let mut found = (0.0, 0.0, (DVec3::ZERO, DVec3::ZERO));
+        self.add(parts, (point, normal), DIVISIONS, &mut found);
+        let (factor, _, target) = found;
+        (factor > FAINTEST).then_some(Sight { factor, target })
+    }
+
+    /// Adds a part's form factor; `found` holds the sum, the largest part and where it is.
+    fn add<P: FiniteElements + NextEvent + Scattering>(
+        &self,
+        parts: &P,
+        (point, normal): (DVec3, DVec3),
+        divisions: u32,
+        found: &mut (f64, f64, (DVec3, DVec3)),
+    ) {
+        let y = self.point(0.5, 0.5);
+        let area = self.area();
+        let offset = y - point;
+        let distance_squared = offset.length_squared();
+        if divisions > 0 && parts.is_near(area, distance_squared) {
+            for quarter in self.quarters() {
+                quarter.add(parts, (point, normal), divisions - 1, found);
+            }
+            return;
+        }
+        let direction = offset / distance_squared.sqrt();
+        let own = self.normal(y);
+        let cosine = parts.cosine(normal, direction);
+        let across = parts.cosine(own, -direction);
+        let factor =
+            cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
+        found.0 += factor;
+        if factor > found.1 {
+            found.1 = factor;
+            found.2 = (y, own);
+        }
+    }
+}
+
+/// The Gauss points of two in [0, 1].
+fn gauss() -> [f64; 2] {
+    let half = 0.5 / 3f64.sqrt();
+    [0.5 - half, 0.5 + half]
+}

@@ -1,0 +1,120 @@
+//! The report's Monte Carlo estimator: at each diffuse hit a shadow ray and N sample rays over the
+//! uniform hemisphere, each ended by Russian roulette, at most seven segments from the eye.
+//!
+//! The text does not say what a ray shows that hits an emitter. By (8) all that arrives counts,
+//! once: a hit counts where no shadow ray has looked for the same light, which is before the first
+//! diffuse surface and, from a diffuse surface on, by way of mirrors and glass. The text leaves
+//! that second kind, caustics, to later work (3.3), and [`LightRules::REPORT`] leaves it out.
+
+use super::lanewise::Lanewise;
+use super::next_event::sample_light;
+use super::{Arrival, Integrator, LightRules, Standard, Strategy, Walking};
+use crate::math::real::{Mask, Vector};
+use crate::math::simd::Wide;
+use crate::sampling::lanes::LaneSampler;
+
+/// The report's estimator. Its limit on segments is a bias, [`crate::equation::PATH_LENGTH`].
+#[derive(Clone, Copy, Debug)]
+pub struct Report<P = Standard> {
+    /// Its parts.
+    pub parts: P,
+    /// N of (16): sample rays per diffuse hit; of none there is direct light alone.
+    pub rays: u32,
+    /// Ray segments from the eye at most, whatever the kind of bounce.
+    pub segments: u32,
+    /// How emitters are seen, and whether shadow rays pass glass.
+    pub rules: LightRules,
+}
+
+impl Default for Report {
+    fn default() -> Self {
+        Self {
+            parts: Standard,
+            rays: 1,
+            segments: 7,
+            rules: LightRules::REPORT,
+        }
+    }
+}
+
+impl<P: Walking> Integrator for Report<P> {
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask {
+        let Arrival {
+            scene,
+            paths,
+            surface,
+            active,
+            random,
+            scratch,
+        } = arrival;
+        let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
+        // L_e of (8), where no shadow ray has looked for it.
+        let seen = surface.emits & parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
+        if seen.any() {
+            paths.add(surface.emitted_by_rules(rules), seen);
+        }
+
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
+        let diffuse = active & surface.non_delta;
+        let light = sample_light(
+            parts,
+            scene,
+            surface,
+            rules.shadow_rays(),
+            diffuse,
+            random,
+            scratch,
+        );
+        paths.add(light.reflected, light.arrives);
+
+        // One way on from mirrors and glass. A shadow ray that passes through glass has looked
+        // behind it.
+        let next = surface.sample(parts, active & !diffuse, random);
+        let passes = next
+            .direction
+            .dot(surface.vertex.frame.z)
+            .below(R::splat(0.0));
+        let looked_behind =
+            R::Mask::splat(!rules.caustics) | passes & R::Mask::splat(rules.shadows_pass_glass);
+        let factor = if rules.radiance_factor {
+            next.radiance_factor
+        } else {
+            R::splat(1.0)
+        };
+        let sampled = diffuse | paths.sampled & looked_behind;
+        paths.sampled = sampled;
+
+        // The first segment is always followed, even of none.
+        let remain = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
+        let mut goes_on = next.exists & remain;
+        let (mut direction, mut weight) = (next.direction, next.weight * factor);
+
+        // N sample rays of (16) from diffuse surfaces, each ended by roulette with the surface's
+        // absorption.
+        let asking = diffuse & remain;
+        for _ in 0..self.rays {
+            let (survives, compensation) =
+                parts.lanes_survive_absorption(surface.absorption, random.uniform(asking), asking);
+            let numbers = [random.uniform(survives), random.uniform(survives)];
+            let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
+            let reflected = reflected * (compensation / f64::from(self.rays));
+            // The first that survives goes on at once, the others later.
+            paths.push_branch(
+                surface,
+                sampled_direction,
+                throughput * reflected,
+                sampled,
+                survives & goes_on,
+            );
+            let first = survives & !goes_on;
+            direction = Vector::choose(first, sampled_direction, direction);
+            weight = Vector::choose(first, reflected, weight);
+            goes_on = goes_on | first;
+        }
+        paths.send(surface, direction, throughput * weight, goes_on);
+        goes_on
+    }
+}

@@ -1,0 +1,78 @@
+//! Radiance along rays, each of which draws for itself.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::interaction::SurfaceInteraction;
+use super::path_state::{Arrival, Integrator, PathState};
+use crate::geometry::shape::Ray;
+use crate::math::real::{Mask, Vector};
+use crate::math::simd::{Wide, lanes_of};
+use crate::sampling::lanes::Sources;
+use crate::sampling::sampler::Sampler;
+use crate::scene::Scene;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// The radiance that arrives along rays, in their order, `N` at a time; each is what it would be
+/// alone.
+pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
+    scene: &Scene,
+    estimator: &E,
+    rays: impl Iterator<Item = (Ray, S)>,
+) -> Vec<DVec3> {
+    let lanes: LaneScene<'_, R, N> = LaneScene::new(scene);
+    let mut rays = rays.enumerate();
+    let mut radiances = Vec::new();
+    let mut random: Sources<S, N> = Sources(from_fn(|_| None));
+    let (mut number, mut busy) = ([0; N], 0_u32);
+    let mut paths: PathState<R, N> = PathState::new();
+    let mut scratch = IntersectionScratch::new();
+    loop {
+        let mut started: [Option<Ray>; N] = [None; N];
+        for lane in lanes_of(!busy & u32::MAX >> (32 - N)) {
+            if let Some((i, (ray, source))) = rays.next() {
+                (number[lane], random.0[lane], started[lane]) = (i, Some(source), Some(ray));
+                radiances.push(DVec3::ZERO);
+            }
+        }
+        let starting = R::Mask::from_fn(|i| started[i].is_some());
+        if starting.any() {
+            let vector = |of: fn(&Ray) -> DVec3| {
+                R::Vector::from_fn(|i| started[i].as_ref().map_or(DVec3::Z, of))
+            };
+            paths.start(
+                &Ray::new(vector(|ray| ray.origin), vector(|ray| ray.direction)),
+                starting,
+            );
+            busy |= starting.bits();
+        }
+        if busy == 0 {
+            return radiances;
+        }
+        let found = lanes.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
+        let met = found.met.bits();
+        let mut ended = busy & !met;
+        estimator.escape(scene, &mut paths, R::Mask::from_bits(ended));
+        if met != 0 {
+            let surface = SurfaceInteraction::new(lanes, &paths.ray, &found);
+            lanes_of(met).for_each(|lane| paths.hits[lane] += 1);
+            let (paths, surface, active) = (&mut paths, &surface, found.met);
+            let (random, scratch) = (&mut random, &mut scratch);
+            let goes_on = estimator.interact(Arrival {
+                scene: lanes,
+                paths,
+                surface,
+                active,
+                random,
+                scratch,
+            });
+            ended = busy & !goes_on.bits();
+        }
+        ended &= !paths.pop_branches(ended);
+        busy &= !ended;
+        for lane in lanes_of(ended) {
+            radiances[number[lane]] = paths.radiance.lane(lane);
+        }
+    }
+}

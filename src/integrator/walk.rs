@@ -1,0 +1,217 @@
+//! Random walks from hit to hit, for paths from the eye and from lights alike.
+
+use std::array::from_fn;
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::lanewise::Lanewise;
+use super::strategies::PathVertex;
+use super::{LONGEST_PATH, SurfaceInteraction, Walking};
+use crate::error::Error;
+use crate::geometry::shape::{Hit, Ray};
+use crate::material::{Bsdf, Vertex};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::{LANES, LaneMask, Lanes, Lanes3, lanes_of};
+use crate::sampling::lanes::{LaneSampler, Sources};
+use crate::sampling::sampler::Sampler;
+use crate::scene::Scene;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// A walk at one of its hits, before it scatters.
+pub(super) struct WalkHit<'a> {
+    /// The ray that arrived, and what it hit.
+    pub ray: Ray,
+    pub here: Hit,
+    pub bsdf: &'a Bsdf,
+    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
+    /// when the walk leaves the glass, and roulette should not see them. NaN in an endless walk.
+    pub throughput: DVec3,
+    /// Product of the radiance factors on the way.
+    pub factor: f64,
+    /// Whether this is the hit after [`LONGEST_PATH`], where a walk that will not end is given up.
+    pub endless: bool,
+}
+
+/// A walk that is to be followed, for the sake of `item`.
+pub(super) struct PendingWalk<T, S> {
+    pub item: T,
+    /// Its first ray; without one it ends at once.
+    pub ray: Option<Ray>,
+    /// The block of random numbers before that of the first hit.
+    pub block: u32,
+    pub rng: S,
+}
+
+/// An event of a walk: a hit or its end.
+pub(super) enum WalkEvent<'m, 'a, T, S> {
+    /// It has met a surface, whose [`WalkHit::vertex`] is there, too.
+    Hit(&'m mut T, &'m WalkHit<'a>, &'m Vertex, &'m mut S),
+    /// It has ended, and this is what the background shows there, as the start sees it; zero where
+    /// it has not left the scene.
+    End(T, DVec3, S),
+}
+
+/// About how many walks one thread takes at a time: what bidirectional paths keep of them fits its
+/// caches.
+const PORTION: u32 = 256;
+
+/// The numbers below `count` in portions, in parallel.
+pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
+    let portions = (0..count.div_ceil(PORTION)).into_par_iter();
+    portions.map(move |portion| {
+        portion * PORTION..count.min((portion * PORTION).saturating_add(PORTION))
+    })
+}
+
+/// A walk in a lane.
+struct Walk<T> {
+    item: T,
+    block: u32,
+    hits: u32,
+}
+
+/// Follows walks, several at a time and in any order. `event` is told of all hits of a walk in
+/// order and then of its end; at a hit it says whether the walk goes on.
+pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
+    parts: &P,
+    scene: &'a Scene,
+    mut pending: impl Iterator<Item = PendingWalk<T, S>>,
+    mut event: impl FnMut(WalkEvent<'_, 'a, T, S>) -> Result<bool, Error>,
+) -> Result<(), Error> {
+    let lanes: LaneScene<'a, Lanes, LANES> = LaneScene::new(scene);
+    let zero = Lanes3::splat_vector(DVec3::ZERO);
+    let mut ray = Ray::new(zero, Lanes3::splat_vector(DVec3::Z));
+    let (mut throughput, mut factor) = (zero, Lanes::splat(1.0));
+    let mut random: Sources<S, LANES> = Sources(from_fn(|_| None));
+    let mut walks: [Option<Walk<T>>; LANES] = from_fn(|_| None);
+    let mut scratch = IntersectionScratch::new();
+    loop {
+        let mut started: [Option<Ray>; LANES] = [None; LANES];
+        let idle = LaneMask::from_fn(|i| walks[i].is_none()).bits();
+        for lane in lanes_of(idle) {
+            for PendingWalk {
+                item,
+                ray,
+                block,
+                rng,
+            } in pending.by_ref()
+            {
+                if ray.is_some() {
+                    let walk = Walk {
+                        item,
+                        block,
+                        hits: 0,
+                    };
+                    (walks[lane], random.0[lane], started[lane]) = (Some(walk), Some(rng), ray);
+                    break;
+                }
+                event(WalkEvent::End(item, DVec3::ZERO, rng))?;
+            }
+        }
+        let fresh = LaneMask::from_fn(|i| started[i].is_some());
+        if fresh.any() {
+            let new = |old: Lanes3, of: fn(&Ray) -> DVec3| {
+                Lanes3::from_fn(|i| started[i].as_ref().map_or(old.lane(i), of))
+            };
+            ray = Ray::new(
+                new(ray.origin, |ray| ray.origin),
+                new(ray.direction, |ray| ray.direction),
+            );
+            throughput = Vector::choose(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
+            factor = Lanes::choose(fresh, Lanes::splat(1.0), factor);
+        }
+        let busy = LaneMask::from_fn(|i| walks[i].is_some());
+        if !busy.any() {
+            return Ok(());
+        }
+        let found = lanes.closest(&ray, busy, &mut scratch);
+        let met = found.met.bits();
+        let mut going = 0;
+        if met != 0 {
+            let surface = SurfaceInteraction::new(lanes, &ray, &found);
+            let mut endless = 0;
+            for lane in lanes_of(met) {
+                let (Some(walk), Some(rng)) = (&mut walks[lane], &mut random.0[lane]) else {
+                    continue;
+                };
+                walk.hits += 1;
+                rng.block(walk.block + walk.hits);
+                let is_endless = walk.hits > LONGEST_PATH;
+                let here = surface.hit(lane, found.primitive[lane]);
+                let hit = WalkHit {
+                    ray: Ray::new(ray.origin.lane(lane), ray.direction.lane(lane)),
+                    here,
+                    bsdf: &scene.surface(&here).bsdf,
+                    throughput: if is_endless {
+                        DVec3::NAN
+                    } else {
+                        throughput.lane(lane)
+                    },
+                    factor: factor.lane(lane),
+                    endless: is_endless,
+                };
+                going |= u32::from(event(WalkEvent::Hit(
+                    &mut walk.item,
+                    &hit,
+                    &hit.vertex(),
+                    rng,
+                ))?) << lane;
+                endless |= u32::from(is_endless) << lane;
+            }
+            let next = surface.sample(parts, LaneMask::from_bits(going & !endless), &mut random);
+            let scattered = throughput * next.weight;
+            let random = random.uniform(next.exists);
+            let (survives, weight) =
+                parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
+            let onward = surface.spawn_ray(next.direction);
+            let new = |value: Lanes3, old: Lanes3| Vector::choose(survives, value, old);
+            ray = Ray::new(
+                new(onward.origin, ray.origin),
+                new(onward.direction, ray.direction),
+            );
+            throughput = new(scattered * weight, throughput);
+            factor = Lanes::choose(survives, factor * next.radiance_factor, factor);
+            going = survives.bits();
+        }
+        for lane in lanes_of(busy.bits() & !going) {
+            let left = met >> lane & 1 == 0;
+            let shown = || scene.background().radiance(ray.direction.lane(lane));
+            let background = if left {
+                factor.lane(lane) * throughput.lane(lane) * shown()
+            } else {
+                DVec3::ZERO
+            };
+            if let (Some(walk), Some(rng)) = (walks[lane].take(), random.0[lane].take()) {
+                event(WalkEvent::End(walk.item, background, rng))?;
+            }
+        }
+    }
+}
+
+impl<'a> WalkHit<'a> {
+    /// The hit as light that scatters there sees it.
+    #[inline]
+    pub fn vertex(&self) -> Vertex {
+        Vertex::new(&self.here, &self.ray)
+    }
+
+    /// The radiance that an emitter shows here; zero elsewhere.
+    #[inline]
+    pub fn emitted(&self, scene: &Scene) -> DVec3 {
+        scene.emitted(&self.here, self.ray.direction)
+    }
+
+    /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start
+    /// here.
+    #[inline]
+    pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
+        PathVertex::hit(
+            at,
+            self.bsdf,
+            (carried, 1.0 / self.factor),
+            self.here.emitter,
+        )
+    }
+}

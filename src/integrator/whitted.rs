@@ -1,0 +1,88 @@
+//! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
+
+use super::next_event::sample_light;
+use super::{Arrival, Integrator, LightRules, Standard, Walking};
+use crate::math::real::Mask;
+use crate::math::simd::Wide;
+use crate::sampling::lanes::LaneSampler;
+
+/// Shadow rays at diffuse surfaces, and a tree of mirror and glass rays, both branches of glass
+/// weighted by R and 1 − R: emission and direct light of the first diffuse surface, seen through
+/// mirrors and glass alone. Left out is what arrives there in any other way: from a further diffuse
+/// surface, or from an emitter by way of mirrors and glass (caustics), or from the background.
+#[derive(Clone, Copy, Debug)]
+pub struct Whitted<P = Standard> {
+    /// Its parts.
+    pub parts: P,
+    /// Ray segments from the eye at most: the tree doubles at each glass surface. A bias.
+    pub segments: u32,
+    /// How emitters are seen, and whether shadow rays pass glass.
+    pub rules: LightRules,
+}
+
+impl Whitted {
+    /// With the report's limit of seven segments.
+    pub fn new(rules: LightRules) -> Self {
+        Self {
+            parts: Standard,
+            segments: 7,
+            rules,
+        }
+    }
+}
+
+impl<P: Walking> Integrator for Whitted<P> {
+    /// Follows of glass first what is reflected, then what is refracted.
+    fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
+        &self,
+        arrival: Arrival<'_, S, R, N>,
+    ) -> R::Mask {
+        let Arrival {
+            scene,
+            paths,
+            surface,
+            active,
+            random,
+            scratch,
+        } = arrival;
+        let (parts, rules) = (&self.parts, &self.rules);
+        // L_e of (8), as the rules show it.
+        let emits = active & surface.emits;
+        if emits.any() {
+            paths.add(surface.emitted_by_rules(rules), emits);
+        }
+
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
+        let diffuse = active & surface.non_delta;
+        let light = sample_light(
+            parts,
+            scene,
+            surface,
+            rules.shadow_rays(),
+            diffuse,
+            random,
+            scratch,
+        );
+        paths.add(light.reflected, light.arrives);
+
+        // Mirrors and both branches of glass. The first segment is always followed, even of none.
+        let goes_on =
+            active & surface.delta() & R::Mask::from_fn(|i| paths.hits[i] < self.segments);
+        if goes_on.any() {
+            let split = surface.split(parts, rules.radiance_factor, goes_on);
+            let throughput = paths.throughput;
+            let (direction, weight) = split.refracted;
+            let never = R::Mask::splat(false);
+            paths.push_branch(
+                surface,
+                direction,
+                throughput * weight,
+                never,
+                goes_on & split.refracts,
+            );
+            let (direction, weight) = split.reflected;
+            paths.send(surface, direction, throughput * weight, goes_on);
+        }
+        goes_on
+    }
+}

@@ -1,0 +1,318 @@
+//! Surfaces that emit, and how shadow rays pick points on them.
+
+use std::f64::consts::FRAC_1_PI;
+
+use glam::DVec3;
+
+use crate::geometry::offsets::offset_in;
+use crate::geometry::shape::{Sphere, triangle_point};
+use crate::geometry::solid_angle::{SphericalRectangle, SphericalTriangle, VisibleCap};
+use crate::math::real::{Real, Vector};
+use crate::sampling::warp;
+
+/// The shape of an emitter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EmitterShape {
+    /// A parallelogram: a corner and the two edges that leave it. It emits along
+    /// `edges[0] × edges[1]`.
+    Rectangle {
+        /// The corner.
+        corner: DVec3,
+        /// The edges.
+        edges: [DVec3; 2],
+    },
+    /// A triangle; emits to the side from which its vertices run counter-clockwise.
+    Triangle([DVec3; 3]),
+    /// A sphere or a zone of it; emits to the side of its normal.
+    Sphere(Sphere),
+}
+
+/// The shape of an emitter as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub enum SolidAngleShape {
+    /// A rectangle.
+    Rectangle(SphericalRectangle),
+    /// A triangle.
+    Triangle(SphericalTriangle),
+    /// A sphere.
+    Cap(VisibleCap),
+}
+
+impl SolidAngleShape {
+    /// Its solid angle.
+    #[inline]
+    pub fn solid_angle(&self) -> f64 {
+        match self {
+            Self::Rectangle(rectangle) => rectangle.solid_angle,
+            Self::Triangle(triangle) => triangle.solid_angle,
+            Self::Cap(cap) => cap.solid_angle,
+        }
+    }
+
+    /// The point in whose direction two uniform numbers map.
+    #[inline]
+    pub fn sample(&self, random: [f64; 2]) -> DVec3 {
+        match self {
+            Self::Rectangle(rectangle) => rectangle.sample(random),
+            Self::Triangle(triangle) => triangle.sample(random),
+            Self::Cap(cap) => cap.sample(random),
+        }
+    }
+}
+
+/// A diffuse emitter: the same radiance in all directions of its front, nothing behind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// Its shape.
+    pub shape: EmitterShape,
+    /// Radiance L_e, per colour channel.
+    pub radiance: DVec3,
+    /// Its area.
+    pub area: f64,
+    /// The unit normal of the front of a flat shape; not used for spheres.
+    normal: DVec3,
+    /// The middle of the shape.
+    centre: DVec3,
+    /// The radius of a sphere, or of the disc that has the area of a flat shape.
+    radius: f64,
+    /// Points up to this height over a flat shape may lie on it, but for rounding, and may not see
+    /// it.
+    margin: f64,
+}
+
+/// How shadow rays pick emitters, by [flux](crate::light::light_sampler::FluxPicks) if nothing else is said,
+/// and points on them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightSampling {
+    /// Uniform with respect to area.
+    #[default]
+    Area,
+    /// Uniform with respect to the solid angle under which the emitter is seen: rectangles,
+    /// triangles and whole spheres from outside. All else falls back to area.
+    SolidAngle,
+    /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
+    ByShape,
+    /// The same, on emitters that are picked by what they [may contribute](Emitter::contribution).
+    ByContribution,
+}
+
+impl LightSampling {
+    /// Whether an emitter is sampled by solid angle from where that can be done.
+    #[inline]
+    pub fn by_solid_angle(self, emitter: &Emitter) -> bool {
+        match self {
+            Self::Area => false,
+            Self::SolidAngle => true,
+            Self::ByShape | Self::ByContribution => {
+                matches!(emitter.shape, EmitterShape::Sphere(_))
+            }
+        }
+    }
+
+    /// Whether one of so many emitters is picked by what it may contribute, not by its flux.
+    #[inline]
+    pub fn by_contribution(self, count: usize) -> bool {
+        self == Self::ByContribution && count > 1
+    }
+}
+
+/// A point on an emitter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmitterPoint<V = DVec3> {
+    /// The point.
+    pub point: V,
+    /// The unit normal of its front.
+    pub normal: V,
+}
+
+impl Emitter {
+    /// An emitter of the given shape and radiance.
+    pub fn new(shape: EmitterShape, radiance: DVec3) -> Self {
+        let flat = |across: DVec3, area: f64, centre: DVec3| {
+            (
+                area,
+                across.normalize_or_zero(),
+                centre,
+                (area * FRAC_1_PI).sqrt(),
+            )
+        };
+        let (area, normal, centre, radius) = match shape {
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => {
+                let across = a.cross(b);
+                flat(across, across.length(), corner + 0.5 * (a + b))
+            }
+            EmitterShape::Triangle([a, b, c]) => {
+                let across = (b - a).cross(c - a);
+                flat(across, 0.5 * across.length(), (a + b + c) / 3.0)
+            }
+            EmitterShape::Sphere(sphere) => {
+                (sphere.area(), DVec3::ZERO, sphere.centre, sphere.radius)
+            }
+        };
+        Self {
+            shape,
+            radiance,
+            area,
+            normal,
+            centre,
+            radius,
+            margin: 0.0,
+        }
+    }
+
+    /// The same in a scene whose rays leave surfaces from this height over them.
+    pub(crate) fn with_offset(self, offset: f64) -> Self {
+        Self {
+            margin: 2.0 * offset,
+            ..self
+        }
+    }
+
+    /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of
+    /// a surface that faces it, in the mean of all colours. It is above 0 wherever the emitter's
+    /// front can be seen, and 0 on the emitter itself, whether a point there is rounded to either
+    /// side or a ray has just left it.
+    ///
+    /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height
+    /// h over its plane, L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its
+    /// cosine where it is far, as what is seen at a slant is hidden sooner. Of a sphere of radius
+    /// r, L A/4 / max(d², r²).
+    #[inline]
+    pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
+        let all = V::Real::splat;
+        let away = from - V::splat_vector(self.centre);
+        let distance_squared = away.length_squared();
+        let strength = self.strength();
+        let squared = self.radius * self.radius;
+        if let EmitterShape::Sphere(_) = self.shape {
+            return all(0.25 * strength) / distance_squared.at_least(all(squared));
+        }
+        let height = away.dot(V::splat_vector(self.normal));
+        let slant = (height + self.radius) / (distance_squared + squared);
+        V::Real::choose(
+            height.above(offset_in(self.margin)),
+            slant * slant * strength,
+            all(0.0),
+        )
+    }
+
+    /// Area times radiance, the mean of all colours: flux over π.
+    #[inline]
+    pub(crate) fn strength(&self) -> f64 {
+        self.radiance.element_sum() / 3.0 * self.area
+    }
+
+    /// Its area times radiance, its middle, and about the mean squared distance from there.
+    pub(crate) fn as_point(&self) -> (f64, DVec3, f64) {
+        (self.strength(), self.centre, self.radius * self.radius)
+    }
+
+    /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.
+    #[inline]
+    pub fn sample<R: Real>(&self, random: [R; 2]) -> EmitterPoint<R::Vector> {
+        let all = R::Vector::splat_vector;
+        match self.shape {
+            EmitterShape::Rectangle {
+                corner,
+                edges: [a, b],
+            } => EmitterPoint {
+                point: all(corner) + all(a) * random[0] + all(b) * random[1],
+                normal: all(self.normal),
+            },
+            EmitterShape::Triangle(vertices) => {
+                let [u, v] = warp::triangle(random);
+                EmitterPoint {
+                    point: triangle_point(vertices, u, v),
+                    normal: all(self.normal),
+                }
+            }
+            EmitterShape::Sphere(sphere) => {
+                let offset = warp::sphere_zone(random, sphere.radius, sphere.heights());
+                let point = all(sphere.centre) + offset;
+                EmitterPoint {
+                    point,
+                    normal: sphere.normal(point),
+                }
+            }
+        }
+    }
+
+    /// The pdf of [`sample`](Self::sample) with respect to area.
+    #[inline]
+    pub fn pdf_area(&self) -> f64 {
+        1.0 / self.area
+    }
+
+    /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid
+    /// angle of the emitter's visible front, with its pdf with respect to that; `None` where
+    /// [`seen`](Self::seen) is.
+    #[inline]
+    pub fn sample_solid_angle(&self, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
+        let seen = self.seen(from)?;
+        let point = seen.sample(random);
+        let normal = match self.shape {
+            EmitterShape::Sphere(sphere) => sphere.normal(point),
+            EmitterShape::Rectangle { .. } | EmitterShape::Triangle(_) => self.normal,
+        };
+        Some((EmitterPoint { point, normal }, 1.0 / seen.solid_angle()))
+    }
+
+    /// The pdf of [`sample_solid_angle`](Self::sample_solid_angle) with respect to solid angle.
+    #[inline]
+    pub fn pdf_solid_angle(&self, from: DVec3) -> Option<f64> {
+        Some(1.0 / self.seen(from)?.solid_angle())
+    }
+
+    /// [`sample_solid_angle`](Self::sample_solid_angle) from several points, and in which lanes it
+    /// can be; `None` of all but whole spheres, of which each point is asked for alone.
+    #[inline]
+    pub(crate) fn sample_cap<R: Real>(
+        &self,
+        from: R::Vector,
+        random: [R; 2],
+    ) -> Option<(R::Mask, EmitterPoint<R::Vector>, R)> {
+        let EmitterShape::Sphere(sphere) = self.shape else {
+            return None;
+        };
+        let (cap, exists) = VisibleCap::of(from, &sphere)?;
+        let point = cap.sample(random);
+        Some((
+            exists,
+            EmitterPoint {
+                point,
+                normal: sphere.normal(point),
+            },
+            cap.solid_angle.recip(),
+        ))
+    }
+
+    /// The pdf of [`sample_cap`](Self::sample_cap).
+    #[inline]
+    pub(crate) fn pdf_cap<R: Real>(&self, from: R::Vector) -> Option<(R::Mask, R)> {
+        let EmitterShape::Sphere(sphere) = self.shape else {
+            return None;
+        };
+        let (cap, exists) = VisibleCap::of(from, &sphere)?;
+        Some((exists, cap.solid_angle.recip()))
+    }
+
+    /// The emitter as seen from a point; `None` from behind or within, for zones and insides of
+    /// spheres, parallelograms without right angles, and emitters that are too small.
+    #[inline]
+    pub fn seen(&self, from: DVec3) -> Option<SolidAngleShape> {
+        match self.shape {
+            EmitterShape::Rectangle { corner, edges } => {
+                SphericalRectangle::new(from, corner, edges).map(SolidAngleShape::Rectangle)
+            }
+            EmitterShape::Triangle(vertices) => {
+                SphericalTriangle::new(from, vertices).map(SolidAngleShape::Triangle)
+            }
+            EmitterShape::Sphere(ref sphere) => {
+                VisibleCap::new(from, sphere).map(SolidAngleShape::Cap)
+            }
+        }
+    }
+}

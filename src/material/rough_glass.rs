@@ -1,0 +1,130 @@
+//! A rough dielectric: facets of smooth glass (Walter et al., EGSR 2007) with the normals and the
+//! masking of [GGX](crate::material::ggx). Light that meets a second facet is lost.
+//!
+//! Local unit directions. wo is above the horizon, on the side whose index of refraction is 1; wi
+//! below it is transmitted. f is that of flux, or of radiance divided by the square of the index,
+//! which refraction conserves: what multiplies radiance itself is kept apart, as
+//! [`BsdfSample::radiance_factor`](crate::material::BsdfSample).
+//!
+//! A facet at the quantile u of all heights is seen from above, along w, with probability u^Λ(w),
+//! and from below with (1 − u)^Λ(w). In the mean over u, both sides above see 1/(1 + Λ + Λ) of the
+//! facets, but one above and one below B(1 + Λ, 1 + Λ), Euler's beta function: what is high is seen
+//! from above and hidden from below.
+
+use glam::DVec3;
+use statrs::function::beta::ln_beta;
+
+use super::fresnel;
+use super::ggx::{hidden, sample_visible_normal, seen_from_both, visible_normals};
+
+/// A rough surface of glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughGlass {
+    /// Index of refraction on the inner side of the surface, to that on the outer; for wo and wi,
+    /// beyond the surface.
+    pub index: f64,
+    /// α > 0, the width of the slopes' distribution: the square of what artists call roughness.
+    pub alpha: f64,
+}
+
+/// G₂(wo, wi) of [`crate::equation::ROUGH_GLASS_MASKING`], in [0, 1]: which share of the facets is
+/// seen from both of two directions on opposite sides.
+#[inline]
+pub fn seen_from_opposite(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
+    let (o, i) = (hidden(alpha, wo), hidden(alpha, wi));
+    if o.is_finite() && i.is_finite() {
+        ln_beta(1.0 + o, 1.0 + i).exp()
+    } else {
+        0.0
+    }
+}
+
+/// The normal, on the side of wo, of the facets that refract wo into wi, and the solid angle of
+/// such normals per solid angle of wi, of [`crate::equation::ROUGH_GLASS_REFRACTION`]. `None` if no
+/// facet does.
+#[inline]
+pub fn refracting(index: f64, wo: DVec3, wi: DVec3) -> Option<(DVec3, f64)> {
+    let sum = wo + index * wi;
+    let m = sum.normalize() * (1.0 - index).signum();
+    let cosine = -wi.dot(m);
+    (wo.dot(m) > 0.0 && cosine > 0.0).then(|| (m, index * index * cosine / sum.length_squared()))
+}
+
+impl RoughGlass {
+    /// The same surface for directions that are relative to its outer or its inner side.
+    #[inline]
+    pub fn facing(self, outside: bool) -> Self {
+        if outside {
+            self
+        } else {
+            Self {
+                index: self.index.recip(),
+                ..self
+            }
+        }
+    }
+
+    /// Whether its numbers are sound. Where the indices are equal no facet bends light.
+    pub fn is_valid(&self) -> bool {
+        let Self { index, alpha } = *self;
+        index.is_finite()
+            && index > 0.0
+            && (index - 1.0).abs() >= LEAST_STEP
+            && alpha.is_finite()
+            && alpha > 0.0
+    }
+
+    /// F of a facet of which the cosine to wo is known.
+    #[inline]
+    fn fresnel(&self, cosine: f64) -> f64 {
+        fresnel::reflectance(cosine, 1.0, self.index)
+    }
+
+    /// f of [`crate::equation::ROUGH_GLASS`], 1/sr.
+    #[inline]
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let seen = if wi.z > 0.0 {
+            seen_from_both
+        } else {
+            seen_from_opposite
+        }(self.alpha, wo, wi);
+        // The pdf is what f would be if all that is sampled were seen from wi.
+        let density = self.pdf(wo, wi);
+        if density > 0.0 && seen > 0.0 {
+            density * seen * (1.0 + hidden(self.alpha, wo)) / wi.z.abs()
+        } else {
+            0.0
+        }
+    }
+
+    /// A direction: a visible normal by two uniform numbers, reflection or refraction by the third.
+    /// `None` for light that meets a second facet.
+    #[inline]
+    pub fn sample(&self, wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<DVec3> {
+        let m = sample_visible_normal(self.alpha, wo, [r1, r2]);
+        if r3 < self.fresnel(wo.dot(m)) {
+            Some(fresnel::mirror(-wo, m)).filter(|wi| wi.z > 0.0)
+        } else {
+            fresnel::refract(-wo, m, 1.0, self.index).filter(|wi| wi.z < 0.0)
+        }
+    }
+
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle,
+    /// [`crate::equation::ROUGH_GLASS_PDF`], 1/sr.
+    #[inline]
+    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        if wi.z > 0.0 {
+            let m = (wo + wi).normalize();
+            let cosine = wo.dot(m);
+            return self.fresnel(cosine) * visible_normals(self.alpha, wo, m) / (4.0 * cosine);
+        }
+        refracting(self.index, wo, wi).map_or(0.0, |(m, normals_per_direction)| {
+            (1.0 - self.fresnel(wo.dot(m)))
+                * visible_normals(self.alpha, wo, m)
+                * normals_per_direction
+        })
+    }
+}
+
+/// The least difference of the indices: below it half vectors have few digits.
+const LEAST_STEP: f64 = 0.001;

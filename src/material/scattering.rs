@@ -1,0 +1,299 @@
+//! How light goes on at a surface: one interface for all models, and the parts of it that a trial
+//! can replace.
+
+use std::any::Any;
+use std::fmt::Debug;
+
+use glam::DVec3;
+use rand::Rng;
+
+use super::{Bsdf, fresnel};
+use crate::geometry::radiometry;
+use crate::geometry::radiometry::reflected;
+use crate::geometry::shape::{Hit, Ray};
+use crate::math::frame::Frame;
+use crate::math::real::{Real, Vector};
+use crate::sampling::rng::{uniform, uniform2};
+use crate::sampling::warp;
+
+/// A point of a surface as light that scatters there sees it: the frame around the normal on the
+/// side from which a ray came.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<V: Vector = DVec3> {
+    /// The point, world space.
+    pub point: V,
+    /// Its z is the unit normal on the ray's side.
+    pub frame: Frame<V>,
+    /// Unit direction of the ray that came, world space.
+    pub direction: V,
+    /// Towards where the ray came from, local, unit.
+    pub wo: V,
+    /// Whether the ray came from the side to which the surface's own normal points.
+    pub outside: <V::Real as Real>::Mask,
+}
+
+impl Vertex {
+    /// The vertex where a ray hit a surface.
+    #[inline]
+    pub fn new(hit: &Hit, ray: &Ray) -> Self {
+        Self::of(hit.point, hit.normal, ray.direction)
+    }
+
+    /// A vertex at the origin with normal z, whose world space is its local space: `wo` is a unit
+    /// vector above the horizon, `outside` as in [`Vertex`].
+    pub fn local(wo: DVec3, outside: bool) -> Self {
+        Self::of(DVec3::ZERO, if outside { DVec3::Z } else { -DVec3::Z }, -wo)
+    }
+
+    /// The point of a surface where light starts that it emits.
+    #[inline]
+    pub(crate) fn emitting(point: DVec3, normal: DVec3) -> Self {
+        Self::of(point, normal, -normal)
+    }
+}
+
+impl<V: Vector> Vertex<V> {
+    #[inline]
+    pub(crate) fn of(point: V, normal: V, direction: V) -> Self {
+        let cosine = normal.dot(direction);
+        let frame = Frame::new(normal * -V::Real::splat(1.0).copysign(cosine));
+        let wo = frame.local(-direction);
+        Self {
+            point,
+            frame,
+            direction,
+            wo,
+            outside: cosine.below(V::Real::splat(0.0)),
+        }
+    }
+
+    /// The indices of refraction on the ray's side and beyond, of a body of index `index` in air.
+    #[inline]
+    pub fn indices(&self, index: V::Real) -> (V::Real, V::Real) {
+        let air = V::Real::splat(1.0);
+        (
+            Real::choose(self.outside, air, index),
+            Real::choose(self.outside, index, air),
+        )
+    }
+}
+
+/// One way on from a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Unit, away from the surface: in world space from a [`Vertex`], local from local directions.
+    pub direction: DVec3,
+    /// f_r cos θ / p per colour channel; the reflectance of a mirror, 1 for the branch of glass
+    /// that is chosen with its probability. Without the radiance factor.
+    pub weight: DVec3,
+    /// p with respect to solid angle, 1/sr; `None` where the direction has no choice but a few
+    /// (mirror, glass).
+    pub pdf: Option<f64>,
+    /// What refraction multiplies radiance by, which particles that carry flux do without; 1
+    /// elsewhere.
+    pub radiance_factor: f64,
+}
+
+/// A reflection model that is not of this library: opaque, reciprocal, without Dirac distributions.
+/// Local unit directions away from the surface, the normal is z; both are above the horizon.
+pub trait Model: Any + Debug + Send + Sync {
+    /// f_r per colour channel, 1/sr.
+    fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3;
+    /// A direction from two uniform numbers in [0, 1), `None` for no way on; one below the horizon
+    /// is none.
+    fn sample(&self, wo: DVec3, random: [f64; 2]) -> Option<DVec3>;
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
+    /// What a denoiser calls albedo, in [0, 1] per colour channel.
+    fn albedo(&self) -> DVec3;
+}
+
+/// Models are equal if they are one and the same.
+impl PartialEq for dyn Model {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::addr_eq(self, other)
+    }
+}
+
+/// The replaceable parts of scattering, and what is made of them.
+pub trait Scattering: Sync {
+    /// Whether nothing is replaced, here and in the other traits of parts: then all lanes are
+    /// computed at once.
+    #[inline]
+    fn is_standard(&self) -> bool {
+        false
+    }
+    /// R of (12).
+    #[inline]
+    fn fresnel(&self, cos_1: f64, n1: f64, n2: f64) -> f64 {
+        fresnel::reflectance(cos_1, n1, n2)
+    }
+    /// The refracted direction.
+    #[inline]
+    fn refract(&self, d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3> {
+        fresnel::refract(d, n, n1, n2)
+    }
+    /// The factor of refracted radiance.
+    #[inline]
+    fn radiance_factor(&self, n1: f64, n2: f64) -> f64 {
+        fresnel::radiance_factor(n1, n2)
+    }
+    /// The mirror direction.
+    #[inline]
+    fn mirror(&self, d: DVec3, n: DVec3) -> DVec3 {
+        fresnel::mirror(d, n)
+    }
+    /// f_r of (13) or (14), local directions.
+    #[inline]
+    fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
+        bsdf.eval(wo, wi)
+    }
+    /// cos θ of (9).
+    #[inline]
+    fn cosine(&self, normal: DVec3, direction: DVec3) -> f64 {
+        radiometry::cosine(normal, direction)
+    }
+    /// A direction by (18) and (19), local.
+    #[inline]
+    fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
+        warp::uniform_hemisphere(random)
+    }
+    /// Its pdf (17) with respect to solid angle.
+    #[inline]
+    fn uniform_hemisphere_pdf(&self, cos_theta: f64) -> f64 {
+        warp::uniform_hemisphere_pdf(cos_theta)
+    }
+    /// A cosine-weighted direction, local.
+    #[inline]
+    fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
+        warp::cosine_hemisphere(random)
+    }
+    /// Its pdf with respect to solid angle.
+    #[inline]
+    fn cosine_hemisphere_pdf(&self, cos_theta: f64) -> f64 {
+        warp::cosine_hemisphere_pdf(cos_theta)
+    }
+
+    /// The pdf of [`sample`](Self::sample) with respect to solid angle, local directions; 0 for
+    /// mirror and glass.
+    #[inline]
+    fn pdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> f64 {
+        if bsdf.is_sampled_by_cosine() {
+            return self.cosine_hemisphere_pdf(wi.z);
+        }
+        match bsdf {
+            Bsdf::Model(model) if wo.z > 0.0 && wi.z > 0.0 => model.pdf(wo, wi),
+            Bsdf::RoughGlass(glass) if wo.z > 0.0 => glass.pdf(wo, wi),
+            _ => 0.0,
+        }
+    }
+
+    /// A way on from a surface that scatters in all directions, local, from uniform numbers, of
+    /// which the third counts for rough glass only; `None` where it has no density.
+    #[inline]
+    fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
+        let [r1, r2, _] = random;
+        let wi = if bsdf.is_sampled_by_cosine() {
+            self.cosine_hemisphere([r1, r2])
+        } else {
+            bsdf.sample_direction(wo, random)?
+        };
+        let pdf = self.pdf(bsdf, wo, wi);
+        (pdf != 0.0).then(|| self.weighted(bsdf, wo, wi, pdf))
+    }
+
+    /// The same uniform over the hemisphere, whatever the model.
+    #[inline]
+    fn sample_uniform(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> BsdfSample {
+        let wi = self.uniform_hemisphere(random);
+        self.weighted(bsdf, wo, wi, self.uniform_hemisphere_pdf(wi.z))
+    }
+
+    /// What radiance that arrives from a direction is multiplied by: that of refraction for rough
+    /// glass, from behind.
+    #[inline]
+    fn radiance_factor_from(&self, bsdf: &Bsdf, wi: DVec3) -> f64 {
+        match bsdf {
+            Bsdf::RoughGlass(glass) if wi.z < 0.0 => self.radiance_factor(1.0, glass.index),
+            _ => 1.0,
+        }
+    }
+
+    /// A direction of this pdf with its weight.
+    #[inline]
+    fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
+        let brdf = self.brdf(bsdf, wo, wi);
+        let weight = reflected(
+            brdf,
+            DVec3::ONE,
+            self.cosine(DVec3::Z, wi.with_z(wi.z.abs())),
+            pdf,
+        );
+        BsdfSample {
+            direction: wi,
+            weight,
+            pdf: Some(pdf),
+            radiance_factor: self.radiance_factor_from(bsdf, wi),
+        }
+    }
+
+    /// A way on from a vertex, in world space; `None` where light is absorbed. Draws two numbers
+    /// for a model with a density, three for rough glass, one for glass, none for a mirror.
+    #[inline]
+    fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
+        match *bsdf {
+            Bsdf::Black => None,
+            Bsdf::Mirror { reflectance } => Some(BsdfSample {
+                direction: self.mirror(at.direction, at.frame.z),
+                weight: reflectance,
+                pdf: None,
+                radiance_factor: 1.0,
+            }),
+            Bsdf::Glass { index } => Some(self.sample_glass(index, at, uniform(rng))),
+            _ => {
+                let [r1, r2] = uniform2(rng);
+                let local = if bsdf.is_rough_glass() {
+                    self.sample_rough(&bsdf.facing(at.outside), at.wo, [r1, r2, uniform(rng)])?
+                } else {
+                    self.sample_rough(bsdf, at.wo, [r1, r2, 0.0])?
+                };
+                Some(BsdfSample {
+                    direction: at.frame.world(local.direction),
+                    ..local
+                })
+            }
+        }
+    }
+
+    /// One branch of a glass surface: reflection with probability R, from one uniform number.
+    #[inline]
+    fn sample_glass(&self, index: f64, at: &Vertex, random: f64) -> BsdfSample {
+        let (n1, n2) = at.indices(index);
+        let normal = at.frame.z;
+        let reflectance = self.fresnel(-at.direction.dot(normal), n1, n2);
+        let refracted = (random >= reflectance)
+            .then(|| self.refract(at.direction, normal, n1, n2))
+            .flatten();
+        let (direction, radiance_factor) = match refracted {
+            Some(refracted) => (refracted, self.radiance_factor(n1, n2)),
+            None => (self.mirror(at.direction, normal), 1.0),
+        };
+        BsdfSample {
+            direction,
+            weight: DVec3::ONE,
+            pdf: None,
+            radiance_factor,
+        }
+    }
+}
+
+/// The parts that programs run: the library's own functions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Standard;
+
+impl Scattering for Standard {
+    #[inline]
+    fn is_standard(&self) -> bool {
+        true
+    }
+}

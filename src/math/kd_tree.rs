@@ -1,0 +1,198 @@
+//! A kd-tree (Bentley 1975) of points with values: all that lie within a radius, always in the same
+//! order.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::real::{Mask as _, Real as _, Vector as _};
+use super::simd::{LANES, Lanes, Lanes3};
+
+/// Points with values, as a balanced tree without pointers: a range of points is divided near its
+/// middle by a plane, and so are both halves. A short range is a leaf.
+#[derive(Clone, Debug, Default)]
+pub struct KdTree<T> {
+    /// The coordinates of all points, one axis after the other; each list ends with numbers that
+    /// are no point's.
+    points: [Vec<f64>; 3],
+    /// Number i divides a range of points after the first (i + 1) [`LANES`] of all points.
+    planes: Vec<Plane>,
+    values: Vec<T>,
+}
+
+/// Across an axis: no point of the first half lies beyond it, none of the second half before it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    at: f64,
+    axis: u8,
+}
+
+/// A point on its way to its place, instead of its value.
+struct Node {
+    point: DVec3,
+    /// Which of the points it is.
+    index: u32,
+}
+
+/// Slices at least this long are arranged by two threads.
+const PARALLEL: usize = 4096;
+/// The most points of a leaf, all of which are looked at.
+const LEAF: usize = 2 * LANES;
+/// The most points that have one and the same [`KdTree::place`].
+const NEIGHBOURS: usize = 512;
+
+impl<T: Copy> KdTree<T> {
+    /// A tree of finite points, fewer than 2³². The same points in the same order give the same
+    /// tree, whatever the threads.
+    pub fn new(points: &[(DVec3, T)]) -> Self {
+        let node = |(&(point, _), index)| Node { point, index };
+        let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
+        let mut planes = vec![Plane::default(); nodes.len() / LANES];
+        arrange(&mut nodes, &mut planes);
+        let end = [f64::NAN; LANES];
+        let coordinates = |axis: usize| {
+            nodes
+                .iter()
+                .map(|node| node.point[axis])
+                .chain(end)
+                .collect()
+        };
+        let values = nodes
+            .iter()
+            .map(|node| points[node.index as usize].1)
+            .collect();
+        Self {
+            points: [coordinates(0), coordinates(1), coordinates(2)],
+            planes,
+            values,
+        }
+    }
+}
+
+impl<T> KdTree<T> {
+    /// Bytes of memory that each point takes while the tree is made.
+    pub const BYTES: usize =
+        size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
+
+    /// How many points there are.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The values, in the tree's order.
+    pub fn values(&self) -> impl Iterator<Item = &T> {
+        self.values.iter()
+    }
+
+    /// Visits every value whose point p has ‖p − centre‖² ≤ `radius_squared`, in the tree's order.
+    #[inline]
+    pub fn within(&self, centre: DVec3, radius_squared: f64, mut visit: impl FnMut(&T)) {
+        self.walk(0..self.len(), centre, radius_squared, &mut visit);
+    }
+
+    /// About where in the tree's order a point would be: near most of those that lie near it.
+    pub fn place(&self, point: DVec3) -> usize {
+        let mut range = 0..self.len();
+        while range.len() > NEIGHBOURS {
+            let middle = range.start + middle(range.len());
+            let Plane { at, axis } = self.planes[middle / LANES - 1];
+            range = if point[usize::from(axis)] < at {
+                range.start..middle
+            } else {
+                middle..range.end
+            };
+        }
+        range.start
+    }
+
+    fn walk(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
+        if range.len() <= LEAF {
+            return self.scan(range, centre, radius_squared, visit);
+        }
+        let middle = range.start + middle(range.len());
+        let Plane { at, axis } = self.planes[middle / LANES - 1];
+        let offset = centre[usize::from(axis)] - at;
+        let is_near = offset * offset <= radius_squared;
+        if offset < 0.0 || is_near {
+            self.walk(range.start..middle, centre, radius_squared, visit);
+        }
+        if offset > 0.0 || is_near {
+            self.walk(middle..range.end, centre, radius_squared, visit);
+        }
+    }
+
+    /// Looks at each point of a range.
+    #[inline]
+    fn scan(
+        &self,
+        range: Range<usize>,
+        centre: DVec3,
+        radius_squared: f64,
+        visit: &mut impl FnMut(&T),
+    ) {
+        for first in range.clone().step_by(LANES) {
+            let points = Lanes3::of([0, 1, 2].map(|axis| {
+                let coordinates = self.points[axis][first..].first_chunk::<LANES>();
+                Lanes::new(*coordinates.expect("numbers follow the last point"))
+            }));
+            let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
+            let far = distances_squared.above(Lanes::splat(radius_squared)).bits();
+            for (i, value) in self.values[first..range.end.min(first + LANES)]
+                .iter()
+                .enumerate()
+            {
+                if far >> i & 1 == 0 {
+                    visit(value);
+                }
+            }
+        }
+    }
+}
+
+/// After how many points a range is divided: whole [`LANES`], so that all leaves begin with some.
+fn middle(length: usize) -> usize {
+    (length / 2).next_multiple_of(LANES)
+}
+
+/// Divides the slice across its widest axis, and so on in both halves.
+fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
+    if nodes.len() <= LEAF {
+        return;
+    }
+    let (low, high) = nodes.iter().fold(
+        (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        |(low, high), node| (low.min(node.point), high.max(node.point)),
+    );
+    let axis = (high - low).max_position();
+    let middle = middle(nodes.len());
+    let (_, first, _) =
+        nodes.select_nth_unstable_by(middle, |a, b| a.point[axis].total_cmp(&b.point[axis]));
+    let plane = Plane {
+        at: first.point[axis],
+        axis: axis as u8,
+    };
+    let (before, after) = nodes.split_at_mut(middle);
+    // The last of the former is none of the first half's.
+    let (planes_before, planes_after) = planes.split_at_mut(middle / LANES);
+    planes_before[middle / LANES - 1] = plane;
+    if before.len() >= PARALLEL {
+        rayon::join(
+            || arrange(before, planes_before),
+            || arrange(after, planes_after),
+        );
+    } else {
+        arrange(before, planes_before);
+        arrange(after, planes_after);
+    }
+}

@@ -1,0 +1,568 @@
+//! Numbers of several rays at once: eight in double precision, sixteen in single precision.
+
+use std::array::from_fn;
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use glam::DVec3;
+use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
+
+use super::real::{Mask, Real, Vector};
+
+/// How many rays a [`Lanes`] number is of.
+pub const LANES: usize = 8;
+
+/// A number for each of [`LANES`] rays, in double precision.
+pub type Lanes = f64x8;
+
+/// A number for each of [`FOUR`] triangles that one ray is tested against, in double precision.
+pub type Four = f64x4;
+
+/// How many triangles a [`Four`] number is of.
+pub const FOUR: usize = 4;
+
+/// How many rays a [`Singles`] number is of.
+pub const SINGLES: usize = 16;
+
+/// An order of the axes in which the one nearest to a ray's direction is the last, and the frame
+/// right-handed.
+pub trait Axes<R>: Copy + Debug {
+    /// Components in this order.
+    fn turned(self, components: [R; 3]) -> [R; 3];
+}
+
+/// Their numbers.
+impl<R: Copy> Axes<R> for [usize; 3] {
+    #[inline]
+    fn turned(self, components: [R; 3]) -> [R; 3] {
+        self.map(|axis| components[axis])
+    }
+}
+
+/// For each ray whether the last axis is the first, or the second.
+impl<R: Real> Axes<R> for [R::Mask; 2] {
+    #[inline]
+    fn turned(self, [x, y, z]: [R; 3]) -> [R; 3] {
+        let [is_x, is_y] = self;
+        let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
+        [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
+    }
+}
+
+/// Vectors whose axes can be turned so that the one nearest to a direction is the last.
+pub trait Turn: Vector {
+    /// What says the order of the axes.
+    type Axes: Axes<Self::Real>;
+
+    /// The order for a direction.
+    fn axes(direction: Self) -> Self::Axes;
+}
+
+impl Turn for DVec3 {
+    type Axes = [usize; 3];
+
+    #[inline]
+    fn axes(direction: Self) -> Self::Axes {
+        let [x, y, z] = direction.to_array().map(f64::abs);
+        let last = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
+        let next = |axis| if axis == 2 { 0 } else { axis + 1 };
+        [next(last), next(next(last)), last]
+    }
+}
+
+impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
+    type Axes = [R::Mask; 2];
+
+    #[inline]
+    fn axes(direction: Self) -> Self::Axes {
+        let [x, y, z] = direction.components().map(Real::abs);
+        let is_x = x.above(y) & x.above(z);
+        [is_x, !is_x & y.above(z)]
+    }
+}
+
+/// Numbers of `N` rays at once.
+pub trait Wide<const N: usize>: Real<Vector: Turn> {
+    /// A number of one of them.
+    type Scalar: Scalar;
+    /// As many numbers in single precision, where there are several.
+    type Single: Wide<N>;
+
+    /// From the number of each lane.
+    fn of_lanes(lanes: [Self::Scalar; N]) -> Self;
+    /// The number of each lane.
+    fn lanes(self) -> [Self::Scalar; N];
+
+    /// Each lane as an integer, if it is one below 2³¹.
+    fn whole(self) -> [u32; N];
+    /// The same number in each lane.
+    #[inline]
+    fn all(number: Self::Scalar) -> Self {
+        Self::of_lanes([number; N])
+    }
+    /// From a row of numbers for each lane, as many as a multiple of eight.
+    fn of_rows<const K: usize>(rows: [&Row<Self::Scalar, K>; N]) -> [Self; K];
+    /// Rounded to single precision.
+    #[inline]
+    fn single(self) -> Self::Single {
+        Self::Single::of_lanes(
+            self.lanes()
+                .map(|number| Scalar::of_single(number.single())),
+        )
+    }
+}
+
+/// Numbers that one lane takes at once, so placed that this is fast: eight lie in one line of a
+/// cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Row<T, const K: usize>(pub [T; K]);
+
+/// A number of one lane.
+pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync + 'static {
+    /// Whether it is of single precision.
+    const IS_SINGLE: bool;
+
+    /// The nearest to a number.
+    fn rounded(number: f64) -> Self;
+    /// The number in [0, 1) that a generator makes of 64 bits.
+    fn unit(word: u64) -> Self;
+    /// In single precision.
+    fn single(self) -> f32;
+    /// From single precision.
+    fn of_single(number: f32) -> Self;
+}
+
+/// One ray.
+impl Wide<1> for f64 {
+    type Scalar = Self;
+    type Single = Self;
+
+    #[inline]
+    fn of_lanes([number]: [Self; 1]) -> Self {
+        number
+    }
+    #[inline]
+    fn lanes(self) -> [Self; 1] {
+        [self]
+    }
+    #[inline]
+    fn whole(self) -> [u32; 1] {
+        [self as u32]
+    }
+    #[inline]
+    fn of_rows<const K: usize>([row]: [&Row<Self, K>; 1]) -> [Self; K] {
+        row.0
+    }
+}
+
+impl Scalar for f64 {
+    const IS_SINGLE: bool = false;
+
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number
+    }
+    #[inline]
+    fn unit(word: u64) -> Self {
+        (word >> 11) as Self * (1.0 / (1u64 << 53) as Self)
+    }
+    #[inline]
+    fn single(self) -> f32 {
+        self as f32
+    }
+    #[inline]
+    fn of_single(number: f32) -> Self {
+        number.into()
+    }
+}
+
+impl Scalar for f32 {
+    const IS_SINGLE: bool = true;
+
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number as Self
+    }
+    #[inline]
+    fn unit(word: u64) -> Self {
+        (word >> 40) as Self * (1.0 / (1u64 << 24) as Self)
+    }
+    #[inline]
+    fn single(self) -> f32 {
+        self
+    }
+    #[inline]
+    fn of_single(number: f32) -> Self {
+        number
+    }
+}
+
+/// A number as an integer, if it is one below 2³²: the last bits of this sum. A conversion would
+/// test first whether it fits.
+#[inline]
+fn last_bits(number: f64) -> u32 {
+    (number + (1u64 << 52) as f64).to_bits() as u32
+}
+
+/// Implements [`Real`] and [`Wide`] for numbers of a type of `wide`, and their mask.
+macro_rules! lanes {
+    ($number:ty, $wrap:expr, $inner:expr, $wide:ty, $scalar:ty, $bits:ty, $count:literal, $single:ty,
+     $mask:ident, $is_single:literal, $part:ty, $whole:expr) => {
+        /// A yes or no for each of several rays.
+        #[derive(Clone, Copy, Debug)]
+        pub struct $mask($wide);
+
+        impl BitAnd for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn bitand(self, other: Self) -> Self {
+                Self(self.0 & other.0)
+            }
+        }
+
+        impl BitOr for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+
+        impl Not for $mask {
+            type Output = Self;
+
+            #[inline]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+
+        impl Mask for $mask {
+            #[inline]
+            fn any(self) -> bool {
+                self.0.any()
+            }
+            #[inline]
+            fn from_fn(lane: impl Fn(usize) -> bool) -> Self {
+                let number = |i: usize| {
+                    if lane(i) {
+                        <$scalar>::from_bits(<$bits>::MAX)
+                    } else {
+                        0.0
+                    }
+                };
+                Self(<$wide>::new(from_fn(number)))
+            }
+            #[inline]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask()
+            }
+        }
+
+        impl Real for $number {
+            type Mask = $mask;
+            type Vector = Lanes3<Self>;
+
+            const IS_SINGLE: bool = $is_single;
+
+            #[inline]
+            fn splat(value: f64) -> Self {
+                $wrap(<$wide>::splat(value as $scalar))
+            }
+            #[inline]
+            fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
+                Self::of_lanes(from_fn(|i| <$scalar>::rounded(lane(i))))
+            }
+            #[inline]
+            fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Lanes3<Self> {
+                let all: [DVec3; $count] = from_fn(lane);
+                Lanes3::of([0, 1, 2].map(|k| Self::from_lanes(|i| all[i][k])))
+            }
+            #[inline]
+            fn lane(self, lane: usize) -> f64 {
+                self.lanes()[lane].into()
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $wrap($inner(self).sqrt())
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $wrap($inner(self).abs())
+            }
+            #[inline]
+            fn copysign(self, sign: Self) -> Self {
+                let bit = <$wide>::splat(-0.0);
+                $wrap(($inner(self) & !bit) | ($inner(sign) & bit))
+            }
+            #[inline]
+            fn floor(self) -> Self {
+                $wrap($inner(self).floor())
+            }
+            #[inline]
+            fn below(self, other: Self) -> $mask {
+                $mask($inner(self).simd_lt($inner(other)))
+            }
+            #[inline]
+            fn above(self, other: Self) -> $mask {
+                $mask($inner(self).simd_gt($inner(other)))
+            }
+            // On this architecture these are single instructions, which take the bound for NaN and
+            // of two equal numbers.
+            #[cfg(target_arch = "x86_64")]
+            #[inline]
+            fn at_least(self, bound: Self) -> Self {
+                $wrap($inner(self).fast_max($inner(bound)))
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[inline]
+            fn at_most(self, bound: Self) -> Self {
+                $wrap($inner(self).fast_min($inner(bound)))
+            }
+            #[inline]
+            fn equals(self, other: Self) -> $mask {
+                $mask($inner(self).simd_eq($inner(other)))
+            }
+            #[inline]
+            fn choose(mask: $mask, yes: Self, no: Self) -> Self {
+                $wrap(mask.0.select($inner(yes), $inner(no)))
+            }
+        }
+
+        impl Wide<$count> for $number {
+            type Scalar = $scalar;
+            type Single = $single;
+
+            #[inline]
+            fn of_lanes(lanes: [$scalar; $count]) -> Self {
+                $wrap(<$wide>::new(lanes))
+            }
+            #[inline]
+            fn lanes(self) -> [$scalar; $count] {
+                $inner(self).to_array()
+            }
+            #[inline]
+            fn whole(self) -> [u32; $count] {
+                $whole($inner(self))
+            }
+            #[inline]
+            fn of_rows<const K: usize>(rows: [&Row<$scalar, K>; $count]) -> [Self; K] {
+                const PART: usize = size_of::<$part>() / size_of::<$scalar>();
+                const { assert!(K.is_multiple_of(PART)) }
+                let mut columns = [[0.0; $count]; K];
+                // In squares, which are turned in registers.
+                for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
+                    for first in (0..$count).step_by(PART) {
+                        let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
+                        let turned = <$part>::transpose(from_fn(row));
+                        for (column, part) in columns.iter_mut().zip(turned) {
+                            column[first..first + PART].copy_from_slice(part.as_array());
+                        }
+                    }
+                }
+                columns.map(Self::of_lanes)
+            }
+        }
+    };
+}
+
+/// Numbers of a type of `wide` in single precision.
+macro_rules! singles {
+    ($(#[$what:meta])* $number:ident, $wide:ty, $count:literal, $mask:ident, $part:ty) => {
+        $(#[$what])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $number($wide);
+
+        lanes!($number, $number, (|number: $number| number.0), $wide, f32, u32, $count, $number, $mask, true, $part,
+            (|number: $wide| number.fast_trunc_int().to_array().map(i32::cast_unsigned)));
+
+        singles!(operator $number, Add, add, +);
+        singles!(operator $number, Sub, sub, -);
+        singles!(operator $number, Mul, mul, *);
+        singles!(operator $number, Div, div, /);
+
+        impl Neg for $number {
+            type Output = Self;
+
+            #[inline]
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+    };
+    (operator $number:ident, $trait:ident, $name:ident, $sign:tt) => {
+        impl $trait for $number {
+            type Output = Self;
+
+            #[inline]
+            fn $name(self, other: Self) -> Self {
+                Self(self.0 $sign other.0)
+            }
+        }
+
+        impl $trait<f64> for $number {
+            type Output = Self;
+
+            #[inline]
+            fn $name(self, other: f64) -> Self {
+                self $sign Self::splat(other)
+            }
+        }
+    };
+}
+
+lanes!(
+    Lanes,
+    (|number| number),
+    (|number: Lanes| number),
+    f64x8,
+    f64,
+    u64,
+    8,
+    EightSingles,
+    LaneMask,
+    false,
+    f64x4,
+    (|number: Lanes| number.lanes().map(last_bits))
+);
+lanes!(
+    Four,
+    (|number| number),
+    (|number: Four| number),
+    f64x4,
+    f64,
+    u64,
+    4,
+    FourSingles,
+    FourMask,
+    false,
+    f64x4,
+    (|number: Four| number.lanes().map(last_bits))
+);
+
+singles! {
+    /// A number for each of [`SINGLES`] rays, in single precision.
+    Singles, f32x16, 16, SinglesMask, f32x8
+}
+
+singles! {
+    /// A number for each of [`LANES`] rays, in single precision.
+    EightSingles, f32x8, 8, EightSinglesMask, f32x8
+}
+
+singles! {
+    /// As many numbers as [`Four`], in single precision.
+    FourSingles, f32x4, 4, FourSinglesMask, f32x4
+}
+
+/// A vector for each of several rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes3<R = Lanes> {
+    /// First components.
+    pub x: R,
+    /// Second components.
+    pub y: R,
+    /// Third components.
+    pub z: R,
+}
+
+impl<R: Real<Vector = Self>> Vector for Lanes3<R> {
+    type Real = R;
+
+    #[inline]
+    fn of([x, y, z]: [R; 3]) -> Self {
+        Self { x, y, z }
+    }
+    #[inline]
+    fn components(self) -> [R; 3] {
+        [self.x, self.y, self.z]
+    }
+    #[inline]
+    fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self {
+        R::vector_from_lanes(lane)
+    }
+}
+
+impl<R: Real> Add for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+        }
+    }
+}
+
+impl<R: Real> Sub for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self {
+            x: self.x - other.x,
+            y: self.y - other.y,
+            z: self.z - other.z,
+        }
+    }
+}
+
+impl<R: Real> Mul for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        Self {
+            x: self.x * other.x,
+            y: self.y * other.y,
+            z: self.z * other.z,
+        }
+    }
+}
+
+impl<R: Real> Mul<R> for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, factor: R) -> Self {
+        Self {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+        }
+    }
+}
+
+impl<R: Real> Neg for Lanes3<R> {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        Self {
+            x: -self.x,
+            y: -self.y,
+            z: -self.z,
+        }
+    }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
+}

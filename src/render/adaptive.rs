@@ -1,0 +1,99 @@
+//! Adaptive sampling, [`crate::equation::ADAPTIVE`]: more samples for pixels where a pilot, a few
+//! samples of each pixel, has seen more noise.
+//!
+//! The pilot's own samples are thrown away. So the number of samples of a pixel depends on none of
+//! them, and the mean over these is as unbiased as with any other number. Averages in which the
+//! pilot's samples have a share by their number are biased: what the pilot happens to see decides
+//! how much it weighs.
+
+use crate::film::{Film, Pixel};
+use crate::sampling::Sampling;
+use crate::sampling::rng::seed_for;
+use crate::sampling::sampler::LONGEST;
+
+/// Scrambles of the pilot, whose spread tells the noise.
+pub const REPLICATIONS: u32 = 4;
+
+/// The pilot has one sample for so many of a pixel, but at least one point and at most so many of
+/// each scramble.
+const SHARE: u32 = 32;
+const MOST_POINTS: u32 = 8;
+
+/// The share of all samples that is divided evenly: so much of the mean number has each pixel,
+/// whatever the pilot overlooks there.
+const EVEN: f64 = 0.2;
+
+/// The most noise that counts, in multiples of the mean: no pixel waits for all.
+const MOST: f64 = 8.0;
+
+/// How far around a pixel noise is averaged, twice: a pixel's own estimate is far too noisy.
+const REACH: usize = 3;
+
+/// How to draw the [`REPLICATIONS`] of the pilot of an image that has so many: from other random
+/// numbers.
+pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
+    let samples = sampling
+        .samples_per_replication()
+        .saturating_mul(replications);
+    let points = (samples / (SHARE * REPLICATIONS)).clamp(1, MOST_POINTS);
+    Sampling {
+        seed: seed_for(sampling.seed, "adaptive"),
+        ..sampling.with_samples(points)
+    }
+}
+
+/// How many samples a replication of each pixel has, row by row from the top: from 1 to
+/// [`LONGEST`], `mean` in the mean (which is within these, too), and the more the larger the
+/// standard error is around it in the pilot's film, of two replications at least.
+pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
+    let noise = |pixel: &Pixel| pixel.standard_error().length();
+    let width = pilot.size()[0] as usize;
+    // Roots are averaged, not squares: a few large values, which are there by chance, shall not
+    // take all samples.
+    let noise: Vec<f64> = pilot.pixels().iter().map(noise).collect();
+    let noise = blurred(&blurred(&noise, width), width);
+    let average = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let more = f64::from(mean.saturating_sub(1));
+    // No scramble has more points than there are.
+    let most = MOST.min((f64::from(LONGEST - 1) / more - 1.0) / (1.0 - EVEN));
+    let of_all = average(&noise);
+    let relative = |noise: f64| {
+        if of_all > 0.0 {
+            (noise / of_all).min(most)
+        } else {
+            0.0
+        }
+    };
+    let relative: Vec<f64> = noise.into_iter().map(relative).collect();
+    let mean_relative = average(&relative);
+    let mut carried = 0.5;
+    let count = |relative: f64| {
+        // What is rounded off goes to the next pixel.
+        carried += more * (1.0 + (1.0 - EVEN) * (relative - mean_relative));
+        let whole = f64::floor(carried);
+        carried -= whole;
+        1 + whole as u32
+    };
+    relative.into_iter().map(count).collect()
+}
+
+/// The mean of what lies within [`REACH`] columns and rows of each place.
+fn blurred(values: &[f64], width: usize) -> Vec<f64> {
+    let height = values.len() / width;
+    let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
+    let mean = |sum: f64, of: std::ops::Range<usize>| sum / of.len() as f64;
+    let rows: Vec<f64> = (0..values.len())
+        .map(|at| {
+            let (row, columns) = (&values[at - at % width..][..width], near(at % width, width));
+            mean(row[columns.clone()].iter().sum(), columns)
+        })
+        .collect();
+    let column = |at: usize| {
+        let near = near(at / width, height);
+        mean(
+            near.clone().map(|y| rows[y * width + at % width]).sum(),
+            near,
+        )
+    };
+    (0..values.len()).map(column).collect()
+}

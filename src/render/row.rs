@@ -1,0 +1,289 @@
+//! Rows of pixels in lanes: which sample each lane follows, and what becomes of its radiance.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::silhouette::{MIRRORS, Outlines, POINTS, replaced};
+use super::{LaneEstimator, Piece};
+use crate::error::Error;
+use crate::film::check_radiance;
+use crate::geometry::shape::Ray;
+use crate::integrator::{Arrival, Integrator, PathState, SurfaceInteraction};
+use crate::math::real::{Mask, Vector};
+use crate::math::simd::{Wide, lanes_of};
+use crate::sampling::Sampling;
+use crate::sampling::lanes::{LaneSampler, PixelSampler, Points, SampleName, Streams};
+use crate::sampling::pixel::PixelSampling;
+use crate::sampling::sampler::Numbers;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// A replication in a lane.
+#[derive(Clone, Copy, Default)]
+struct Work {
+    /// Its pixel in the row.
+    column: usize,
+    sample: SampleName,
+    /// The radiance of the samples that are done.
+    sum: DVec3,
+    /// The radiance that an emitter has shown to the camera ray, directly or in mirrors.
+    own: DVec3,
+    /// Product of the reflectances of the mirrors that the camera ray has followed, and how many
+    /// they are, as in [`View`](crate::render::silhouette::View).
+    weight: DVec3,
+    mirrors: u32,
+}
+
+impl Work {
+    /// An error of this replication, with its place in a row that starts at `corner` of the frame.
+    fn place(&self, corner: [u32; 2], error: Error) -> Error {
+        let (x, y) = (corner[0] + self.column as u32, corner[1]);
+        error.at(|| {
+            format!(
+                " at pixel ({x}, {y}), replication {}",
+                self.sample.replication
+            )
+        })
+    }
+}
+
+/// An estimator in its scene, for rows of pixels of a frame.
+pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
+    pub scene: LaneScene<'a, R, N>,
+    pub estimator: LaneEstimator,
+    pub sampling: Sampling,
+    pub frame: [u32; 2],
+    pub outlines: Outlines,
+}
+
+impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
+    /// Adds the missing replications to the pixels of a piece.
+    pub fn add(&self, piece: &mut Piece<'_>) -> Result<(), Error> {
+        match &self.estimator {
+            LaneEstimator::Path(path) => self.add_by(path, piece),
+            LaneEstimator::Report(report) => self.add_by(report, piece),
+            LaneEstimator::Whitted(whitted) => self.add_by(whitted, piece),
+        }
+    }
+
+    fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut Piece<'_>) -> Result<(), Error> {
+        match self.sampling.numbers {
+            Numbers::Independent => row::<E, R, Streams<N>, N>(self, estimator, piece),
+            Numbers::Sobol(_) => row::<E, R, Points<N>, N>(self, estimator, piece),
+        }
+    }
+}
+
+/// Adds the missing replications of an estimator to the pixels of a piece.
+fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
+    renderer: &RowRenderer<'_, R, N>,
+    estimator: &E,
+    Piece {
+        corner,
+        missing,
+        pixels,
+        counts,
+    }: &mut Piece<'_>,
+) -> Result<(), Error> {
+    let (corner, columns) = (*corner, pixels.len());
+    let RowRenderer {
+        scene,
+        sampling,
+        frame,
+        outlines,
+        ..
+    } = renderer;
+    let (scene, frame) = (*scene, *frame);
+    let mut next = (0..columns).flat_map(|column| {
+        missing
+            .clone()
+            .map(move |replication| (column, replication))
+    });
+    let mut random = S::new(sampling.seed);
+    let mut work = [Work::default(); N];
+    let mut paths: PathState<R, N> = PathState::new();
+    let mut scratch = IntersectionScratch::new();
+    // A bit for each lane: those that need a replication, that start a sample, and that are on
+    // their way.
+    let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
+    loop {
+        for lane in lanes_of(idle) {
+            if let Some((column, replication)) = next.next() {
+                let pixel = corner[1] * frame[0] + corner[0] + column as u32;
+                let sample = SampleName {
+                    pixel,
+                    replication,
+                    index: 0,
+                };
+                work[lane] = Work {
+                    column,
+                    sample,
+                    ..Work::default()
+                };
+                idle &= !(1 << lane);
+                fresh |= 1 << lane;
+            }
+        }
+        if fresh != 0 {
+            for lane in lanes_of(fresh) {
+                let Work { column, sample, .. } = work[lane];
+                random.start(lane, &sampling.with_samples(counts[column]), sample);
+                (work[lane].own, work[lane].weight, work[lane].mirrors) =
+                    (DVec3::ZERO, DVec3::ONE, 0);
+            }
+            let starting = R::Mask::from_bits(fresh);
+            LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
+            let ray = renderer.camera_rays(corner, &work, starting, &mut random);
+            paths.start(&ray, starting);
+            busy |= fresh;
+            fresh = 0;
+        }
+        if busy == 0 {
+            return Ok(());
+        }
+        let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
+        let met = found.met.bits();
+        let mut ended = busy & !met;
+        estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
+        if met != 0 {
+            let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
+            let mirrors = if outlines.in_mirrors {
+                surface.dark_mirror().bits()
+            } else {
+                0
+            };
+            let mut followed = 0;
+            let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
+            let first = met & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
+            for lane in lanes_of(first) {
+                let work = &mut work[lane];
+                if work.mirrors == 0 {
+                    let pushed = surface.push_features(lane, backs, &mut pixels[work.column]);
+                    pushed.map_err(|error| work.place(corner, error))?;
+                }
+                if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
+                    work.weight *= surface.reflectance(lane);
+                    work.mirrors += 1;
+                    followed |= 1 << lane;
+                } else if shining >> lane & 1 == 1 {
+                    work.own = work.weight * surface.emitter_radiance(lane);
+                }
+            }
+            for (lane, hits) in paths.hits.iter_mut().enumerate() {
+                *hits += (met & !followed) >> lane & 1;
+            }
+            let follows = R::Mask::from_bits(followed);
+            if followed != 0 {
+                let throughput = paths.throughput;
+                paths.send(&surface, surface.mirrored(), throughput, follows);
+            }
+            let (paths, active) = (&mut paths, found.met & !follows);
+            let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
+            let goes_on = estimator.interact(Arrival {
+                scene,
+                paths,
+                surface,
+                active,
+                random,
+                scratch,
+            });
+            ended = busy & !goes_on.bits() & !followed;
+        }
+        ended &= !paths.pop_branches(ended);
+        busy &= !ended;
+        let radiances = paths.radiance.components().map(R::lanes);
+        for lane in lanes_of(ended) {
+            let work = &mut work[lane];
+            let mut radiance =
+                work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
+            let SampleName {
+                pixel,
+                replication,
+                index,
+            } = work.sample;
+            if let Some(points) = outlines.points(pixel, replication, index) {
+                let first = [corner[0] + work.column as u32, corner[1]];
+                let shown = renderer.shown(first, points, &mut scratch);
+                radiance = replaced(radiance, work.own, shown);
+            }
+            check_radiance(radiance).map_err(|error| work.place(corner, error))?;
+            work.sum += radiance;
+            work.sample.index += 1;
+            let samples = counts[work.column];
+            if work.sample.index < samples {
+                fresh |= 1 << lane;
+            } else {
+                let pushed = pixels[work.column].push(work.sum / f64::from(samples), samples);
+                pushed.map_err(|error| work.place(corner, error))?;
+                idle |= 1 << lane;
+            }
+        }
+    }
+}
+
+impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
+    /// The radiance that emitters show through these points of a pixel.
+    fn shown(
+        &self,
+        pixel: [u32; 2],
+        points: [[f64; 2]; POINTS],
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> [DVec3; POINTS] {
+        let (scene, frame) = (self.scene, self.frame);
+        let [x, y] =
+            from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
+        let mut ray = scene.scene.camera().ray(frame, x, y);
+        let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
+        let mut looking = R::Mask::from_fn(|i| i < POINTS);
+        for mirror in 0..=MIRRORS {
+            let found = scene.closest(&ray, looking, scratch);
+            if !found.met.any() {
+                break;
+            }
+            let surface = SurfaceInteraction::new(scene, &ray, &found);
+            let follows = self.outlines.in_mirrors && mirror < MIRRORS;
+            looking = if follows {
+                found.met & surface.dark_mirror()
+            } else {
+                R::Mask::splat(false)
+            };
+            let shining = surface.shows_emitter().bits();
+            for lane in lanes_of(found.met.bits()) {
+                if looking.bits() >> lane & 1 == 1 {
+                    weights[lane] *= surface.reflectance(lane);
+                } else if shining >> lane & 1 == 1 {
+                    shown[lane] = weights[lane] * surface.emitter_radiance(lane);
+                }
+            }
+            if !looking.any() {
+                break;
+            }
+            ray = surface.spawn_ray(surface.mirrored());
+        }
+        shown
+    }
+
+    /// The camera rays of the samples that start, in the lanes of the mask.
+    fn camera_rays<S: PixelSampler<R>>(
+        &self,
+        corner: [u32; 2],
+        work: &[Work; N],
+        starting: R::Mask,
+        random: &mut S,
+    ) -> Ray<R::Vector> {
+        let sampling = &self.sampling;
+        let numbers = [random.uniform(starting), random.uniform(starting)];
+        let positions = if sampling.pixel == PixelSampling::Random {
+            numbers
+        } else {
+            let positions: [[f64; 2]; N] = from_fn(|i| {
+                let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
+                sampling.pixel.position(cell, numbers.map(|r| r.lane(i)))
+            });
+            [0, 1].map(|axis| R::from_lanes(|i| positions[i][axis]))
+        };
+        let x = R::from_lanes(|i| f64::from(corner[0] + work[i].column as u32)) + positions[0];
+        let y = R::splat(f64::from(corner[1])) + positions[1];
+        self.scene.scene.camera().ray(self.frame, x, y)
+    }
+}

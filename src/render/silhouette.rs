@@ -1,0 +1,297 @@
+//! Outlines of lights, which are the sharpest edges of an image: where one crosses a pixel, more
+//! points of the pixel than its samples have tell how much of the light is seen.
+//!
+//! What an emitter shows directly, or by way of mirrors, is a function E(x) of the point x of the
+//! pixel alone. Of a sample whose ray passes x, its own E(x) gives way to the mean over other
+//! points that are uniform in the pixel: the mean stays as it is for any estimator, and most of the
+//! variance of the pixel goes. For that, camera rays follow mirrors to what is seen in them before
+//! an estimator begins.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::camera::Camera;
+use crate::geometry::shape::{Hit, Ray};
+use crate::light::emitter::EmitterShape;
+use crate::material::{Bsdf, Vertex, fresnel};
+use crate::math::frame::Frame;
+use crate::sampling::Sampling;
+use crate::sampling::rng::{seed_for, stream, uniform2};
+use crate::sampling::sampler::{LONGEST, Sobol, scramble};
+use crate::scene::Scene;
+
+/// How many points stand for that of a sample.
+pub const POINTS: usize = 8;
+
+/// The corners of the polygon that stands for the outline of a sphere.
+const CORNERS: u32 = 64;
+
+/// The points for sample `index` of a replication of a pixel, in [0, 1)²: the next ones of an
+/// Owen-scrambled sequence, of which each replication has its own.
+pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2]; POINTS] {
+    let seed = seed_for(seed, "outlines");
+    let first = u64::from(index) * POINTS as u64;
+    // A sequence that ends goes on in another scramble.
+    let (part, first) = (first / u64::from(LONGEST), first % u64::from(LONGEST));
+    let scramble = scramble(seed ^ part, pixel, replication);
+    let fill = stream(seed, pixel, replication);
+    from_fn(|i| {
+        uniform2(&mut Sobol::new(
+            (first as usize + i) as u16,
+            scramble,
+            fill.clone(),
+        ))
+    })
+}
+
+/// The radiance of a sample whose `own` direct emission gives way to what the points have `shown`.
+pub fn replaced(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
+    let sum = shown.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
+    (radiance - own) + sum * (1.0 / POINTS as f64)
+}
+
+/// So many mirrors at most a camera ray follows before an estimator begins.
+pub const MIRRORS: u32 = 8;
+
+/// What a camera ray shows that has followed mirrors.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The ray from the last of them.
+    pub ray: Ray,
+    /// What it meets: no mirror, but for one that emits and one after [`MIRRORS`].
+    pub hit: Option<Hit>,
+    /// The product of the mirrors' reflectances.
+    pub weight: DVec3,
+    /// How many they are.
+    pub mirrors: u32,
+}
+
+impl View {
+    /// Along a ray that meets `hit`.
+    #[inline]
+    pub fn new(ray: Ray, hit: Option<Hit>) -> Self {
+        Self {
+            ray,
+            hit,
+            weight: DVec3::ONE,
+            mirrors: 0,
+        }
+    }
+
+    /// By way of mirrors.
+    pub fn in_mirrors(mut self, scene: &Scene) -> Self {
+        while let Some((here, reflectance)) =
+            self.hit.and_then(|hit| Some((hit, mirror(scene, &hit)?)))
+            && self.mirrors < MIRRORS
+        {
+            let at = Vertex::new(&here, &self.ray);
+            (self.ray, self.hit) = scene.onward(&here, fresnel::mirror(at.direction, at.frame.z));
+            self.weight *= reflectance;
+            self.mirrors += 1;
+        }
+        self
+    }
+
+    /// What an emitter shows.
+    #[inline]
+    pub fn emitted(&self, scene: &Scene) -> DVec3 {
+        self.hit.map_or(DVec3::ZERO, |hit| {
+            self.weight * scene.emitted(&hit, self.ray.direction)
+        })
+    }
+}
+
+/// The reflectance where there is a mirror that does not emit.
+fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
+    match scene.surface(hit).bsdf {
+        Bsdf::Mirror { reflectance } if hit.emitter.is_none() => Some(reflectance),
+        _ => None,
+    }
+}
+
+/// The outlines in a frame, or none.
+pub(crate) struct Outlines {
+    crossed: Vec<bool>,
+    seed: u64,
+    /// Whether camera rays follow mirrors.
+    pub in_mirrors: bool,
+}
+
+impl Outlines {
+    /// For an estimator that sees in mirrors or not.
+    pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling, sees_in_mirrors: bool) -> Self {
+        let mut crossed = if sampling.outlines {
+            crossed(scene, frame)
+        } else {
+            Vec::new()
+        };
+        let in_mirrors = sees_in_mirrors && sampling.outlines && has_mirrors(scene);
+        if in_mirrors {
+            crossed
+                .iter_mut()
+                .zip(crossed_in_mirrors(scene, frame))
+                .for_each(|(crossed, here)| *crossed |= here);
+        }
+        Self {
+            crossed,
+            seed: sampling.seed,
+            in_mirrors,
+        }
+    }
+
+    /// What a camera ray shows, in mirrors or not.
+    #[inline]
+    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> View {
+        let view = View::new(ray, hit);
+        if self.in_mirrors {
+            view.in_mirrors(scene)
+        } else {
+            view
+        }
+    }
+
+    /// The [`points`] for a sample of a pixel that an outline crosses.
+    #[inline]
+    pub fn points(&self, pixel: u32, replication: u32, index: u32) -> Option<[[f64; 2]; POINTS]> {
+        let crosses = self
+            .crossed
+            .get(pixel as usize)
+            .is_some_and(|&crosses| crosses);
+        crosses.then(|| points(self.seed, pixel, replication, index))
+    }
+}
+
+/// Which pixels of a frame, row by row, the outline of an emitter crosses, whatever stands before
+/// it.
+pub fn crossed(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
+    let mut crossed = vec![false; frame[0] as usize * frame[1] as usize];
+    for emitter in scene.emitters() {
+        let corners = clipped(scene.camera(), &corners(&emitter.shape, scene.camera().eye));
+        let corners: Vec<_> = corners
+            .iter()
+            .filter_map(|&c| scene.camera().image_point(frame, c))
+            .collect();
+        for (i, &to) in corners.iter().enumerate() {
+            let from = corners[(i + corners.len() - 1) % corners.len()];
+            mark([from, to], frame, &mut crossed);
+        }
+    }
+    crossed
+}
+
+fn has_mirrors(scene: &Scene) -> bool {
+    scene
+        .surfaces()
+        .iter()
+        .any(|surface| matches!(surface.bsdf, Bsdf::Mirror { .. }))
+}
+
+/// Which pixels the outline of an emitter crosses that is seen in mirrors: those whose corners do
+/// not all show the same there. What is smaller than a pixel is not found.
+pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
+    let [width, height] = frame.map(|n| n as usize);
+    let shown = |x: usize, y: usize| {
+        let ray = scene.camera().ray(frame, x as f64, y as f64);
+        let view = View::new(ray, scene.intersect(&ray)).in_mirrors(scene);
+        if view.mirrors > 0 {
+            view.emitted(scene)
+        } else {
+            DVec3::ZERO
+        }
+    };
+    // Some rows at a time: their corners need no room for all.
+    let rows = |first: usize| {
+        let last = height.min(first + ROWS);
+        let corners: Vec<DVec3> = (first..=last)
+            .flat_map(|y| (0..=width).map(move |x| shown(x, y)))
+            .collect();
+        let differ = move |at: usize| {
+            let next = at + width + 1;
+            [at + 1, next, next + 1]
+                .iter()
+                .any(|&corner| corners[corner] != corners[at])
+        };
+        (0..last - first)
+            .flat_map(move |y| (0..width).map(move |x| y * (width + 1) + x))
+            .map(differ)
+    };
+    (0..height.div_ceil(ROWS))
+        .into_par_iter()
+        .flat_map_iter(|part| rows(part * ROWS))
+        .collect()
+}
+
+/// Rows of pixels whose corners are looked at together.
+const ROWS: usize = 16;
+
+/// The outline of a shape seen from the eye.
+fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
+    match *shape {
+        EmitterShape::Triangle(corners) => corners.to_vec(),
+        EmitterShape::Rectangle {
+            corner,
+            edges: [a, b],
+        } => vec![corner, corner + a, corner + a + b, corner + b],
+        EmitterShape::Sphere(sphere) => {
+            let to_eye = eye - sphere.centre;
+            let cosine = sphere.radius / to_eye.length();
+            if cosine.is_nan() || cosine >= 1.0 {
+                return Vec::new();
+            }
+            // The circle in which the cone of the eye touches the sphere.
+            let frame = Frame::new(to_eye.normalize());
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let corner = |i: u32| {
+                let (s, c) = (f64::from(i) * std::f64::consts::TAU / f64::from(CORNERS)).sin_cos();
+                sphere.centre + sphere.radius * frame.world(DVec3::new(sine * c, sine * s, cosine))
+            };
+            (0..CORNERS).map(corner).collect()
+        }
+    }
+}
+
+/// The part of a polygon that is ahead of the eye, by a millionth of its distance at least.
+fn clipped(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
+    let farthest = corners
+        .iter()
+        .map(|c| c.distance(camera.eye))
+        .fold(0.0, f64::max);
+    let ahead = |corner: DVec3| camera.depth(corner) - 1e-6 * farthest;
+    let mut kept = Vec::new();
+    for (i, &to) in corners.iter().enumerate() {
+        let from = corners[(i + corners.len() - 1) % corners.len()];
+        let (a, b) = (ahead(from), ahead(to));
+        if (a > 0.0) != (b > 0.0) {
+            kept.push(from.lerp(to, a / (a - b)));
+        }
+        if b > 0.0 {
+            kept.push(to);
+        }
+    }
+    kept
+}
+
+/// Marks the pixels that a segment crosses.
+fn mark([from, to]: [[f64; 2]; 2], frame: [u32; 2], crossed: &mut [bool]) {
+    let range = |axis: usize| {
+        let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
+        let pixel = |at: f64| at.clamp(0.0, f64::from(frame[axis])) as u32;
+        if high < 0.0 || low > f64::from(frame[axis]) {
+            0..0
+        } else {
+            pixel(low)..(pixel(high) + 1).min(frame[axis])
+        }
+    };
+    let normal = [from[1] - to[1], to[0] - from[0]];
+    let reach = 0.5 * (normal[0].abs() + normal[1].abs());
+    for y in range(1) {
+        for x in range(0) {
+            let [dx, dy] = [f64::from(x) + 0.5 - from[0], f64::from(y) + 0.5 - from[1]];
+            if (normal[0] * dx + normal[1] * dy).abs() <= reach {
+                crossed[y as usize * frame[0] as usize + x as usize] = true;
+            }
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! Where an estimator's random numbers come from: independent streams, or Owen-scrambled Sobol'
+//! points.
+
+use std::array::from_fn;
+use std::convert::Infallible;
+use std::sync::LazyLock;
+
+use rand::{Rng, TryRng};
+use sobol_burley::parts::{owen_scramble_rev, sobol_rev};
+use wide::u32x8;
+
+use super::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
+
+/// A source of uniform numbers that knows which part of a path asks.
+///
+/// The dimensions of one sample are divided into blocks of [`BLOCK`]: block 0 is the camera's,
+/// block k ≥ 1 that of the eye path's k-th vertex, block [`LIGHT`] + k that of the light path's
+/// k-th vertex (k = 0 is the emitter). Within a block the order of use is the order of dimensions:
+/// which emitter, point on it, direction, roulette. So a dimension means the same in every
+/// estimator that walks.
+pub trait Sampler: Rng {
+    /// Says that the next numbers belong to this block. Independent streams need not know.
+    #[inline]
+    fn block(&mut self, _block: u32) {}
+}
+
+impl<S: Sampler> Sampler for &mut S {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        (**self).block(block);
+    }
+}
+
+/// Where an estimator's random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbers {
+    /// A stream of its own for each sample.
+    #[default]
+    Independent,
+    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's
+    /// positions.
+    Sobol(u32),
+}
+
+impl Numbers {
+    /// How many samples one replication has.
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Independent => 1,
+            Self::Sobol(points) => points,
+        }
+    }
+}
+
+/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is
+/// one by independent numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a
+    /// replication.
+    pub numbers: Numbers,
+    /// The master seed.
+    pub seed: u64,
+    /// Its number.
+    pub index: u32,
+}
+
+impl From<(u64, u32)> for Pass {
+    fn from((seed, index): (u64, u32)) -> Self {
+        Self {
+            numbers: Numbers::Independent,
+            seed,
+            index,
+        }
+    }
+}
+
+impl Pass {
+    /// What the paths of a pixel draw from. The passes of a replication take the points of one
+    /// scramble.
+    pub fn pixel(self, pixel: u32) -> Source {
+        let fill = stream(self.seed, pixel, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, point] = [self.index / points, self.index % points];
+                Source::Sobol(Sobol::new(
+                    point as u16,
+                    scramble(self.seed, pixel, replication),
+                    fill,
+                ))
+            }
+        }
+    }
+
+    /// What particle `number` of `count` draws from. All particles of a replication, pass after
+    /// pass, take the points of one sequence, which goes on in another scramble where it ends.
+    pub fn particle(self, number: u32, count: u32) -> Source {
+        let fill = stream(self.seed, number, self.index);
+        match self.numbers {
+            Numbers::Independent => Source::Independent(fill),
+            Numbers::Sobol(points) => {
+                let [replication, pass] = [self.index / points, self.index % points];
+                let point = u64::from(pass) * u64::from(count) + u64::from(number);
+                let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
+                Source::Sobol(Sobol::new(
+                    point as u16,
+                    scramble(self.seed, part as u32, replication),
+                    fill,
+                ))
+            }
+        }
+    }
+
+    /// The pass of the same index under the seed of a named part.
+    pub fn of(self, part: &str) -> Self {
+        Self {
+            seed: seed_for(self.seed, part),
+            ..self
+        }
+    }
+}
+
+/// Random numbers of either kind.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// Of [`Numbers::Independent`].
+    Independent(Stream),
+    /// Of [`Numbers::Sobol`].
+    Sobol(Sobol),
+}
+
+impl Sampler for Source {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        if let Self::Sobol(point) = self {
+            point.block(block);
+        }
+    }
+}
+
+impl TryRng for Source {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u32(),
+            Self::Sobol(point) => point.try_next_u32(),
+        }
+    }
+
+    #[inline]
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_next_u64(),
+            Self::Sobol(point) => point.try_next_u64(),
+        }
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        match self {
+            Self::Independent(stream) => stream.try_fill_bytes(bytes),
+            Self::Sobol(point) => point.try_fill_bytes(bytes),
+        }
+    }
+}
+
+/// Dimensions per block.
+pub const BLOCK: u32 = 8;
+/// The first block of the light path.
+pub const LIGHT: u32 = 1 << 16;
+/// A block that is used up goes on in the block this much further on, which nobody else asks for.
+const OVERFLOW: u32 = 1 << 20;
+
+impl Sampler for Stream {}
+
+/// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Laine and Karras
+/// 2011, Burley 2020), [`crate::equation::SOBOL`].
+///
+/// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its
+/// own, so that there are as many as a path needs. The hash that scrambles and shuffles has 32
+/// bits, too few for all pixels of a large image: each dimension is shifted (exclusive or) by bits
+/// of its own as well, which leaves every elementary interval its points. The 23 leading bits of a
+/// number are the sequence's, the others those of an independent stream.
+#[derive(Clone, Debug)]
+pub struct Sobol {
+    point: Point,
+    dimension: u32,
+    fill: Stream,
+}
+
+/// The numbers of a [`Sobol`] in one block, without those that fill them up.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    index: u16,
+    /// What the keys of blocks come from.
+    hash: CounterHash,
+    block: u32,
+    /// What scrambles and shuffles the block.
+    key: u64,
+    /// Those of the sequence by dimension, before they are scrambled, bits reversed.
+    numbers: [u32; BLOCK as usize],
+}
+
+/// The most points of one scramble: as many as indices of [`Sobol::new`].
+pub const LONGEST: u32 = 1 << 16;
+/// Bits of a number that are the sequence's.
+const LEADING: u32 = 23;
+
+impl Point {
+    #[inline]
+    fn new(index: u16, scramble: u64) -> Self {
+        let mut point = Self {
+            index,
+            hash: CounterHash::new(scramble),
+            block: 0,
+            key: 0,
+            numbers: [0; BLOCK as usize],
+        };
+        point.start(0);
+        point
+    }
+
+    /// Starts a block.
+    #[inline]
+    fn start(&mut self, block: u32) {
+        let key = block_key(self.hash, block);
+        *self = Self {
+            block,
+            key,
+            numbers: unscrambled(&SEQUENCE, place(self.index, key)).to_array(),
+            ..*self
+        };
+    }
+}
+
+/// What scrambles and shuffles a block.
+#[inline]
+pub(crate) fn block_key(hash: CounterHash, block: u32) -> u64 {
+    hash.number(block, 0)
+}
+
+/// The shuffled index in a block of this key, bits reversed.
+#[inline]
+pub(crate) fn place(index: u16, key: u64) -> u32 {
+    owen_scramble_rev(u32::from(index).reverse_bits(), key as u32)
+}
+
+/// The numbers of a block by dimension, before they are scrambled, bits reversed.
+#[inline]
+pub(crate) fn unscrambled(sequence: &Sequence, place: u32) -> u32x8 {
+    let numbers = |i: usize| sequence[i][place as usize >> (16 + 4 * i) & 15];
+    numbers(0) ^ numbers(1) ^ numbers(2) ^ numbers(3)
+}
+
+/// The block in which a used one goes on.
+#[inline]
+pub(crate) fn next_block(block: u32) -> u32 {
+    block.wrapping_add(OVERFLOW)
+}
+
+/// A number of the sequence scrambled, with the leading bits of `fill` after its own.
+#[inline]
+pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
+    let own = mix(key);
+    let leading = owen_scramble_rev(number, own as u32).reverse_bits();
+    (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
+}
+
+/// Points of the sequence.
+pub(crate) type Sequence = [[u32x8; 16]; 4];
+
+/// Points of the sequence, bits reversed, at the indices that have bits in one group of four only,
+/// by group and bits: the others are sums (exclusive or) of these.
+pub(crate) static SEQUENCE: LazyLock<Sequence> = LazyLock::new(|| {
+    from_fn(|i| {
+        let index = |bits: usize| (bits as u32) << (16 + 4 * i);
+        from_fn(|bits| {
+            u32x8::new(from_fn(|dimension| {
+                sobol_rev(index(bits), dimension as u32)
+            }))
+        })
+    })
+});
+
+impl Sobol {
+    /// Point `index` of the sequence with this scramble. Points of different scrambles are
+    /// independent, those of one are not: error bars come from several scrambles.
+    pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
+        Self {
+            point: Point::new(index, scramble),
+            dimension: 0,
+            fill,
+        }
+    }
+}
+
+/// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the
+/// same.
+#[inline]
+pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u64 {
+    scramble_for(seed, pixel, replication)
+}
+
+impl Sampler for Sobol {
+    #[inline]
+    fn block(&mut self, block: u32) {
+        self.point.start(block);
+        self.dimension = 0;
+    }
+}
+
+impl TryRng for Sobol {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok((self.next_u64() >> 32) as u32)
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        let Point {
+            numbers,
+            key,
+            block,
+            ..
+        } = self.point;
+        let number = numbers[(self.dimension % BLOCK) as usize];
+        let number = scrambled(
+            (number, key ^ u64::from(self.dimension)),
+            self.fill.next_u64(),
+        );
+        self.dimension += 1;
+        if self.dimension == BLOCK {
+            self.point.start(next_block(block));
+            self.dimension = 0;
+        }
+        Ok(number)
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for chunk in bytes.chunks_mut(8) {
+            let word = self.next_u64().to_be_bytes();
+            chunk.copy_from_slice(&word[..chunk.len()]);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! How small the things of a scene are.
+
+use glam::DVec3;
+
+use super::{Part, PartShape};
+use crate::geometry::offsets::OFFSET;
+
+/// The least radius of a sphere, height of a zone of one, and longest edge of a triangle, relative
+/// to the largest coordinate: a thousand times the [`OFFSET`] from which rays start.
+pub const SMALLEST_DETAIL: f64 = 1024.0 * OFFSET;
+
+/// The longest edge of a triangle.
+pub(super) fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    [b - a, c - b, a - c]
+        .map(DVec3::length)
+        .into_iter()
+        .fold(0.0, f64::max)
+}
+
+/// [`Scene::smallest_detail`] of these parts.
+pub(super) fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
+    // Each vertex names one before it of the same thing, or itself.
+    let mut before: Vec<u32> = (0..vertices.len() as u32).collect();
+    fn first_of(before: &mut [u32], mut vertex: u32) -> u32 {
+        while before[vertex as usize] != vertex {
+            before[vertex as usize] = before[before[vertex as usize] as usize];
+            vertex = before[vertex as usize];
+        }
+        vertex
+    }
+    let mut smallest = f64::INFINITY;
+    for part in parts {
+        match part.shape {
+            PartShape::Sphere(sphere) => {
+                let [low, high] = sphere.heights();
+                smallest = smallest.min(sphere.radius).min(high - low);
+            }
+            PartShape::Triangle {
+                vertices: corners, ..
+            } => {
+                let firsts = corners.map(|corner| first_of(&mut before, corner));
+                let first = firsts.into_iter().fold(u32::MAX, u32::min);
+                firsts
+                    .into_iter()
+                    .for_each(|of| before[of as usize] = first);
+            }
+        }
+    }
+    let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; vertices.len()];
+    for part in parts {
+        if let PartShape::Triangle {
+            vertices: corners, ..
+        } = part.shape
+        {
+            let of = &mut boxes[first_of(&mut before, corners[0]) as usize];
+            for corner in corners.map(|corner| vertices[corner as usize]) {
+                *of = [of[0].min(corner), of[1].max(corner)];
+            }
+        }
+    }
+    let second = |[low, high]: [DVec3; 2]| {
+        let mut extents = (high - low).to_array();
+        extents.sort_by(f64::total_cmp);
+        extents[1]
+    };
+    boxes
+        .into_iter()
+        .filter(|[low, high]| low.x <= high.x)
+        .map(second)
+        .fold(smallest, f64::min)
+}

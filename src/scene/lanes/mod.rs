@@ -1,0 +1,644 @@
+//! Packet intersection: in a small scene all lanes test the list of primitives that any of them may
+//! meet, of many walls only the one by which each leaves; in a larger one they go through its
+//! hierarchy, together or one after the other.
+
+pub(crate) mod material;
+mod rays;
+mod walls;
+
+use std::array::from_fn;
+use std::fmt;
+
+use glam::DVec3;
+
+use super::{Part, PartShape, Scene};
+use crate::film::FlatFeatures;
+use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
+use crate::geometry::hull::SMALL;
+use crate::geometry::offsets::{EDGE_MARGIN, Place};
+use crate::geometry::shape::{Ray, Sphere};
+use crate::geometry::specular_connection::{Body, Kind};
+use crate::geometry::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::{Row, Scalar, Wide};
+use material::{EMITTER, Material, SPHERE};
+use walls::Walls;
+
+pub use rays::{EightRays, LaneRays};
+
+/// A primitive that lanes have hit.
+pub(crate) struct PrimitiveData<T> {
+    /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a
+    /// triangle's front; the margin of a triangle for [`inner_point`](crate::geometry::offsets::inner_point),
+    /// or the radius of a sphere, negative if its normal points to its centre; the colour and the
+    /// numbers of its [`Material`]; how far above it rays start. The others fill the row.
+    pub numbers: Row<T, 24>,
+    /// Those of its material, and more.
+    pub kinds: u16,
+    /// The features of a triangle, for the film.
+    pub features: Option<FlatFeatures>,
+    pub surface: u32,
+    pub emitter: Option<u32>,
+    /// The [specular casters](Scene::bodies) by which it reflects and refracts.
+    pub casters: [u8; 2],
+}
+
+/// How near to a primitive and to its edges rays start.
+#[derive(Clone, Copy)]
+struct Heights {
+    /// [`EDGE_MARGIN`] or its like, of a triangle.
+    margin: f64,
+    /// The height above it.
+    offset: f64,
+}
+
+/// A primitive against which the rays of all lanes are tested.
+struct Target<T, S> {
+    /// Its place among those of the scene.
+    id: T,
+    /// Whether some shadow rays pass it.
+    is_glass: bool,
+    shape: S,
+}
+
+/// A triangle by its vertices among those of the scene, and by its edges.
+struct Triangle<T> {
+    vertices: [u8; 3],
+    /// Opposite to each vertex.
+    edges: [u8; 3],
+    /// -1 for those that run in the other direction, else 1.
+    signs: [T; 3],
+    /// Which edges run in the other direction.
+    turns: [bool; 3],
+}
+
+/// The triangles of a small scene, or some of them.
+#[derive(Default)]
+struct Triangles<T> {
+    vertices: Vec<[T; 3]>,
+    /// The vertices of each edge, which the triangles on both sides of it share.
+    edges: Vec<[u8; 2]>,
+    targets: Vec<Target<T, Triangle<T>>>,
+}
+
+/// A specular caster in the precision of lanes.
+pub(crate) struct CasterData<T> {
+    pub kind: Kind,
+    pub numbers: Row<T, 16>,
+}
+
+impl<T: Scalar> CasterData<T> {
+    pub fn new(kind: Kind, body: &Body<DVec3>) -> Self {
+        let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
+        let numbers = [
+            a,
+            b,
+            c,
+            [body.radius, body.area, body.strength],
+            [body.bending, body.index, 0.0],
+            [0.0; 3],
+        ];
+        Self {
+            kind,
+            numbers: Row(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))),
+        }
+    }
+}
+
+/// A scene in the precision of lanes.
+pub(crate) struct SceneData<T> {
+    /// Rays are tested together against all primitives, not by way of the hierarchy.
+    is_small: bool,
+    // The next five are empty without a list.
+    triangles: Triangles<T>,
+    /// Those that are no walls of its hull.
+    within: Triangles<T>,
+    walls: Option<Walls<T>>,
+    /// Those that `walls` does not tell apart.
+    others: Triangles<T>,
+    spheres: Vec<Target<T, Sphere>>,
+    /// In the order of the scene's primitives.
+    primitives: Vec<PrimitiveData<T>>,
+    /// All kinds of primitives that there are.
+    pub(crate) kinds: u16,
+    /// In the order of the scene's specular casters.
+    pub casters: Vec<CasterData<T>>,
+}
+
+impl<T> fmt::Debug for SceneData<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SceneData").finish_non_exhaustive()
+    }
+}
+
+/// A scene as the rays of all lanes see it.
+#[derive(Clone, Copy)]
+pub(crate) struct LaneScene<'a, R: Wide<N>, const N: usize> {
+    pub scene: &'a Scene,
+    pub data: &'a SceneData<R::Scalar>,
+}
+
+/// Buffers for the rays of all lanes, made when they are first needed.
+pub(crate) struct IntersectionScratch<R, const N: usize> {
+    /// For small scenes.
+    projected: Option<Box<ProjectedScene<R, N>>>,
+    /// For rays that go through the hierarchy together.
+    stack: Option<Box<PacketStack<N>>>,
+}
+
+/// Vertices and edges as rays see them. It has as many places as there are indices.
+struct ProjectedScene<R, const N: usize> {
+    vertices: [Projected<R>; PLACES],
+    edges: [R; PLACES],
+    /// For each vertex the lanes that have it behind them, and `N` bits further up those for which
+    /// it is too far.
+    outside: [u32; PLACES],
+    /// For each edge the lanes that pass on its negative side, and `N` bits further up those on its
+    /// positive side; then the same of the edge in the other direction.
+    sides: [[u32; 2]; PLACES],
+    /// Triangles by their places, and the lanes that may meet them; one more than there can be.
+    candidates: [(u8, u32); SMALL + 1],
+}
+
+/// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
+const PLACES: usize = 256;
+
+impl<T: Scalar> SceneData<T> {
+    pub fn new(scene: &Scene) -> Self {
+        let [mut triangles, mut within, mut others] = from_fn(|_| Triangles::default());
+        let mut spheres = Vec::new();
+        let is_small = scene.parts().len() <= SMALL;
+        let walls = scene.hull().and_then(|hull| Walls::new(scene, hull));
+        for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
+            let is_glass = scene.is_glass(id as u32);
+            let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
+            let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
+            let id = T::rounded(id as f64);
+            match part.shape {
+                PartShape::Sphere(shape) => spheres.push(Target {
+                    id,
+                    is_glass,
+                    shape,
+                }),
+                PartShape::Triangle { vertices, .. } => {
+                    triangles.add(scene.corners(vertices), id, is_glass);
+                    if !is_wall {
+                        within.add(scene.corners(vertices), id, is_glass);
+                    }
+                    if !is_told {
+                        others.add(scene.corners(vertices), id, is_glass);
+                    }
+                }
+            }
+        }
+        let heights = |part: &Part| {
+            if T::IS_SINGLE {
+                Heights {
+                    margin: scene.single_edge_margin(part),
+                    offset: scene.single_offset(part),
+                }
+            } else {
+                Heights {
+                    margin: EDGE_MARGIN,
+                    offset: scene.offset(),
+                }
+            }
+        };
+        let primitives: Vec<_> = (0..)
+            .zip(scene.parts())
+            .map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part)))
+            .collect();
+        let kinds = primitives
+            .iter()
+            .fold(0, |kinds, primitive| kinds | primitive.kinds);
+        let casters = scene
+            .bodies()
+            .all()
+            .iter()
+            .map(|body| CasterData::new(body.kind, &body.body))
+            .collect();
+        let walls = walls.map(|(walls, _)| walls);
+        Self {
+            is_small,
+            triangles,
+            within,
+            walls,
+            others,
+            spheres,
+            primitives,
+            kinds,
+            casters,
+        }
+    }
+}
+
+impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
+    pub fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            data: scene.lane_data(),
+        }
+    }
+
+    /// The primitive of this number.
+    #[inline]
+    pub(crate) fn primitive(self, number: u32) -> &'a PrimitiveData<R::Scalar> {
+        &self.data.primitives[number as usize]
+    }
+
+    /// The nearest hits of the `active` lanes.
+    #[inline]
+    pub fn closest(
+        self,
+        ray: &Ray<R::Vector>,
+        active: R::Mask,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> PacketHit<R, N> {
+        let (scene, data) = (self.scene, self.data);
+        if N == 1 || !data.is_small {
+            return if N > 1 && go_together::<R, N>(ray.direction, active) {
+                scene
+                    .bvh()
+                    .closest_of_packet::<R, N>(ray, active, scratch.stack())
+            } else {
+                self.closest_one_by_one(ray, active)
+            };
+        }
+        let mut nearest = Nearest::new();
+        let shear = Shear::new(ray);
+        let projected = scratch.projected();
+        let mut left = active;
+        if let (Some(walls), Some(hull)) = (&data.walls, scene.hull())
+            && let Some(exit) = walls.exit(hull, &data.primitives, ray, (&shear, active))
+        {
+            left = active & !exit.decided;
+            nearest.or(exit.primitive, &exit.hit);
+            data.others.project(&shear, None, projected);
+            data.others
+                .hits((&shear, projected), (exit.decided, false), |ids, hit| {
+                    nearest.or(ids, hit);
+                });
+        }
+        if left.any() {
+            data.triangles.project(&shear, None, projected);
+            data.triangles
+                .hits((&shear, projected), (left, false), |ids, hit| {
+                    nearest.or(ids, hit);
+                });
+        }
+        for sphere in &data.spheres {
+            nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
+        }
+        nearest.of(active)
+    }
+
+    fn closest_one_by_one(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
+        let (bits, rays) = (active.bits(), rays::<R, N>(ray));
+        let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
+        let hits: [Option<PrimitiveHit>; N] =
+            from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
+        PacketHit {
+            met: R::Mask::from_fn(|i| hits[i].is_some()),
+            primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
+            t: R::from_lanes(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t)),
+            weights: from_fn(|k| R::from_lanes(|i| hits[i].map_or(0.0, |hit| hit.weights[k]))),
+        }
+    }
+
+    /// In which of the `active` lanes two surface points with unit normals see each other, as
+    /// [`Scene::visible`].
+    #[inline]
+    pub fn visible(
+        self,
+        x: &Place<R::Vector>,
+        y: &Place<R::Vector>,
+        through_glass: bool,
+        active: R::Mask,
+        scratch: &mut IntersectionScratch<R, N>,
+    ) -> R::Mask {
+        let (scene, data, segment) = (self.scene, self.data, x.segment(y));
+        if N == 1 {
+            let free = |i: usize| {
+                let [origin, direction] = [segment.origin, segment.direction].map(|v| v.lane(i));
+                scene.is_free(&Ray::new(origin, direction), through_glass)
+            };
+            return R::Mask::from_fn(|i| active.lane(i) && free(i));
+        }
+        let blocks = |id: u32| !(through_glass && scene.is_glass(id));
+        if !data.is_small {
+            return if go_together::<R, N>(segment.direction, active) {
+                active
+                    & !scene.bvh().occluded_of_packet::<R, N>(
+                        &segment,
+                        active,
+                        blocks,
+                        scratch.stack(),
+                    )
+            } else {
+                let (bits, rays) = (active.bits(), rays::<R, N>(&segment));
+                R::Mask::from_fn(|i| {
+                    bits >> i & 1 == 1 && !scene.bvh().occluded(&rays[i], 1.0, blocks)
+                })
+            };
+        }
+        let one = R::splat(1.0);
+        let holds = |point| {
+            scene
+                .hull()
+                .map_or(R::Mask::splat(false), |hull| hull.holds(point))
+        };
+        let within = active & holds(segment.origin) & holds(segment.at(one));
+        let mut free = active;
+        let shear = Shear::new(&segment);
+        let projected = scratch.projected();
+        for (triangles, asking) in [(&data.within, within), (&data.triangles, active & !within)] {
+            if asking.any() {
+                triangles.project(&shear, Some(one), projected);
+                triangles.hits((&shear, projected), (asking, through_glass), |_, hit| {
+                    free = free & !hit.t.below(one);
+                });
+            }
+        }
+        for sphere in data
+            .spheres
+            .iter()
+            .filter(|sphere| !(through_glass && sphere.is_glass))
+        {
+            free = free & !sphere.shape.distance(&segment).below(one);
+        }
+        free
+    }
+
+    /// Whether all lanes test all of its primitives, and these are triangles.
+    pub fn has_few_triangles(self) -> bool {
+        self.data.is_small && self.data.spheres.is_empty()
+    }
+}
+
+/// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of
+/// three directions all head for the same side. In single precision they always do: alone they are
+/// followed in double precision, and what a ray hits must not depend on the others.
+#[inline]
+fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
+    let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
+    let is_even = |component: &R| {
+        let back = component.below(zero).bits() & active;
+        back == 0 || back == active
+    };
+    R::IS_SINGLE
+        || direction
+            .components()
+            .iter()
+            .filter(|component| is_even(component))
+            .count()
+            >= 2
+}
+
+/// The ray of each lane.
+#[inline]
+fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
+    let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
+    let of = |components: [[R::Scalar; N]; 3], i: usize| {
+        DVec3::from_array(components.map(|lanes| lanes[i].into()))
+    };
+    from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
+}
+
+impl<T: Scalar> Triangles<T> {
+    fn add(&mut self, corners: [DVec3; 3], id: T, is_glass: bool) {
+        let rounded = |corner: DVec3| corner.to_array().map(T::rounded);
+        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, rounded(corner)));
+        let ends = [[c, b], [a, c], [b, a]];
+        let edges = ends.map(|[from, to]| place_of(&mut self.edges, [from.min(to), from.max(to)]));
+        let reversed = ends.map(|[from, to]| from > to);
+        let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
+        let shape = Triangle {
+            vertices: [a, b, c],
+            edges,
+            signs,
+            turns: reversed,
+        };
+        self.targets.push(Target {
+            id,
+            is_glass,
+            shape,
+        });
+    }
+
+    /// Projects vertices and edges for rays that end at `limit`, if they do.
+    #[inline]
+    fn project<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        shear: &LaneShear<R>,
+        limit: Option<R>,
+        seen: &mut ProjectedScene<R, N>,
+    ) {
+        let zero = R::splat(0.0);
+        let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
+        // The distance of a hit is a mean of those of the vertices, but for some roundings.
+        let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
+        for ((vertex, projected), outside) in self
+            .vertices
+            .iter()
+            .zip(&mut seen.vertices)
+            .zip(&mut seen.outside)
+        {
+            *projected = shear.project(vertex.map(R::all));
+            let distance = shear.distance(projected[2]);
+            *outside = distance.below(zero).bits();
+            if let Some(limit) = limit {
+                *outside |= distance.above(limit).bits() << N;
+            }
+        }
+        for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides)
+        {
+            *value = edge(
+                &seen.vertices[usize::from(a)],
+                &seen.vertices[usize::from(b)],
+            );
+            let [negative, positive] = [value.below(zero), value.above(zero)];
+            *sides = [pair(negative, positive), pair(positive, negative)];
+        }
+    }
+
+    /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one
+    /// per lane.
+    #[inline]
+    fn hits<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        (shear, seen): (&LaneShear<R>, &mut ProjectedScene<R, N>),
+        (active, through_glass): (R::Mask, bool),
+        mut tell: impl FnMut(R, &TriangleHit<R>),
+    ) {
+        let zero = R::splat(0.0);
+        // What has no area is not hit.
+        let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
+        let mut taken = 0;
+        let count = self.list_candidates((active, through_glass), seen);
+        for &(place, lanes) in &seen.candidates[..count] {
+            let Target { id, shape, .. } = &self.targets[usize::from(place)];
+            if taken & lanes != 0 {
+                tell(ids, &shear.hit_within(edges, depths));
+                (edges, taken) = ([zero; 3], 0);
+            }
+            taken |= lanes;
+            let lanes = R::Mask::from_bits(lanes);
+            ids = R::choose(lanes, R::all(*id), ids);
+            for k in 0..3 {
+                edges[k] = R::choose(
+                    lanes,
+                    seen.edges[usize::from(shape.edges[k])] * R::all(shape.signs[k]),
+                    edges[k],
+                );
+                depths[k] = R::choose(
+                    lanes,
+                    seen.vertices[usize::from(shape.vertices[k])][2],
+                    depths[k],
+                );
+            }
+        }
+        if taken != 0 {
+            tell(ids, &shear.hit_within(edges, depths));
+        }
+    }
+
+    /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are:
+    /// its line passes through, and the vertices are neither all behind it nor all too far.
+    #[inline]
+    fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
+        &self,
+        (active, through_glass): (R::Mask, bool),
+        seen: &mut ProjectedScene<R, N>,
+    ) -> usize {
+        let active = active.bits();
+        let mut count = 0;
+        for (place, triangle) in self.targets.iter().enumerate() {
+            let asking = if through_glass & triangle.is_glass {
+                0
+            } else {
+                active
+            };
+            let lanes = asking & !seen.misses(&triangle.shape);
+            seen.candidates[count] = (place as u8, lanes);
+            count += usize::from(lanes != 0);
+        }
+        count
+    }
+}
+
+impl<T: Scalar> PrimitiveData<T> {
+    fn new(
+        scene: &Scene,
+        (
+            id,
+            &Part {
+                surface,
+                emitter,
+                shape,
+                ..
+            },
+        ): (u32, &Part),
+        heights: Heights,
+    ) -> Self {
+        let ([a, b, c], normal, radius) = match shape {
+            PartShape::Triangle { vertices, normal } => {
+                (scene.corners(vertices), normal, heights.margin)
+            }
+            PartShape::Sphere(Sphere {
+                centre,
+                radius,
+                inward,
+                ..
+            }) => ([centre; 3], DVec3::Z, if inward { -radius } else { radius }),
+        };
+        let is_sphere = matches!(shape, PartShape::Sphere(_));
+        let of = &scene.surfaces()[surface as usize];
+        let (material, colour) = (Material::new(of), of.bsdf.albedo());
+        let kind = |kind: u16, is: bool| if is { kind } else { 0 };
+        let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
+        let mut numbers = [T::default(); 24];
+        let all = [a, b, c, normal]
+            .into_iter()
+            .flat_map(|vector| vector.to_array());
+        let all = all
+            .chain([radius])
+            .chain(colour.to_array())
+            .chain(material.numbers)
+            .chain([heights.offset]);
+        numbers
+            .iter_mut()
+            .zip(all)
+            .for_each(|(number, value)| *number = T::rounded(value));
+        let features = if is_sphere {
+            None
+        } else {
+            FlatFeatures::new(colour, normal)
+        };
+        Self {
+            numbers: Row(numbers),
+            kinds,
+            features,
+            surface,
+            emitter,
+            casters: scene.bodies().of(id),
+        }
+    }
+}
+
+impl<R: Real, const N: usize> IntersectionScratch<R, N> {
+    pub fn new() -> Self {
+        Self {
+            projected: None,
+            stack: None,
+        }
+    }
+
+    fn projected(&mut self) -> &mut ProjectedScene<R, N> {
+        self.projected
+            .get_or_insert_with(|| Box::new(ProjectedScene::new()))
+    }
+
+    fn stack(&mut self) -> &mut PacketStack<N> {
+        self.stack.get_or_insert_with(Box::default)
+    }
+}
+
+impl<R: Real, const N: usize> ProjectedScene<R, N> {
+    fn new() -> Self {
+        let zero = R::splat(0.0);
+        let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
+        let (outside, sides, candidates) = ([0; PLACES], [[0; 2]; PLACES], [(0, 0); SMALL + 1]);
+        Self {
+            vertices,
+            edges,
+            outside,
+            sides,
+            candidates,
+        }
+    }
+
+    /// The lanes that surely miss a triangle.
+    #[inline]
+    fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
+        let side =
+            |k: usize| self.sides[usize::from(triangle.edges[k])][usize::from(triangle.turns[k])];
+        let [a, b, c] = [side(0), side(1), side(2)];
+        let [x, y, z] = triangle
+            .vertices
+            .map(|vertex| self.outside[usize::from(vertex)]);
+        let (sides, outside) = (a | b | c, x & y & z);
+        (sides & sides >> N) | outside | outside >> N
+    }
+}
+
+/// The place of a value in a list to which it is added if it is new.
+fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
+    let place = list
+        .iter()
+        .position(|known| *known == value)
+        .unwrap_or_else(|| {
+            list.push(value);
+            list.len() - 1
+        });
+    place as u8
+}
