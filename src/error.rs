@@ -51,6 +51,10 @@ pub enum Error {
     },
 }
 
+/// The largest radiance that an image holds, and the largest absolute value of
+/// [`ExactMoments`](crate::math::moments::ExactMoments): 2²⁴.
+pub const LARGEST_RADIANCE: f64 = 16_777_216.0;
+
 /// The limit of radiances, and how a scene or an estimator can be mended.
 fn radiance_remedy(value: f64) -> String {
     let remedy = if value.is_finite() && value > 0.0 {
@@ -61,7 +65,7 @@ fn radiance_remedy(value: f64) -> String {
     };
     format!(
         "an image holds finite values from 0 to {}: {remedy}",
-        crate::math::moments::LARGEST
+        LARGEST_RADIANCE
     )
 }
 

@@ -5,25 +5,25 @@
 //! formula, and cites its entry in the [`equation`] registry. Where the report is wrong, the
 //! correct form is the default and the printed form stands beside it under a name that says so.
 //!
-//! # The house
+//! # Modules
 //!
-//! | room | what is in it |
+//! Each folder imports only from those above it in this table.
+//!
+//! | module | contents |
 //! |---|---|
-//! | [`equation`] | the registry: id, formula, source, our verdict |
-//! | [`shape`], [`watertight`] | (1)-(7): rays, triangles, spheres |
-//! | [`radiometry`], [`form_factor`] | (8)-(9): cosine, geometry term, measures, form factors |
-//! | [`fresnel`], [`bsdf`] | (10)-(15): interfaces and reflection models |
-//! | [`moments`], [`sampling`], [`roulette`], [`pixel`] | (16)-(19), 2.6.2, 2.7: Monte Carlo |
-//! | [`solid_angle`] | lights as they are seen: closed forms and uniform directions |
-//! | [`scene`], [`emitter`], [`camera`], [`accel`] | what is rendered, as plain data |
-//! | [`kd_tree`] | points by neighbourhood |
-//! | [`estimator`] | how: estimators made of replaceable parts |
-//! | [`outline`], [`adaptive`] | lights that the camera sees, at their edges; more samples where the noise is |
-//! | [`render`], [`film`], [`splat`], [`image`] | the loop, the accumulators, the files |
-//! | [`rng`], [`sampler`] | streams of random numbers, Owen-scrambled Sobol' points |
-//! | [`real`], [`lanes`] | numbers and vectors of one ray or of several, and the loops in which estimators follow these |
-//! | [`frame`], [`error`], [`nearest`], [`shard`] | coordinates, errors, the name that was probably meant, parts of work |
-//! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial with it |
+//! | [`equation`], [`error`] | the registry of equations (id, formula, source, finding); errors |
+//! | [`suggest`], [`shard`] | "did you mean" for misspelt names; one part of a divided render |
+//! | [`math`] | numbers and vectors of one ray or several ([`real`](math::real), [`simd`](math::simd)), [`frame`](math::frame), (16) as [`moments`](math::moments), [`kd_tree`](math::kd_tree) |
+//! | [`sampling`] | [`rng`](sampling::rng), Owen-scrambled Sobol' points ([`sampler`](sampling::sampler)), (17)-(19) as [`warp`](sampling::warp), positions in a [`pixel`](sampling::pixel) (2.7), Russian [`roulette`](sampling::roulette) (2.6.2) |
+//! | [`film`] | pixels with exact moments and first-hit features; [`splat`](film::splat) buffers |
+//! | [`geometry`] | (1)-(7): rays and [`shape`](geometry::shape)s, [`watertight`](geometry::watertight) intersection, the [`bvh`](geometry::bvh); (8)-(9): [`radiometry`](geometry::radiometry); [`form_factor`](geometry::form_factor), [`solid_angle`](geometry::solid_angle), [`specular_connection`](geometry::specular_connection), ray [`offsets`](geometry::offsets) |
+//! | [`camera`], [`image`] | the pinhole camera; EXR, PNG, PFM and Radiance files |
+//! | [`material`] | (10)-(15): [`fresnel`](material::fresnel) and BSDFs ([`ggx`](material::ggx), [`eon`](material::eon), [`rough_glass`](material::rough_glass)) |
+//! | [`light`] | [`emitter`](light::emitter), [`environment`](light::environment) map, [`light_sampler`](light::light_sampler), [`light_tree`](light::light_tree) |
+//! | [`scene`] | what is rendered: builder, TOML [`file`](scene::file), built-in rooms, [`specular_casters`](scene::specular_casters) |
+//! | [`integrator`] | estimators of (8): path tracing, Whitted, the report's, BDPT, light tracing, [`photon`](integrator::photon) maps, [`radiosity`](integrator::radiosity) |
+//! | [`render`] | the loop over pixels and samples, [`adaptive`](render::adaptive) sampling, emitter [`silhouette`](render::silhouette)s, [`checkpoint`](render::checkpoint)s |
+//! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial |
 //!
 //! The trials of this library, and the faults that they must reject, are in the crate `registry`,
 //! in the folder `tests`.
@@ -36,11 +36,18 @@
 //! use whitefurnace::integrator::{Path, Standard, Strategy};
 //! use whitefurnace::film::Film;
 //! use whitefurnace::sampling::pixel::PixelSampling;
-//! use whitefurnace::render::{Numbers, Sampling, render};
+//! use whitefurnace::render::render;
+//! use whitefurnace::sampling::Sampling;
+//! use whitefurnace::sampling::sampler::Numbers;
 //! use whitefurnace::scene::simple::cornell;
 //!
 //! # fn main() -> Result<(), whitefurnace::error::Error> {
-//! let sampling = Sampling { pixel: PixelSampling::Random, numbers: Numbers::Independent, seed: 1, outlines: false };
+//! let sampling = Sampling {
+//!     pixel: PixelSampling::Random,
+//!     numbers: Numbers::Independent,
+//!     seed: 1,
+//!     outlines: false,
+//! };
 //! let mut film = Film::new([32, 32], None, 1)?;
 //! render(&cornell()?, &Path::new(Standard, Strategy::Mis), sampling, &mut film, &(0..4), &|_| true)?;
 //! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
@@ -98,12 +105,12 @@
 //!
 //! - The library prints nothing and reads no clock. Only [`image`], [`scene::file`] and
 //!   [`harness::trial`] touch files; only the latter reads the environment.
-//! - Only [`rng`] makes generators. Randomness is an argument everywhere else.
+//! - Only [`sampling::rng`] makes generators. Randomness is an argument everywhere else.
 //! - Same seed, same bytes: sums on the film are integers, so no order of threads can show.
 //! - No clamp, depth limit or epsilon without a named constant and a sentence on the bias it
 //!   brings.
 //! - An estimator sees a scene only through its methods, and every decision it makes is a method of
-//!   a trait that a trial can replace: see [`estimator`].
+//!   a trait that a trial can replace: see [`integrator`].
 //! - Directions are unit vectors. Pdfs of directions are with respect to solid angle, of points
 //!   with respect to area. Angles are in radians.
 //!

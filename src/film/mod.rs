@@ -5,8 +5,8 @@ pub mod splat;
 
 use glam::DVec3;
 
-use crate::error::Error;
-use crate::math::moments::{ExactMoments, LARGEST, UNIT, full, in_units};
+use crate::error::{Error, LARGEST_RADIANCE};
+use crate::math::moments::{ExactMoments, UNIT, full, in_units};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,10 +52,10 @@ impl FlatFeatures {
 /// Whether a film can take a depth.
 #[inline]
 pub(crate) fn is_legal_depth(depth: f64) -> bool {
-    (0.0..=LARGEST).contains(&depth)
+    (0.0..=LARGEST_RADIANCE).contains(&depth)
 }
 
-/// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST`]. Less below
+/// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST_RADIANCE`]. Less below
 /// 0 than rounds to a multiple of [`UNIT`] passes.
 ///
 /// # Errors
@@ -63,7 +63,7 @@ pub(crate) fn is_legal_depth(depth: f64) -> bool {
 #[inline]
 pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     // False for NaN, too.
-    let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST;
+    let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST_RADIANCE;
     match radiance.to_array().into_iter().find(|value| !legal(value)) {
         None => Ok(()),
         Some(value) => Err(Error::Radiance {
@@ -141,7 +141,7 @@ impl Pixel {
     ///
     /// # Errors
     /// [`Error::Option`] for an albedo outside [0, 1], a normal that is not a unit vector, a depth
-    /// that is negative or exceeds [`LARGEST`], and if the sums are full.
+    /// that is negative or exceeds [`LARGEST_RADIANCE`], and if the sums are full.
     #[inline]
     pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
         let Features {
@@ -153,7 +153,7 @@ impl Pixel {
             Some(flat) if is_legal_depth(depth) => self.push_flat(&flat, false, depth),
             _ => Err(Error::Option(format!(
                 "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth:?}: albedos lie \
-                 in [0, 1], normals are unit vectors and distances at most {LARGEST}"
+                 in [0, 1], normals are unit vectors and distances at most {LARGEST_RADIANCE}"
             ))),
         }
     }
@@ -241,7 +241,7 @@ impl Pixel {
             && normal
                 .iter()
                 .all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
-            && (0..=most(LARGEST)).contains(&depth);
+            && (0..=most(LARGEST_RADIANCE)).contains(&depth);
         let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
         legal.then_some(Self {
             replications,

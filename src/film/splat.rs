@@ -5,12 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use glam::DVec3;
 
 use super::check_radiance;
-use crate::error::Error;
-use crate::math::moments::{LARGEST, UNIT, in_units};
+use crate::error::{Error, LARGEST_RADIANCE};
+use crate::math::moments::{UNIT, in_units};
 
-/// [`LARGEST`] in multiples of [`UNIT`].
+/// [`LARGEST_RADIANCE`] in multiples of [`UNIT`].
 const MOST: i64 = 1 << 56;
-const _: () = assert!(MOST as f64 * UNIT == LARGEST);
+const _: () = assert!(MOST as f64 * UNIT == LARGEST_RADIANCE);
 
 /// About how many bands of rows an image has: one thread at a time adds to each.
 const BANDS: u32 = 16;
@@ -88,7 +88,7 @@ impl SplatBuffer<'_> {
     /// Adds all that it has to the image.
     ///
     /// # Errors
-    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST`]. The image is
+    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST_RADIANCE`]. The image is
     /// then useless.
     pub fn flush(&mut self) -> Result<(), Error> {
         let Splats { width, rows, bands } = self.image;

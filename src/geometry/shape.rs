@@ -222,14 +222,15 @@ impl Sphere {
 pub struct Hit {
     /// Distance from the ray's origin.
     pub t: f64,
-    /// The point, on the surface to rounding and inside it by [`EDGE_MARGIN`].
+    /// The point, on the surface to rounding and inside it by
+    /// [`EDGE_MARGIN`](super::offsets::EDGE_MARGIN).
     pub point: DVec3,
     /// Unit geometric normal of the surface's front, whatever side was hit.
     pub normal: DVec3,
-    /// Index of the primitive among [`Scene::primitives`].
+    /// Index of the primitive among [`Scene::primitives`](crate::scene::Scene::primitives).
     pub primitive: u32,
-    /// Index of the [`Surface`].
+    /// Index of the [`Surface`](crate::scene::Surface).
     pub surface: u32,
-    /// Index of the [`Emitter`], if the surface emits.
+    /// Index of the [`Emitter`](crate::light::emitter::Emitter), if the surface emits.
     pub emitter: Option<u32>,
 }

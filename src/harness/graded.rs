@@ -8,37 +8,7 @@
 //! interval lies within δ, and then the values that are off by δ are rejected. Cells are tested
 //! jointly, and have shares of their own.
 
-use super::outcome::{Claim, Outcome, Verdict};
-
-/// What a statistic says of values that are off by a known effect.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Graded {
-    /// By how much the estimated value is off, with its sign, in the units of the estimate.
-    pub effect: f64,
-    /// The statistic on those values.
-    pub outcome: Outcome,
-}
-
-/// Room for rounding where an effect is compared with a margin.
-const ROUNDING: f64 = 1e-9;
-
-impl Graded {
-    /// Whether the verdict is what the effect demands: an exact claim fails at δ; an approximate
-    /// one, whose value need not be the reference, does not hold where the estimate lies at its
-    /// margin, and fails if twice the margin is added.
-    pub fn is_answered(&self) -> bool {
-        let verdict = self.outcome.verdict();
-        match self.outcome.claim {
-            Claim::Approximate { margin }
-                if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) =>
-            {
-                verdict != Verdict::Holds
-            }
-            Claim::Test => true,
-            Claim::Exact { .. } | Claim::Approximate { .. } => verdict == Verdict::Fails,
-        }
-    }
-}
+use super::outcome::{Claim, Graded, Outcome};
 
 /// The outcome with its graded controls, of both signs; `again` runs the statistic on values that
 /// are off by an effect, or says that no values can be.

@@ -52,6 +52,7 @@ pub mod graded;
 pub mod guard;
 pub mod images;
 pub mod ks;
+mod level;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;

@@ -2,16 +2,8 @@
 
 use std::fmt;
 
-use super::graded::Graded;
+pub use super::level::{ALPHA, CAPACITY, SUITE_BUDGET};
 use super::power::Sensitivity;
-
-/// Each assertion's share of the chance that a correct build goes red.
-pub const ALPHA: f64 = 1e-9;
-/// How many assertions that chance can turn red a suite may hold: the Bonferroni factor, fixed, so
-/// that adding a trial changes no other.
-pub const CAPACITY: usize = 1000;
-/// The chance that a correct build goes red anywhere, under a fresh master seed: at most this.
-pub const SUITE_BUDGET: f64 = ALPHA * CAPACITY as f64;
 
 /// A rejection at this level, by 20 standard errors, stands although the tail at [`ALPHA`] is not
 /// valid, if n is at least one part in [`FAR_SHARE`] of what that takes: with |γ| z³/(3√n) of 1.2
@@ -334,6 +326,36 @@ impl fmt::Display for Outcome {
             Ok(())
         } else {
             write!(f, "; {}", self.worst)
+        }
+    }
+}
+
+/// What a statistic says of values that are off by a known effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Graded {
+    /// By how much the estimated value is off, with its sign, in the units of the estimate.
+    pub effect: f64,
+    /// The statistic on those values.
+    pub outcome: Outcome,
+}
+
+/// Room for rounding where an effect is compared with a margin.
+const ROUNDING: f64 = 1e-9;
+
+impl Graded {
+    /// Whether the verdict is what the effect demands: an exact claim fails at δ; an approximate
+    /// one, whose value need not be the reference, does not hold where the estimate lies at its
+    /// margin, and fails if twice the margin is added.
+    pub fn is_answered(&self) -> bool {
+        let verdict = self.outcome.verdict();
+        match self.outcome.claim {
+            Claim::Approximate { margin }
+                if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) =>
+            {
+                verdict != Verdict::Holds
+            }
+            Claim::Test => true,
+            Claim::Exact { .. } | Claim::Approximate { .. } => verdict == Verdict::Fails,
         }
     }
 }

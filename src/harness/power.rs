@@ -3,7 +3,7 @@
 //! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance
 //! of a miss. The experiment `power` measures these curves where they can be measured.
 
-use super::outcome::ALPHA;
+use super::level::ALPHA;
 use super::tails::{
     binomial_cdf, binomial_sf, chi_square_upper, kolmogorov_upper, noncentral_chi_square_cdf,
     normal_sf, normal_upper, poisson_cdf, poisson_sf, student_upper,

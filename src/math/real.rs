@@ -2,10 +2,10 @@
 //! once.
 //!
 //! An equation is written once, as a function of any [`Real`] or [`Vector`]. Each operation of
-//! [`Lanes`] rounds as that of `f64` does, lane by lane, and no two are ever fused, so a function
-//! has the same bits for a ray alone and for the same ray in a lane; `tests/library/lanes` compares
-//! them. [`Singles`] round to single precision, [`crate::equation::SINGLE_PRECISION`];
-//! `tests/library/singles.rs` bounds by how much.
+//! [`Lanes`](super::simd::Lanes) rounds as that of `f64` does, lane by lane, and no two are ever
+//! fused, so a function has the same bits for a ray alone and for the same ray in a lane;
+//! `tests/library/lanes` compares them. [`Singles`](super::simd::Singles) round to single
+//! precision, [`crate::equation::SINGLE_PRECISION`]; `tests/library/singles.rs` bounds by how much.
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

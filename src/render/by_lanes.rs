@@ -3,27 +3,16 @@
 
 use std::ops::Range;
 
-use super::row::RowRenderer;
+use super::row::{LaneEstimator, RowRenderer};
 use super::silhouette::Outlines;
 use super::{Prepared, Progress, Renderer, UNINTERRUPTED, each_part};
 use crate::error::Error;
 use crate::film::Film;
-use crate::integrator::{Estimator as _, Path, Report, Whitted};
+use crate::integrator::Estimator as _;
 use crate::math::simd::{LANES, Lanes, SINGLES, Singles, Wide};
 use crate::sampling::Sampling;
 use crate::scene::Scene;
 use crate::scene::lanes::LaneScene;
-
-/// An estimator that follows several paths at a time, with standard parts.
-#[derive(Clone, Copy, Debug)]
-pub enum LaneEstimator {
-    /// The path tracer.
-    Path(Path),
-    /// The report's.
-    Report(Report),
-    /// Whitted ray tracing.
-    Whitted(Whitted),
-}
 
 /// [`render`](super::render()) several paths at a time: the same bytes.
 ///

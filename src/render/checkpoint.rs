@@ -15,10 +15,9 @@ use exr::prelude::{
 };
 use glam::DVec3;
 
-use crate::error::Error;
+use crate::error::{Error, LARGEST_RADIANCE};
 use crate::film::{Begun, Film, Pixel, SUMS, WORDS, Window};
 use crate::image::{CHANNELS, attributes, codec, values, write_whole};
-use crate::math::moments::LARGEST;
 
 /// What a file says beside the film, by name: short texts of Latin-1.
 pub type Notes = BTreeMap<String, String>;
@@ -313,7 +312,7 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
             DVec3::from_array([0, 2, 4].map(float))
         };
         let sums: Vec<DVec3> = (0..film.pixels().len()).map(sum).collect();
-        let most = LARGEST * f64::from(passes);
+        let most = LARGEST_RADIANCE * f64::from(passes);
         let legal = |sum: &DVec3| {
             sum.to_array()
                 .iter()

@@ -25,9 +25,10 @@ use crate::scene::Scene;
 use silhouette::{Outlines, replaced};
 
 pub use by_lanes::{
-    ByLanes, LaneEstimator, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
+    ByLanes, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
 };
 pub use by_passes::{ByPasses, PassEstimator, render_passes};
+pub use row::LaneEstimator;
 
 /// Called, from any thread, with a number of samples that are done; false to stop. What was stopped
 /// goes on by the same call: pixels that have more replications than others got them by it.

@@ -4,12 +4,14 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::Piece;
 use super::silhouette::{MIRRORS, Outlines, POINTS, replaced};
-use super::{LaneEstimator, Piece};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::geometry::shape::Ray;
-use crate::integrator::{Arrival, Integrator, PathState, SurfaceInteraction};
+use crate::integrator::{
+    Arrival, Integrator, Path, PathState, Report, SurfaceInteraction, Whitted,
+};
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::sampling::Sampling;
@@ -17,6 +19,17 @@ use crate::sampling::lanes::{LaneSampler, PixelSampler, Points, SampleName, Stre
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::sampler::Numbers;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// An estimator that follows several paths at a time, with standard parts.
+#[derive(Clone, Copy, Debug)]
+pub enum LaneEstimator {
+    /// The path tracer.
+    Path(Path),
+    /// The report's.
+    Report(Report),
+    /// Whitted ray tracing.
+    Whitted(Whitted),
+}
 
 /// A replication in a lane.
 #[derive(Clone, Copy, Default)]

@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::coincident::{CLOSE_SHARE, COINCIDENT, Shapes};
+use super::coincident::{CLOSE_SHARE, COINCIDENT};
 use super::detail::smallest_detail;
+use super::solids::Shapes;
 use super::specular_casters::Bodies;
 use super::{Part, PartShape, Scene, Surface};
 use crate::camera::{Camera, WIDEST};

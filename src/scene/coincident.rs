@@ -7,9 +7,8 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::solids::Solids;
+use super::solids::{Shapes, Solids};
 use super::{Part, PartShape, Scene, Surface};
-use crate::geometry::bvh::Bvh;
 use crate::geometry::offsets::{OFFSET, SINGLE_END};
 use crate::geometry::shape::Sphere;
 use crate::material::Bsdf;
@@ -73,19 +72,6 @@ pub(super) struct Overlap {
     pub pair: [u32; 2],
     at: DVec3,
     area: f64,
-}
-
-/// The primitives of a scene, among which those are looked for that coincide.
-pub(super) struct Shapes<'a> {
-    pub parts: &'a [Part],
-    pub surfaces: &'a [Surface],
-    pub vertices: &'a [DVec3],
-    pub bvh: &'a Bvh,
-    pub eye: DVec3,
-    /// The distance up to which surfaces coincide.
-    pub tolerance: f64,
-    /// Over more than this share of the way across their overlap.
-    pub share: f64,
 }
 
 impl Scene {

@@ -22,6 +22,7 @@
 //! ```
 
 mod foreign;
+mod keys;
 mod material;
 mod obj;
 mod object;

@@ -5,9 +5,22 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::PartShape;
-use super::coincident::Shapes;
+use super::{Part, PartShape, Surface};
+use crate::geometry::bvh::Bvh;
 use crate::material::Bsdf;
+
+/// The primitives of a scene, among which those are looked for that coincide.
+pub(super) struct Shapes<'a> {
+    pub parts: &'a [Part],
+    pub surfaces: &'a [Surface],
+    pub vertices: &'a [DVec3],
+    pub bvh: &'a Bvh,
+    pub eye: DVec3,
+    /// The distance up to which surfaces coincide.
+    pub tolerance: f64,
+    /// Over more than this share of the way across their overlap.
+    pub share: f64,
+}
 
 /// Triangles whose edges close to bodies.
 pub(super) struct Solids {
@@ -124,7 +137,7 @@ impl Solids {
             body.angle +=
                 2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
         }
-        let hidden = |(i, part): (u32, &super::Part)| match part.shape {
+        let hidden = |(i, part): (u32, &Part)| match part.shape {
             PartShape::Triangle { normal, .. } => {
                 let body = bodies.find(i);
                 sums.get(&body)?

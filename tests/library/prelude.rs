@@ -9,6 +9,7 @@ pub use rand::Rng;
 pub use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 pub use whitefurnace::camera::Camera;
 pub use whitefurnace::error::Error;
+pub use whitefurnace::error::LARGEST_RADIANCE as LARGEST;
 pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::geometry::offsets::EDGE_MARGIN;
 pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere};
@@ -21,7 +22,7 @@ pub use whitefurnace::integrator::{
 pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};
 pub use whitefurnace::math::frame::{Frame, from_spherical, to_spherical};
-pub use whitefurnace::math::moments::{ExactMoments, LARGEST, Moments, UNIT};
+pub use whitefurnace::math::moments::{ExactMoments, Moments, UNIT};
 pub use whitefurnace::render::{render, render_passes};
 pub use whitefurnace::sampling::Sampling;
 pub use whitefurnace::sampling::pixel::PixelSampling;

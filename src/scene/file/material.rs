@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::keys::refuse_light;
 use super::reader::{LARGEST, Table};
-use super::words::refuse_light;
 use crate::error::Error;
 use crate::material::ggx::Ggx;
 use crate::material::rough_glass::RoughGlass;

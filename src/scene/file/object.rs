@@ -2,11 +2,11 @@
 
 use glam::{DQuat, DVec3};
 
+use super::keys::refuse_light;
 use super::obj::{Name, Obj};
 use super::polygon::Polygons;
 use super::reader::{LARGEST, Table, Value, fault, shown};
 use super::schema::Reading;
-use super::words::refuse_light;
 use super::{Description, Object, obj};
 use crate::error::Error;
 use crate::geometry::shape::Sphere;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::words::{advice, refuse_lights};
+use super::words::advice;
 use crate::error::Error;
 use crate::suggest::hint;
 
@@ -208,10 +208,10 @@ impl<'s> Value<'s> {
 
 /// Keys and values.
 pub(super) struct Table<'s> {
-    source: &'s Source<'s>,
-    path: Rc<str>,
-    at: usize,
-    entries: &'s DeTable<'s>,
+    pub source: &'s Source<'s>,
+    pub path: Rc<str>,
+    pub at: usize,
+    pub entries: &'s DeTable<'s>,
 }
 
 impl<'s> Table<'s> {
@@ -244,34 +244,6 @@ impl<'s> Table<'s> {
         )
     }
 
-    /// Refuses keys other than these.
-    pub fn keys(&self, valid: &[&[&str]]) -> Result<(), Error> {
-        let valid = valid.concat();
-        let wrong = self
-            .entries
-            .keys()
-            .find(|key| !valid.contains(&key.get_ref().as_ref()));
-        wrong.map_or(Ok(()), |key| {
-            refuse_lights(
-                key.get_ref(),
-                &self.value(key.get_ref(), &self.entries[key]),
-            )?;
-            let (name, place) = (
-                key.get_ref(),
-                if self.path.is_empty() {
-                    "a scene"
-                } else {
-                    &self.path
-                },
-            );
-            let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
-            Err(self.source.fault(
-                key.span().start,
-                format!("{place} has no key {}{hint}", shown(name)),
-            ))
-        })
-    }
-
     pub fn get(&self, key: &str) -> Option<Value<'s>> {
         Some(self.value(key, self.entries.get(key)?))
     }
@@ -300,7 +272,7 @@ impl<'s> Table<'s> {
             .map(|(key, value)| (key.get_ref().as_ref(), self.value(key.get_ref(), value)))
     }
 
-    fn value(&self, key: &str, value: &'s Spanned<DeValue<'s>>) -> Value<'s> {
+    pub fn value(&self, key: &str, value: &'s Spanned<DeValue<'s>>) -> Value<'s> {
         let dot = if self.path.is_empty() { "" } else { "." };
         let key = if key.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
             key.to_owned()

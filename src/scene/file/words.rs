@@ -1,12 +1,5 @@
 //! Words of other programs' scenes, and what says the same here.
 
-use std::f64::consts::PI;
-
-use glam::DVec3;
-
-use super::reader::{LARGEST, Table, Value};
-use crate::error::Error;
-
 /// Keys of other programs, and keys or values of this one that may be meant: the first that is
 /// valid where the word stands. Words are in lower case without `-`, `_` and blanks.
 const SYNONYMS: [(&str, &[&str]); 32] = [
@@ -101,24 +94,7 @@ const INSTEAD: [(&str, &str); 7] = [
     ),
 ];
 
-/// Kinds of lights without extent.
-const LIGHTS: [(&str, Light); 3] = [
-    ("point pointlight omni bulb", Light::Point),
-    (
-        "directional directionallight distant distantlight sun sunlight parallel",
-        Light::Directional,
-    ),
-    ("spot spotlight", Light::Spot),
-];
-
-#[derive(Clone, Copy)]
-enum Light {
-    Point,
-    Directional,
-    Spot,
-}
-
-fn plain(word: &str) -> String {
+pub(super) fn plain(word: &str) -> String {
     word.chars()
         .filter(|c| !"-_ ".contains(*c))
         .take(64)
@@ -126,7 +102,7 @@ fn plain(word: &str) -> String {
         .collect()
 }
 
-fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
+pub(super) fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
     let word = plain(word);
     table
         .iter()
@@ -163,97 +139,4 @@ pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
         _ => "",
     };
     Some(format!("; did you mean \"{meant}\"?{more}"))
-}
-
-/// Refuses a table that describes a light without extent, whichever of its keys says so.
-pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
-    for value in ["shape", "model", "type", "kind", "light"]
-        .iter()
-        .filter_map(|key| table.get(key))
-    {
-        if let Some(light) = value
-            .text()
-            .ok()
-            .and_then(|text| find(&LIGHTS, text).first().copied())
-        {
-            return Err(value.fault(instead(light, Some(table))));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses a key for lights, with what says the same here.
-pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
-    let first = value.array().ok().and_then(|mut items| items.next());
-    let table = first.as_ref().unwrap_or(value).table().ok();
-    if let Some(light) = find(&LIGHTS, key).first() {
-        return Err(value.fault(instead(*light, table.as_ref())));
-    }
-    if !["light", "lights", "lamp", "lamps", "emitter", "emitters"].contains(&&*plain(key)) {
-        return Ok(());
-    }
-    table.as_ref().map_or(Ok(()), refuse_light)?;
-    Err(value.fault(
-        "says nothing here: a light is an object whose material has emission = a radiance; background = a radiance is \
-         light from everywhere; in place of a point light take a small sphere",
-    ))
-}
-
-fn instead(light: Light, table: Option<&Table>) -> String {
-    let get = |keys: &[&str]| keys.iter().find_map(|key| table?.get(key));
-    let colour = |keys: &[&str]| get(keys).and_then(|value| value.colour(0.0..=LARGEST).ok());
-    let point = |keys: &[&str]| get(keys).and_then(|value| value.point().ok());
-    let intensity = || colour(&["intensity", "I"]);
-    match light {
-        Light::Point => {
-            let centre = point(&["position", "pos", "location", "centre", "center", "from", "origin", "translate"]);
-            let power = colour(&["power", "watts", "flux", "energy"]).map(|power| power / (4.0 * PI));
-            let emission = intensity().or(power).map(|intensity| intensity / (PI * RADIUS * RADIUS));
-            format!(
-                "is a point light, which has no surface and no radiance: take a small sphere, {{ shape = \"sphere\", \
-                 material = \"bulb\", centre = {}, radius = {RADIUS} }}, of bulb = {{ model = \"black\", emission = {} }}: \
-                 intensity / (π radius²), or power / (4 π² radius²), for a radius in metres",
-                place(centre.unwrap_or(DVec3::Z * 3.0)),
-                emission.map_or_else(|| format!("{} for 1 W/sr", 1.0 / (PI * RADIUS * RADIUS)), written),
-            )
-        }
-        Light::Directional => {
-            let away = point(&["direction", "dir"]).map(|direction| -direction);
-            let towards = away.and_then(DVec3::try_normalize).unwrap_or(DVec3::Z);
-            let squared_sine = (SUN_RADIUS / SUN_DISTANCE).powi(2);
-            let irradiance = colour(&["irradiance", "strength", "radiance"]).or_else(intensity);
-            let emission = irradiance.map(|irradiance| irradiance / (PI * squared_sine));
-            format!(
-                "is a directional light, which has no solid angle and no radiance: take a distant sphere, {{ shape = \
-                 \"sphere\", material = \"sun\", centre = {}, radius = {SUN_RADIUS} }}, of sun = {{ model = \"black\", \
-                 emission = {} }}: irradiance · distance² / (π radius²), for a scene that is small and near the origin",
-                place(towards * SUN_DISTANCE),
-                emission.map_or_else(|| format!("{} for 1 W/m²", 1.0 / (PI * squared_sine)), written),
-            )
-        }
-        Light::Spot => "is a spot light, which has no surface and no radiance: take a small rectangle or sphere whose \
-                        material emits, and black rectangles or a black \"mesh\" around it with an opening for the beam"
-            .to_owned(),
-    }
-}
-
-/// The radius of the sphere in place of a point.
-const RADIUS: f64 = 0.01;
-/// The radius of the sphere in place of a direction, and its distance: 0.29°, as the sun.
-const SUN_RADIUS: f64 = 5.0;
-const SUN_DISTANCE: f64 = 1000.0;
-
-/// A point as a scene file has it.
-fn place(v: DVec3) -> String {
-    let [x, y, z] = v.to_array().map(|x| x + 0.0);
-    format!("[{x}, {y}, {z}]")
-}
-
-/// A colour as a scene file has it.
-fn written(v: DVec3) -> String {
-    if v == DVec3::splat(v.x) {
-        v.x.to_string()
-    } else {
-        place(v)
-    }
 }
