@@ -2,7 +2,7 @@
 //! trial on its right subject, `furnace/sky/path!no-cosine` one of its faults.
 //!
 //! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial.
-//! `WHITEFURNACE_SHARD=1/4` runs the first of four parts.
+//! `WHITEFURNACE_SHARD=1/4` runs the first of four shards.
 
 use std::collections::HashSet;
 use std::process::{Command, ExitCode};
@@ -17,7 +17,7 @@ use whitefurnace::harness::trial::{
     shard_from_environment,
 };
 
-/// The message, for a test that is red.
+/// Turns the error of a check into a failed test.
 fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
     match result {
         Ok(_) => Ok(()),
@@ -25,8 +25,9 @@ fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
     }
 }
 
-/// The outcomes of a trial on its right subject that no fault must be rejected by, a line each.
-/// Where chance has a part, exact outcomes beside it have tests of their own.
+/// Returns a message for each outcome of a trial that no fault must be rejected by; `found` is the
+/// trial on its correct subject. In trials with random outcomes the exact ones are left out, as
+/// they have tests of their own.
 fn without_fault(trial: &Trial, found: &[Row]) -> String {
     let outcomes = || found.iter().map(|row| &row.outcome);
     let names: HashSet<&str> = trial
@@ -41,14 +42,15 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
         .filter(|outcome| !names.contains(outcome.name.as_str()))
         .map(|outcome| {
             format!(
-                "{}: no fault is to be rejected by its outcome {}\n",
+                "{}: no fault has to be rejected by its outcome {}\n",
                 trial.name, outcome.name
             )
         })
         .collect()
 }
 
-/// Whether a trial holds on its right subject, and each of its outcomes rejects a fault.
+/// Checks that a trial holds on its correct subject, and that each of its outcomes must reject a
+/// fault.
 fn on_its_subject(trial: &Trial, context: &Context) -> Result<(), Failed> {
     let rows = check_subject(trial, context).map_err(|message| format!("\n{message}"))?;
     match without_fault(trial, &rows).as_str() {
@@ -57,7 +59,7 @@ fn on_its_subject(trial: &Trial, context: &Context) -> Result<(), Failed> {
     }
 }
 
-/// Whether a mutant that is as right as the right subject is accepted.
+/// Checks that a trial accepts an equivalent mutant.
 fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
     let name = full_name(&pair.trial, pair.fault.name);
     let context = context.named(&name);
@@ -71,7 +73,7 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
         };
         if !green {
             message += &format!(
-                "{name}, which is right ({}): {outcome:?}\n",
+                "{name}, an equivalent mutant ({}): {outcome:?}\n",
                 pair.fault.wrong
             );
         }
@@ -82,7 +84,7 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
     Err(Failed::from(format!("\n{message}")))
 }
 
-/// Whether each test is in one of three parts, those of wrong names in none.
+/// Checks that shards 1/3 to 3/3 partition the tests, and that malformed shards are refused.
 fn parts() -> Result<(), Failed> {
     let list = |shard: &str| -> Result<(Option<i32>, Vec<String>, String), Failed> {
         let mut again = Command::new(std::env::current_exe()?);
@@ -104,7 +106,7 @@ fn parts() -> Result<(), Failed> {
         let (code, part, _) = list(shard)?;
         if code != Some(0) || part.len().abs_diff(all.len() / 3) > 1 {
             return Err(format!(
-                "{} of {} tests in part {shard}, exit code {code:?}",
+                "{} of {} tests in shard {shard}, exit code {code:?}",
                 part.len(),
                 all.len()
             )
@@ -115,7 +117,7 @@ fn parts() -> Result<(), Failed> {
     parts.sort();
     all.sort();
     if parts != all || all.is_empty() {
-        return Err("the parts are not the whole".into());
+        return Err("the shards do not add up to all tests".into());
     }
     for wrong in ["", "0/3", "4/3", "3", "1/0", "a/b"] {
         let (code, names, said) = list(wrong)?;
@@ -124,7 +126,7 @@ fn parts() -> Result<(), Failed> {
             || said.lines().count() != 1
             || !said.contains("WHITEFURNACE_SHARD is")
         {
-            return Err(format!("part '{wrong}': exit code {code:?}, {said}").into());
+            return Err(format!("shard '{wrong}': exit code {code:?}, {said}").into());
         }
     }
     Ok(())

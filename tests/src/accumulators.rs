@@ -1,11 +1,11 @@
-//! The estimator (16) itself: mean, variance and standard error of values that are known, merged
-//! from two parts, and of samples of which some are lost.
+//! The estimator (16) itself: mean, variance and standard error of known values, merged from two
+//! parts, with lost samples that count as 0.
 
 use whitefurnace::math::moments::{ExactMoments, Moments};
 
 use crate::prelude::*;
 
-/// Mean, variance and standard error of two sets of values together.
+/// Computes mean, variance and standard error of two sets of values together.
 type Summary = fn(&[f64], &[f64]) -> [f64; 3];
 
 fn summary(a: &[f64], b: &[f64]) -> [f64; 3] {
@@ -17,7 +17,7 @@ fn of(moments: Moments) -> [f64; 3] {
     [moments.mean(), moments.variance(), moments.standard_error()]
 }
 
-/// The film's accumulators.
+/// Computes them with the film's accumulators.
 fn exact_summary(a: &[f64], b: &[f64]) -> [f64; 3] {
     let fill = |values: &[f64]| {
         let mut moments = ExactMoments::default();
@@ -38,7 +38,7 @@ fn exact_summary(a: &[f64], b: &[f64]) -> [f64; 3] {
     ]
 }
 
-/// Two passes over all values: mean, then squares about it.
+/// Computes them in two passes over all values: mean, then squared deviations from it.
 fn two_passes(values: &[f64]) -> [f64; 3] {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -50,8 +50,9 @@ const SETS: u64 = 2_000;
 /// Film accumulators round values to 2⁻³²; the smallest of these variances is about 1e-3.
 const TOLERANCE: f64 = 1e-6;
 
-/// Sets of 4 to 42 values, some of them lost samples that count as 0. Two of each part are never
-/// lost, so that a fault that leaves the lost ones out has finite moments.
+/// Compares a summary with [`two_passes`] on sets of 4 to 42 values, some of which are lost samples
+/// that count as 0. Two values of each part are never lost, so that a fault that leaves out the
+/// lost ones has finite moments.
 fn known_values(context: &Context, summary: Summary) -> Vec<Outcome> {
     let mut rng = context.rng("values");
     let (mut worst, mut lost) = (0.0_f64, 0);
@@ -146,7 +147,7 @@ fn faults() -> Vec<Fault<Summary>> {
     ]
 }
 
-/// The accumulators.
+/// Trials and faults of the accumulators.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: vec![trial(

@@ -1,4 +1,4 @@
-//! Adaptive sampling: numbers of samples that a pilot decides leave the mean of an image as it is.
+//! Adaptive sampling: sample counts that a pilot decides leave the mean of an image unbiased.
 
 use rand::Rng as _;
 use whitefurnace::film::{Film, Pixel};
@@ -13,14 +13,14 @@ use crate::mean_radiance::means;
 use crate::prelude::*;
 use crate::scenes::seen_by;
 
-/// How an image adapts to a pilot.
+/// Adaptive sampling of an image, so that each step can be replaced.
 #[derive(Clone, Copy)]
 pub struct Adaptation {
-    /// How the pilot draws its samples, by how the image does.
+    /// Sampling of the pilot, from that of the image and the number of replications.
     pub pilot: fn(Sampling, u32) -> Sampling,
-    /// Samples in a replication of each pixel, by the pilot's film and their mean.
+    /// Samples per replication of each pixel, from the pilot's film and their mean.
     pub counts: fn(&Film, u32) -> Vec<u32>,
-    /// The value of a pixel, by the pilot's and its own.
+    /// Value of a pixel, from the pilot's pixel and its own.
     pub value: fn(&Pixel, &Pixel) -> DVec3,
 }
 
@@ -30,13 +30,13 @@ const RIGHT: Adaptation = Adaptation {
     value: |_, pixel| pixel.mean(),
 };
 
-/// A row of pixels.
+/// Size of the image: one row of pixels.
 const SIZE: [u32; 2] = [24, 1];
-/// Samples of a replication, in the mean.
+/// Mean samples per replication.
 const SAMPLES: u32 = 4;
 
-/// Which pixel a ray passes, from the left. The camera of [`nothing`] looks along y at pixels of
-/// side 1 at distance 1.
+/// Returns the column of the pixel that a ray passes, from the left. The camera of [`nothing`]
+/// looks along y at pixels of side 1 at distance 1.
 fn column(ray: &Ray) -> f64 {
     (ray.direction.x / ray.direction.y + 0.5 * f64::from(SIZE[0])).floor()
 }
@@ -50,8 +50,8 @@ fn nothing() -> Arc<Scene> {
     )
 }
 
-/// Noise, the brighter the more: light that one sample of sixteen finds in the first channel, an
-/// even number in the second.
+/// An estimator that returns noise, stronger in brighter pixels: a rare value, which is nonzero in
+/// one sample of sixteen, in the first channel, and a uniform one in the second.
 struct Noise;
 
 impl Estimator for Noise {
@@ -62,18 +62,18 @@ impl Estimator for Noise {
     }
 }
 
-/// The mean radiance of a pixel.
+/// Mean radiance of a pixel.
 fn brightness(column: f64) -> f64 {
     1.0 + column / 4.0
 }
 
-/// Of the row.
+/// Mean radiance of the row.
 const MEAN: f64 = 1.0 + (24.0 - 1.0) / 2.0 / 4.0;
 
 const IMAGES: u64 = 30_000;
 const EFFECT: f64 = 0.025;
 
-/// The means of images.
+/// Compares the means of both channels over many images with [`MEAN`].
 fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome> {
     let mut seeds = context.rng("images");
     let about = ["rare", "even"].map(|name| (name, MEAN, EFFECT * MEAN));
@@ -90,7 +90,7 @@ fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome>
     })
 }
 
-/// The means of both channels over one image.
+/// Renders one image and returns the means of both channels.
 fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64; 2]> {
     let rendered = |sampling: Sampling, counts: Option<Vec<u32>>| {
         let mut film = Film::new(SIZE, None, sampling.samples_per_replication()).ok()?;
@@ -119,25 +119,25 @@ fn image(scene: &Scene, sampling: Sampling, subject: Adaptation) -> Option<[f64;
     Some([mean.x, mean.y])
 }
 
-/// What both have found, by their numbers of samples.
+/// Returns the mean of the samples of both, weighted by their numbers.
 fn together(pilot: &Pixel, own: &Pixel) -> DVec3 {
     let [a, b] = [pilot, own].map(|pixel| f64::from(pixel.samples()));
     (a * pilot.mean() + b * own.mean()) / (a + b)
 }
 
-/// Numbers of samples that a pilot decides.
+/// Trials and faults of adaptive sampling.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = nothing();
     vec![Box::new(Family {
         trials: vec![trial(
             "convergence/adaptive",
-            "numbers of samples that a pilot decides leave the mean of an image as it is",
+            "sample counts that a pilot decides leave the mean of an image unbiased",
             &ADAPTIVE,
             ["render::adaptive::counts", "t"],
             move |context: &Context, subject| images(context, &scene, subject),
         )],
         faults: vec![
-            fault!("pilot-kept", ADAPTIVE, "the pilot's samples have a share in the mean, by their number",
+            fault!("pilot-kept", ADAPTIVE, "the pilot's samples enter the mean, weighted by their number",
                 = Adaptation { value: together, ..RIGHT },
                 "convergence/adaptive: rare"),
             fault!("pilot-of-the-same-samples", ADAPTIVE, "the pilot's samples are the first of the image",

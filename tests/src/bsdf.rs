@@ -11,7 +11,7 @@ use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 use crate::prelude::*;
 use crate::scenes::lambert;
 
-/// An outcome of a trial by check-up, at each of its inclinations.
+/// Names an outcome of the check-up at each of its inclinations.
 macro_rules! at_every_angle {
     ($trial:literal, $name:literal) => {
         concat!(
@@ -40,7 +40,7 @@ fn oren_nayar(form: OrenNayarForm) -> Bsdf {
     Bsdf::oren_nayar(DVec3::splat(RHO), SIGMA, form)
 }
 
-/// A BSDF as paths go on from it.
+/// Wraps a BSDF as paths evaluate and sample it.
 pub(super) fn as_rendered(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
         move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
@@ -50,7 +50,7 @@ pub(super) fn as_rendered(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     .energy_bound(OREN_NAYAR_BOUND)
 }
 
-/// The same by uniform directions.
+/// Wraps a BSDF as sampled by uniform directions.
 fn uniform_sampled(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
         move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
@@ -85,18 +85,34 @@ fn inclination(wo: DVec3) -> f64 {
     wo.x.hypot(wo.y).atan2(wo.z)
 }
 
-/// The largest error of an integral over the hemisphere against what it should be, over two
-/// parameters of a model and three inclinations of wo in degrees.
+/// Values of a model's parameter and inclinations of wo for which [`integrals`] are computed.
+#[derive(Clone, Copy)]
+pub(super) struct Cases {
+    /// Symbol of the parameter.
+    pub symbol: &'static str,
+    /// Values of the parameter.
+    pub parameters: [f64; 2],
+    /// Inclinations of wo.
+    pub degrees: [f64; 3],
+}
+
+/// Compares an integral over the hemisphere with its known value, over two values of a parameter of
+/// a model and three inclinations of wo. The outcome is the largest error.
 pub(super) fn integrals(
     name: &str,
-    (symbol, parameters, angles): (&str, [f64; 2], [f64; 3]),
+    cases: Cases,
     f: impl Fn(f64, DVec3, DVec3) -> f64,
     known: impl Fn(f64, DVec3) -> f64,
 ) -> Vec<Outcome> {
-    let cases = parameters
+    let Cases {
+        symbol,
+        parameters,
+        degrees,
+    } = cases;
+    let pairs = parameters
         .into_iter()
-        .flat_map(|parameter| angles.map(|degrees| (parameter, degrees)));
-    let errors = cases.map(|(parameter, degrees)| {
+        .flat_map(|parameter| degrees.map(|degrees| (parameter, degrees)));
+    let errors = pairs.map(|(parameter, degrees)| {
         let wo = from_spherical(degrees.to_radians(), 0.0);
         let found = Domain::Hemisphere
             .integrate_all(MASS_TOLERANCE, &|w| f(parameter, wo, w))
@@ -110,7 +126,7 @@ pub(super) fn integrals(
     });
     let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
     let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
-    let n = (parameters.len() * angles.len()) as u64;
+    let n = (parameters.len() * degrees.len()) as u64;
     vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
 }
 
@@ -145,7 +161,7 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<PartTable>> {
-    // At so many inclinations all weights are the same, and no chance is in the furnace.
+    // Weights are constant at these inclinations, so the furnace is exact, without chance.
     let own = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
         let subject = "material::Scattering::sample_rough, sample_uniform";
         trial(
@@ -225,7 +241,7 @@ fn faults() -> Vec<Fault<PartTable>> {
     ]
 }
 
-/// The diffuse models.
+/// Trials and faults of the diffuse models.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

@@ -1,5 +1,5 @@
-//! Shadow rays by way of one mirror or glass body: the radiance in a closed furnace is the same
-//! whatever stands in it.
+//! Specular next-event estimation: shadow rays that connect to lights through one mirror or glass
+//! body. The radiance in a closed furnace is the same whatever stands in it.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -14,13 +14,13 @@ use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, ball, hollow, lambert, light, mirror, scene, square};
 use crate::strategies::near_origin;
 
-/// The path tracer with shadow rays by way of bodies, weighted by the balance heuristic.
+/// The path tracer with specular next-event estimation, weighted by the balance heuristic.
 pub const BY_BODIES: EstimatorKind = EstimatorKind::PathByBodies(Heuristic::Balance);
 
-/// Of all walls.
+/// Albedo of all walls.
 const ALBEDO: f64 = 0.5;
 
-/// A sphere whose inside emits, and something in it.
+/// Builds a sphere whose inside emits, with something in it.
 fn furnace_with(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     scene(name, |s| {
         hollow(s, 1.0, Surface::new(lambert(ALBEDO)).emitting(DVec3::ONE));
@@ -28,7 +28,7 @@ fn furnace_with(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene>
     })
 }
 
-/// Balls of glass, one of them nearly at the wall, where light goes by three routes.
+/// Balls of glass, one of them nearly at the wall, where light takes three specular paths.
 fn with_glass() -> Arc<Scene> {
     furnace_with("furnace with glass", |s| {
         for (x, radius, index) in [(-0.65, 0.2, 1.5), (0.65, 0.3, 2.0)] {
@@ -61,8 +61,9 @@ fn with_mirrors() -> Arc<Scene> {
     })
 }
 
-/// A ball of glass over a small patch at the origin, from where its centre is 1.3 radii away, and a
-/// cap of the sphere of two radii around the ball, which lights the patch through the ball alone.
+/// Adds a ball of glass over a small patch at the origin, 1.3 radii from its centre, and a light on
+/// a cap of the concentric sphere of twice the radius, which illuminates the patch through the ball
+/// alone.
 pub(super) fn add_lens(s: &mut SceneBuilder) {
     square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
     ball(s, lens(), Surface::new(GLASS));
@@ -78,19 +79,21 @@ pub(super) fn add_lens(s: &mut SceneBuilder) {
     );
 }
 
-/// Where this ball is.
+/// The ball of [`add_lens`].
 pub(super) fn lens() -> Sphere {
     Sphere::new(DVec3::new(0.0, 0.0, BELOW), 1.0)
 }
 
-/// How far below the centre the patch is, and above it the cap, and the half angle of the cap.
+/// Distance of the patch below the ball's centre, distance of the cap above it, and half angle of
+/// the cap.
 const BELOW: f64 = 1.3;
 const ABOVE: f64 = 2.0;
 const CAP: f64 = 0.4;
 
-/// What of the radiance of the cap the patch has as irradiance, over π: the sum over angles of
-/// incidence at the ball, and over these numbers of reflections within it, of what arrives from the
-/// cap. The cap lies where light ends that is turned by less than its angle.
+/// Irradiance of the patch, divided by π and by the radiance of the cap: the sum over angles of
+/// incidence at the ball, and over these numbers of reflections within it, of the light that
+/// arrives from the cap. A path comes from the cap if it meets the cap's sphere within the half
+/// angle of its top.
 fn through_lens(reflections: Range<i32>) -> f64 {
     const STEPS: u32 = 200_000;
     let arriving = |i: u32| {
@@ -105,7 +108,7 @@ fn through_lens(reflections: Range<i32>) -> f64 {
             let passed = (1.0 - reflected).powi(2) * reflected.powi(reflections);
             if from_top.abs() <= CAP { passed } else { 0.0 }
         };
-        // sin ψ d(sin ψ), where sin ψ = sin α / X.
+        // sin ψ d(sin ψ), where sin ψ = sin α / BELOW.
         reflections.clone().map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
     };
     2.0 * (0..STEPS).map(arriving).sum::<f64>() * FRAC_PI_2 / f64::from(STEPS)
@@ -116,9 +119,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = |name, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
         let property =
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
-        radiance(name, equation, (scene, kind, ray))
+        radiance(name, equation, scene, kind, ray)
             .says(property)
-            .is((level, BOUNCES), samples)
+            .is(level, BOUNCES, samples)
     };
     let (glass, mirrors, lens) = (
         with_glass(),
@@ -131,21 +134,25 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "irradiance/by-bodies/lens",
             &SPECULAR_ANGLE,
-            (&lens, BY_BODIES, near_origin),
+            &lens,
+            BY_BODIES,
+            near_origin,
         )
         .says(format!(
             "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
         ))
-        .by_points((lit, BOUNCES), 140_000),
+        .by_points(lit, BOUNCES, 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
-            (&lens, EstimatorKind::PathWithin(4), near_origin),
+            &lens,
+            EstimatorKind::PathWithin(4),
+            near_origin,
         )
         .says(format!(
-            "without reflections within the ball it reflects {straight:.6}"
+            "without reflections within the ball of glass the patch reflects {straight:.6}"
         ))
-        .by_points((straight, BOUNCES), 140_000),
+        .by_points(straight, BOUNCES, 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "balls of glass",
@@ -169,7 +176,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
-        fault!("spread-doubled", SPECULAR_SPREAD, "the solid angle of a route by way of a body is taken for twice what it is",
+        fault!("spread-doubled", SPECULAR_SPREAD, "the geometry term of a specular connection is doubled",
             { route: |_, _, route| Some(Route { spread: 2.0 * route.spread, ..route }) },
             "irradiance/by-bodies/lens", "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("spread-without-slant", SPECULAR_SPREAD, "the cosine at the body is counted twice",
@@ -177,7 +184,7 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
             "irradiance/by-bodies/lens", "irradiance/after-mirror/by-bodies"),
         fault!("one-root", SPECULAR_ANGLE, "the search ends at the first root",
             { route: |_, number, route| (number == 0).then_some(route) }, "irradiance/by-bodies/lens"),
-        fault!("first-root-lost", SPECULAR_ANGLE, "light that is bent beyond the axis, or reflected, is not looked for",
+        fault!("first-root-lost", SPECULAR_ANGLE, "the first root is left out: light that is bent beyond the axis, or reflected",
             { route: |_, number, route| (number > 0).then_some(route) },
             "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("enters-and-stays", FRESNEL, "light is weakened where it enters a ball of glass, but not where it leaves",
@@ -192,13 +199,13 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
                 (if body.kind == Kind::Reflection { DVec3::ONE } else { passed }, chance)
             } },
             "furnace/by-bodies/glass"),
-        fault!("mirror-twice", RENDERING, "shadow rays by way of a mirror lose its colour twice",
+        fault!("mirror-twice", RENDERING, "specular connections are multiplied by the body's reflectance or transmittance twice",
             { lets_on: |body, cosine| {
                 let (passed, chance) = Standard.lets_on(body, cosine);
                 (passed * passed, chance)
             } },
             "irradiance/after-mirror/by-bodies", "irradiance/by-bodies/lens"),
-        fault!("body-not-picked", LIGHT_PICK, "a shadow ray by way of a body counts as if there were no other",
+        fault!("body-not-picked", LIGHT_PICK, "a specular connection is not divided by the probability of picking its body",
             { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0) },
             "irradiance/by-bodies/lens", "furnace/by-bodies/glass"),
     ]

@@ -1,5 +1,5 @@
-//! Light that reaches a diffuse surface by way of a mirror or glass alone, where no shadow ray
-//! finds it: whole estimators count it once.
+//! Light that reaches a diffuse surface through a mirror or glass only, where no shadow ray finds
+//! it. Whole estimators count it once.
 
 use crate::by_bodies::BY_BODIES;
 use crate::fresnel::walsh;
@@ -12,11 +12,11 @@ use crate::scenes::{
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
-/// From the eye to the patch, to the mirror or glass, to the light.
+/// Three segments: from the eye to the patch, to the mirror or glass, to the light.
 const REPORT: EstimatorKind = EstimatorKind::Report(3);
 
-/// A light that faces up, below the level of a diffuse patch at the origin and seen by it in a
-/// mirror only. The patch is so small that its own image is 1e-6 of the light.
+/// A light that faces up, below the level of a diffuse patch at the origin, which sees it in a
+/// mirror only. The patch is so small that its own mirror image is 1e-6 of the light.
 fn light_in_mirror() -> Arc<Scene> {
     scene("light in mirror", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
@@ -31,8 +31,8 @@ fn light_in_mirror() -> Arc<Scene> {
     })
 }
 
-/// Such a patch under glass that fills all above it, and a light within the glass. Of the patch's
-/// hemisphere 1e-6 passes beside them.
+/// A diffuse patch under glass that fills all above it, and a light within the glass. A fraction of
+/// 1e-6 of the patch's hemisphere passes beside them.
 fn light_in_glass() -> Arc<Scene> {
     scene("light in glass", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
@@ -46,15 +46,15 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
     let in_mirror = REFLECTANCE * reflected(image);
     let glass = light_in_glass();
-    // What 1 - R of radiance becomes in the thinner medium, averaged over the hemisphere.
+    // Transmitted radiance, (1 − R)/n² in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
     let family_trial =
         |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
             let property =
                 format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-            radiance(name, equation, (scene, kind, near_origin))
+            radiance(name, equation, scene, kind, near_origin)
                 .says(property)
-                .by_points((*reference, SINGLE), n)
+                .by_points(*reference, SINGLE, n)
         };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);

@@ -6,8 +6,9 @@
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, panel, scene};
 
-/// F from a point to a rectangle of sides a and b in a parallel plane at distance `c`, whose corner
-/// is on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary steps.
+/// Form factor from a point to a rectangle of sides `a` and `b` in a parallel plane at distance
+/// `c`, one corner of which is on the point's normal: ∫∫ c²/(π(x² + y² + c²)²) dx dy by elementary
+/// integration.
 pub fn parallel_corner(a: f64, b: f64, c: f64) -> f64 {
     let part = |a: f64, b: f64| {
         let r = a.hypot(c);
@@ -16,22 +17,22 @@ pub fn parallel_corner(a: f64, b: f64, c: f64) -> f64 {
     (part(a, b) + part(b, a)) / TAU
 }
 
-/// F from a point to an upright rectangle of width `b` and height `a` that stands in the point's
-/// own plane at distance `c`, its lower corner at the foot of the perpendicular: ∫∫ cz/(π(c² + y² +
-/// z²)²) dy dz by elementary steps.
+/// Form factor from a point to an upright rectangle of width `b` and height `a` at distance `c`,
+/// whose lower edge is in the point's own plane and one lower corner at the foot of the
+/// perpendicular: ∫∫ cz/(π(c² + y² + z²)²) dy dz by elementary integration.
 pub fn upright_corner(a: f64, b: f64, c: f64) -> f64 {
     let r = a.hypot(c);
     ((b / c).atan() - c / r * (b / r).atan()) / TAU
 }
 
-/// Of a quantity for rectangles with a corner at the foot, that for a rectangle anywhere: x and y
-/// are the ranges of its sides. Odd in each side.
+/// Extends a quantity of rectangles with one corner at the origin, odd in each side, to rectangles
+/// anywhere: `x` and `y` are the ranges of its sides.
 fn anywhere([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], corner: impl Fn(f64, f64) -> f64) -> f64 {
     let odd = |x: f64, y: f64| corner(x.abs(), y.abs()) * x.signum() * y.signum();
     odd(x1, y1) - odd(x0, y1) - odd(x1, y0) + odd(x0, y0)
 }
 
-/// A ray to a point of a surface from 25° off its normal.
+/// Returns a ray to a point of a surface from 25° off its normal.
 fn towards(point: DVec3, normal: DVec3) -> Ray {
     let aside = normal.any_orthonormal_vector();
     let (sin, cos) = 25f64.to_radians().sin_cos();
@@ -40,10 +41,11 @@ fn towards(point: DVec3, normal: DVec3) -> Ray {
 }
 
 const CEILING: f64 = 3.0;
-/// Ranges of the luminous rectangle in the ceiling; the receivers are below and beside it.
+/// Ranges in x and y of the luminous rectangle in the ceiling; the receivers are below and beside
+/// it.
 const PANEL: [[f64; 2]; 2] = [[0.3, 2.3], [-0.4, 1.2]];
 
-/// The luminous rectangle, and a diffuse one that it shines on.
+/// Builds the luminous rectangle and a diffuse rectangle that it illuminates.
 fn lit(name: &str, corner: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
     scene(name, |s| {
         panel(s, corner, edges, Surface::new(lambert(FLOOR)));
@@ -53,12 +55,12 @@ fn lit(name: &str, corner: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
     })
 }
 
-/// Height of the opening over the floor: low, so that much of the sky is seen.
+/// Height of the opening over the floor: low, so that much of the sky is visible.
 const SILL: f64 = 0.5;
-/// Half the width of openings.
+/// Half width of the openings.
 const HALF: f64 = 1.2;
 
-/// A black sheet in the plane z = `height` with a square opening around the z axis.
+/// Adds a black sheet in the plane z = `height` with a square opening around the z axis.
 fn sheet(s: &mut SceneBuilder, height: f64) {
     const FAR: f64 = 50.0;
     let rest = FAR - HALF;
@@ -78,11 +80,11 @@ fn sheet(s: &mut SceneBuilder, height: f64) {
     }
 }
 
-/// How far over the floor the obstruction is, and up to which x it reaches.
+/// Height of the obstruction over the floor, and the x at which it ends.
 const OBSTRUCTION: [f64; 2] = [4.0, -3.0];
 
-/// A floor below a roof with a square opening under a sky of radiance 1; beyond the opening a black
-/// half plane, if `obstructed`.
+/// Builds a floor below a roof with a square opening under a sky of radiance 1; beyond the opening
+/// a black half plane, if `obstructed`.
 fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
     scene(name, |s| {
         s.background(DVec3::ONE);
@@ -105,14 +107,13 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
         let reference = FLOOR * l * f;
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
-        let probe = (scene, EstimatorKind::Path, ray);
-        radiance(name, &GEOMETRY, probe)
+        radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
             .says(property)
-            .by_points((reference, SINGLE), n)
+            .by_points(reference, SINGLE, n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
-    // The obstruction's edge as the origin sees it in the plane of the opening.
+    // The obstruction's edge, projected from the origin onto the plane of the opening.
     let [height, edge] = OBSTRUCTION;
     let shadow = edge * SILL / height;
     let opening = |x| anywhere(x, whole, |a, b| parallel_corner(a, b, SILL));

@@ -12,10 +12,10 @@ use crate::hemisphere::Method;
 use crate::prelude::*;
 
 const RATIO_SAMPLES: u64 = 16_000_000;
-/// δ of variance ratios and mean squared errors, relative.
+/// Relative δ of variance ratios and mean squared errors.
 const VARIANCE_DELTA: f64 = 0.01;
 const EDGE_SAMPLES: u64 = 8_000_000;
-/// Groups of replications of a slope.
+/// Number of groups of replications from which a slope is estimated.
 const GROUPS: u64 = 2 * NEARLY_SYMMETRIC;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
@@ -23,31 +23,31 @@ const REPLICATIONS: u32 = 20;
 /// and large N, which moves the slope by up to 0.005.
 const SLOPE_MARGIN: f64 = 0.05;
 
-/// Incoming radiance, its mean over cos θ/π, and the variances of (16) with uniform and cosine
-/// samples.
+/// A profile of incoming radiance with its closed forms: the mean and the variances of (16).
 #[derive(Clone, Copy)]
 pub struct Profile {
     /// Its name.
     pub name: &'static str,
     /// Incoming radiance from a local direction.
     pub radiance: fn(DVec3) -> f64,
-    /// Its mean over cos θ/π.
+    /// Mean under the density cos θ/π.
     pub mean: f64,
-    /// The variance with uniform samples.
+    /// Variance with uniform samples.
     pub uniform: f64,
-    /// The variance with cosine-weighted samples.
+    /// Variance with cosine-weighted samples.
     pub cosine: f64,
 }
 
 impl Profile {
-    /// The estimate (16) from one direction of a method.
-    pub fn estimate(&self, (sampler, pdf): Method, random: [f64; 2]) -> f64 {
-        let w = sampler(random);
-        (self.radiance)(w) * w.z * FRAC_1_PI / pdf(w.z)
+    /// Returns the estimate (16) from one direction.
+    pub fn estimate(&self, method: Method, random: [f64; 2]) -> f64 {
+        let w = (method.sampler)(random);
+        (self.radiance)(w) * w.z * FRAC_1_PI / (method.pdf)(w.z)
     }
 }
 
-/// By ∫ over cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c dc − m².
+/// Profiles with variances by integration over c = cos θ: uniform ∫ (2cL)² dc − m², cosine ∫ L² 2c
+/// dc − m².
 pub const PROFILES: [Profile; 4] = [
     profile(
         "cos",
@@ -96,11 +96,18 @@ const fn profile(
 }
 
 /// Uniform directions and their pdf.
-pub const UNIFORM: Method = (uniform_hemisphere, uniform_hemisphere_pdf);
+pub const UNIFORM: Method = Method {
+    sampler: uniform_hemisphere,
+    pdf: uniform_hemisphere_pdf,
+};
 /// Cosine-weighted directions and their pdf.
-pub const COSINE: Method = (cosine_hemisphere, cosine_hemisphere_pdf);
+pub const COSINE: Method = Method {
+    sampler: cosine_hemisphere,
+    pdf: cosine_hemisphere_pdf,
+};
 
-/// Variance of one method over variance of the other, for one profile.
+/// Compares the variance of one method over that of the other with its closed form, for one
+/// profile.
 fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcome> {
     let squares = |part: &str, method: Method, expected: f64| {
         let mut rng = context.rng(part);
@@ -117,8 +124,8 @@ fn ratio(context: &Context, profile: Profile, [a, b]: [Method; 2]) -> Vec<Outcom
     )]
 }
 
-/// The squared error of a pixel whose part left of x = c is bright, c uniform in [0, 1): its
-/// coverage is c.
+/// Squared error of a pixel that is bright left of x = c, c uniform in [0, 1), so that its coverage
+/// is c.
 pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) -> f64 {
     let c = uniform(rng);
     let bright = (0..samples)
@@ -127,23 +134,26 @@ pub fn squared_error(rng: &mut Stream, strategy: PixelSampling, samples: u32) ->
     (bright as f64 / f64::from(samples) - c).powi(2)
 }
 
-/// The mean squared error of n × n samples on that edge: 1/(12n²) for a grid (an error uniform in
-/// ±1/2n), 1/(6n²) at random (E[c(1 − c)] = 1/6), 1/(6n³) jittered (n of the n² cells are cut).
+/// Compares the mean squared error of n × n samples of that edge with its closed form: 1/(12n²) for
+/// a grid (an error uniform in ±1/2n), 1/(6n²) at random (E[c(1 − c)] = 1/6), 1/(6n³) jittered (n
+/// of the n² cells are cut).
 fn edge(context: &Context, strategy: PixelSampling, reference: f64) -> Vec<Outcome> {
     let mut rng = context.rng("edge");
     let value = || squared_error(&mut rng, strategy, EDGE_SIDE * EDGE_SIDE);
     vec![mean_of(
         "mean squared error",
-        (reference, VARIANCE_DELTA),
+        reference,
+        VARIANCE_DELTA,
         context.n(EDGE_SAMPLES),
         value,
     )]
 }
 
-/// n of the trials of one size.
+/// n in the trials of one size.
 const EDGE_SIDE: u32 = 4;
 
-/// The slope of ln(mean squared error) against ln N, N = n² samples, n = 1 to 16.
+/// Compares the slope of ln(mean squared error) against ln N, N = n² samples, n = 1 to 16, with its
+/// closed form.
 fn edge_slope(
     context: &Context,
     strategy: fn(u32) -> PixelSampling,
@@ -197,7 +207,7 @@ fn ratios() -> Family<[Method; 2]> {
     }
 }
 
-/// A strategy for n × n samples.
+/// Returns the strategy for n × n samples.
 type Strategy = fn(u32) -> PixelSampling;
 
 fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTrial<Strategy>> {
@@ -227,7 +237,8 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
 
 const RANDOM: Strategy = |_| PixelSampling::Random;
 
-/// Variances of samplers, and the pixel strategies, each a fault under the others' trials.
+/// Trials and faults of sampling variances and of pixel strategies, each strategy a fault under the
+/// others' trials.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let trials = strategy_benches;
     vec![

@@ -9,14 +9,14 @@ use crate::prelude::*;
 /// A map from two random numbers to a point of a standard shape.
 type Map = fn([f64; 2]) -> DVec3;
 
-/// The maps of the three shapes, each replaceable.
+/// Sampling maps of the three shapes, each replaceable.
 #[derive(Clone, Copy)]
 pub struct Points {
-    /// (u, v, 0) of a triangle.
+    /// Samples (u, v, 0) of a triangle.
     pub triangle: Map,
-    /// A point of the unit square through an emitter.
+    /// Samples the unit square through an emitter.
     pub rectangle: Map,
-    /// A point of the unit sphere through an emitter.
+    /// Samples the unit sphere through an emitter.
     pub sphere: Map,
 }
 
@@ -103,7 +103,7 @@ fn faults() -> Vec<Fault<Points>> {
     ]
 }
 
-/// The emitters' points.
+/// Trials and faults of points on emitters.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

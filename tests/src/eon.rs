@@ -9,14 +9,14 @@ use whitefurnace::material::eon::{
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
-use crate::bsdf::{as_rendered, at_every_angle, integrals, squared};
+use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals, squared};
 use crate::prelude::*;
 use crate::subject;
 
-/// EonParts of the model, so that each can be replaced; one channel.
+/// The functions of the model, so that each can be replaced; one channel.
 #[derive(Clone, Copy)]
 pub struct EonParts {
-    /// f_r of both lobes, and how it is sampled.
+    /// f_r of both lobes, and its sampling.
     pub lobes: PartTable,
     /// π f_r/ρ of single scattering from r, wo and wi.
     pub single: fn(f64, DVec3, DVec3) -> f64,
@@ -25,7 +25,7 @@ pub struct EonParts {
 }
 
 impl EonParts {
-    /// f_r from ρ, r, wo and wi.
+    /// Evaluates f_r from ρ, r, wo and wi.
     fn eval(self, rho: f64, roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
         (self.lobes.brdf)(&material(rho, roughness), wo, wi).x
     }
@@ -36,15 +36,15 @@ fn material(rho: f64, roughness: f64) -> Bsdf {
     Bsdf::Eon { albedo, roughness }
 }
 
-/// The program's parts.
+/// The program's functions.
 const CORRECT: EonParts = EonParts {
     lobes: subject::CORRECT,
     single: single_scattering,
     albedo,
 };
 
-/// Both lobes with another albedo of the second.
-fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
+/// f_r of both lobes, the second with another albedo.
+fn coloured(rho: f64, r: f64, wo: DVec3, wi: DVec3, multiple: f64) -> f64 {
     if wo.z <= 0.0 || wi.z <= 0.0 {
         return 0.0;
     }
@@ -52,15 +52,20 @@ fn coloured(rho: f64, r: f64, (wo, wi): (DVec3, DVec3), multiple: f64) -> f64 {
 }
 
 const ROUGHNESS: [f64; 2] = [0.3, 1.0];
-/// Roughness, and inclinations of wo in degrees. Its azimuth is 0: there s changes sign where the
-/// quadrature's parts meet.
-const CASES: (&str, [f64; 2], [f64; 3]) = ("r", ROUGHNESS, [0.0, 50.0, 85.0]);
+/// Symbol and values of the roughness, and inclinations of wo in degrees. The azimuth of wo is 0:
+/// there s changes sign where the quadrature's parts meet.
+const CASES: Cases = Cases {
+    symbol: "r",
+    parameters: ROUGHNESS,
+    degrees: [0.0, 50.0, 85.0],
+};
 
 /// Albedo of the coloured furnace and of the check-up.
 const RHO: f64 = 0.5;
 
-/// What both lobes reflect of a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a series: of
-/// light that was reflected once, the share 1 − Ē stays and is reflected with ρ again.
+/// Reflected radiance of both lobes under a white sky: ρ E + ρₘ (1 − E), where ρₘ is summed as a
+/// series: the fraction 1 − Ē of the light that was reflected once stays and is reflected with ρ
+/// again.
 fn reflected(roughness: f64, wo: DVec3) -> f64 {
     let [e, average] = [albedo(roughness, wo.z), average_albedo(roughness)];
     let mut multiple = 0.0;
@@ -154,7 +159,8 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
     ]
 }
 
-/// 1 − E(θ) = A r (c − G/π) falls in proportion to cos θ: at 89.9999° it is below 2 × 10⁻⁶.
+/// Tests that 1 − E(θ) = A r (c − G/π) falls in proportion to cos θ: at 89.9999° it is below 2 ×
+/// 10⁻⁶.
 fn grazing(parts: EonParts) -> Vec<Outcome> {
     let wo = from_spherical(89.9999_f64.to_radians(), 0.0);
     let lost = ROUGHNESS.map(|r| {
@@ -166,7 +172,7 @@ fn grazing(parts: EonParts) -> Vec<Outcome> {
     vec![Outcome::exact("grazing", 3, worst, 1e-5, statement)]
 }
 
-/// The parts with other lobes: f_r from ρ, r, wo and wi.
+/// Replaces the lobes by an f_r of ρ, r, wo and wi.
 macro_rules! with {
     (|$rho:pat_param, $r:ident, $wo:ident, $wi:ident| $f:expr) => {
         EonParts {
@@ -197,20 +203,20 @@ fn faults() -> Vec<Fault<EonParts>> {
             EonParts: { lobes: PartTable { cosine: squared, ..subject::CORRECT } },
             at_every_angle!("bsdf/eon", "furnace")),
         fault!("no-multiple-scattering", EON_MULTIPLE, "single scattering alone",
-            = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), 0.0)),
+            = with!(|rho, r, wo, wi| coloured(rho, r, wo, wi, 0.0)),
             "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),
         fault!("colour-not-deepened", EON_MULTIPLE, "ρ in place of ρₘ: a white surface cannot show it",
-            = with!(|rho, r, wo, wi| coloured(rho, r, (wo, wi), rho)), "bsdf/eon-coloured"),
+            = with!(|rho, r, wo, wi| coloured(rho, r, wo, wi, rho)), "bsdf/eon-coloured"),
         fault!("average-forgotten", EON_MULTIPLE, "the second lobe is not divided by 1 − Ē",
             = with!(|rho, r, wo, wi| {
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
-                coloured(rho, r, (wo, wi), multiple * (1.0 - average_albedo(r)))
+                coloured(rho, r, wo, wi, multiple * (1.0 - average_albedo(r)))
             }),
             "bsdf/eon: directional albedo at 0 degrees", "bsdf/eon-white", "bsdf/eon-coloured"),
         fault!("one-sided", EON_MULTIPLE,
             "the second lobe spreads as Lambert: white reflects all, but f_r is not reciprocal",
             = with!(|rho, r, wo, wi| {
-                let single = coloured(rho, r, (wo, wi), 0.0);
+                let single = coloured(rho, r, wo, wi, 0.0);
                 let multiple = multiple_albedo(DVec3::splat(rho), r).x;
                 let above = wo.z > 0.0 && wi.z > 0.0;
                 let lost = if above { 1.0 - albedo(r, wo.z) } else { 0.0 };
@@ -239,7 +245,7 @@ fn faults() -> Vec<Fault<EonParts>> {
     ]
 }
 
-/// The parts of EON.
+/// Trials and faults of EON.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

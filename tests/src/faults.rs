@@ -1,9 +1,9 @@
 //! Named faults, each with the trials that must reject it.
 //!
-//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's parts ...), the
-//! right subject of that type, trials that take any subject of it, and faulty subjects. From it
-//! come the registry's trials (a fault is the negative control of each trial that names it), the
-//! list of faults, and the table of every fault under every trial of its family.
+//! A [`Family`] is a type of subject (a sampler, a reflectance, an estimator's components ...), the
+//! correct subject of that type, trials that take any subject of it, and faulty subjects. It yields
+//! the registry's trials (a fault is the negative control of each trial that names it), the list of
+//! faults, and the table of every fault under every trial of its family.
 
 use std::sync::Arc;
 
@@ -15,18 +15,19 @@ use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
 /// A trial's function, for any subject of the family's type.
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
 
-/// The same where it captures nothing.
+/// A trial's function that captures nothing.
 pub type TrialFn<S> = fn(&Context, S) -> Vec<Outcome>;
 
 /// A trial that takes any subject of its family.
 pub struct FamilyTrial<S> {
     /// The trial as data; the family fills in its functions.
     pub trial: Trial,
-    /// Its function.
+    /// The trial's function.
     pub on: On<S>,
 }
 
-/// A trial: name, property, equation, what is judged by which statistic, and the function.
+/// Builds a trial from its name, its property, its equation, the code on trial with the statistic
+/// that judges it, and its function.
 pub fn trial<S>(
     name: impl Into<String>,
     property: impl Into<String>,
@@ -51,22 +52,22 @@ pub fn trial<S>(
     }
 }
 
-/// A subject that differs from the right one.
+/// A subject that differs from the correct one.
 pub struct Fault<S> {
     /// Its name, unique within the family.
     pub name: &'static str,
     /// The equation that it breaks.
     pub equation: &'static Equation,
-    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    /// The error in one line; for an equivalent mutant, the reason why there is none.
     pub wrong: &'static str,
     /// The faulty subject.
     pub subject: S,
     /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome |
-    /// outcome" (see [`meant`]). Of an equivalent mutant, the trials that must accept it.
+    /// outcome" (see [`meant`]). For an equivalent mutant, the trials that must accept it.
     pub caught_by: &'static [&'static str],
 }
 
-/// The trial and the outcomes of an entry of [`Fault::caught_by`].
+/// Splits an entry of [`Fault::caught_by`] into the trial and its outcomes.
 fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
     match caught_by.split_once(": ") {
         Some((trial, outcomes)) => (trial, outcomes.split(" | ").collect()),
@@ -74,7 +75,7 @@ fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
     }
 }
 
-/// The outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
+/// Returns the outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
 fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
     let mut entries = caught_by
         .iter()
@@ -85,7 +86,7 @@ fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static s
     Some(entries.flat_map(|(_, outcomes)| outcomes).collect())
 }
 
-/// A fault from its parts, in the order of its fields.
+/// Builds a fault from its fields, in their order.
 pub fn fault<S>(
     name: &'static str,
     equation: &'static Equation,
@@ -108,13 +109,13 @@ pub struct Family<S> {
     pub name: &'static str,
     /// Whether its subjects act through a whole estimator.
     pub whole_estimator: bool,
-    /// The right subject.
+    /// The correct subject.
     pub right: S,
     /// The trials.
     pub trials: Vec<FamilyTrial<S>>,
     /// The faults.
     pub faults: Vec<Fault<S>>,
-    /// Mutants that are as right as the right subject.
+    /// Mutants that are as correct as the correct subject.
     pub equivalents: Vec<Fault<S>>,
 }
 
@@ -127,9 +128,9 @@ pub struct FaultData {
     pub name: &'static str,
     /// The equation that it breaks.
     pub equation: &'static Equation,
-    /// What is wrong, in one line; for an equivalent mutant, why nothing is.
+    /// The error in one line; for an equivalent mutant, the reason why there is none.
     pub wrong: &'static str,
-    /// The trials that must reject it (accept it, if it is equivalent), each once.
+    /// The trials that must reject it (accept it, if it is equivalent), without duplicates.
     pub caught_by: Vec<&'static str>,
     /// Whether it acts through a whole estimator.
     pub whole_estimator: bool,
@@ -141,29 +142,29 @@ pub struct FaultData {
 pub struct Pair {
     /// The fault.
     pub fault: FaultData,
-    /// The trial's name.
+    /// Name of the trial.
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
     pub named: bool,
     /// The outcomes that must reject it, as in [`Control::rejected_by`].
     pub rejected_by: Vec<&'static str>,
-    /// The trial's function on the fault: from small to large if it must be rejected, else at the
+    /// The trial's function on the fault: at growing sizes if it must be rejected, else at the
     /// trial's size.
     pub run: Run,
 }
 
-/// A family without its type of subject.
+/// A [`Family`] without its type of subject.
 pub trait AnyFamily {
-    /// Its trials, with the faults that name them as negative controls.
+    /// Returns the trials, with the faults that name them as negative controls.
     fn trials(&self) -> Vec<Trial>;
-    /// Its faults, then its equivalent mutants.
+    /// Returns the faults, then the equivalent mutants.
     fn faults(&self) -> Vec<FaultData>;
-    /// Every fault and equivalent mutant under every trial.
+    /// Returns every fault and equivalent mutant under every trial.
     fn pairs(&self) -> Vec<Pair>;
 }
 
 impl<S: Copy + Send + Sync + 'static> Family<S> {
-    /// A family with the right subject `right`, without trials and faults.
+    /// Returns a family with the correct subject `right` and no trials or faults.
     pub fn new(name: &'static str, right: S) -> Self {
         Self {
             name,
@@ -175,7 +176,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         }
     }
 
-    /// The same of a family whose subjects act through a whole estimator.
+    /// Returns a family without trials or faults whose subjects act through a whole estimator.
     pub fn whole(name: &'static str, right: S) -> Self {
         Self {
             whole_estimator: true,
@@ -205,9 +206,9 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         }
     }
 
-    /// A trial's function on a fault that it must reject by these outcomes. Most effects are many
-    /// times δ: the fault runs at a part of the trial's size first, and at a larger one only if
-    /// that does not [settle](guard::settled) it.
+    /// Returns a trial's function on a fault that these outcomes must reject. Most effects are many
+    /// times δ, so the fault runs at a fraction of the trial's size first, and at a larger one only
+    /// if that does not [settle](guard::settled) it.
     fn reject(
         family_trial: &FamilyTrial<S>,
         mutant: &Fault<S>,
@@ -230,14 +231,14 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
         })
     }
 
-    /// A trial's function on a mutant, at the trial's size.
+    /// Returns a trial's function on a mutant, at the trial's size.
     fn at_full_size(family_trial: &FamilyTrial<S>, mutant: &Fault<S>) -> Run {
         let (on, subject) = (Arc::clone(&family_trial.on), mutant.subject);
         Box::new(move |context| on(context, subject))
     }
 }
 
-/// The shares of a trial's size at which a fault runs before the whole.
+/// Fractions of a trial's size at which a fault runs before the whole.
 const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {

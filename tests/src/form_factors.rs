@@ -1,12 +1,12 @@
 //! Form factors of finite squares, by whole estimators: rays to points uniform on a reflecting
-//! square that a square light of radiance L illuminates see ρ L F on average.
+//! square, illuminated by a square light of radiance L, see ρ L F on average.
 
 use whitefurnace::math::frame::from_spherical;
 
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, lambert, light, panel, scene, square};
 
-/// The form factor between two equal parallel rectangles of sides x and y opposite each other at
+/// Form factor between two equal parallel rectangles of sides x and y opposite each other at
 /// distance 1 (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, C-11).
 pub fn parallel(x: f64, y: f64) -> f64 {
     let [x2, y2] = [1.0 + x * x, 1.0 + y * y];
@@ -16,8 +16,8 @@ pub fn parallel(x: f64, y: f64) -> f64 {
     2.0 / (PI * x * y) * (logarithm + far(x, y2.sqrt()) + far(y, x2.sqrt()) - near(x) - near(y))
 }
 
-/// The form factor from a rectangle of width w to one of height h at right angles to it, with a
-/// common edge of length 1 (Howell, C-14).
+/// Form factor from a rectangle of width w to one of height h at right angles to it, with a common
+/// edge of length 1 (Howell, C-14).
 pub fn perpendicular(h: f64, w: f64) -> f64 {
     let [h2, w2] = [h * h, w * w];
     let (sum, all) = (h2 + w2, 1.0 + h2 + w2);
@@ -27,7 +27,7 @@ pub fn perpendicular(h: f64, w: f64) -> f64 {
     (angle(w) + angle(h) - angle(sum.sqrt()) + 0.25 * logarithms) * FRAC_1_PI / w
 }
 
-/// The reflecting square [0, 1]² at z = 0, its front up, and a light.
+/// Builds the reflecting square [0, 1]² at z = 0, its front up, and a light.
 fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     scene(name, |s| {
         square(
@@ -41,7 +41,8 @@ fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     })
 }
 
-/// To a point uniform on the reflecting square, from the side on which no light is in the way.
+/// Samples a ray to a point uniform on the reflecting square, from the side on which no light is in
+/// the way.
 fn anywhere(rng: &mut Stream) -> Ray {
     let [x, y] = uniform2(rng);
     let w = from_spherical(0.5, 0.3);
@@ -58,10 +59,15 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
-        let probe = (scene, EstimatorKind::Path, anywhere as Rays);
-        radiance(name, &GEOMETRY, probe)
-            .says(property)
-            .is((reference, SINGLE), samples)
+        radiance(
+            name,
+            &GEOMETRY,
+            scene,
+            EstimatorKind::Path,
+            anywhere as Rays,
+        )
+        .says(property)
+        .is(reference, SINGLE, samples)
     };
     vec![
         family_trial(

@@ -16,16 +16,16 @@ const ARGUMENTS: u64 = 20_000;
 const SAMPLES: u64 = 32_000_000;
 /// Relative tolerance of identities: a few hundred roundings, away from the critical angle.
 const TOLERANCE: f64 = 1e-10;
-/// δ of the sampled average, relative.
+/// Relative δ of the sampled average.
 const AVERAGE_DELTA: f64 = 0.003;
 
-/// Indices of a random interface, in [1, 3).
+/// Samples the refractive indices of an interface, in [1, 3).
 fn indices(rng: &mut Stream) -> [f64; 2] {
     [1.0 + 2.0 * uniform(rng), 1.0 + 2.0 * uniform(rng)]
 }
 
-/// The largest error of an identity over random angles and indices. Angles whose refracted cosine
-/// is below 1e-3 are left out: there R has a square-root singularity and loses digits by
+/// Returns the largest error of an identity over random angles and indices. Angles whose refracted
+/// cosine is below 1e-3 are left out: there R has a square-root singularity and loses digits by
 /// conditioning.
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
@@ -46,14 +46,14 @@ fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) ->
     Outcome::exact(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
 }
 
-/// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂ through the angle itself, a second route.
+/// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂, computed independently through the angle itself.
 fn snell(cos_1: f64, n1: f64, n2: f64) -> Option<f64> {
     let sin_2 = n1 / n2 * (1.0 - cos_1 * cos_1).sqrt();
     (sin_2 < 1.0).then(|| sin_2.asin().cos())
 }
 
-/// R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave (Born and
-/// Wolf, 1.5.2), not as 1 − R.
+/// Tests R + T = 1 for each polarisation, with T from the *amplitudes* of the transmitted wave
+/// (Born and Wolf, 1.5.2), not as 1 − R.
 fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let flux = |amplitude: f64, cos_1: f64, cos_2: f64, n1: f64, n2: f64| {
         amplitude * amplitude * n2 * cos_2 / (n1 * cos_1)
@@ -70,8 +70,8 @@ fn energy(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Out
     ]
 }
 
-/// R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂), times cos θ₁ cos θ₂: Snell's law there and back leaves an error
-/// of ε/cos θ₁ in the cosine, and R changes by up to 1/cos θ₂ as much.
+/// Tests R(n₁, n₂, θ₁) = R(n₂, n₁, θ₂). Errors are scaled by cos θ₁ cos θ₂: Snell's law there and
+/// back leaves an error of ε/cos θ₁ in the cosine, and R changes by up to 1/cos θ₂ as much.
 fn reversible(
     context: &Context,
     Reflectances { unpolarised: r, .. }: Reflectances,
@@ -81,7 +81,7 @@ fn reversible(
     })]
 }
 
-/// R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
+/// Tests R_p = 0 at Brewster's angle, tan θ = n₂/n₁, and R_s = ((n₁² − n₂²)/(n₁² + n₂²))² there.
 fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<Outcome> {
     let at_brewster = |n1: f64, n2: f64| 1.0 / (n2 / n1).hypot(1.0);
     vec![
@@ -95,7 +95,7 @@ fn brewster(context: &Context, Reflectances { s, p, .. }: Reflectances) -> Vec<O
     ]
 }
 
-/// ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, 1 at grazing.
+/// Tests R = ((n₁ − n₂)/(n₁ + n₂))² at normal incidence, and R = 1 at grazing.
 fn limits(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     vec![
         identity(context, "normal incidence", |_, _, n1, n2| {
@@ -107,7 +107,8 @@ fn limits(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) 
     ]
 }
 
-/// From the dense side: total reflection from the critical angle on, and 1 − R ~ √ just before it.
+/// Tests total reflection from the dense side, from the critical angle on, and 1 − R ~ √ just
+/// before it.
 fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     let mut rng = context.rng("critical");
     let (mut beyond, mut before) = (0.0_f64, 0.0_f64);
@@ -116,14 +117,14 @@ fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         let angle = (1.0 / n).asin();
         let past = angle * 1.001 + sine * (std::f64::consts::FRAC_PI_2 - angle * 1.001);
         let reflected = r(past.cos(), n, 1.0);
-        // No number at all is no better than no reflection.
+        // A NaN counts as a missing reflection.
         let error = if reflected.is_finite() {
             (reflected - 1.0).abs()
         } else {
             1.0
         };
         beyond = beyond.max(error);
-        // A little before it some light still leaves.
+        // Just before the critical angle some light is still transmitted.
         let leaves = 1.0 - r((angle * 0.999).cos(), n, 1.0);
         if !(1e-3..0.5).contains(&leaves) {
             before = 1.0;
@@ -147,8 +148,7 @@ fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
     ]
 }
 
-/// The hemispherical (cosine-weighted) reflectance from outside, for n > 1: Walsh's closed form
-/// (1926).
+/// Hemispherical (cosine-weighted) reflectance from outside, for n > 1: Walsh's closed form (1926).
 pub fn walsh(n: f64) -> f64 {
     let n2 = n * n;
     let n4 = n2 * n2;
@@ -158,8 +158,8 @@ pub fn walsh(n: f64) -> f64 {
         + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0).powi(2)) * n.ln()
 }
 
-/// The averages over cosine-distributed directions from outside and inside: F_ext by Walsh,
-/// F_int = 1 − (1 − F_ext)/n²; by quadrature and by sampling.
+/// Tests the averages over cosine-distributed directions from outside and inside, F_ext by Walsh
+/// and F_int = 1 − (1 − F_ext)/n², by quadrature and by sampling.
 fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances) -> Vec<Outcome> {
     const N: f64 = 1.5;
     let outside = walsh(N);
@@ -180,7 +180,8 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         let name = format!("average by sampling, {name}");
         outcomes.push(mean_of(
             &name,
-            (reference, AVERAGE_DELTA),
+            reference,
+            AVERAGE_DELTA,
             context.n(SAMPLES),
             value,
         ));
@@ -188,7 +189,7 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
     outcomes
 }
 
-/// (10), (11) and (12), each replaceable.
+/// The reflectances (10), (11) and (12), each replaceable.
 #[derive(Clone, Copy)]
 pub struct Reflectances {
     /// (10).
@@ -211,13 +212,13 @@ pub(super) fn schlick(cos_1: f64, n1: f64, n2: f64) -> f64 {
     r0 + (1.0 - r0) * (1.0 - cos_1).powi(5)
 }
 
-/// A finite R past the critical angle, so that total reflection is missing.
+/// A finite R past the critical angle, without total reflection.
 pub(super) fn no_total_reflection(cos_1: f64, n1: f64, n2: f64) -> f64 {
     let total = squared_cos_refracted(cos_1, n1, n2) <= 0.0;
     reflectance(if total { 1.0 } else { cos_1 }, n1, n2)
 }
 
-/// The literal (12) past the critical angle: NaN.
+/// (12) taken literally past the critical angle: NaN.
 fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
     let cos_2 = (1.0 - (n1 / n2).powi(2) * (1.0 - cos_1 * cos_1)).sqrt();
     let s = (n1 * cos_1 - n2 * cos_2) / (n1 * cos_1 + n2 * cos_2);
@@ -308,7 +309,7 @@ fn faults() -> Vec<Fault<Reflectances>> {
     ]
 }
 
-/// The reflectances.
+/// Trials and faults of the Fresnel reflectances.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

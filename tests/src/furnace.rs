@@ -14,13 +14,13 @@ use crate::scenes::{
 use crate::strategies::by;
 use crate::{infinite_variance, rays_per_hit, survival};
 
-/// From a random point of a small ball in every direction.
+/// Samples a ray from a random point of a small ball in any direction.
 pub fn inside(rng: &mut Stream) -> Ray {
     let origin = 0.4 * uniform(rng) * any_direction(rng);
     Ray::new(origin, any_direction(rng))
 }
 
-/// From within the cavity to where the emitting cap is not.
+/// Samples a ray within the cavity towards its wall outside the emitting cap.
 pub fn off_cap(rng: &mut Stream) -> Ray {
     let target = loop {
         let target = any_direction(rng);
@@ -32,7 +32,7 @@ pub fn off_cap(rng: &mut Stream) -> Ray {
     Ray::new(origin, (target - origin).normalize())
 }
 
-/// What is seen there, if the cap emits 1.
+/// Radiance along the rays of [`off_cap`], if the cap emits 1.
 pub fn off_cap_radiance(rho: f64, cap: Cap) -> f64 {
     match cap {
         Cap::Reflecting => rho * CAP_SHARE / (1.0 - rho),
@@ -56,15 +56,15 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     trials
 }
 
-/// From within a box of side 2 in every direction.
+/// Samples a ray from within a box of side 2 in any direction.
 pub fn in_box(rng: &mut Stream) -> Ray {
     Ray::new(DVec3::new(0.1, 0.2, -0.3), any_direction(rng))
 }
 
 fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
-    // The longest paths, by hits alone: every wall emits, so that shadow rays would cost and bring
-    // little.
+    // The longest paths, by BSDF sampling alone: every wall emits, so that shadow rays would cost
+    // much and gain little.
     let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
     let sphere = |kind| (sphere_furnace(lambert(0.9), 0.0), kind, inside as Rays);
     [
@@ -101,16 +101,16 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, what, a, (scene, kind, ray), samples)| {
         let m = 1.0 / (1.0 - a);
         let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
-        radiance(name, &RENDERING, (&scene, kind, ray))
+        radiance(name, &RENDERING, &scene, kind, ray)
             .says(property)
-            .is((m, BOUNCES), samples)
+            .is(m, BOUNCES, samples)
     })
     .collect()
 }
 
-/// One strategy alone. Shadow rays to points uniform in area have infinite variance in a box, whose
-/// corners bring points as near to each other as one likes; by solid angle their weight is bounded,
-/// and in a sphere, which is sampled by area, it is constant.
+/// Trials of one strategy alone. Shadow rays to points uniform in area have infinite variance in a
+/// box, as points near its corners can be arbitrarily close; by solid angle their weight is
+/// bounded, and in a sphere, which is sampled by area, it is constant.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
@@ -123,16 +123,16 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property =
             format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
-        radiance(name, &RENDERING, (scene, kind, in_box))
+        radiance(name, &RENDERING, scene, kind, in_box)
             .says(property)
-            .is((2.0, BOUNCES), samples)
+            .is(2.0, BOUNCES, samples)
     })
     .collect()
 }
 
-/// In a sphere the shadow ray's weight is constant (from a corner of a box its variance is
-/// infinite). A Report of s segments counts s + 1 terms of the Neumann series: the shadow ray is
-/// one more.
+/// Trials of the report's estimator. In a sphere the shadow ray's weight is constant (from a corner
+/// of a box its variance is infinite). A `Report` of s segments counts s + 1 terms of the Neumann
+/// series, as its shadow ray is one more.
 fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
@@ -155,15 +155,21 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
                 format!("{segments} segments have the relative bias {bias:.6} at albedo {a}");
             (property, &PATH_LENGTH)
         };
-        let probe = (&scene, EstimatorKind::Report(segments), inside as Rays);
-        radiance(name, equation, probe)
-            .says(property)
-            .is((m, BOUNCES), samples)
+        radiance(
+            name,
+            equation,
+            &scene,
+            EstimatorKind::Report(segments),
+            inside as Rays,
+        )
+        .says(property)
+        .is(m, BOUNCES, samples)
     })
     .collect()
 }
 
-/// A path of s segments has s terms: its shadow rays are its last segment.
+/// Trial of a path tracer with limited bounces: a path of s segments has s terms, as its shadow
+/// rays are its last segment.
 fn within() -> FamilyTrial<EstimatorSubject> {
     let (a, segments) = (0.9, 3u32);
     let m = (0..segments)
@@ -172,16 +178,14 @@ fn within() -> FamilyTrial<EstimatorSubject> {
     radiance(
         "furnace/path/three-segments",
         &PATH_LENGTH,
-        (
-            &sphere_furnace(lambert(a), 0.0),
-            EstimatorKind::PathWithin(segments),
-            inside,
-        ),
+        &sphere_furnace(lambert(a), 0.0),
+        EstimatorKind::PathWithin(segments),
+        inside,
     )
     .says(format!(
         "light of at most {segments} segments in a furnace of albedo {a} is {m}"
     ))
-    .is((m, BOUNCES), 1_400_000)
+    .is(m, BOUNCES, 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -201,17 +205,19 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             name,
             &RENDERING,
-            (&valid(cavity_cap(rho, cap)), EstimatorKind::Path, off_cap),
+            &valid(cavity_cap(rho, cap)),
+            EstimatorKind::Path,
+            off_cap,
         )
         .says(format!(
             "off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"
         ))
-        .is((reference, BOUNCES), samples)
+        .is(reference, BOUNCES, samples)
     })
     .collect()
 }
 
-/// Floors under a sky of radiance 1.
+/// Trials of floors under a sky of radiance 1.
 fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let walled = walled_sky();
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
@@ -223,37 +229,45 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "furnace/sky/path",
             &COSINE_HEMISPHERE,
-            (&walled, EstimatorKind::Path, |_| at_origin()),
+            &walled,
+            EstimatorKind::Path,
+            |_| at_origin(),
         )
         .says(property.clone())
-        .by_points((visible, SINGLE), 140_000),
+        .by_points(visible, SINGLE, 140_000),
         radiance(
             "furnace/sky/report",
             &HEMISPHERE_PHI,
-            (&walled, EstimatorKind::Report(2), |_| at_origin()),
+            &walled,
+            EstimatorKind::Report(2),
+            |_| at_origin(),
         )
         .says(property)
-        .by_points((visible, SINGLE), 330_000),
+        .by_points(visible, SINGLE, 330_000),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,
-            (&rough, EstimatorKind::Path, grazing),
+            &rough,
+            EstimatorKind::Path,
+            grazing,
         )
         .says(format!(
             "at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"
         ))
-        .by_points((albedo, SINGLE), 38_000),
+        .by_points(albedo, SINGLE, 38_000),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,
-            (&eon_floor(1.0), EstimatorKind::Path, |_| at_origin()),
+            &eon_floor(1.0),
+            EstimatorKind::Path,
+            |_| at_origin(),
         )
         .says("a white floor of EON with roughness 1 reflects all of a white sky")
-        .is((1.0, SINGLE), 2_400_000),
+        .is(1.0, SINGLE, 2_400_000),
     ]
 }
 
-/// Halls of mirrors end and are unbiased: no absorption is needed for that.
+/// Trials of halls of mirrors: paths end and are unbiased even without absorption.
 fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let reflectance = 0.75;
     let hall = sphere_furnace(mirror(reflectance), 0.0);
@@ -272,24 +286,28 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "furnace/mirrors/hall",
             &RENDERING,
-            (&hall, EstimatorKind::Path, inside),
+            &hall,
+            EstimatorKind::Path,
+            inside,
         )
         .says(format!(
             "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
         ))
-        .is((hall_mean, BOUNCES), 1_700_000),
+        .is(hall_mean, BOUNCES, 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
-            (&facing, EstimatorKind::Path, |rng| {
+            &facing,
+            EstimatorKind::Path,
+            |rng| {
                 let w = any_direction(rng);
                 let slanted = DVec3::new(w.x, w.y, 0.0).normalize() * 0.3 + DVec3::Z;
                 Ray::new(DVec3::ZERO, slanted.normalize())
-            }),
+            },
         )
         .says(
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
         )
-        .is((1.0, BOUNCES), 1_200_000),
+        .is(1.0, BOUNCES, 1_200_000),
     ]
 }

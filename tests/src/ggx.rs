@@ -1,5 +1,4 @@
-//! GGX: its distributions by quadrature, its check-up, and a floor under a white sky as it is
-//! rendered.
+//! GGX: its distributions by quadrature, its check-up, and a floor rendered under a white sky.
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
@@ -10,7 +9,7 @@ use whitefurnace::material::ggx::{
 };
 use whitefurnace::math::frame::from_spherical;
 
-use crate::bsdf::{as_rendered, at_every_angle, integrals};
+use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals};
 use crate::prelude::*;
 use crate::scenes::{floor, scene, towards_origin};
 use crate::subject::{self, in_batches};
@@ -22,11 +21,11 @@ pub struct GgxParts {
     pub normals: fn(f64, DVec3) -> f64,
     /// D_o(m) from α, wo and m.
     pub visible: fn(f64, DVec3, DVec3) -> f64,
-    /// f_r.
+    /// Evaluates f_r.
     pub eval: fn(&Ggx, DVec3, DVec3) -> DVec3,
-    /// A direction.
+    /// Samples a direction.
     pub sample: fn(&Ggx, DVec3, [f64; 2]) -> Option<DVec3>,
-    /// Its pdf.
+    /// The pdf of a sampled direction.
     pub pdf: fn(&Ggx, DVec3, DVec3) -> f64,
 }
 
@@ -39,7 +38,7 @@ const CORRECT: GgxParts = GgxParts {
     pdf: Ggx::pdf,
 };
 
-/// The model of these functions.
+/// A reflection model that calls these functions.
 #[derive(Debug)]
 struct Assembled(Ggx, GgxParts);
 
@@ -65,14 +64,15 @@ fn ggx(reflectance: f64, alpha: f64) -> Ggx {
     }
 }
 
-/// Λ from the tangent of the inclination.
+/// Smith's Λ, from the tangent of the inclination.
 pub(super) fn lambda(alpha: f64, w: DVec3) -> f64 {
     let tan = w.truncate().length() / w.z;
     0.5 * ((alpha * tan).hypot(1.0) - 1.0)
 }
 
-/// The directional albedo as an integral over facets, not over directions, so that no half vector's
-/// Jacobian has a part in it: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the facet.
+/// Directional albedo as an integral over microfacet normals, not over directions, so that no
+/// Jacobian of the half vector enters: ∫ F G₂ D (o · m)/cos θ_o dm, with D in the slope of the
+/// microfacet.
 pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
     let f0 = reflectance.x;
     let of_facet = |m: DVec3| {
@@ -91,16 +91,20 @@ pub fn reflected(Ggx { reflectance, alpha }: Ggx, wo: DVec3) -> f64 {
         .value
 }
 
-/// Inclinations of wo in degrees, and α.
-const CASES: (&str, [f64; 2], [f64; 3]) = ("α", [0.25, 0.8], [0.0, 50.0, 80.0]);
+/// Symbol and values of α, and inclinations of wo in degrees.
+const CASES: Cases = Cases {
+    symbol: "α",
+    parameters: [0.25, 0.8],
+    degrees: [0.0, 50.0, 80.0],
+};
 
-/// Estimates of the radiance of the floor.
+/// Number of estimates of the floor's radiance.
 const SAMPLES: u64 = 7_000_000;
-/// From where it is seen.
+/// Inclination of the view, radians.
 const INCLINATION: f64 = 1.0;
 
-/// A white floor under a sky of radiance 1, by the path tracer: what is reflected once, and no
-/// more.
+/// Compares the radiance of a white floor under a sky of radiance 1, by the path tracer, with its
+/// single scattering: it must reflect no more.
 fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     let metal = ggx(1.0, 0.8);
     let scene = scene("GGX floor", |s| {
@@ -123,7 +127,8 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     });
     vec![mean_of(
         "radiance",
-        (reference, BOUNCES),
+        reference,
+        BOUNCES,
         context.n(SAMPLES),
         || radiance().x,
     )]
@@ -133,7 +138,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
     vec![
         trial(
             "bsdf/ggx",
-            "white GGX passes the check-up and reflects what its facets do",
+            "white GGX passes the check-up and has the directional albedo of its microfacets",
             &GGX_VISIBLE,
             [
                 "material::ggx::Ggx, material::Scattering::sample_rough",
@@ -151,7 +156,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         ),
         trial(
             "bsdf/ggx-normals",
-            "the facets' areas, projected, are the surface's area",
+            "the projected areas of the microfacets sum to the surface's area",
             &GGX_NORMALS,
             ["material::ggx::normals", "exact"],
             |_, parts: GgxParts| {
@@ -179,7 +184,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         ),
         trial(
             "bsdf/ggx-coloured",
-            "GGX of reflectance 0.5 reflects what its facets do",
+            "GGX of reflectance 0.5 has the directional albedo of its microfacets",
             &GGX_MASKING,
             ["material::ggx::Ggx", "exact"],
             |_, parts: GgxParts| {
@@ -191,7 +196,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         ),
         trial(
             "furnace/ggx-floor",
-            "a white rough metal loses what meets a second facet, as rendered with its own sampler",
+            "a white rough metal, rendered with its own sampler, loses the light that meets a second microfacet",
             &GGX_MASKING,
             ["integrator::Path, material::ggx::Ggx", "t"],
             on_a_floor,
@@ -199,12 +204,12 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
     ]
 }
 
-/// f_r with another masking.
+/// f_r with another masking-shadowing factor, given as `share`.
 fn masked(metal: &Ggx, wo: DVec3, wi: DVec3, share: f64) -> DVec3 {
     metal.eval(wo, wi) * share / seen_from_both(metal.alpha, wo, wi)
 }
 
-/// The direction to which a facet throws, if that is above the surface.
+/// Direction into which a microfacet reflects wo; `None` if it is below the surface.
 fn mirrored(wo: DVec3, m: DVec3) -> Option<DVec3> {
     let wi = 2.0 * wo.dot(m) * m - wo;
     (wi.z > 0.0).then_some(wi)
@@ -225,14 +230,14 @@ fn faults() -> Vec<Fault<GgxParts>> {
             GgxParts: { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()) },
             at_every_angle!("bsdf/ggx", "furnace")),
         fault!("all-normals", GGX_VISIBLE,
-            "facets are sampled by their area, seen or not; the pdf is that of the visible ones",
+            "microfacets are sampled by their area, visible or not; the pdf is that of the visible ones",
             GgxParts: { sample: |metal, wo, [r1, r2]| {
                 let tan = metal.alpha * (r1 / (1.0 - r1)).sqrt();
                 mirrored(wo, from_spherical(tan.atan(), TAU * r2))
             } },
             "bsdf/ggx: chi-square of samples at 40 degrees | chi-square of samples at 75 degrees \
              | chi-square of samples at 85 degrees"),
-        fault!("roughness-squared-twice", GGX_NORMALS, "α² for α where facets are sampled",
+        fault!("roughness-squared-twice", GGX_NORMALS, "α² for α where microfacets are sampled",
             GgxParts: { sample: |metal, wo, random| {
                 mirrored(wo, sample_visible_normal(metal.alpha * metal.alpha, wo, random))
             } },
@@ -254,7 +259,7 @@ fn faults() -> Vec<Fault<GgxParts>> {
     ]
 }
 
-/// The functions of GGX.
+/// Trials and faults of GGX.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

@@ -1,5 +1,5 @@
-//! Mirrors and glass through whole estimators: directions, shares of reflected light, radiance
-//! factors, total reflection, and glass that must not be seen.
+//! Mirrors and glass through whole estimators: directions, reflectance, radiance factors, total
+//! reflection, and index-matched glass, which must not be visible.
 
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::scene::simple::glass_cube;
@@ -14,11 +14,11 @@ use crate::scenes::{
 
 pub(super) const INDEX: f64 = 1.5;
 pub(super) const GLASS: Bsdf = Bsdf::Glass { index: INDEX };
-/// Where the probe rays of the aim trials meet the surface: 50° from the normal.
+/// Inclination of the probe rays of the aim trials, degrees from the normal.
 const AIM: f64 = 50.0;
 
-/// R of (12) by Fresnel's tangent and sine laws, in the angles θ₁ and θ₂: a second route to (10),
-/// (11).
+/// R of (12) by Fresnel's tangent and sine laws in the angles θ₁ and θ₂, a derivation independent
+/// of (10) and (11).
 pub(super) fn reflectance_by_angles(theta_1: f64, n1: f64, n2: f64) -> f64 {
     let theta_2 = (n1 / n2 * theta_1.sin()).asin();
     let s = (theta_1 - theta_2).sin() / (theta_1 + theta_2).sin();
@@ -34,7 +34,7 @@ fn pane() -> Arc<Scene> {
     })
 }
 
-/// The same with the ceiling in the dark and an emitting ground within the glass.
+/// A plane of glass at z = 0 under a dark ceiling, with an emitting ground within the glass.
 fn lit_from_below() -> Arc<Scene> {
     scene("glass plane, lit from below", |s| {
         floor(s, GLASS);
@@ -42,7 +42,7 @@ fn lit_from_below() -> Arc<Scene> {
     })
 }
 
-/// A plane of `bsdf` and, at distance 1 from the origin along `direction`, a small light facing it.
+/// A plane of `bsdf`, and a small light that faces the origin at distance 1 along `direction`.
 fn aim(bsdf: Bsdf, direction: DVec3) -> Arc<Scene> {
     scene("aim", |s| {
         floor(s, bsdf);
@@ -50,7 +50,7 @@ fn aim(bsdf: Bsdf, direction: DVec3) -> Arc<Scene> {
     })
 }
 
-/// The direction beyond the origin of a ray from [`towards_origin`], at another inclination below.
+/// Continuation of a ray from [`towards_origin`] beyond the origin, at another inclination below.
 fn beyond(inclination: f64) -> DVec3 {
     -whitefurnace::math::frame::from_spherical(inclination, 4.0)
 }
@@ -72,28 +72,34 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "glass/mirror-aim",
             &REFRACTION,
-            (&aim(mirror(0.9), back), EstimatorKind::Whitted(3), probe),
+            &aim(mirror(0.9), back),
+            EstimatorKind::Whitted(3),
+            probe,
         )
         .says("a small light lies where the law of reflection says, and is seen in the mirror")
-        .is((0.9 * LIGHT, 0.0), 1000),
+        .is(0.9 * LIGHT, 0.0, 1000),
         radiance(
             "glass/snell-aim",
             &REFRACTION,
-            (&aim(GLASS, refracted), EstimatorKind::Whitted(3), probe),
+            &aim(GLASS, refracted),
+            EstimatorKind::Whitted(3),
+            probe,
         )
         .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
-        .is((transmitted, 0.0), 1000),
+        .is(transmitted, 0.0, 1000),
         radiance(
             "glass/lit-from-below",
             &REFRACTION,
-            (&lit_from_below(), EstimatorKind::Path, probe),
+            &lit_from_below(),
+            EstimatorKind::Path,
+            probe,
         )
         .says("light from within glass arrives as (1 − R)/n² of its radiance")
-        .is((transmitted / LIGHT, SINGLE), 2_400_000),
+        .is(transmitted / LIGHT, SINGLE, 2_400_000),
     ]
 }
 
-/// How often a ray meets the lit side of the glass.
+/// Compares how often rays are reflected by the glass, to the lit side, with a probability.
 struct Lobe {
     probe: Probe,
     probability: f64,
@@ -157,10 +163,11 @@ fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// δ of a probability, relative.
+/// Relative δ of a probability.
 const CELL: f64 = whitefurnace::harness::chi_square::CELL_DELTA;
 
-/// From within the glass, past the critical angle: every ray goes back down to the lit ground.
+/// Trial of total reflection: from within the glass, past the critical angle, every ray goes back
+/// down to the lit ground.
 fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     let up = |_: &mut Stream| {
         let d = whitefurnace::math::frame::from_spherical(50f64.to_radians(), 1.0);
@@ -169,13 +176,15 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     radiance(
         "glass/total-reflection",
         &FRESNEL,
-        (&lit_from_below(), EstimatorKind::Report(3), up),
+        &lit_from_below(),
+        EstimatorKind::Report(3),
+        up,
     )
     .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
-    .is((1.0, 0.0), 2_000_000)
+    .is(1.0, 0.0, 2_000_000)
 }
 
-/// From within a glass cube in a direction whose cosine to one of its faces is wanted.
+/// Samples a ray from within a glass cube whose largest cosine with the faces' normals is `wanted`.
 fn within_cube(rng: &mut Stream, wanted: impl Fn(f64) -> bool) -> Ray {
     loop {
         let d = any_direction(rng);
@@ -185,13 +194,13 @@ fn within_cube(rng: &mut Stream, wanted: impl Fn(f64) -> bool) -> Ray {
     }
 }
 
-/// A direction in which light can leave: well within the critical angle of a face. Just within it R
-/// is near 1, a path outlives any roulette, and the variance is infinite.
+/// Samples a ray by which light can leave: well within the critical angle of a face. Just within it
+/// R is near 1, a path outlives any roulette, and the variance is infinite.
 fn leaving(rng: &mut Stream) -> Ray {
     within_cube(rng, |cosine| cosine > 0.85)
 }
 
-/// A direction that no face lets out.
+/// Samples a ray that is totally reflected at every face.
 fn trapped(rng: &mut Stream) -> Ray {
     let critical = (1.0 - 1.0 / (INDEX * INDEX)).sqrt();
     within_cube(rng, |cosine| cosine < critical - 1e-6)
@@ -210,28 +219,35 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "glass/cube-outside",
             &FRESNEL,
-            (&outside, EstimatorKind::Path, from_outside),
+            &outside,
+            EstimatorKind::Path,
+            from_outside,
         )
         .says("a glass cube under a white sky shows 1 from outside")
-        .is((1.0, BOUNCES), 1_000_000),
+        .is(1.0, BOUNCES, 1_000_000),
         radiance(
             "glass/cube-inside",
             &REFRACTION,
-            (&inside, EstimatorKind::Path, leaving),
+            &inside,
+            EstimatorKind::Path,
+            leaving,
         )
-        .says("from inside it shows n² in directions that can leave")
-        .is((n2, BOUNCES), 2_400_000),
+        .says("from inside it a glass cube under a white sky shows n² in directions that can leave")
+        .is(n2, BOUNCES, 2_400_000),
         radiance(
             "glass/cube-trapped",
             &FRESNEL,
-            (&inside, EstimatorKind::Path, trapped),
+            &inside,
+            EstimatorKind::Path,
+            trapped,
         )
-        .says("and nothing in directions that total reflection traps")
-        .is((0.0, 0.0), 1_600_000),
+        .says("from inside it a glass cube shows nothing in directions that total reflection traps")
+        .is(0.0, 0.0, 1_600_000),
     ]
 }
 
-/// A sphere of index 1 between light and floor: shadow rays stop at it, hits pass through it.
+/// Trial of a sphere of index 1 between light and floor: shadow rays stop at it, paths pass through
+/// it.
 fn vanishing() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
@@ -246,8 +262,10 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
     radiance(
         "glass/index-matched",
         &REFRACTION,
-        (&scene, EstimatorKind::Path, |_| at_origin()),
+        &scene,
+        EstimatorKind::Path,
+        |_| at_origin(),
     )
     .says("a sphere of index 1 before a light changes nothing")
-    .is((reference, IMAGE), 5_800_000)
+    .is(reference, IMAGE, 5_800_000)
 }

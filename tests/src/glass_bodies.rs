@@ -1,5 +1,5 @@
-//! Pieces of glass with known answers: a slab with all its internal reflections, a prism that turns
-//! light by total reflection, a sphere of index 1 that must not be seen.
+//! Glass bodies with known answers: a slab with all its internal reflections, a prism that turns
+//! light by total reflection, a sphere of index 1, which must not be visible.
 
 use crate::glass::{GLASS, INDEX, reflectance_by_angles};
 use crate::mean_radiance::any_direction;
@@ -45,7 +45,7 @@ fn lights(sphere: bool) -> Arc<Scene> {
     })
 }
 
-/// With and without the sphere of index 1 every ray sees the same.
+/// With and without the sphere of index 1 every ray finds the same radiance.
 struct Vanishing {
     scenes: [Arc<Scene>; 2],
 }
@@ -84,31 +84,27 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let r0 = ((INDEX - 1.0) / (INDEX + 1.0)).powi(2);
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
-        radiance(
-            "glass/slab",
-            &FRESNEL,
-            (&slab(), EstimatorKind::Path, |_| {
-                towards_origin(60f64.to_radians())
-            }),
-        )
+        radiance("glass/slab", &FRESNEL, &slab(), EstimatorKind::Path, |_| {
+            towards_origin(60f64.to_radians())
+        })
         .says(format!(
             "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                  anew for light without polarisation at each face, as (12) has it",
             through(r)
         ))
-        .by_points((through(r), SINGLE), 170_000),
+        .by_points(through(r), SINGLE, 170_000),
         radiance(
             "glass/prism",
             &FRESNEL,
-            (&prism(), EstimatorKind::Path, |_| {
-                Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X)
-            }),
+            &prism(),
+            EstimatorKind::Path,
+            |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X),
         )
         .says(format!(
             "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
             through(r0)
         ))
-        .by_points((through(r0) * LIGHT, SINGLE), 160_000),
+        .by_points(through(r0) * LIGHT, SINGLE, 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

@@ -8,23 +8,24 @@ use whitefurnace::sampling::sampler::{Numbers, Pass};
 use crate::prelude::*;
 use crate::scenes::level;
 
-/// Which estimator of whole images.
+/// An estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageEstimatorKind {
     /// [`LightTracer`].
     LightTracer,
     /// [`Bdpt`] with all connections.
     Bdpt,
-    /// [`Bdpt`] with connections to lights and to the eye.
+    /// [`Bdpt`] with connections to the endpoints only: lights and the eye.
     BdptEnds,
 }
 
 impl ImageEstimatorKind {
-    /// A pass by this estimator; `None` if it has values that no film can hold, which is a fault.
+    /// Renders one pass; `None` if it has values that no film can hold, which is a fault.
     fn pass<P: EstimatorParts>(
         self,
         parts: P,
-        (scene, frame): (&Scene, [u32; 2]),
+        scene: &Scene,
+        frame: [u32; 2],
         pass: Pass,
     ) -> Option<Vec<DVec3>> {
         let image = match self {
@@ -67,25 +68,26 @@ pub const fn whole(delta: f64) -> Region {
     }
 }
 
-/// A scene, an estimator of whole images, the frame, where its numbers come from, and the
-/// replications at scale 1. A replication is one value: the mean of many pixels, nearly normal.
+/// Passes of an estimator of whole images. A replication is one value: the mean of many pixels,
+/// nearly normal.
 #[derive(Clone)]
 pub struct Passes {
     /// The scene.
     pub scene: Arc<Scene>,
     /// The estimator.
     pub kind: ImageEstimatorKind,
-    /// Width and height.
+    /// Width and height of the image.
     pub frame: [u32; 2],
-    /// Independent, or so many passes to a replication.
+    /// Source of random numbers: independent, or Sobol' points with this many passes per
+    /// replication.
     pub numbers: Numbers,
-    /// How many.
+    /// Number of replications at scale 1.
     pub count: u64,
 }
 
 impl Passes {
-    /// The mean [`level`] of each region, replication by replication; cubes are summed about
-    /// `centre`.
+    /// Returns the values of the mean [`level`] of each region, one per replication; cubes are
+    /// summed about `centre`.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -118,7 +120,8 @@ impl Passes {
             for index in replication * passes..(replication + 1) * passes {
                 let image = self.kind.pass(
                     parts,
-                    (&self.scene, self.frame),
+                    &self.scene,
+                    self.frame,
                     Pass {
                         numbers,
                         seed,
@@ -143,7 +146,7 @@ fn not_an_image() -> Vec<Outcome> {
     vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
 }
 
-/// Regions of the image have the same mean radiance in closed form.
+/// Compares the mean radiance of each region with the same closed form.
 struct MeanImage {
     passes: Passes,
     reference: f64,
@@ -172,8 +175,8 @@ impl Property for MeanImage {
     }
 }
 
-/// A trial of regions whose mean radiance is `reference`, to within a δ relative to it; 0 claims it
-/// of every single pass.
+/// Returns a trial of regions whose mean radiance is `reference`, to within a δ relative to it; δ =
+/// 0 claims it of every single pass.
 pub fn image(
     name: &'static str,
     property: impl Into<String>,
@@ -196,7 +199,7 @@ pub fn image(
     )
 }
 
-/// The image has the mean of the path tracer's.
+/// Compares the mean of the image with the path tracer's.
 struct SameAsPath {
     passes: Passes,
     frames: u64,
@@ -204,7 +207,8 @@ struct SameAsPath {
 }
 
 impl SameAsPath {
-    /// The mean of a frame by the path tracer, one camera ray through a random point of each pixel.
+    /// Returns the mean of a frame by the path tracer, one camera ray through a random point of
+    /// each pixel.
     fn frame(&self, rng: &mut Stream) -> f64 {
         let Passes { scene, frame, .. } = &self.passes;
         let [width, height] = *frame;
@@ -242,14 +246,15 @@ impl Property for SameAsPath {
     }
 }
 
-/// A trial of equality with the path tracer, which renders `frames` frames of one sample per pixel;
-/// `delta` is relative to its mean.
+/// Returns a trial of equality with the path tracer, which renders `frames` frames of one sample
+/// per pixel; `delta` is relative to its mean.
 pub fn same_as_path(
     name: &'static str,
     property: impl Into<String>,
     equation: &'static Equation,
     passes: &Passes,
-    (frames, delta): (u64, f64),
+    frames: u64,
+    delta: f64,
 ) -> FamilyTrial<EstimatorSubject> {
     let same = SameAsPath {
         passes: passes.clone(),
@@ -265,7 +270,7 @@ pub fn same_as_path(
     )
 }
 
-/// A trial whose subject is changed first, whatever else is wrong with it.
+/// Returns a trial that changes its subject first, faulty or not.
 pub fn altered(
     family_trial: FamilyTrial<EstimatorSubject>,
     alter: impl Fn(EstimatorSubject) -> EstimatorSubject + Send + Sync + 'static,

@@ -1,4 +1,4 @@
-//! Whole films: what `render` makes of a scene with an estimator.
+//! Trials of whole films, as `render` makes them with an estimator.
 
 use std::ops::Range;
 
@@ -14,14 +14,26 @@ use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, ball, light, scene, seen_by, square, valid};
 
-/// A film of a scene, every ray through its pixel's centre, so that edges add no noise; `None` if
-/// the estimator returns what no film can hold, which is a fault.
+/// The replications of a scene's image that are rendered.
+pub(super) struct Frames<'a> {
+    pub scene: &'a Scene,
+    pub size: [u32; 2],
+    pub replications: Range<u32>,
+}
+
+/// Renders a film with every ray through its pixel's centre, so that edges add no noise; `None` if
+/// the estimator returns a value that no film can hold, which is a fault.
 pub(super) fn film<E: Estimator>(
     context: &Context,
     part: &str,
-    (scene, size, range): (&Scene, [u32; 2], Range<u32>),
+    frames: &Frames,
     estimator: &E,
 ) -> Option<Film> {
+    let Frames {
+        scene,
+        size,
+        ref replications,
+    } = *frames;
     let sampling = Sampling {
         numbers: Numbers::Independent,
         pixel: PixelSampling::Centre,
@@ -29,15 +41,18 @@ pub(super) fn film<E: Estimator>(
         outlines: false,
     };
     let mut film = Film::new(size, None, 1).ok()?;
-    render(scene, estimator, sampling, &mut film, &range, &|_| true).ok()?;
+    render(scene, estimator, sampling, &mut film, replications, &|_| {
+        true
+    })
+    .ok()?;
     Some(film)
 }
 
-/// By how much each channel counts in the one number that stands for a pixel: unequally, so that
-/// channels that are exchanged or mixed change it.
+/// Weights of the channels in the one number that stands for a pixel: unequal, so that exchanged or
+/// mixed channels change it.
 pub(super) const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
 
-/// What the statistics of images ask for, of all channels in one by their [`SHARES`].
+/// Statistics of each pixel's value, in which the channels are weighted by [`SHARES`].
 pub(super) struct Levels {
     mean: Vec<f64>,
     variance: Vec<f64>,
@@ -46,18 +61,22 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    /// Renders replication by replication: a film keeps neither covariances of channels nor third
-    /// moments.
+    /// Renders replication by replication, because a film keeps neither covariances of channels nor
+    /// third moments.
     pub fn render<E: Estimator>(
         context: &Context,
         part: &str,
-        (scene, size, range): (&Scene, [u32; 2], Range<u32>),
+        frames: &Frames,
         estimator: &E,
     ) -> Option<Self> {
+        let size = frames.size;
         let mut pixels = vec![Values::new(0.0); (size[0] * size[1]) as usize];
-        for replication in range {
-            let frame = (scene, size, replication..replication + 1);
-            let film = film(context, part, frame, estimator)?;
+        for replication in frames.replications.clone() {
+            let one = Frames {
+                replications: replication..replication + 1,
+                ..*frames
+            };
+            let film = film(context, part, &one, estimator)?;
             for (values, pixel) in pixels.iter_mut().zip(film.pixels()) {
                 values.push(pixel.mean().dot(SHARES));
             }
@@ -80,21 +99,21 @@ impl Levels {
     }
 }
 
-/// The images of an estimator and of the path tracer.
+/// Renders the images of an estimator and of the path tracer.
 fn with_path<E: Estimator>(
     context: &Context,
     part: &str,
-    frame: (&Scene, [u32; 2], Range<u32>),
+    frames: &Frames,
     estimator: &E,
 ) -> Option<[Levels; 2]> {
-    let image = Levels::render(context, part, frame.clone(), estimator)?;
+    let image = Levels::render(context, part, frames, estimator)?;
     Some([
         image,
-        Levels::render(context, "path", frame, &Path::<Standard>::default())?,
+        Levels::render(context, "path", frames, &Path::<Standard>::default())?,
     ])
 }
 
-/// The test of the means of two images within a relative margin.
+/// Tests the means of two images for equality within a relative margin.
 pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
     let [(sa, ka), (sb, kb)] = [a, b].map(|c| (c.statistics(), &c.skewness[..]));
     image_mean(name, (&sa, ka), (&sb, kb), margin)
@@ -111,8 +130,8 @@ fn not_a_film() -> Vec<Outcome> {
     )]
 }
 
-/// The mean of the pixels of the white furnace under a coloured sky: every one's expectation is the
-/// sky's radiance.
+/// Compares the mean of the pixels of the white furnace under a coloured sky with the sky's
+/// radiance, the expectation of every pixel.
 struct WhiteFurnace(Arc<Scene>);
 
 const SKY: DVec3 = DVec3::new(1.0, 3.0, 0.5);
@@ -131,8 +150,12 @@ impl Property for WhiteFurnace {
         let mut values = Values::new(1.0);
         for replication in 0..context.n(FURNACE_REPLICATIONS) {
             let part = format!("film {replication}");
-            let frame = (&*self.0, FURNACE_SIZE, 0..1);
-            let Some(film) = film(context, &part, frame, &Path::new(parts, Strategy::Mis)) else {
+            let frames = Frames {
+                scene: &self.0,
+                size: FURNACE_SIZE,
+                replications: 0..1,
+            };
+            let Some(film) = film(context, &part, &frames, &Path::new(parts, Strategy::Mis)) else {
                 return not_a_film();
             };
             let sum: DVec3 = film.pixels().iter().map(Pixel::mean).sum();
@@ -144,24 +167,23 @@ impl Property for WhiteFurnace {
     }
 }
 
-/// The path tracer and the report's estimator with physical rules in the all-diffuse room: two
-/// directions of sampling, two roulettes, with and without multiple importance sampling.
+/// Compares the path tracer with the report's estimator under physical rules in the all-diffuse
+/// room: two directions of sampling, two roulettes, with and without multiple importance sampling.
 struct SameImage(Arc<Scene>);
 
 const ROOM_SIZE: [u32; 2] = [32, 24];
 const ROOM_REPLICATIONS: u64 = 1_200;
-/// Segments of the report's estimator: what it leaves out is below 2⁻²⁰ of the whole, a thousandth
-/// of the margin and less, as no albedo exceeds 1/2.
+/// Segments of the report's estimator. The remainder is below 2⁻²⁰ of the whole, a thousandth of
+/// the margin and less, as no albedo exceeds 1/2.
 const ROOM_SEGMENTS: u32 = 20;
-/// Absorption of all surfaces, by which the report's paths end.
+/// Absorption of all surfaces, which ends the report's paths.
 const ROOM_ABSORPTION: f64 = 0.25;
 
-/// Coloured balls in a coloured cube, without its light in sight.
+/// Builds coloured balls in a coloured cube, without its light in sight.
 ///
 /// A bounce multiplies the report's radiance by 2ρ cos θ/(1 − α), if the path survives. The third
 /// moment of that is 2ρ³/(1 − α)², and must be below 1 for the sum over all bounces to have one:
-/// else samples never know their own skewness. With albedos of 3/4, as in the report's room, it is
-/// 1.5.
+/// else the sample skewness never settles. With albedos of 3/4, as in the report's room, it is 1.5.
 fn coloured_room() -> Arc<Scene> {
     let camera = Camera::new(
         DVec3::new(-0.8, -0.7, 0.4),
@@ -180,7 +202,7 @@ fn coloured_room() -> Arc<Scene> {
     })
 }
 
-/// Pixels' p-values are compared with the uniform law to this distance.
+/// Largest distance of the pixels' p-values from the uniform distribution.
 const FLATNESS: f64 = 0.25;
 
 impl Property for SameImage {
@@ -196,11 +218,15 @@ impl Property for SameImage {
             segments: setup.segments.unwrap_or(ROOM_SEGMENTS),
             rules: setup.rules,
         };
-        let frame = (&*self.0, ROOM_SIZE, 0..n);
+        let frames = Frames {
+            scene: &self.0,
+            size: ROOM_SIZE,
+            replications: 0..n,
+        };
         let outcomes = || {
-            let [a, b] = with_path(context, "report", frame, &report)?;
+            let [a, b] = with_path(context, "report", &frames, &report)?;
             let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
-            // What the limit on segments leaves out is no reason to fail.
+            // The bias of the limit on segments must not fail the test.
             let mean = same_mean("image mean", &a, &b, IMAGE).within_delta();
             Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
         };
@@ -208,8 +234,8 @@ impl Property for SameImage {
     }
 }
 
-/// Whitted's estimator and the path tracer on a convex diffuse object under a light that reflects
-/// nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
+/// Compares Whitted's estimator with the path tracer on a convex diffuse object under a light that
+/// reflects nothing: no light meets two diffuse surfaces, so Whitted leaves nothing out.
 struct Convex(Arc<Scene>);
 
 const CONVEX_SIZE: [u32; 2] = [32, 32];
@@ -227,17 +253,21 @@ impl Property for Convex {
             segments: setup.segments.unwrap_or(1),
             rules: setup.rules,
         };
-        let frame = (&*self.0, CONVEX_SIZE, 0..n);
-        with_path(context, "whitted", frame, &whitted).map_or_else(not_a_film, |[a, b]| {
+        let frames = Frames {
+            scene: &self.0,
+            size: CONVEX_SIZE,
+            replications: 0..n,
+        };
+        with_path(context, "whitted", &frames, &whitted).map_or_else(not_a_film, |[a, b]| {
             vec![same_mean("image mean", &a, &b, BOUNCES)]
         })
     }
 }
 
-/// A diffuse sphere under a square light, before nothing.
+/// Builds a diffuse sphere under a square light, with nothing else.
 fn convex() -> Arc<Scene> {
     scene("convex object", |s| {
-        // In other proportions than the light, so that no exchange of channels undoes the other's.
+        // Not in the light's proportions, so that no exchange of channels undoes the other's.
         let albedo = FLOOR * DVec3::new(0.9, 1.0, 0.5);
         ball(
             s,
@@ -248,8 +278,8 @@ fn convex() -> Arc<Scene> {
     })
 }
 
-/// The path tracer's three strategies in a diffuse cavity with an emitting cap that ends paths:
-/// most find it, which keeps the variance of hits low.
+/// Compares the path tracer's three strategies in a diffuse cavity with an emitting black cap: most
+/// paths find it, which keeps the variance of BSDF sampling low.
 struct SameStrategies(Arc<Scene>);
 
 const CAVITY_SIZE: [u32; 2] = [20, 15];
@@ -262,10 +292,14 @@ impl Property for SameStrategies {
         setup: Configuration<P>,
     ) -> Vec<Outcome> {
         let n = context.n(CAVITY_REPLICATIONS) as u32;
-        let frame = (&*self.0, CAVITY_SIZE, 0..n);
+        let frames = Frames {
+            scene: &self.0,
+            size: CAVITY_SIZE,
+            replications: 0..n,
+        };
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
             let path = Path::new(setup.parts, strategy);
-            Levels::render(context, &format!("{strategy:?}"), frame.clone(), &path)
+            Levels::render(context, &format!("{strategy:?}"), &frames, &path)
         });
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
             return not_a_film();
@@ -301,7 +335,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         trial(
             "images/convex-object",
-            "of one convex diffuse object Whitted's estimator and the path tracer make the same image",
+            "Whitted's estimator and the path tracer make the same image of a convex diffuse object",
             &WHITTED,
             [
                 "render::render, integrator::Whitted, integrator::Path",

@@ -1,8 +1,8 @@
 //! Roulette where its variance is infinite: survival at most the squared albedo.
 //!
-//! The mean is still right, but the second moment does not exist: a t test of the mean is valid for
-//! no number of samples, and no equivalence of means follows from it. Two things can be tested
-//! instead. The whole law is known: with albedo a and survival q a walk of k bounces is worth x_k =
+//! The mean is unbiased, but the second moment does not exist: a t test of the mean is valid for no
+//! number of samples, and cannot conclude equivalence. Two things can be tested instead. The whole
+//! distribution is known: with albedo a and survival q a walk of k bounces is worth x_k =
 //! Σ (a/q)^j over j ≤ k and has probability (1 − q) q^k, from which the mean follows by summation.
 //! And min(X, x_c) is bounded, with a closed form of its mean, so that the empirical Bernstein
 //! inequality holds for it.
@@ -40,23 +40,23 @@ const LAW: Law = Law {
 };
 
 impl Law {
-    /// x_k = (r^(k+1) − 1)/(r − 1) with r = a/q.
+    /// Value of a walk of k bounces: x_k = (r^(k+1) − 1)/(r − 1) with r = a/q.
     fn value(self, bounces: u32) -> f64 {
         let r = self.albedo / self.survival;
         (r.powi(bounces as i32 + 1) - 1.0) / (r - 1.0)
     }
 
-    /// (1 − q) q^k.
+    /// Probability of k bounces: (1 − q) q^k.
     fn probability(self, bounces: u32) -> f64 {
         (1.0 - self.survival) * self.at_least(bounces)
     }
 
-    /// q^k: the probability of k bounces or more.
+    /// Probability of k bounces or more: q^k.
     fn at_least(self, bounces: u32) -> f64 {
         self.survival.powi(bounces as i32)
     }
 
-    /// How many bounces a value stands for; `None` for a value that the law does not have.
+    /// Returns the number of bounces of a value; `None` for a value that the law does not have.
     fn bounces(self, value: f64) -> Option<u32> {
         let r = self.albedo / self.survival;
         let bounces = ((1.0 + value * (r - 1.0)).ln() / r.ln()).round() - 1.0;
@@ -66,15 +66,15 @@ impl Law {
         ((value - expected).abs() <= ROUNDING * expected).then_some(bounces)
     }
 
-    /// E[min(X, x_c)].
+    /// Mean of the bounded values: E[min(X, x_c)].
     fn mean_up_to(self, c: u32) -> f64 {
         let below: f64 = (0..c).map(|k| self.probability(k) * self.value(k)).sum();
         below + self.at_least(c) * self.value(c)
     }
 }
 
-/// Values of `draw` against the law: their frequencies (any other value is forbidden), and the mean
-/// of min(X, x_c) by empirical Bernstein.
+/// Compares values of `draw` with the law: their frequencies (any other value is forbidden), and
+/// the mean of min(X, x_c) by empirical Bernstein.
 fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome> {
     let mut counts = Counts {
         n,
@@ -116,7 +116,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
 
 const WALKS: u64 = 9_000_000;
 
-/// Walks follow the law.
+/// Compares walks with the law.
 fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("law");
     against_the_law(context.n(WALKS), 8, || {
@@ -124,17 +124,17 @@ fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     })
 }
 
-/// Squared albedos times these are the survivals on both sides of the boundary.
+/// Survivals, in units of the squared albedo, on both sides of the boundary.
 const SIDES: [f64; 3] = [0.95, 1.0, 1.1];
-/// Terms of the sums over the law: what is left out is about 1.1^-400 = 3e-17 of the whole.
+/// Number of terms of the sums over the law: the remainder is about 1.1^-400 = 3e-17 of the whole.
 const TERMS: u32 = 400;
-/// Tolerance of those sums, relative.
+/// Relative tolerance of those sums.
 const SUMMED: f64 = 1e-9;
 
-/// The mean and the second moment by summation over the number of bounces, with the values that
-/// walks of so many bounces have: the mean is 1/(1 − a) on both sides of the boundary; the second
-/// moment is the closed form's where survival exceeds the squared albedo, and elsewhere its terms
-/// never fall.
+/// Compares the mean and the second moment with closed forms, by summation over the number of
+/// bounces of their probabilities and of the values that walks return. The mean is 1/(1 − a) on
+/// both sides of the boundary; the second moment has the closed form where survival exceeds the
+/// squared albedo, and elsewhere its terms never fall.
 fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("walks of given length");
     let [mut mean_error, mut moment_error] = [Largest::default(), Largest::default()];
@@ -178,7 +178,7 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     ]
 }
 
-/// The trials of the abstract furnace.
+/// Trials of the abstract furnace.
 pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
     vec![
         trial(
@@ -200,8 +200,8 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
 
 const PATHS: u64 = 3_800_000;
 
-/// The path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9: its
-/// radiance has the same law, as no direction changes it.
+/// Trial of the path tracer with survival 0.75 in a hall of emitting mirrors of reflectance 0.9:
+/// its radiance follows the same law, as no direction changes it.
 pub fn hall() -> FamilyTrial<EstimatorSubject> {
     let probe = Probe {
         scene: sphere_furnace(mirror(ALBEDO), 0.0),

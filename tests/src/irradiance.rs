@@ -1,4 +1,4 @@
-//! Direct light through whole estimators: irradiance of lights of every shape in closed form, by
+//! Direct light through whole estimators: irradiance from lights of every shape in closed form, by
 //! each strategy alone and by both.
 
 use whitefurnace::harness::chi_square::Counts;
@@ -15,12 +15,13 @@ use crate::scenes::{
 };
 use crate::streams::frequencies;
 
-/// What the floor reflects of an irradiance E, given as E/L, of a light of radiance [`LIGHT`].
+/// Radiance that the floor reflects of an irradiance, given as E/L, of a light of radiance
+/// [`LIGHT`].
 pub fn reflected(irradiance: f64) -> f64 {
     FLOOR * FRAC_1_PI * LIGHT * irradiance
 }
 
-/// E/L of the three lights together, in units of [`LIGHT`].
+/// Irradiance E/L of the three lights together, in units of [`LIGHT`].
 pub fn three() -> f64 {
     0.5 * polygon_irradiance(&TRIANGLE)
         + 2.0 * sphere_irradiance(0.5, 2.0, 1.0)
@@ -40,63 +41,71 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// A light over the floor: the scene, E/L at the origin, and what it is.
-pub(super) type Light = (Arc<Scene>, f64, &'static str);
+/// A light over the floor.
+pub(super) struct Light {
+    pub scene: Arc<Scene>,
+    /// E/L at the origin.
+    pub irradiance: f64,
+    /// The light in words.
+    pub what: &'static str,
+}
 
-/// A trial of what the floor's origin reflects of a light.
+/// Returns a trial of the radiance that the floor reflects of a light at the origin.
 pub(super) fn lit(
     name: &'static str,
-    (scene, irradiance, light): &Light,
-    (kind, ray): (EstimatorKind, Rays),
+    light: &Light,
+    kind: EstimatorKind,
+    ray: Rays,
     equation: &'static Equation,
     draws: Draws,
 ) -> FamilyTrial<EstimatorSubject> {
-    let reference = reflected(*irradiance);
-    let property = format!("a floor reflects {reference:.6} of {light}");
-    radiance(name, equation, (scene, kind, ray))
+    let reference = reflected(light.irradiance);
+    let property = format!("a floor reflects {reference:.6} of {}", light.what);
+    radiance(name, equation, &light.scene, kind, ray)
         .says(property)
-        .drawn((reference, SINGLE), draws)
+        .drawn(reference, SINGLE, draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     use EstimatorKind::{Path, Report, Whitted};
     let [a, b, ..] = RECTANGLE;
     let visible_half = [a, b, b.with_y(0.0), a.with_y(0.0)];
-    let square = (
-        rectangle_light(false),
-        polygon_irradiance(&RECTANGLE),
-        "a square light's radiance",
-    );
-    let hidden = (
-        half_hidden_light(),
-        polygon_irradiance(&visible_half),
-        "a square light that a wall hides by half",
-    );
-    let away = (
-        rectangle_light(true),
-        0.0,
-        "a light that shines the other way",
-    );
-    let triangle = (
-        triangle_light(),
-        polygon_irradiance(&TRIANGLE),
-        "a slanted triangular light",
-    );
-    let sphere = (
-        sphere_light(),
-        sphere_irradiance(0.5, 2.0, 1.0),
-        "a spherical light",
-    );
-    let three = (
-        three_lights(),
-        three(),
-        "three lights of different size and radiance",
-    );
+    let square = Light {
+        scene: rectangle_light(false),
+        irradiance: polygon_irradiance(&RECTANGLE),
+        what: "a square light's radiance",
+    };
+    let hidden = Light {
+        scene: half_hidden_light(),
+        irradiance: polygon_irradiance(&visible_half),
+        what: "a square light that a wall hides by half",
+    };
+    let away = Light {
+        scene: rectangle_light(true),
+        irradiance: 0.0,
+        what: "a light that shines the other way",
+    };
+    let triangle = Light {
+        scene: triangle_light(),
+        irradiance: polygon_irradiance(&TRIANGLE),
+        what: "a slanted triangular light",
+    };
+    let sphere = Light {
+        scene: sphere_light(),
+        irradiance: sphere_irradiance(0.5, 2.0, 1.0),
+        what: "a spherical light",
+    };
+    let three = Light {
+        scene: three_lights(),
+        irradiance: three(),
+        what: "three lights of different size and radiance",
+    };
     let by = |name, light, kind, equation, scrambles| {
         lit(
             name,
             light,
-            (kind, |_| at_origin()),
+            kind,
+            |_| at_origin(),
             equation,
             Draws::Scrambles(scrambles),
         )
@@ -125,7 +134,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// One strategy of the path tracer with the other taken away and all the weight.
+/// Trials of one strategy of the path tracer, with the other removed and all the MIS weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let alone = |name, how, scene, polygon: &[_], scrambles, alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
@@ -137,7 +146,8 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         };
         let mean = MeanRadiance {
             probe,
-            claim: (reference, SINGLE),
+            reference,
+            delta: SINGLE,
             draws: Draws::Scrambles(scrambles),
         };
         trial(
@@ -153,7 +163,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             },
         )
     };
-    // A horizontal direction has no density: the path ends after its shadow ray.
+    // A horizontal direction has pdf 0, so the path ends after its shadow ray.
     let shadow_rays = |table| PartTable {
         cosine_hemisphere: |_| DVec3::X,
         mis_weight: |_, _| 1.0,
@@ -187,7 +197,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 const ARGUMENTS: u64 = 10_000;
 
-/// The weights of both strategies sum to one, and are in proportion to the densities or to their
+/// The MIS weights of both strategies sum to one, and are proportional to the densities or to their
 /// squares.
 pub(super) struct Weights(pub Heuristic);
 
@@ -233,7 +243,7 @@ impl Property for Weights {
 }
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
-    let property = "MIS weights sum to one and stand in proportion to the densities";
+    let property = "MIS weights sum to one and are proportional to the densities";
     let judged = ["geometry::radiometry::balance", "exact"];
     trial(
         "irradiance/weights",
@@ -244,7 +254,7 @@ fn weights() -> FamilyTrial<EstimatorSubject> {
     )
 }
 
-/// Emitters are picked with the probabilities that they say: by given shares, or by flux.
+/// Emitters are picked with the stated probabilities: by given ones, or by flux.
 struct Picks {
     shares: [f64; 4],
     by_flux: Option<FluxPicks>,
@@ -262,7 +272,7 @@ impl Property for Picks {
             "picks by share"
         });
         let n = context.n(1_300_000);
-        // Shares that are given are handed on as they are.
+        // Given probabilities are passed on unchanged.
         let rounding = if self.by_flux.is_some() { 1e-15 } else { 0.0 };
         let mut observed = vec![0; self.shares.len()];
         let mut unlike = 0.0_f64;
@@ -306,7 +316,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
     const FLUXES: [f64; 4] = [3.0, 2.0, 0.0, 3.0];
     let picks = |name, of, equation, part, picks| {
         let property = format!(
-            "each of four emitters is picked with its share {of} as probability, never without one"
+            "each of four emitters is picked with its probability {of}, and never if that is 0"
         );
         trial(
             name,
@@ -341,7 +351,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         picks(
             "irradiance/picks-by-share",
-            "of what may come",
+            "from given shares",
             &LIGHT_PICK,
             "light::light_sampler::pick",
             by_share,

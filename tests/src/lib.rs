@@ -1,4 +1,4 @@
-//! The registry: every property on trial, each with faulty subjects that must be rejected.
+//! The registry: every trial of the suite, each with faulty subjects that it must reject.
 //!
 //! The tests and the experiments only loop over [`all`]; the faults are listed in
 //! [`crate::faults`].
@@ -56,7 +56,7 @@ mod whole_paths;
 use crate::faults::{AnyFamily, FaultData, Pair};
 use whitefurnace::harness::trial::Trial;
 
-/// Every trial with its faults, by the type of subject.
+/// All families: the trials and their faults, grouped by type of subject.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     [
         hemisphere::families(),
@@ -108,8 +108,7 @@ pub fn all_faults() -> Vec<FaultData> {
         .collect()
 }
 
-/// The full table: every fault and equivalent mutant under every trial that takes its type of
-/// subject.
+/// The full table: every fault and equivalent mutant under every trial of its family.
 pub fn matrix() -> Vec<Pair> {
     families()
         .iter()

@@ -1,4 +1,8 @@
-//! The commonest trial of a whole estimator: the mean radiance along probe rays is a closed form.
+//! The most common trial of a whole estimator: the mean radiance along probe rays has a closed
+//! form.
+//!
+//! The numbers of rays follow from δ and the noise of the estimator: the
+//! [guard](whitefurnace::harness::guard) refuses a trial that could not detect its δ.
 
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{Sobol, scramble};
@@ -6,18 +10,19 @@ use whitefurnace::sampling::sampler::{Sobol, scramble};
 use crate::prelude::*;
 use crate::scenes::level;
 
-/// δ of single estimators with closed forms, relative.
+/// Relative δ of single estimators with closed forms.
 pub const SINGLE: f64 = 0.003;
-/// δ of means over several bounces, relative.
+/// Relative δ of means over several bounces.
 pub const BOUNCES: f64 = 0.005;
-/// δ of image means, relative.
+/// Relative δ of image means.
 pub const IMAGE: f64 = 0.01;
 
-/// The mean of so many values against a reference; δ is relative to it, and 0 if every value is the
-/// reference.
+/// Compares the mean of `n` values with a reference. δ is relative to the reference; 0 claims that
+/// every single value is the reference.
 pub fn mean_of(
     name: &str,
-    (reference, delta): (f64, f64),
+    reference: f64,
+    delta: f64,
     n: u64,
     value: impl FnMut() -> f64,
 ) -> Outcome {
@@ -32,8 +37,8 @@ pub fn mean_of(
     )
 }
 
-/// The same of several values that are drawn together: each has a name, a reference and an absolute
-/// δ.
+/// Compares the means of several values that are drawn together. Each has a name, a reference and
+/// an absolute δ.
 pub fn means<S: AsRef<str>, const N: usize>(
     about: [(S, f64, f64); N],
     n: u64,
@@ -53,30 +58,32 @@ pub fn means<S: AsRef<str>, const N: usize>(
     about.into_iter().zip(&all).map(outcome).collect()
 }
 
-/// The mean [`level`] along probe rays.
+/// Compares the mean [`level`] along probe rays with a closed form.
 pub struct MeanRadiance {
-    /// What is probed.
+    /// Scene, estimator and rays.
     pub probe: Probe,
-    /// The expectation, and δ as of [`mean_of`].
-    pub claim: (f64, f64),
-    /// How many values are drawn at scale 1, and of what.
+    /// Expectation.
+    pub reference: f64,
+    /// Relative δ, as in [`mean_of`].
+    pub delta: f64,
+    /// How the values are drawn, and their number at scale 1.
     pub draws: Draws,
 }
 
-/// What the values are.
+/// How the values of a trial of a mean are drawn.
 #[derive(Clone, Copy)]
 pub enum Draws {
-    /// So many rays, by independent numbers.
+    /// This many rays with independent random numbers.
     Rays(u64),
-    /// So many means of [`POINTS`] rays, by the points of a scramble of a Sobol' sequence. Each
-    /// point alone is uniform, whence the expectation is the same whatever an estimator does with
-    /// it, and a smooth estimate varies much less.
+    /// This many means of [`POINTS`] rays, each over the points of one scrambled Sobol' sequence.
+    /// Each point alone is uniform, so the expectation does not depend on how an estimator uses it,
+    /// while smooth estimates vary much less.
     Scrambles(u64),
 }
 
-/// Rays of a scramble.
+/// Rays per scramble.
 const POINTS: u16 = 16;
-/// Scrambles that are followed together.
+/// Scrambles per batch.
 const TOGETHER: u32 = 16;
 
 impl Property for MeanRadiance {
@@ -89,7 +96,7 @@ impl Property for MeanRadiance {
         let outcome = match self.draws {
             Draws::Rays(n) => {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
-                mean_of("radiance", self.claim, context.n(n), || {
+                mean_of("radiance", self.reference, self.delta, context.n(n), || {
                     level(scene, radiance())
                 })
             }
@@ -121,14 +128,14 @@ impl Property for MeanRadiance {
                         means.next().expect("a mean of each scramble")
                     })
                 };
-                mean_of("radiance", self.claim, context.n(n), value)
+                mean_of("radiance", self.reference, self.delta, context.n(n), value)
             }
         };
         vec![outcome]
     }
 }
 
-/// The path of an estimator of this kind.
+/// Returns the path in the library of an estimator.
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
         EstimatorKind::Path
@@ -141,14 +148,16 @@ pub fn path(kind: EstimatorKind) -> &'static str {
     }
 }
 
-/// Rays into a scene, from random numbers.
+/// A source of rays into a scene, from random numbers.
 pub type Rays = fn(&mut Stream) -> Ray;
 
-/// A trial of the mean radiance that an estimator finds in a scene along rays.
+/// Begins a trial of the mean radiance that an estimator finds in a scene along rays.
 pub fn radiance(
     name: &'static str,
     equation: &'static Equation,
-    (scene, kind, ray): (&Arc<Scene>, EstimatorKind, Rays),
+    scene: &Arc<Scene>,
+    kind: EstimatorKind,
+    ray: Rays,
 ) -> Radiance {
     Radiance {
         name,
@@ -162,7 +171,7 @@ pub fn radiance(
     }
 }
 
-/// A trial of a mean radiance that is still to be told its [property](Self::says) and
+/// A trial of a mean radiance that still lacks its [property](Self::says) and its
 /// [reference](Self::is).
 pub struct Radiance {
     name: &'static str,
@@ -172,7 +181,7 @@ pub struct Radiance {
 }
 
 impl Radiance {
-    /// With its property in words.
+    /// Sets the property, in words.
     pub fn says(self, property: impl Into<String>) -> Self {
         Self {
             property: property.into(),
@@ -180,18 +189,24 @@ impl Radiance {
         }
     }
 
-    /// The trial: reference and relative δ as in [`mean_of`], and the number of rays at scale 1.
-    pub fn is(self, claim: (f64, f64), rays: u64) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(claim, Draws::Rays(rays))
+    /// Returns the trial by independent rays: reference and relative δ as in [`mean_of`], and the
+    /// number of rays at scale 1.
+    pub fn is(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
+        self.drawn(reference, delta, Draws::Rays(rays))
     }
 
-    /// The same by so many [scrambles](Draws::Scrambles).
-    pub fn by_points(self, claim: (f64, f64), scrambles: u64) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(claim, Draws::Scrambles(scrambles))
+    /// Returns the trial by this many [scrambles](Draws::Scrambles) at scale 1.
+    pub fn by_points(
+        self,
+        reference: f64,
+        delta: f64,
+        scrambles: u64,
+    ) -> FamilyTrial<EstimatorSubject> {
+        self.drawn(reference, delta, Draws::Scrambles(scrambles))
     }
 
-    /// The same by rays or scrambles.
-    pub fn drawn(self, claim: (f64, f64), draws: Draws) -> FamilyTrial<EstimatorSubject> {
+    /// Returns the trial with this design and number of values.
+    pub fn drawn(self, reference: f64, delta: f64, draws: Draws) -> FamilyTrial<EstimatorSubject> {
         let Self {
             name,
             equation,
@@ -206,19 +221,20 @@ impl Radiance {
             judged,
             with_parts(MeanRadiance {
                 probe,
-                claim,
+                reference,
+                delta,
                 draws,
             }),
         )
     }
 }
 
-/// The largest of some errors; unlike a maximum it keeps NaN.
+/// Returns the largest of some errors. Unlike a maximum it keeps NaN.
 pub fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
 }
 
-/// A uniformly distributed direction.
+/// Samples a direction uniformly over the sphere.
 pub fn any_direction(rng: &mut Stream) -> DVec3 {
     whitefurnace::sampling::warp::sphere_zone(uniform2(rng), 1.0, [-1.0, 1.0])
 }

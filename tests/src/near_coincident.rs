@@ -1,6 +1,6 @@
 //! Surfaces just farther apart than those that a scene refuses because they coincide: each
-//! estimator meets the one in front, and shadow rays find what paths find, in whatever order the
-//! scene has them.
+//! estimator meets the one in front, and shadow rays agree with paths, in either order of the
+//! surfaces in the scene.
 
 use whitefurnace::scene::COINCIDENT;
 
@@ -13,12 +13,12 @@ use crate::scenes::{
 };
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
-/// Half the side of the largest squares: the largest coordinate.
+/// Half the side of the largest squares, which is the largest coordinate.
 const EXTENT: f64 = 50.0;
-/// The distance of two surfaces.
+/// Distance of the two surfaces.
 const GAP: f64 = 1.25 * COINCIDENT * EXTENT;
 const REFLECTANCE: f64 = 0.9;
-/// Height of the mirror over the patch, and of the light that is seen in it.
+/// Height of the mirror over the patch, and of the light that the patch sees in it.
 const MIRROR: f64 = 0.4;
 const LAMP: f64 = -0.2;
 
@@ -28,7 +28,7 @@ const BLACK: Surface = Surface {
     absorption: 0.0,
 };
 
-/// Adds parts in this order or the other.
+/// Adds the parts in this order, or reversed.
 fn in_order(s: &mut SceneBuilder, is_reversed: bool, parts: [&dyn Fn(&mut SceneBuilder); 2]) {
     let [first, second] = if is_reversed {
         [parts[1], parts[0]]
@@ -39,8 +39,8 @@ fn in_order(s: &mut SceneBuilder, is_reversed: bool, parts: [&dyn Fn(&mut SceneB
     second(s);
 }
 
-/// A patch at the origin under a mirror in which alone it sees a light, and black sheets at
-/// distance [`GAP`] to mirror and light: before the mirror, or behind both.
+/// Builds a patch at the origin that sees a light only in the mirror above it, and black sheets at
+/// distance [`GAP`] from mirror and light: in front of the mirror, or behind both.
 fn mirror_with_sheets(covers: bool, is_reversed: bool) -> Arc<Scene> {
     scene("mirror with sheets", |s| {
         square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
@@ -68,7 +68,7 @@ fn mirror_with_sheets(covers: bool, is_reversed: bool) -> Arc<Scene> {
     })
 }
 
-/// A light over the floor, covered by a black sheet.
+/// Builds a light over the floor, covered by a black sheet.
 fn covered_light(is_reversed: bool) -> Arc<Scene> {
     scene("covered light", |s| {
         floor(s, lambert(FLOOR));
@@ -86,7 +86,7 @@ fn covered_light(is_reversed: bool) -> Arc<Scene> {
     })
 }
 
-/// A patch that sees a light through a ball of glass alone, and this ball in a black one.
+/// Builds a patch that sees a light only through a ball of glass, enclosed in a black ball.
 fn covered_lens(is_reversed: bool) -> Arc<Scene> {
     scene("covered lens", |s| {
         in_order(
@@ -106,7 +106,7 @@ fn covered_lens(is_reversed: bool) -> Arc<Scene> {
     })
 }
 
-/// No light arrives at the origin from what is covered, in either order of the parts.
+/// No light arrives at the origin from covered surfaces, in either order of the parts.
 struct Covered([(&'static str, [Probe; 2]); 5]);
 
 impl Property for Covered {
@@ -166,12 +166,14 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "near-coincident/backed",
             &SPECULAR_SPREAD,
-            (&mirror_with_sheets(false, true), BY_BODIES, near_origin),
+            &mirror_with_sheets(false, true),
+            BY_BODIES,
+            near_origin,
         )
         .says(format!(
             "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
         ))
-        .by_points((in_mirror, SINGLE), 59_000),
+        .by_points(in_mirror, SINGLE, 59_000),
     ]
 }
 

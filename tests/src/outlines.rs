@@ -1,5 +1,5 @@
-//! More points for the outlines of lights, and camera rays that follow mirrors first: they leave
-//! the mean of a pixel as it is.
+//! Supersampling of emitter silhouettes, and camera rays that follow mirrors first: both leave the
+//! mean of a pixel unbiased.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,15 +9,16 @@ use whitefurnace::render::silhouette::{POINTS, View};
 use crate::mean_radiance::means;
 use crate::prelude::*;
 
-/// How a pixel takes the points of an outline: their places, what it makes of what they show, and
-/// what rays show that follow mirrors.
+/// Silhouette supersampling of a pixel, so that each step can be replaced: the additional points,
+/// the combination of their emitted radiance, and the rays that follow mirrors.
 #[derive(Clone, Copy)]
 pub struct OutlinePoints {
-    /// By seed, pixel, replication and sample.
+    /// The points within the pixel, from seed, pixel, replication and sample.
     pub points: fn(u64, u32, u32, u32) -> [[f64; 2]; POINTS],
-    /// By the radiance of the sample, its own direct emission and that of the points.
+    /// The pixel's value, from the radiance of the sample, its own direct emission and that of the
+    /// points.
     pub replaced: fn(DVec3, DVec3, [DVec3; POINTS]) -> DVec3,
-    /// By what the camera ray shows, and the scene.
+    /// The view after the mirrors that the camera ray meets, from the camera's view and the scene.
     pub in_mirrors: fn(View, &Scene) -> View,
 }
 
@@ -27,8 +28,8 @@ const RIGHT: OutlinePoints = OutlinePoints {
     in_mirrors: View::in_mirrors,
 };
 
-/// What three lights show through a point of the pixel, one in each channel: a part of a disc, a
-/// triangle, a strip.
+/// Emitted radiance at a point of the pixel, where three lights are seen, one in each channel: a
+/// part of a disc, a triangle, a strip.
 fn shown([x, y]: [f64; 2]) -> DVec3 {
     RADIANCE
         * DVec3::from(
@@ -41,17 +42,17 @@ fn shown([x, y]: [f64; 2]) -> DVec3 {
         )
 }
 
-/// Of the lights.
+/// Radiance of the lights.
 const RADIANCE: f64 = 4.0;
-/// The shares of the pixel in which they are seen.
+/// Fractions of the pixel that the lights cover.
 const AREAS: [f64; 3] = [FRAC_PI_4, 0.25, 0.02];
-/// The mean of all other light, xy.
+/// Mean of all other light, which is xy.
 const OTHER: f64 = 0.25;
 
 const REPLICATIONS: u64 = 300_000;
 const EFFECT: f64 = 0.008;
 
-/// The mean of each channel, over replications of two samples.
+/// Compares the mean of each channel, over replications of two samples, with its closed form.
 fn channels(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
     let mut rng = context.rng("samples");
     let seed = context.seed_of("points");
@@ -71,7 +72,7 @@ fn channels(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
     })
 }
 
-/// What the mirror reflects, and the share of the pixel in which a light is seen in it before a
+/// Reflectance of the mirror, and the fraction of the pixel that the light covers in it, before a
 /// bright background.
 const REFLECTANCE: [f64; 3] = [0.25, 0.5, 1.0];
 const AREA_IN_MIRROR: f64 = 0.375;
@@ -88,7 +89,7 @@ fn light_in_mirror() -> Scene {
         [2.0 * DVec3::X, 2.0 * DVec3::Z],
         mirror,
     );
-    // Its image in the mirror is twice as far behind it as it is behind the eye.
+    // Its mirror image is at y = 4, where the pixel covers [−1, 1] in x and z.
     s.rectangle(
         DVec3::new(-3.0, -2.0, -3.0),
         [3.5 * DVec3::Z, 3.0 * DVec3::X],
@@ -98,7 +99,8 @@ fn light_in_mirror() -> Scene {
         .expect("a legal scene")
 }
 
-/// The mean of each channel through a mirror, over replications of one sample.
+/// Compares the mean of each channel through a mirror, over replications of one sample, with its
+/// closed form.
 fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
     let (mut rng, seed, scene) = (
         context.rng("samples"),
@@ -120,7 +122,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
             REFLECTANCE[i] * EFFECT,
         )
     });
-    // As many samples as replications of two have.
+    // The number of samples is that of replications of two.
     means(about, context.n(2 * REPLICATIONS), || {
         let seen = view(uniform2(&mut rng));
         let radiance = seen.weight * path.radiance(&scene, &seen.ray, seen.hit, &mut rng);
@@ -131,25 +133,25 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
     })
 }
 
-/// The mean of `POINTS` or another number of them, in place of a sample's own.
+/// Replaces a sample's own emission by the sum over the points, divided by `number`.
 fn mean_over(number: f64, radiance: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
     radiance + shown.into_iter().sum::<DVec3>() / number
 }
 
-/// The points of an outline.
+/// Trials and faults of silhouette supersampling.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: vec![
             trial(
                 "convergence/outlines",
-                "more points for what lights show directly leave the mean of a pixel as it is",
+                "supersampled emitter silhouettes leave the mean of a pixel unbiased",
                 &RANDOMISATION,
                 ["render::silhouette::replaced", "t"],
                 channels,
             ),
             trial(
                 "convergence/in-mirrors",
-                "camera rays that follow a mirror first, and more points for a light in it, leave the mean of a pixel as it is",
+                "camera rays that follow a mirror first, and supersampled silhouettes in it, leave the mean of a pixel unbiased",
                 &RANDOMISATION,
                 ["render::silhouette::View::in_mirrors", "t"],
                 channels_in_mirror,

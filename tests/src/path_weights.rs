@@ -1,5 +1,5 @@
-//! The weights that the path tracer gives to hits and to shadow rays, taken from its own estimates:
-//! one path at a time, with chosen random numbers, against densities in closed form.
+//! The MIS weights of BSDF and light samples in the path tracer, taken from its own estimates: one
+//! path at a time, with chosen random numbers, against densities in closed form.
 
 use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::integrator::Heuristic;
@@ -15,8 +15,8 @@ use crate::scenes::{
 };
 use crate::script::Scripted;
 
-/// One side's path tracer: its parts, and what it makes of the heuristic and light sampling asked
-/// for.
+/// A path tracer from which weights are taken: its components, and the heuristic and light sampling
+/// that it uses when these are asked for.
 #[derive(Clone, Copy)]
 pub struct Side {
     parts: PartTable,
@@ -24,7 +24,8 @@ pub struct Side {
     lights: fn(LightSampling) -> LightSampling,
 }
 
-/// Where the weights of hits and of shadow rays come from: one path tracer, or two that differ.
+/// The path tracers that give the weights of hits and of shadow rays: one and the same, or two that
+/// differ.
 #[derive(Clone, Copy)]
 pub struct Sides {
     /// The weights of hits.
@@ -43,11 +44,11 @@ const SIDES: Sides = Sides {
     shadows: SIDE,
 };
 
-/// A floor that shines, a square so near that most directions hit it, and farther lights of every
-/// shape: few of the densities agree.
+/// A floor that emits, a square so near that most directions hit it, and farther lights of every
+/// shape, so that few of the densities agree.
 fn lights() -> Arc<Scene> {
     scene("lights near and far", |s| {
-        // Points on it are neither before nor behind this one, by rounding the one or the other.
+        // Rounding decides whether points of this floor are before or behind each other.
         square(
             s,
             DVec3::ZERO,
@@ -67,7 +68,7 @@ fn lights() -> Arc<Scene> {
             Sphere::new(DVec3::new(-4.0, 0.0, 1.0), 0.5),
             light(5.0 * LIGHT),
         );
-        // These two have no sampling by solid angle: it falls back to area.
+        // These two cannot be sampled by solid angle and fall back to area.
         let skewed = [2.0 * DVec3::Y + 0.7 * DVec3::X, DVec3::new(1.0, 0.0, 1.5)];
         panel(s, DVec3::new(3.0, 3.0, 0.4), skewed, light(LIGHT));
         ball(
@@ -99,7 +100,7 @@ fn area(shape: &EmitterShape) -> f64 {
     }
 }
 
-/// The probability with which a shadow ray from a point picks each of the emitters.
+/// Returns the probability with which a shadow ray from a point picks each emitter.
 pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
     if lights != LightSampling::ByContribution {
         let fluxes: Vec<f64> = emitters
@@ -147,8 +148,8 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
     each.into_iter().map(probability).collect()
 }
 
-/// The density, with respect to solid angle, of a shadow ray towards a point of an emitter of this
-/// probability.
+/// Density, with respect to solid angle, of a shadow ray towards a point of an emitter that is
+/// picked with this probability.
 pub(crate) fn density(
     emitter: &Emitter,
     lights: LightSampling,
@@ -157,7 +158,7 @@ pub(crate) fn density(
     probability: f64,
 ) -> f64 {
     let away = to.0 - from;
-    // None where the shape has no sampling by it.
+    // NaN if the shape cannot be sampled by solid angle.
     let angle = match emitter.shape {
         EmitterShape::Rectangle {
             corner,
@@ -184,7 +185,7 @@ pub(crate) fn density(
             .map_or_else(by_area, f64::recip)
 }
 
-/// Whether an emitter is sampled by solid angle where it can be.
+/// Returns whether an emitter is sampled by solid angle.
 fn by_angle(lights: LightSampling, emitter: &Emitter) -> bool {
     let is_sphere = matches!(emitter.shape, EmitterShape::Sphere(_));
     match lights {
@@ -194,7 +195,7 @@ fn by_angle(lights: LightSampling, emitter: &Emitter) -> bool {
     }
 }
 
-/// Both weights of a path from a floor to a light, and the two densities.
+/// MIS weights of both samples of a path from the floor to a light, and the two densities.
 struct Found {
     hit: f64,
     shadow: f64,
@@ -202,11 +203,13 @@ struct Found {
     light: f64,
 }
 
-/// A path to a random point of a random light; `None` if that cannot be seen from the floor.
+/// Samples a path to a random point of a random light and takes both weights from estimates; `None`
+/// if the point is not visible from the floor.
 fn one(
     scene: &Scene,
     sides: &Sides,
-    (heuristic, lights): (Heuristic, LightSampling),
+    heuristic: Heuristic,
+    lights: LightSampling,
     rng: &mut Stream,
 ) -> Option<Found> {
     let x = DVec3::new(2.0 * uniform(rng) - 1.0, 2.0 * uniform(rng) - 1.0, 0.0);
@@ -237,8 +240,8 @@ fn one(
     }
     let local = Frame::new(first.normal).local(towards);
     let onward = cosine_hemisphere_inverse(local);
-    // After the light's numbers and the direction's, the roulette's: one ends the path, one does
-    // not.
+    // Numbers follow in this order: the light's, the direction's, the roulette's. `ENDS` ends the
+    // path, 0 does not.
     let direction = |roulette: f64| [onward[0], onward[1], roulette];
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
@@ -278,9 +281,9 @@ const WAYS: [LightSampling; 4] = [
     LightSampling::ByContribution,
 ];
 const PATHS: u64 = 4000;
-/// Of weights: a path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here. Where it
-/// grazes a sphere, that moves the cosine there by as much over radius and cosine, and a weight of
-/// at most half the cosine by 5·10⁻⁹.
+/// Tolerance of weights. A path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here.
+/// Where it grazes a sphere, that moves the cosine there by as much over radius and cosine, and a
+/// weight of at most half the cosine by 5·10⁻⁹.
 const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
@@ -291,7 +294,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
         for lights in WAYS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
             for _ in 0..PATHS {
-                let Some(found) = one(scene, sides, (heuristic, lights), &mut rng) else {
+                let Some(found) = one(scene, sides, heuristic, lights, &mut rng) else {
                     continue;
                 };
                 let ratio = found.light / found.bsdf;
@@ -321,7 +324,7 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
     ]
 }
 
-/// The weights.
+/// Trial and faults of the path tracer's MIS weights.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = lights();
     let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
@@ -366,14 +369,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
                 = hits(Side { lights: other, ..SIDE }), BY_HIT),
             fault!("number-of-lights-forgotten", MIS,
-                "the density of a shadow ray does not know at a hit that one of six lights was picked",
+                "the density of a shadow ray ignores at a hit that one of six lights was picked",
                 = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
             fault!("share-as-seen-from-elsewhere", LIGHT_PICK,
-                "the share of a light at a hit is that for the middle of the scene, not for where the path came from",
+                "a light's probability at a hit is that from the middle of the scene, not from the path's last vertex",
                 = hits(with(PartTable { contribution: |light, _| light.contribution(DVec3::ZERO), ..CORRECT })),
                 BY_HIT),
             fault!("own-light-in-front", LIGHT_PICK,
-                "on a light that shines where it is lit, rounding and the start of a ray decide whether it is in front of itself",
+                "on an illuminated light, rounding and the start of a ray decide whether it is in front of itself",
                 = both(with(PartTable {
                     contribution: |light, from| Emitter::new(light.shape, light.radiance).contribution(from),
                     ..CORRECT

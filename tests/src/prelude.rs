@@ -1,4 +1,4 @@
-//! What trials and faults are written with: equations by name, the harness, the registry's own
+//! Imports that trials and faults share: the equations by name, the harness, and the registry's own
 //! types.
 
 pub(crate) use std::f64::consts::{FRAC_1_PI, PI, TAU};

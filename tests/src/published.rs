@@ -23,17 +23,18 @@ fn furnace() -> Arc<Scene> {
     scene("rough furnace", |s| hollow(s, 1.0, wall))
 }
 
-/// The mean with all quirks after so many segments: with z = cos θ uniform in [0, 1), the path goes
-/// on where z ≤ q. A wall shows 1, whatever it emits; a shadow ray within a sphere brings L
-/// exactly, as cos θ cos θ' / d² is the same for all pairs of points; survivors reflect z (a/q) L
-/// of it, on average a L q/2 per hit; and they go on with 2 z² a/q², on average 2 a q/3.
+/// Mean radiance with all quirks after `segments` segments. With z = cos θ uniform in [0, 1), the
+/// path continues where z ≤ q. A wall shows 1, whatever it emits; a shadow ray within a sphere
+/// brings L exactly, as cos θ cos θ' / d² is the same for all pairs of points; survivors reflect z
+/// (a/q) L of it, on average a L q/2 per hit, and their throughput is multiplied by 2 z² a/q², on
+/// average 2 a q/3.
 fn known(segments: u32) -> f64 {
     let direct = ALBEDO * RADIANCE * SURVIVAL / 2.0;
     let onward = 2.0 * ALBEDO * SURVIVAL / 3.0;
     (0..segments).fold(0.0, |next, _| 1.0 + direct + onward * next)
 }
 
-/// What the reconstruction finds, and what its quirks make of a furnace whose walls are rough.
+/// Trial and faults of the reconstruction: its mean in a furnace whose walls are rough.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = furnace();
     let reference = known(SEGMENTS);
@@ -41,7 +42,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         let mut rng = context.rng("radiance");
         vec![mean_of(
             "radiance",
-            (reference, BOUNCES),
+            reference,
+            BOUNCES,
             context.n(SAMPLES),
             || {
                 let ray = inside(&mut rng);

@@ -12,11 +12,11 @@ use crate::subject::in_batches;
 
 /// Albedo of the furnace.
 const ALBEDO: f64 = 0.5;
-/// Absorption of its walls, by which the means' paths end.
+/// Absorption of its walls, which ends the paths of the means.
 const ABSORPTION: f64 = 0.2;
 /// Segments of a path: N sample rays are traced at the first hit, N² at the second.
 const SEGMENTS: u32 = 3;
-/// The tried N, with the number of estimates of the mean.
+/// The values of N, each with the number of estimates in its mean.
 const RAYS: [(u32, u64); 3] = [(1, 240_000), (2, 115_000), (4, 55_000)];
 
 /// The report's estimator with N sample rays in a furnace.
@@ -27,7 +27,7 @@ struct SampleRays {
 }
 
 impl SampleRays {
-    fn new(absorption: f64, (rays, samples): (u32, u64)) -> Self {
+    fn new(absorption: f64, rays: u32, samples: u64) -> Self {
         Self {
             scene: sphere_furnace(lambert(ALBEDO), absorption),
             rays,
@@ -46,7 +46,7 @@ impl SampleRays {
     }
 }
 
-/// The mean, the same for every N.
+/// Compares the mean with a reference, the same for every N.
 struct Mean(SampleRays);
 
 impl Property for Mean {
@@ -66,14 +66,15 @@ impl Property for Mean {
         });
         vec![mean_of(
             "radiance",
-            (reference, BOUNCES),
+            reference,
+            BOUNCES,
             context.n(self.0.samples),
             || radiance().x,
         )]
     }
 }
 
-/// Other parts' roulette and directions, with a count of the directions.
+/// Wraps other components' roulette and directions, and counts the directions.
 #[derive(Clone, Copy)]
 struct Counting<'a, P> {
     parts: P,
@@ -103,7 +104,7 @@ impl<P: EstimatorParts> FiniteElements for Counting<'_, P> {}
 
 const ESTIMATES: u64 = 100;
 
-/// The number of sample rays of one estimate: N + N², where nothing is absorbed.
+/// Counts the sample rays of one estimate: N + N², where nothing is absorbed.
 struct Cost(SampleRays);
 
 impl Property for Cost {
@@ -140,7 +141,7 @@ impl Property for Cost {
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let subject = "integrator::Report";
     let means = RAYS.into_iter().map(|(rays, samples)| {
-        let furnace = SampleRays::new(ABSORPTION, (rays, samples));
+        let furnace = SampleRays::new(ABSORPTION, rays, samples);
         trial(
             format!("furnace/report/rays-{rays}"),
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
@@ -155,7 +156,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
             &ESTIMATOR,
             [subject, "exact"],
-            with_parts(Cost(SampleRays::new(0.0, (rays, ESTIMATES)))),
+            with_parts(Cost(SampleRays::new(0.0, rays, ESTIMATES))),
         )
     });
     means.chain(costs).collect()

@@ -1,5 +1,5 @@
-//! Random streams as [`render`] hands them out: an estimator that returns the numbers that it
-//! receives is rendered, and the film read as a table of random numbers.
+//! Random streams as [`render`] hands them out. An estimator that returns the random numbers that
+//! it receives is rendered, and the film is read as a table of random numbers.
 
 use whitefurnace::film::Film;
 use whitefurnace::geometry::shape::Hit;
@@ -12,15 +12,16 @@ use crate::prelude::*;
 use crate::scenes::seen_by;
 use crate::streams::{Pairs, collisions};
 
-/// A wide frame: a stride by its height instead of its width must show.
+/// A wide frame, in which a stride by its height instead of its width would show.
 const SIZE: [u32; 2] = [256, 64];
 const WIDTH: usize = SIZE[0] as usize;
 const PIXELS: usize = (SIZE[0] * SIZE[1]) as usize;
 
-/// A film holds multiples of 2⁻³²; times 2²¹ a number of 53 random bits is one.
+/// 2²¹, which makes a number of 53 random bits a multiple of 2⁻³², as a film holds it.
 const BITS_TO_UNITS: f64 = 2_097_152.0;
 
-/// Returns its first two random numbers, and where in its pixel the ray passes from left to right.
+/// An estimator that returns its first two random numbers, and the ray's position in its pixel from
+/// left to right.
 struct FirstNumbers;
 
 impl Estimator for FirstNumbers {
@@ -32,7 +33,7 @@ impl Estimator for FirstNumbers {
     }
 }
 
-/// An empty scene whose image has pixels of side 1 at distance 1.
+/// Builds an empty scene whose image has pixels of side 1 at distance 1.
 fn nothing() -> Arc<Scene> {
     seen_by(
         Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 0.5 * f64::from(SIZE[1])),
@@ -41,16 +42,16 @@ fn nothing() -> Arc<Scene> {
     )
 }
 
-/// The numbers of every pixel, row by row, from a master seed and the number of the sample: first
-/// and second number of the estimator, and the number that placed the ray in its pixel.
+/// Returns the numbers of every pixel, row by row, from a master seed and the number of the sample:
+/// first and second number of the estimator, and the number that placed the ray in its pixel.
 pub type Numbers = fn(&Scene, u64, u32) -> Vec<DVec3>;
 
-/// Numbers that every trial rejects.
+/// Returns numbers that every trial rejects, for a render that failed.
 fn failed() -> Vec<DVec3> {
     vec![DVec3::NAN; PIXELS]
 }
 
-/// What `render` gives.
+/// Returns the numbers that `render` hands out.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     let sampling = Sampling {
         numbers: Source::Independent,
@@ -74,7 +75,7 @@ fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
 
 const FRAMES: u64 = 64;
 
-/// First numbers over all pixels and samples are distinct.
+/// Tests that first numbers over all pixels and samples are distinct.
 fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
     let frames = context.n(FRAMES) as u32;
@@ -85,10 +86,10 @@ fn distinct(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> 
 /// Pairs of frames; each gives as many pairs of numbers of every kind as a frame has pixels.
 const FRAME_PAIRS: u64 = 740;
 
-/// What may be a neighbour of what.
+/// Kinds of neighbours.
 const KINDS: [&str; 5] = ["columns", "rows", "samples", "draws", "positions and draws"];
 
-/// Neighbours of every kind are independent.
+/// Tests that neighbours of every kind are independent.
 fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("neighbours");
     let mut pairs: [Pairs; KINDS.len()] = Default::default();
@@ -119,9 +120,9 @@ fn neighbours(context: &Context, scene: &Scene, numbers: Numbers) -> Vec<Outcome
         .collect()
 }
 
-// The faults: what a careless `render` or estimator would give, made from what the right one gives.
+// The faults: numbers of a careless `render` or estimator, made from the correct ones.
 
-/// `render`'s numbers, with those of another pixel in the place of each.
+/// Returns `render`'s numbers, with those of another pixel in place of each.
 fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize) -> Vec<DVec3> {
     let frame = right(scene, seed, sample);
     (0..frame.len())
@@ -129,14 +130,14 @@ fn moved(scene: &Scene, seed: u64, sample: u32, from: fn(usize, usize) -> usize)
         .collect()
 }
 
-/// The numbers with some of each pixel's changed.
+/// Returns `render`'s numbers, some of each pixel's changed.
 fn changed(scene: &Scene, seed: u64, sample: u32, change: fn(&mut DVec3)) -> Vec<DVec3> {
     let mut frame = right(scene, seed, sample);
     frame.iter_mut().for_each(change);
     frame
 }
 
-/// The streams of `render`.
+/// Trials and faults of the streams of `render`.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = nothing();
     let family_trial = |name: &str, property: &str, statistic, on: On| {

@@ -1,5 +1,5 @@
-//! Rough glass: its check-up from both sides, its reciprocity, the limit of smooth glass, and a
-//! surface of it under a sky and before lights as it is rendered.
+//! Rough glass: its check-up from both sides, its reciprocity, the limit of smooth glass, and whole
+//! estimators that render it under a sky and before lights.
 
 use std::array;
 use std::sync::LazyLock;
@@ -24,13 +24,13 @@ use crate::sky::sky;
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughGlassParts {
-    /// The surface as its inner or outer side sees it.
+    /// The surface as seen from outside (`true`) or inside.
     pub facing: fn(RoughGlass, bool) -> RoughGlass,
-    /// f.
+    /// Evaluates f.
     pub eval: fn(&RoughGlass, DVec3, DVec3) -> f64,
-    /// A direction.
+    /// Samples a direction.
     pub sample: fn(&RoughGlass, DVec3, [f64; 3]) -> Option<DVec3>,
-    /// Its pdf.
+    /// The pdf of a sampled direction.
     pub pdf: fn(&RoughGlass, DVec3, DVec3) -> f64,
 }
 
@@ -51,13 +51,13 @@ const GLASS: RoughGlass = RoughGlass {
 /// quadrature is slow.
 const BOTH_SIDES: [f64; 5] = [10.0, 40.0, 75.0, 105.0, 165.0];
 
-/// Upside down.
+/// Mirrors a direction in the plane of the surface.
 fn flipped(w: DVec3) -> DVec3 {
     w.with_z(-w.z)
 }
 
-/// The surface for directions relative to the outer normal: wo and what else there is, relative to
-/// the side of wo.
+/// Converts directions relative to the outer normal to those relative to the side of wo. Returns
+/// the surface as seen from there, wo and the other directions.
 fn seen<const N: usize>(
     parts: RoughGlassParts,
     wo: DVec3,
@@ -73,7 +73,7 @@ fn seen<const N: usize>(
 }
 
 /// B(1 + a, 1 + b) as the integral of u^a (1 − u)^b over u, by the trapezoidal rule in s = ln(u/(1
-/// − u)), whose error of some exp(−2π²/step) is below 1e-8.
+/// − u)), whose error of about exp(−2π²/step) is below 1e-8.
 fn beta(a: f64, b: f64) -> f64 {
     /// −ln u and −ln(1 − u) at s = −20, −19, ..., 20.
     static LOGARITHMS: LazyLock<[[f64; 2]; 41]> = LazyLock::new(|| {
@@ -85,9 +85,9 @@ fn beta(a: f64, b: f64) -> f64 {
         .sum()
 }
 
-/// The shares of flux that are reflected and transmitted, as integrals over facets, not over
-/// directions, so that no half vector and no Jacobian has a part in them: ∫ F G₂ D (o · m)/cos θ_o
-/// dm, with D in the slope of the facet; each within the tolerance.
+/// Reflected and transmitted fractions of the flux, each within the tolerance. They are integrals
+/// over microfacet normals, not over directions, so that no half vector and no Jacobian enters: ∫ F
+/// G₂ D (o · m)/cos θ_o dm, with D in the slope of the microfacet.
 pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64) -> [f64; 2] {
     let of_facets = |is_reflected: bool| {
         let of_facet = |m: DVec3| {
@@ -106,7 +106,7 @@ pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64
                     0.0
                 }
             } else {
-                // Snell's law for the part along the facet.
+                // Snell's law for the component along the microfacet.
                 let along = (cosine * m - wo) / index;
                 let wi = along - (1.0 - along.length_squared()).max(0.0).sqrt() * m;
                 if fresnel < 1.0 && wi.z < 0.0 {
@@ -122,7 +122,7 @@ pub fn shares(RoughGlass { index, alpha }: RoughGlass, wo: DVec3, tolerance: f64
     [true, false].map(of_facets)
 }
 
-/// The directional albedo of [`GLASS`] from each of [`BOTH_SIDES`], integrated once for all faults.
+/// Directional albedo of [`GLASS`] from each of [`BOTH_SIDES`], integrated once for all faults.
 static ALBEDOS: LazyLock<[f64; BOTH_SIDES.len()]> = LazyLock::new(|| {
     BOTH_SIDES.map(|degrees| {
         let (glass, wo, []) = seen(CORRECT, from_spherical(degrees.to_radians(), 0.0), []);
@@ -174,7 +174,7 @@ fn on_both_sides(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
 
 const PAIRS: u64 = 20_000;
 
-/// A random direction above the horizon, off grazing.
+/// Samples a direction above the horizon, not near grazing.
 fn above(rng: &mut Stream) -> DVec3 {
     loop {
         let w = uniform_hemisphere(uniform2(rng));
@@ -184,8 +184,9 @@ fn above(rng: &mut Stream) -> DVec3 {
     }
 }
 
-/// Of radiance divided by n², f is f/n² of the medium that light comes from: f(o, i) n_o²/n_i² =
-/// f(i, o) across the surface, f(o, i) = f(i, o) on one side.
+/// Compares f with f of the reversed directions. For radiance divided by n², f is f/n² of the
+/// medium that light comes from: f(o, i) n_o²/n_i² = f(i, o) across the surface, f(o, i) = f(i, o)
+/// on one side.
 fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("pairs");
     let mut largest = [Largest::default(), Largest::default()];
@@ -224,12 +225,14 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         .collect()
 }
 
-/// α of a surface that is all but smooth, and by how much its directions may differ from those of
-/// smooth glass.
-const SMOOTH: (f64, f64) = (1e-7, 1e-4);
+/// α of an almost smooth surface.
+const SMOOTH_ALPHA: f64 = 1e-7;
+/// Tolerance of its directions against those of smooth glass.
+const SMOOTH_TOLERANCE: f64 = 1e-4;
 
-/// From both sides, the third number decides between reflection and refraction as that of smooth
-/// glass does, the directions are the same, and the weight is 1.
+/// Compares an almost smooth surface with smooth glass, from both sides: the third random number
+/// selects reflection or refraction as for smooth glass, the directions are the same, and the
+/// weight is 1.
 fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [mut direction, mut weight] = [(); 2].map(|()| Largest::default());
@@ -239,15 +242,14 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         let outside = uniform(&mut rng) < 0.5;
         let glass = (parts.facing)(
             RoughGlass {
-                alpha: SMOOTH.0,
+                alpha: SMOOTH_ALPHA,
                 ..GLASS
             },
             outside,
         );
         let index = if outside { INDEX } else { 1.0 / INDEX };
         let share = reflectance(wo.z, 1.0, index);
-        // Next to the critical angle, and where the choice is a matter of rounding, nothing is
-        // asked.
+        // Skipped: directions next to the critical angle, and choices that depend on rounding.
         if (r3 - share).abs() < 1e-3 || (wo.z * wo.z - 1.0 + index * index).abs() < 1e-2 {
             continue;
         }
@@ -257,7 +259,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
             refract(-wo, DVec3::Z, 1.0, index)
         };
         let expected = expected.unwrap_or(mirror(-wo, DVec3::Z));
-        // Not the few facets that are steep all the same.
+        // 0.99 leaves out the few microfacets that are steep even at this α.
         let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
         let place = || format!("{found:?} for {expected} from {wo}, {outside}");
         direction.see(
@@ -277,10 +279,16 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
             "directions",
             PAIRS,
             direction.error,
-            SMOOTH.1,
+            SMOOTH_TOLERANCE,
             direction.place,
         ),
-        Outcome::exact("weights", PAIRS, weight.error, SMOOTH.1, weight.place),
+        Outcome::exact(
+            "weights",
+            PAIRS,
+            weight.error,
+            SMOOTH_TOLERANCE,
+            weight.place,
+        ),
     ]
 }
 
@@ -288,21 +296,21 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
     vec![
         trial(
             "bsdf/rough-glass",
-            "rough glass passes the check-up from both sides and scatters what its facets do",
+            "rough glass passes the check-up from both sides and has the albedo of its microfacets",
             &ROUGH_GLASS_PDF,
             ["material::rough_glass::RoughGlass", "BSDF check-up"],
             on_both_sides,
         ),
         trial(
             "bsdf/rough-glass-reciprocity",
-            "f is reciprocal, across the surface but for the square of the index",
+            "f is reciprocal, across the surface up to the square of the index",
             &ROUGH_GLASS,
             ["material::rough_glass::RoughGlass", "exact"],
             reciprocity,
         ),
         trial(
             "bsdf/rough-glass-smooth",
-            "where α goes to 0 the way on is that of smooth glass",
+            "for α near 0 rough glass scatters as smooth glass does",
             &ROUGH_GLASS_REFRACTION,
             ["material::rough_glass::RoughGlass", "exact"],
             smooth,
@@ -310,7 +318,7 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
     ]
 }
 
-/// f with another masking.
+/// f with another masking-shadowing factor, given as `share`.
 fn masked(glass: &RoughGlass, wo: DVec3, wi: DVec3, share: f64) -> f64 {
     let right = if wi.z > 0.0 {
         seen_from_both
@@ -320,7 +328,7 @@ fn masked(glass: &RoughGlass, wo: DVec3, wi: DVec3, share: f64) -> f64 {
     glass.eval(wo, wi) * share / right
 }
 
-/// The normal of the facet between two directions.
+/// Normal of the microfacet between two directions.
 fn facet(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> Option<DVec3> {
     if wi.z > 0.0 {
         Some((wo + wi).normalize())
@@ -329,7 +337,7 @@ fn facet(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> Option<DVec3> {
     }
 }
 
-/// The share of a facet that is reflected, or transmitted, if its cosine to wo is this.
+/// Fresnel reflectance of a microfacet at this cosine with wo, or its transmittance if wi is below.
 fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
     let reflected = reflectance(cosine, 1.0, glass.index);
     if wi.z > 0.0 {
@@ -339,7 +347,7 @@ fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
     }
 }
 
-/// What f is if pdf and masking are these.
+/// The f for which this pdf would be the exact sampling density, but for masking.
 fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
     if pdf == 0.0 {
         return 0.0;
@@ -362,7 +370,7 @@ fn index_on_the_wrong_side(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
     })
 }
 
-/// The same with the half vector always on one side.
+/// The pdf with the half vector always on one side.
 fn one_sign(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
     if wi.z < 0.0 && glass.index < 1.0 {
         0.0
@@ -371,7 +379,7 @@ fn one_sign(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
     }
 }
 
-/// An outcome of the check-up at each of its inclinations.
+/// Names an outcome of the check-up at each of its inclinations.
 macro_rules! at_every_angle {
     ($name:literal) => {
         concat!(
@@ -413,7 +421,7 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
         fault!("half-vector-of-one-sign", ROUGH_GLASS_REFRACTION, "−(ω_o + n ω_i) for the normal, whichever side is denser",
             RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| of_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
             "bsdf/rough-glass: directional albedo at 165 degrees"),
-        fault!("fresnel-of-the-surface", ROUGH_GLASS, "F at the surface's normal, not at the facet's",
+        fault!("fresnel-of-the-surface", ROUGH_GLASS, "F at the surface's normal, not at the microfacet's",
             RoughGlassParts: { eval: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
                 let right = share(glass, wo.dot(m), wi);
                 if right > 0.0 { glass.eval(wo, wi) * share(glass, wo.z, wi) / right } else { 0.0 }
@@ -433,7 +441,7 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
                 masked(glass, wo, wi, o * i)
             } },
             "bsdf/rough-glass: directional albedo at 75 degrees | directional albedo at 165 degrees"),
-        fault!("choice-not-in-the-pdf", ROUGH_GLASS_PDF, "the pdf of a facet, without that of reflection or refraction",
+        fault!("choice-not-in-the-pdf", ROUGH_GLASS_PDF, "the pdf leaves out the choice of reflection or refraction",
             RoughGlassParts: { pdf: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
                 let share = share(glass, wo.dot(m), wi);
                 if share > 0.0 { glass.pdf(wo, wi) / share } else { 0.0 }
@@ -443,7 +451,7 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
         fault!("pdf-too-high", ROUGH_GLASS_PDF, "a pdf that is 3 % too high",
             RoughGlassParts: { pdf: |glass, wo, wi| 1.03 * glass.pdf(wo, wi) },
             at_every_angle!("furnace"), "bsdf/rough-glass-smooth: weights"),
-        fault!("even-choice", ROUGH_GLASS_PDF, "a facet reflects in half of all cases",
+        fault!("even-choice", ROUGH_GLASS_PDF, "a microfacet reflects in half of all cases",
             RoughGlassParts: { sample: |glass, wo, [r1, r2, r3]| {
                 let reflected = glass.sample(wo, [r1, r2, 0.0]);
                 if r3 < 0.5 { reflected } else { glass.sample(wo, [r1, r2, 2.0 * r3 - 1.0]) }
@@ -465,10 +473,10 @@ fn mirror_jacobian(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
     }
 }
 
-/// From where the surface is seen, from outside and, upside down, from within.
+/// Inclination of the view, radians: from outside and, upside down, from within.
 const INCLINATION: f64 = 1.0;
 
-/// So rough that shadow rays to all sides have a bounded variance.
+/// Glass so rough that shadow rays to all sides have a bounded variance.
 const ROUGHEST: RoughGlass = RoughGlass {
     index: INDEX,
     alpha: 1.0,
@@ -484,7 +492,7 @@ static UNDER_A_SKY: LazyLock<[f64; 2]> = LazyLock::new(|| {
     })
 });
 
-/// In whole estimators.
+/// Trials of rough glass through whole estimators.
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rough = Bsdf::RoughGlass(ROUGHEST);
     let [seen_from_within, seen_from_outside] = *UNDER_A_SKY;
@@ -512,30 +520,36 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "furnace/rough-glass",
             &ROUGH_GLASS_MASKING,
-            (&uniform_sky, EstimatorKind::Path, from_outside),
+            &uniform_sky,
+            EstimatorKind::Path,
+            from_outside,
         )
-        .says("under a sky rough glass loses what meets a second facet, and no more")
-        .is((seen_from_outside, BOUNCES), 3_000_000),
+        .says("under a sky rough glass loses the light that meets a second microfacet, and no more")
+        .is(seen_from_outside, BOUNCES, 3_000_000),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,
-            (&lights, by(Strategy::Mis), from_within),
+            &lights,
+            by(Strategy::Mis),
+            from_within,
         )
         .says(
             "from within, directions and shadow rays find the light before and behind rough glass",
         )
-        .is((LIGHT * seen_from_within, IMAGE), 1_400_000),
+        .is(LIGHT * seen_from_within, IMAGE, 1_400_000),
         radiance(
             "sky/rough-glass",
             &ROUGH_GLASS,
-            (&map, by(Strategy::Mis), from_outside),
+            &map,
+            by(Strategy::Mis),
+            from_outside,
         )
-        .says("they find an environment map before and behind rough glass")
-        .is((LIGHT * seen_from_outside, IMAGE), 350_000),
+        .says("directions and shadow rays find an environment map before and behind rough glass")
+        .is(LIGHT * seen_from_outside, IMAGE, 350_000),
     ]
 }
 
-/// The functions of rough glass.
+/// Trials and faults of the rough-glass model.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: of_model(),

@@ -1,5 +1,5 @@
 //! Russian roulette and path length in an abstract closed furnace: a walk in which every surface
-//! emits 1 and reflects the share a, so that the radiance is 1/(1 − a).
+//! emits 1 and reflects the fraction a, so that the radiance is 1/(1 − a).
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::sampling::roulette;
@@ -9,27 +9,27 @@ use crate::prelude::*;
 
 const SAMPLES: u64 = 8_000_000;
 const VARIANCE_SAMPLES: u64 = 16_000_000;
-/// δ of multi-bounce means, relative.
+/// Relative δ of multi-bounce means.
 const MEAN_DELTA: f64 = 0.005;
-/// δ of variances, relative.
+/// Relative δ of variances.
 const VARIANCE_DELTA: f64 = 0.01;
 
-/// The parts of roulette, so that each can be replaced.
+/// The functions and limits of roulette, so that each can be replaced.
 #[derive(Clone, Copy)]
 pub struct WalkParts {
-    /// Whether the path goes on, from r and the survival probability.
+    /// Returns whether the path survives, from a random number and the survival probability.
     pub survives: fn(f64, f64) -> bool,
-    /// What a survivor is multiplied by.
+    /// Factor of a survivor's throughput, from the survival probability.
     pub weight: fn(f64) -> f64,
-    /// Bounces after which the path is cut, if at all.
+    /// Number of bounces after which the path is cut, if at all.
     pub longest: Option<u32>,
-    /// What emission is multiplied by, from the survival probability that follows it.
+    /// Factor of emission, from the survival probability that follows it.
     pub emission: fn(f64) -> f64,
-    /// Bounces that a cut path makes beyond what is said.
+    /// Bounces that a cut path makes beyond `longest`.
     pub slip: u32,
 }
 
-/// The program's parts.
+/// The correct functions.
 pub const CORRECT: WalkParts = WalkParts {
     survives: roulette::survives,
     weight: roulette::weight,
@@ -38,11 +38,11 @@ pub const CORRECT: WalkParts = WalkParts {
     slip: 0,
 };
 
-/// A walk that never ends is a fault of roulette; so long a right one is never met (0.95^2000 =
-/// 3e-45).
+/// Bounces after which a walk is abandoned as endless, a fault of roulette: no correct walk is so
+/// long (0.95^2000 = 3e-45).
 const GIVE_UP: u32 = 2_000;
 
-/// One estimate of the furnace's radiance.
+/// Returns one estimate of the furnace's radiance.
 pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f64 {
     let (mut radiance, mut throughput) = ((parts.emission)(survival), 1.0);
     for _ in 0..parts.longest.unwrap_or(GIVE_UP) {
@@ -55,13 +55,14 @@ pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f
     radiance
 }
 
-/// The mean is 1/(1 − a).
+/// Compares the mean with 1/(1 − a).
 fn mean_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("mean");
-    let claim = (1.0 / (1.0 - a), MEAN_DELTA);
+    let reference = 1.0 / (1.0 - a);
     vec![mean_of(
         "furnace radiance",
-        claim,
+        reference,
+        MEAN_DELTA,
         context.n(SAMPLES),
         || walk(&mut rng, parts, a, q),
     )]
@@ -77,19 +78,20 @@ pub fn variance(a: f64, q: f64) -> f64 {
     (1.0 + 2.0 * a * m) / (1.0 - a * a / q) - m * m
 }
 
-/// The mean of (X − m)² is the closed form of the variance.
+/// Compares the mean of (X − m)² with the closed form of the variance.
 fn variance_is_right(context: &Context, parts: WalkParts, [a, q]: [f64; 2]) -> Vec<Outcome> {
     let mut rng = context.rng("variance");
     let square = || (walk(&mut rng, parts, a, q) - 1.0 / (1.0 - a)).powi(2);
     vec![mean_of(
         "variance",
-        (variance(a, q), VARIANCE_DELTA),
+        variance(a, q),
+        VARIANCE_DELTA,
         context.n(VARIANCE_SAMPLES),
         square,
     )]
 }
 
-/// Two survival policies have the same mean.
+/// Compares the means of two survival policies.
 fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> Vec<Outcome> {
     let [first, second] = [0, 1].map(|i| {
         let mut rng = context.rng(["first", "second"][i]);
@@ -106,8 +108,8 @@ fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> V
     )]
 }
 
-/// Cutting paths after b bounces leaves (1 − a^(b+1))/(1 − a), for b from 1 to 12. The path is cut
-/// after b + `slip` bounces: 0 is right.
+/// Compares the means of paths that are cut after b bounces with (1 − a^(b+1))/(1 − a), for b from
+/// 1 to 12. The path is cut after b + `slip` bounces: 0 is correct.
 fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
     let cut = |b: u32| {
         let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
@@ -132,8 +134,8 @@ fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
     (1..=12).map(cut).collect()
 }
 
-/// (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and all
-/// moments exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6),
+/// Pairs (albedo, survival). From survival = albedo on weights are bounded, lengths geometric, and
+/// all moments exist; at (0.5, 0.45) seven do (the tail falls with the power ln q/ln(q/a) = 7.6),
 /// enough for the mean. For survival at or below the squared albedo, where the variance is
 /// infinite, see [`super::infinite_variance`].
 const PAIRS: [[f64; 2]; 9] = [
@@ -148,7 +150,7 @@ const PAIRS: [[f64; 2]; 9] = [
     [0.9, 0.95],
 ];
 
-/// What walks examine.
+/// The functions that walks test.
 pub const SUBJECT: &str = "sampling::roulette::survives, sampling::roulette::weight";
 
 fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
@@ -196,6 +198,19 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
     trials
 }
 
+/// Names the outcomes of a trial of cut paths that must reject a wrong weight of survivors: all but
+/// that of one bounce, where its effect is least.
+macro_rules! cut_from_two {
+    ($albedo:literal) => {
+        concat!(
+            "roulette/albedo-",
+            $albedo,
+            "/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces",
+            " | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces"
+        )
+    };
+}
+
 fn faults() -> Vec<Fault<WalkParts>> {
     vec![
         fault!("no-weight", ROULETTE, "survivors are not divided by the survival",
@@ -209,12 +224,9 @@ fn faults() -> Vec<Fault<WalkParts>> {
             "roulette/albedo-0.9/survival-0.95/variance", "roulette/same-mean",
             "roulette/infinite-variance/law: values of the law | radiance",
             "roulette/infinite-variance/boundary: mean by summation | second moment by summation",
-            "roulette/albedo-0.5/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
-             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces",
-            "roulette/albedo-0.75/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
-             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces",
-            "roulette/albedo-0.9/cut: 2 bounces | 3 bounces | 4 bounces | 5 bounces | 6 bounces | 7 bounces \
-             | 8 bounces | 9 bounces | 10 bounces | 11 bounces | 12 bounces"),
+            cut_from_two!(0.5),
+            cut_from_two!(0.75),
+            cut_from_two!(0.9)),
         fault!("flipped", ROULETTE,
             "survives if r ≥ survival: not seen at survival 1/2, where α and 1 − α are one",
             WalkParts: { survives: |r, q| r >= q }, "roulette/albedo-0.5/survival-0.9/mean",
@@ -236,7 +248,7 @@ fn faults() -> Vec<Fault<WalkParts>> {
     ]
 }
 
-/// Roulette in the abstract furnace.
+/// Trials and faults of roulette in the abstract furnace.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

@@ -1,4 +1,4 @@
-//! Small scenes of the trials through whole estimators, in metres, z up, each with a closed-form
+//! Small scenes for the trials of whole estimators, in metres, z up, each with a closed-form
 //! answer.
 
 use whitefurnace::error::Error;
@@ -8,39 +8,39 @@ use whitefurnace::math::frame::from_spherical;
 
 use crate::prelude::*;
 
-/// The 2 × 2 light above the origin: its height.
+/// Height of the 2 × 2 light above the origin.
 pub const HEIGHT: f64 = 2.0;
 /// Radiance of lights: not 1, so that a missing or squared radiance shows.
 pub const LIGHT: f64 = 3.0;
-/// Albedo of floors.
+/// Albedo of the floors.
 pub const FLOOR: f64 = 0.8;
 
-/// Lambert of one albedo in all channels.
+/// Returns Lambert with the same albedo in all channels.
 pub fn lambert(albedo: f64) -> Bsdf {
     Bsdf::Lambert {
         albedo: DVec3::splat(albedo),
     }
 }
 
-/// A mirror of one reflectance in all channels.
+/// Returns a mirror with the same reflectance in all channels.
 pub fn mirror(reflectance: f64) -> Bsdf {
     Bsdf::Mirror {
         reflectance: DVec3::splat(reflectance),
     }
 }
 
-/// The colour of lights: powers of two, so that every channel is exactly that of a white light
-/// times its own.
+/// Colour of the lights: powers of two, so that every channel is exactly that of a white light
+/// times its own factor.
 pub const TINT: DVec3 = DVec3::new(1.0, 0.5, 2.0);
 
-/// A black surface that emits; `radiance` is that of the first channel.
+/// Returns a black surface that emits; `radiance` is that of the first channel.
 pub fn light(radiance: f64) -> Surface {
     Surface::new(Bsdf::Black).emitting(radiance * TINT)
 }
 
-/// A radiance (or flux) in one number that every channel enters: the mean of the channels in units
-/// of the colour of the scene's first emitter, white if there is none. Channels that are exchanged
-/// or mixed raise it.
+/// Reduces a radiance (or flux) to one number that depends on every channel: the mean of the
+/// channels in units of the colour of the scene's first emitter, white if there is none. Exchanged
+/// or mixed channels raise it.
 pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
     let tint = |emitter: &Emitter| emitter.radiance / emitter.radiance.x;
     let tint = scene.emitters().first().map_or(DVec3::ONE, tint);
@@ -50,13 +50,13 @@ pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
 /// Builds a scene whose numbers are known to be valid.
 ///
 /// # Panics
-/// If they are not: a mistake in a trial.
+/// If they are not, which is a mistake in a trial.
 pub fn scene(name: &str, parts: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
     let camera = Camera::new(DVec3::new(0.3, -1.0, 1.2), DVec3::ZERO, DVec3::Z, 0.4);
     seen_by(camera, name, parts)
 }
 
-/// As [`scene`], with a camera of its own.
+/// Builds a scene as [`scene`] does, with a camera of its own.
 ///
 /// # Panics
 /// If the numbers are not valid.
@@ -66,7 +66,7 @@ pub fn seen_by(camera: Camera, name: &str, parts: impl FnOnce(&mut SceneBuilder)
     valid(builder.build(camera))
 }
 
-/// A scene whose numbers are known to be valid.
+/// Unwraps a scene whose numbers are known to be valid.
 ///
 /// # Panics
 /// If they are not.
@@ -77,19 +77,19 @@ pub fn valid(scene: Result<Scene, Error>) -> Arc<Scene> {
     }
 }
 
-/// A parallelogram of its own surface.
+/// Adds a parallelogram with a surface of its own.
 pub fn panel(builder: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
     let surface = builder.surface(surface);
     builder.rectangle(corner, edges, surface);
 }
 
-/// A sphere of its own surface.
+/// Adds a sphere with a surface of its own.
 pub fn ball(builder: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
     let surface = builder.surface(surface);
     builder.sphere(sphere, surface);
 }
 
-/// A sphere around the origin of which one sees the inside.
+/// Adds a sphere around the origin whose front is inside.
 pub fn hollow(builder: &mut SceneBuilder, radius: f64, surface: Surface) {
     ball(
         builder,
@@ -101,7 +101,7 @@ pub fn hollow(builder: &mut SceneBuilder, radius: f64, surface: Surface) {
     );
 }
 
-/// A horizontal square of half side `half` around (x, y, z); its front is above or below.
+/// Adds a horizontal square of half side `half` around `centre`, whose front is above or below.
 pub fn square(builder: &mut SceneBuilder, centre: DVec3, half: f64, up: bool, surface: Surface) {
     let [x, y] = [DVec3::X, DVec3::Y].map(|axis| 2.0 * half * axis);
     panel(
@@ -112,12 +112,12 @@ pub fn square(builder: &mut SceneBuilder, centre: DVec3, half: f64, up: bool, su
     );
 }
 
-/// A floor that reflects by `bsdf`, its front up.
+/// Adds a floor that reflects by `bsdf`, its front up.
 pub fn floor(builder: &mut SceneBuilder, bsdf: Bsdf) {
     square(builder, DVec3::ZERO, 50.0, true, Surface::new(bsdf));
 }
 
-/// The light of side 2 at [`HEIGHT`] over a Lambert floor.
+/// Builds the light of side 2 at [`HEIGHT`] over a Lambert floor.
 pub fn rectangle_light(up: bool) -> Arc<Scene> {
     scene("rectangle light", |s| {
         floor(s, lambert(FLOOR));
@@ -125,13 +125,13 @@ pub fn rectangle_light(up: bool) -> Arc<Scene> {
     })
 }
 
-/// The corners of that light, counter-clockwise seen from above.
+/// The corners of the light of [`rectangle_light`], counter-clockwise seen from above.
 pub const RECTANGLE: [DVec3; 4] = level_square(1.0, HEIGHT);
 
 /// The corners of a light so near and large that most directions hit it.
 pub const NEAR: [DVec3; 4] = level_square(2.0, 0.6);
 
-/// The corners of a horizontal square around the z axis.
+/// Returns the corners of a horizontal square around the z axis.
 const fn level_square(half: f64, z: f64) -> [DVec3; 4] {
     let corner = DVec3::new;
     [
@@ -142,7 +142,7 @@ const fn level_square(half: f64, z: f64) -> [DVec3; 4] {
     ]
 }
 
-/// The light [`NEAR`] over the floor.
+/// Builds the light [`NEAR`] over the floor.
 pub fn near_light() -> Arc<Scene> {
     scene("near light", |s| {
         floor(s, lambert(FLOOR));
@@ -150,14 +150,14 @@ pub fn near_light() -> Arc<Scene> {
     })
 }
 
-/// A slanted triangle that faces the origin's side.
+/// A slanted triangle that faces the origin.
 pub const TRIANGLE: [DVec3; 3] = [
     DVec3::new(1.0, -0.5, 1.5),
     DVec3::new(0.5, 1.0, 2.0),
     DVec3::new(2.0, 0.5, 1.0),
 ];
 
-/// The triangle as a light over the floor.
+/// Builds [`TRIANGLE`] as a light over the floor.
 pub fn triangle_light() -> Arc<Scene> {
     scene("triangle light", |s| {
         floor(s, lambert(FLOOR));
@@ -165,14 +165,14 @@ pub fn triangle_light() -> Arc<Scene> {
     })
 }
 
-/// One triangle of its own surface.
+/// Adds one triangle with a surface of its own.
 pub fn triangle(builder: &mut SceneBuilder, vertices: &[DVec3; 3], surface: Surface) {
     let surface = builder.surface(surface);
     builder.mesh(vertices, &[[0, 1, 2]], surface);
 }
 
-/// A sphere of radius 1/2 at distance 2 overhead; only the zone that the origin sees emits and
-/// exists.
+/// Builds a spherical light of radius 1/2 at distance 2 overhead; only the zone that the origin
+/// sees exists and emits.
 pub fn sphere_light() -> Arc<Scene> {
     scene("sphere light", |s| {
         floor(s, lambert(FLOOR));
@@ -192,12 +192,13 @@ fn add_sphere(builder: &mut SceneBuilder, centre: DVec3, radiance: f64) {
     );
 }
 
-/// π R²/d² times the cosine at the receiver: E/L of a sphere wholly above the horizon.
+/// Irradiance E/L of a sphere wholly above the horizon: π R²/d² times the cosine at the receiver.
 pub fn sphere_irradiance(radius: f64, distance: f64, cosine: f64) -> f64 {
     PI * (radius / distance).powi(2) * cosine
 }
 
-/// Three lights of different shape, size and radiance that do not hide each other from the origin.
+/// Builds three lights of different shape, size and radiance that do not hide each other from the
+/// origin.
 pub fn three_lights() -> Arc<Scene> {
     scene("three lights", |s| {
         floor(s, lambert(FLOOR));
@@ -207,8 +208,8 @@ pub fn three_lights() -> Arc<Scene> {
     })
 }
 
-/// How often white lights of these fluxes are picked: one half of the picks by flux, the other
-/// evenly.
+/// Returns the probabilities with which white lights of these fluxes are picked: one half of the
+/// picks by flux, the other uniformly.
 pub fn shares_of_picks(fluxes: &[f64]) -> Vec<f64> {
     let (sum, count) = (fluxes.iter().sum::<f64>(), fluxes.len() as f64);
     fluxes
@@ -217,16 +218,16 @@ pub fn shares_of_picks(fluxes: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Where the small square light of [`three_lights`] is.
+/// Centre of the small square light of [`three_lights`].
 pub const SMALL_LIGHT: DVec3 = DVec3::new(-1.5, -0.5, 1.5);
 
-/// The corners of a horizontal square.
+/// Returns the corners of a horizontal square.
 pub fn corners(centre: DVec3, half: f64) -> [DVec3; 4] {
     [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
         .map(|[x, y]| centre + half * DVec3::new(x, y, 0.0))
 }
 
-/// The rectangle light with a black wall that hides its half y > 0 from the origin exactly.
+/// Builds the rectangle light with a black wall that hides its half y > 0 from the origin exactly.
 pub fn half_hidden_light() -> Arc<Scene> {
     scene("half hidden light", |s| {
         floor(s, lambert(FLOOR));
@@ -240,7 +241,7 @@ pub fn half_hidden_light() -> Arc<Scene> {
     })
 }
 
-/// A white floor under a sky of radiance 1, of which a black wall at y = 1 hides a part.
+/// Builds a white floor under a sky of radiance 1, partly hidden by a black wall at y = 1.
 pub fn walled_sky() -> Arc<Scene> {
     scene("walled sky", |s| {
         s.background(DVec3::ONE);
@@ -265,7 +266,7 @@ pub const WALL: [DVec3; 4] = [
 /// σ of [`rough_floor`], radians.
 pub const SIGMA: f64 = 0.5;
 
-/// A white Oren-Nayar floor under a sky of radiance 1.
+/// Builds a white Oren-Nayar floor under a sky of radiance 1.
 pub fn rough_floor() -> Arc<Scene> {
     scene("rough floor", |s| {
         s.background(DVec3::ONE);
@@ -276,7 +277,7 @@ pub fn rough_floor() -> Arc<Scene> {
     })
 }
 
-/// A floor of EON with roughness 1 under a sky of radiance 1.
+/// Builds a floor of EON with roughness 1 under a sky of radiance 1.
 pub fn eon_floor(albedo: f64) -> Arc<Scene> {
     scene("EON floor", |s| {
         s.background(DVec3::ONE);
@@ -290,38 +291,38 @@ pub fn eon_floor(albedo: f64) -> Arc<Scene> {
     })
 }
 
-/// The origin seen from an inclination of 25°.
+/// Returns a ray to the origin from an inclination of 25°.
 pub fn at_origin() -> Ray {
     origin_from(0.5)
 }
 
-/// The same from this distance.
+/// Returns a ray to the origin from an inclination of 25° and this distance.
 pub fn origin_from(distance: f64) -> Ray {
     let w = from_spherical(25f64.to_radians(), 4.0);
     Ray::new(distance * w, -w)
 }
 
-/// The origin seen from a given inclination, radians, in a plane of no symmetry.
+/// Returns a ray to the origin from an inclination, radians, in a plane of no symmetry.
 pub fn towards_origin(inclination: f64) -> Ray {
     let w = from_spherical(inclination, 4.0);
     Ray::new(0.5 * w, -w)
 }
 
-/// E/L of a polygon seen from the origin with normal z, wholly above the horizon: half the angle of
-/// each side times the height of its plane's normal, summed (Lambert 1760). Written here, not taken
-/// from the code under test.
+/// Irradiance E/L of a polygon seen from the origin with normal z, wholly above the horizon: half
+/// the angle of each side times the height of its plane's normal, summed (Lambert 1760). Written
+/// here, not taken from the code under test.
 pub fn polygon_irradiance(vertices: &[DVec3]) -> f64 {
     let seen: Vec<DVec3> = vertices.iter().map(|v| v.normalize()).collect();
     let side = |i: usize| {
         let [a, b] = [seen[i], seen[(i + 1) % seen.len()]];
-        // Kahan's formula for the half of an angle.
+        // Kahan's formula for half of an angle.
         let half_angle = (a - b).length().atan2((a + b).length());
         half_angle * a.cross(b).normalize_or_zero().z
     };
     (0..seen.len()).map(side).sum::<f64>().abs()
 }
 
-/// A spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
+/// Builds a spherical furnace of radius 1: every wall emits 1 and reflects by `bsdf`.
 pub fn sphere_furnace(bsdf: Bsdf, absorption: f64) -> Arc<Scene> {
     let wall = Surface::new(bsdf)
         .emitting(DVec3::ONE)

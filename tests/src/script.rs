@@ -1,18 +1,18 @@
-//! Chosen numbers in the place of random ones.
+//! Samplers that return chosen numbers in place of random ones.
 
 use rand::TryRng;
 
 use whitefurnace::sampling::sampler::Sampler;
 
-/// Says which number comes next.
+/// A source of chosen numbers.
 pub trait Script {
-    /// A number of [0, 1).
+    /// Returns the next number, in [0, 1).
     fn number(&mut self) -> f64;
-    /// The next numbers belong to this block.
+    /// Begins this block: the next numbers belong to it.
     fn block(&mut self, _block: u32) {}
 }
 
-/// A sampler that reads from a script: [`whitefurnace::sampling::rng::uniform`] returns the 53 leading bits
+/// A sampler that reads from a script. [`whitefurnace::sampling::rng::uniform`] returns the 53 leading bits
 /// of its numbers.
 pub struct Scripted<T>(pub T);
 
@@ -40,7 +40,7 @@ impl<T: Script> Sampler for Scripted<T> {
     }
 }
 
-/// Numbers in the order in which they are asked for; after the last, 0.
+/// The numbers of a slice in their order, then 0.
 impl Script for std::slice::Iter<'_, f64> {
     fn number(&mut self) -> f64 {
         self.next().copied().unwrap_or(0.0)

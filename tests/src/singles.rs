@@ -1,12 +1,12 @@
-//! The engine in single precision: by the same random numbers its image has the mean of that in
+//! Rendering in single precision: with the same random numbers the image has the same mean as in
 //! double precision.
 //!
-//! Most samples differ by rounding alone. A few in a million meet something else, for an edge or a
-//! decision lay between the roundings, and then differ by all that a sample can be worth: no
-//! skewness is known of what is so rare. So the trials are of scenes whose samples are bounded,
-//! every sample is a value, and the interval is one for bounded values. It holds for samples of
-//! different pixels, too: the variance of independent values is on average at least what each has
-//! of its own.
+//! Most samples differ by rounding alone. In a few of a million the path takes another course,
+//! because an edge or a decision lay between the roundings; they differ by as much as a sample can
+//! be worth, and so rarely that their skewness cannot be estimated. So the trials use scenes whose
+//! samples are bounded, take every sample as a value, and a confidence interval for bounded values.
+//! It holds for samples of different pixels, too: the variance within pixels is at most that of all
+//! values.
 
 use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
@@ -22,7 +22,8 @@ use crate::images::SHARES;
 use crate::prelude::*;
 use crate::scenes::{TINT, valid};
 
-/// What becomes of the numbers that an image in single precision is made of, and of its pixels.
+/// Roundings of the numbers that describe a scene in single precision, and of its pixels; faults
+/// are other roundings.
 #[derive(Clone, Copy)]
 pub struct Roundings {
     /// Coordinates of vertices, centres and radii.
@@ -33,7 +34,7 @@ pub struct Roundings {
     pub radiance: fn(f64) -> f64,
     /// Indices of refraction.
     pub index: fn(f64) -> f64,
-    /// The value of a pixel of this number.
+    /// The value of the pixel of this number.
     pub pixel: fn(usize, DVec3) -> DVec3,
 }
 
@@ -45,12 +46,12 @@ const RIGHT: Roundings = Roundings {
     pixel: |_, value| value,
 };
 
-/// The nearest number of so many significant bits.
+/// Rounds to the nearest number with `BITS` significant bits.
 fn rounded<const BITS: i32>(x: f64) -> f64 {
     in_units::<BITS>(x, f64::round)
 }
 
-/// A number as a whole number of its last of so many bits.
+/// Makes a number a whole multiple of the last of its `BITS` significant bits.
 fn in_units<const BITS: i32>(x: f64, whole: fn(f64) -> f64) -> f64 {
     if x == 0.0 {
         return x;
@@ -59,15 +60,15 @@ fn in_units<const BITS: i32>(x: f64, whole: fn(f64) -> f64) -> f64 {
     whole(x / unit) * unit
 }
 
-/// So many significant bits has a number of bfloat16, which is half as long, and one of an RGBE
+/// Significant bits of a number of bfloat16, which has half the length of a single, and of an RGBE
 /// file.
 const BFLOAT: i32 = 8;
 
-/// A scene whose numbers can be rounded, and what is rendered of it.
+/// A scene whose numbers can be rounded, and the path tracer that renders it.
 struct Image {
     description: Description,
     path: Path,
-    /// In units of the lights' radiance no sample exceeds this.
+    /// Upper bound of a sample, in units of the lights' radiance.
     most: f64,
 }
 
@@ -138,7 +139,7 @@ impl Image {
         )]
     }
 
-    /// The same samples in double and in single precision.
+    /// Renders the same samples in double and in single precision.
     fn films(&self, context: &Context, scenes: [&Scene; 2], replication: u32) -> Option<[Film; 2]> {
         let seed = context.seed_of("image");
         let sampling = Sampling {
@@ -168,16 +169,17 @@ impl Image {
 
 const SIZE: [u32; 2] = [64, 48];
 const PIXELS: u64 = 64 * 48;
-/// More than a sample grows by rounding.
+/// Bound of the relative growth of a sample through rounding.
 const ROUNDING: f64 = 1e-5;
-/// Pairs of samples.
+/// Number of pairs of samples.
 const SAMPLES: u64 = 4_000_000;
-/// δ, relative to the most that a sample can be worth.
+/// δ, relative to the upper bound of a sample.
 const DELTA: f64 = 1e-4;
-/// The radiance of lights, as far as can be from what 8 bits can say.
+/// Radiance of the lights, as far as can be from a number of 8 bits.
 const LAMP: f64 = 2.0 + 0.5 / 64.0 - 1e-5;
 
-/// Paths that end at lights only, and by roulette if they are fainter than the half: none grows.
+/// Returns a path tracer whose paths end at lights only, or by roulette once their throughput is
+/// below 1/2, so that no throughput exceeds 1.
 fn until_light(strategy: Strategy) -> Path {
     Path {
         early: 1_000,
@@ -186,8 +188,8 @@ fn until_light(strategy: Strategy) -> Path {
     }
 }
 
-/// A cube whose ceiling and one wall shine, with a ball, coloured, and all of it in numbers between
-/// those of 8 bits.
+/// A cube whose ceiling and one wall emit, with a coloured ball. All its numbers lie between those
+/// of 8 bits.
 const ROOM: &str = r#"
     camera = { eye = [0.06, 0, 0], target = [0.9, 0.5, -0.4], up = [0, 0, 1], fov_deg = 70 }
     materials.lamp = { model = "black", emission = 1 }
@@ -214,7 +216,8 @@ const ROOM: &str = r#"
     radius = 0.2507
 "#;
 
-/// Around the camera of [`ROOM`], nowhere so far from its centre that light is trapped.
+/// A glass ball around the camera of [`ROOM`], which is so near to its centre that no light is
+/// trapped.
 const GLASS: &str = r#"
     [materials.glass]
     model = "glass"
@@ -227,7 +230,7 @@ const GLASS: &str = r#"
     radius = 0.2504
 "#;
 
-/// A ball that sees nothing but lights of every shape, one of which stands before another.
+/// A ball that sees nothing but lights of every shape, one of them in front of another.
 const LIGHTS: &str = r#"
     camera = { eye = [0, -2.5, 0.5], target = [0, 0, 0], up = [0, 0, 1], fov_deg = 16 }
     materials.lamp = { model = "black", emission = 1 }
@@ -264,7 +267,7 @@ fn described(name: &str, text: &str) -> Description {
     }
 }
 
-/// With lamps of the radiance [`LAMP`].
+/// Sets the lamps' radiance to [`LAMP`].
 fn lit(mut description: Description) -> Description {
     for (name, surface) in &mut description.materials {
         if name == "lamp" {
@@ -282,7 +285,7 @@ fn coloured_room() -> Image {
     }
 }
 
-/// The radiance grows by the square of the index on its way in.
+/// Paths from within glass: radiance grows by the square of the index on entering.
 fn within_glass() -> Image {
     let description = described("within glass", &format!("{ROOM}{GLASS}"));
     Image {
@@ -310,8 +313,8 @@ fn report_room() -> Image {
     }
 }
 
-/// Each point of the ball finds at most its albedo of a light's radiance by a shadow ray, and as
-/// much by going on.
+/// Lights of several shapes. Each point of the ball receives at most its albedo times a light's
+/// radiance by a shadow ray, and as much again by BSDF sampling.
 fn several_lights() -> Image {
     Image {
         description: described("several lights", LIGHTS),
@@ -320,7 +323,7 @@ fn several_lights() -> Image {
     }
 }
 
-/// Images in single precision.
+/// Trials and faults of rendering in single precision.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let same = |name: &str, what: &str, image: Image| {
         trial(

@@ -1,5 +1,5 @@
 //! Environment maps through the path tracer: the CIE overcast sky over a floor, a sky that varies
-//! by azimuth beside a wall, and a sky of which a light hides a part, each in closed form.
+//! by azimuth beside a wall, and a sky partly hidden by a light, each in closed form.
 
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
@@ -11,7 +11,7 @@ use crate::scenes::{
     polygon_irradiance, scene, square,
 };
 
-/// A sky of these radiances, row by row from the zenith; the middle of each row is towards x.
+/// Sets a sky of these radiances, row by row from the zenith; the middle of each row is towards x.
 pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec3>) {
     let map = EnvironmentMap::new(size, pixels, DVec3::Z, DVec3::X);
     builder.environment(Environment::Map(
@@ -19,7 +19,8 @@ pub(super) fn sky(builder: &mut SceneBuilder, size: [usize; 2], pixels: Vec<DVec
     ));
 }
 
-/// Bands of the overcast sky: linear between their middles it is known to 10⁻⁴.
+/// Bands of the overcast sky: with linear interpolation between their middles it is accurate to
+/// 10⁻⁴.
 const BANDS: usize = 180;
 
 /// L(θ) = L_z (1 + 2 cos θ)/3 above the horizon (CIE S 011), darkness below. A horizontal plane
@@ -48,7 +49,7 @@ fn overcast() -> Arc<Scene> {
 /// Radiances at −135°, −45°, 45° and 135° to the right of x, linear in azimuth between them.
 const SIDES: [f64; 4] = [0.5, 3.0, 1.0, 2.0];
 
-/// Towards the third of [`SIDES`].
+/// Direction of the third of [`SIDES`].
 fn towards_third() -> DVec3 {
     DVec3::new(1.0, -1.0, 0.0).normalize()
 }
@@ -67,13 +68,13 @@ fn wall() -> Arc<Scene> {
     })
 }
 
-/// What the wall receives: (π/2) ∫ L(φ) cos φ dφ from −90° to 90°.
+/// Irradiance of the wall: (π/2) ∫ L(φ) cos φ dφ from −90° to 90°.
 fn beside_wall() -> f64 {
     let [_, left, middle, right] = SIDES;
     0.5 * PI * (2.0 * middle + (left + right - 2.0 * middle) * (1.0 - 2.0 / PI))
 }
 
-/// A sky of radiance 1 of which the light of [`crate::scenes::rectangle_light`] hides a part.
+/// A sky of radiance 1, partly hidden by the light of [`crate::scenes::rectangle_light`].
 fn behind_light() -> Arc<Scene> {
     scene("sky behind a light", |s| {
         floor(s, lambert(FLOOR));
@@ -92,9 +93,9 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
               n| {
         let reference = FLOOR * FRAC_1_PI * irradiance;
         let property = format!("{what} reflects {reference:.6}");
-        radiance(name, &MIS, (scene, kind, ray))
+        radiance(name, &MIS, scene, kind, ray)
             .says(property)
-            .is((reference, BOUNCES), n)
+            .is(reference, BOUNCES, n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
     let floor = |name, kind, n| {
@@ -140,7 +141,7 @@ pub(crate) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("map-crowded-above", MIS, "directions crowd at the top of a map, with the pdf of those that do not",
             { sample_map: |map, [r1, r2]| map.sample([r1 * r1, r2]) }, "sky/overcast/light"),
-        fault!("map-share-forgotten", MIS, "the pdf does not know that a shadow ray asked either the map or a light",
+        fault!("map-share-forgotten", MIS, "the pdf ignores that a shadow ray samples either the map or a light",
             { sample_map: |map, random| {
                 let (direction, pdf) = map.sample(random);
                 (direction, 2.0 * pdf)

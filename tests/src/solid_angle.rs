@@ -1,5 +1,5 @@
-//! Emitters sampled by the solid angle under which they are seen: directions uniform in it, against
-//! cells and means whose values come from angles on the sphere.
+//! Emitters sampled by the solid angle that they subtend: directions uniform in it, against cells
+//! and means whose values come from angles on the sphere.
 
 use whitefurnace::geometry::shape::triangle_point;
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
@@ -9,11 +9,12 @@ use whitefurnace::math::frame::{Frame, azimuth};
 use crate::prelude::*;
 use crate::scenes::{TRIANGLE, polygon_irradiance, sphere_irradiance};
 
-/// A point of an emitter from a place and two numbers, and its pdf with respect to solid angle.
+/// Samples a point of an emitter from a reference point and two random numbers; returns it and its
+/// pdf with respect to solid angle.
 type Sample = fn(&Emitter, DVec3, [f64; 2]) -> Option<(EmitterPoint, f64)>;
 
-/// The solid angle of a convex polygon seen from the origin: the sum of the angles between the
-/// planes through its edges, less (n − 2)π. Loses digits for small polygons.
+/// Solid angle of a convex polygon seen from the origin: the sum of the angles between the planes
+/// through its edges, less (n − 2)π. Loses digits for small polygons.
 pub fn excess(vertices: &[DVec3]) -> f64 {
     let n = vertices.len();
     let normal = |i: usize| vertices[i % n].cross(vertices[(i + 1) % n]);
@@ -21,23 +22,24 @@ pub fn excess(vertices: &[DVec3]) -> f64 {
     angles.sum::<f64>() - (n as f64 - 2.0) * PI
 }
 
-/// The rectangle on trial, off the axis and slanted against the receiver, seen from the origin.
+/// Corner of the rectangle of the trial, off the axis and slanted against the receiver, seen from
+/// the origin.
 const CORNER: DVec3 = DVec3::new(-0.8, -0.5, 1.0);
 const EDGES: [DVec3; 2] = [DVec3::new(0.0, 1.2, 0.0), DVec3::new(1.6, 0.0, 0.3)];
-/// The sphere on trial.
+/// Centre of the sphere of the trial.
 const CENTRE: DVec3 = DVec3::new(0.3, 0.2, 1.5);
 const RADIUS: f64 = 1.0;
 
 /// Cells per coordinate.
 const GRID: [usize; 2] = [3, 2];
 
-/// A shape with two coordinates in [0, 1] whose lines are straight or equally spaced in solid
-/// angle.
+/// A shape with two coordinates in [0, 1] whose coordinate lines are straight or equally spaced in
+/// solid angle.
 struct Shape {
     emitter: Emitter,
-    /// The coordinates of a point.
+    /// Returns the coordinates of a point.
     place: fn(DVec3) -> [f64; 2],
-    /// The point with these coordinates; `None` if cells have equal solid angles.
+    /// Returns the point with these coordinates; `None` if cells have equal solid angles.
     point: Option<fn([f64; 2]) -> DVec3>,
     /// Closed forms: solid angle, and irradiance per radiance of a receiver with normal z.
     solid_angle: f64,
@@ -48,7 +50,7 @@ fn on_rectangle([u, v]: [f64; 2]) -> DVec3 {
     CORNER + u * EDGES[0] + v * EDGES[1]
 }
 
-/// Strips of equal area, each divided evenly.
+/// Maps coordinates to a point: strips of equal area, each divided evenly.
 fn on_triangle([s, share]: [f64; 2]) -> DVec3 {
     let rest = (1.0 - s).sqrt();
     triangle_point(TRIANGLE, 1.0 - rest, share * rest)
@@ -105,7 +107,7 @@ fn sphere() -> Shape {
     }
 }
 
-/// The probabilities of the cells, each its share of the solid angle.
+/// Returns the probabilities of the cells, each its fraction of the solid angle.
 fn masses(shape: &Shape) -> Vec<f64> {
     let [rows, columns] = GRID;
     let share = |i: usize, n: usize| i as f64 / n as f64;
@@ -121,7 +123,7 @@ fn masses(shape: &Shape) -> Vec<f64> {
         let mut outline: Vec<DVec3> = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]
             .map(point)
             .to_vec();
-        // At a triangle's vertex two corners of a cell are one.
+        // At a triangle's vertex two corners of a cell coincide.
         outline.dedup();
         excess(&outline) / shape.solid_angle
     };
@@ -129,10 +131,10 @@ fn masses(shape: &Shape) -> Vec<f64> {
 }
 
 const SAMPLES: u64 = 5_000_000;
-/// δ of the mean cosine, relative.
+/// Relative δ of the mean cosine.
 const DELTA: f64 = 0.003;
 
-/// Cells, mean cosine and pdf of a shape seen from the origin.
+/// Tests the cells, the mean cosine and the pdf of a shape seen from the origin.
 fn seen(context: &Context, subject: Sample, shape: &Shape) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
     let [rows, columns] = GRID;
@@ -210,7 +212,7 @@ fn trials() -> Vec<FamilyTrial<Sample>> {
     ]
 }
 
-/// Points uniform in area under the pdf of directions uniform in solid angle.
+/// Samples points uniform in area, with the pdf of directions uniform in solid angle.
 pub fn uniform_in_area(
     emitter: &Emitter,
     from: DVec3,
@@ -219,7 +221,7 @@ pub fn uniform_in_area(
     Some((emitter.sample(random), emitter.pdf_solid_angle(from)?))
 }
 
-/// The right points with another pdf.
+/// Samples the correct points with another pdf.
 pub fn with_pdf(
     emitter: &Emitter,
     from: DVec3,
@@ -230,7 +232,7 @@ pub fn with_pdf(
     Some((light, pdf(right)))
 }
 
-/// Cells of equal angle θ in the cone of a sphere, for cells of equal solid angle.
+/// Samples the cone of a sphere uniformly in the angle θ instead of in solid angle.
 fn linear_in_angle(
     emitter: &Emitter,
     from: DVec3,
@@ -274,7 +276,7 @@ fn faults() -> Vec<Fault<Sample>> {
     ]
 }
 
-/// Emitters sampled by solid angle.
+/// Trials and faults of emitters sampled by solid angle.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

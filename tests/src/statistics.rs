@@ -1,5 +1,5 @@
 //! The harness's statistics at small sizes, under a true hypothesis and under effects of known
-//! size: what the tests and the experiments `calibration` and `power` examine.
+//! size: the subject of tests and of the experiments `calibration` and `power`.
 
 use rand_distr::{Distribution, Poisson};
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
@@ -15,42 +15,42 @@ use crate::prelude::*;
 
 /// Values per replication.
 pub const N: u64 = 4000;
-/// Cells of the chi-square test; the first is heavier by the effect, the others evenly lighter.
+/// Cells of the chi-square test; the effect makes the first heavier and the others evenly lighter.
 const CELLS: usize = 4;
-/// The probability of the binomial test's hypothesis.
+/// Probability under the binomial test's hypothesis.
 const SHARE: f64 = 0.3;
-/// The mean of the Poisson test's hypothesis.
+/// Mean under the Poisson test's hypothesis.
 const EVENTS: f64 = 30.0;
 
 const ANY: Claim = Claim::Exact { delta: 1.0 };
 
-/// A statistic and what is known of it.
+/// A statistic, its unit and its stated power.
 pub struct Statistic {
     /// Its name.
     pub name: &'static str,
-    /// The statistic on fresh values with an effect, in the units of `unit`.
+    /// Computes the statistic on fresh values with an effect, in multiples of `unit`.
     pub run: fn(&mut Stream, effect: f64) -> Outcome,
     /// One standard error of the estimate: the unit in which effects are measured.
     pub unit: f64,
-    /// What the library states of its power, from the values' law.
+    /// The sensitivity from which the library states its power, for the distribution of the values.
     pub sensitivity: fn(effect: f64) -> Sensitivity,
 }
 
 impl Statistic {
-    /// The stated probability of rejection at level [`ALPHA`] under an effect.
+    /// Returns the stated probability of rejection at level [`ALPHA`] under an effect.
     pub fn power(&self, effect: f64) -> f64 {
         1.0 - (self.sensitivity)(effect).miss(effect)
     }
 
-    /// Whether the stated power is a lower bound only.
+    /// Returns whether the stated power is a lower bound only.
     pub fn is_bound(&self) -> bool {
         is_bound(&(self.sensitivity)(0.0))
     }
 }
 
-/// Whether the power that follows from it is a lower bound only.
+/// Returns whether the power that follows from a sensitivity is a lower bound only.
 pub fn is_bound(sensitivity: &Sensitivity) -> bool {
-    // In many cells losses may reject, too.
+    // With many cells, cells that lose counts may reject as well.
     use Sensitivity::{Bernstein, Cells, Distance};
     matches!(
         sensitivity,
@@ -66,18 +66,18 @@ fn normal(standard_error: f64, dof: f64) -> Sensitivity {
     }
 }
 
-/// The standard error of a mean of [`N`] uniform numbers.
+/// Standard error of a mean of [`N`] uniform numbers.
 fn mean_error() -> f64 {
     (1.0 / 12.0 / N as f64).sqrt()
 }
 
-/// The standard error of the ratio of the mean squares of uniform numbers, those of the first
+/// Standard error of the ratio of the mean squares of uniform numbers, the first of which are
 /// scaled: the relative standard deviation of (u − ½)² is √0.8.
 fn ratio_error(scale: f64) -> f64 {
     (0.8 * (scale * scale + 1.0) / N as f64).sqrt()
 }
 
-/// Two-sided statistics of continuous variables: their p-values are uniform under the hypothesis.
+/// Two-sided statistics of continuous variables, whose p-values are uniform under the hypothesis.
 pub fn continuous() -> [Statistic; 6] {
     [
         Statistic {
@@ -181,7 +181,7 @@ fn events() -> Statistic {
     Statistic {
         name: "Poisson",
         run: |rng, effect| {
-            // A positive mean is a legal one; NaN would not be rejected by mistake, but fail.
+            // A positive mean is legal; NaN would fail instead of being rejected by mistake.
             let count = Poisson::new(EVENTS + effect).map_or(f64::NAN, |law| law.sample(rng));
             poisson("events", count as u64, N, EVENTS, 1.0)
         },
@@ -206,7 +206,7 @@ fn bounded() -> Statistic {
     }
 }
 
-/// Every kind of statistic whose power is stated: those of sums first.
+/// Every kind of statistic whose power is stated, those of sums first.
 pub fn with_power() -> Vec<Statistic> {
     let [z, t, welch, cells, distance, ratio] = continuous();
     vec![
@@ -222,13 +222,13 @@ pub fn with_power() -> Vec<Statistic> {
     ]
 }
 
-/// An event with a promised probability: at most `rate`.
+/// An event with a promised upper bound of its probability.
 pub struct Promise {
-    /// What must be rare.
+    /// The event that must be rare.
     pub name: &'static str,
-    /// With what probability it may happen.
+    /// Upper bound of its probability.
     pub rate: f64,
-    /// Whether it happened in one replication.
+    /// Returns whether it happened in one replication.
     pub happened: fn(&mut Stream) -> bool,
 }
 
@@ -240,10 +240,10 @@ fn promise(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> 
     }
 }
 
-/// The level at which promises are checked.
+/// Level at which promises are checked.
 pub const LEVEL: f64 = 0.05;
 
-/// One-sided, discrete, sequential and equivalence statistics: they promise a bound.
+/// One-sided, discrete, sequential and equivalence statistics, which promise a bound.
 pub fn promises() -> [Promise; 6] {
     [
         promise("empirical Bernstein rejects a true mean", LEVEL, |rng| {
@@ -288,8 +288,9 @@ fn sprt(rng: &mut Stream, truth: f64) -> Decision {
     test.decision()
 }
 
-/// The value of a law that is uniform on either half of [0, 1] and has 1/2 + effect in the lower:
-/// its distribution function differs most at one point, the middle.
+/// Maps a uniform number to a distribution that is uniform on either half of [0, 1] and has
+/// probability 1/2 + effect in the lower: its distribution function is farthest off at the middle
+/// alone.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = 0.5 + effect;
     if u < lower {
@@ -299,8 +300,8 @@ fn bent(u: f64, effect: f64) -> f64 {
     }
 }
 
-/// The first cell with probability (1 + effect)/[`CELLS`], the others alike: of all laws that are
-/// off by the effect in some cell, the one that shows least.
+/// Samples a cell: the first with probability (1 + effect)/[`CELLS`], the others alike. Of all
+/// distributions that are off by the effect in some cell, this one is the hardest to detect.
 fn skewed_cell(rng: &mut Stream, effect: f64) -> usize {
     let first = (1.0 + effect) / CELLS as f64;
     let u = uniform(rng);

@@ -1,15 +1,17 @@
-//! The strategies of the path tracer by name: hits, shadow rays, both, with points on lights picked
-//! by area and by solid angle, each against a closed form; and the edge of a shadow.
+//! The strategies of the path tracer by name: BSDF sampling, light sampling and both, with points
+//! on lights sampled by area and by solid angle, each against a closed form; and the edge of a
+//! shadow.
 //!
-//! Most lights are near and large, so that hits alone find them often enough. There shadow rays to
-//! points uniform in area need up to a thousand times as many samples: these see farther lights.
+//! Most lights are near and large, so that BSDF sampling alone finds them often enough. There
+//! shadow rays to points uniform in area need up to a thousand times as many samples, so their
+//! trials use farther lights.
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::math::frame::from_spherical;
 
-use crate::irradiance::{Weights, lit, reflected, three};
+use crate::irradiance::{Light, Weights, lit, reflected, three};
 use crate::mean_radiance::Draws;
 use crate::prelude::*;
 use crate::scenes::{
@@ -18,7 +20,7 @@ use crate::scenes::{
     sphere_light, square, three_lights, triangle, triangle_light,
 };
 
-/// A path tracer by strategy and light sampling, with the balance heuristic.
+/// Returns a path tracer with a strategy, a light sampling and the balance heuristic.
 pub const fn by(strategy: Strategy, lights: LightSampling) -> EstimatorKind {
     EstimatorKind::PathBy(strategy, lights, Heuristic::Balance)
 }
@@ -31,7 +33,7 @@ const LIGHT_CONTRIBUTION: EstimatorKind = by(Strategy::Light, LightSampling::ByC
 const MIS_CONTRIBUTION: EstimatorKind = by(Strategy::Mis, LightSampling::ByContribution);
 pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
 
-/// A triangle so near and large that most directions hit it; it faces down.
+/// A triangle that faces down, so near and large that most directions hit it.
 pub const NEAR_TRIANGLE: [DVec3; 3] = [
     DVec3::new(-3.0, -2.0, 0.6),
     DVec3::new(0.0, 4.0, 0.6),
@@ -40,7 +42,7 @@ pub const NEAR_TRIANGLE: [DVec3; 3] = [
 /// Radius and height of the centre of a sphere that fills most of the sky.
 pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
-/// The origin from so near that no light is between.
+/// Returns a ray to the origin from so near that no light is between.
 pub(super) fn near_origin(_: &mut Stream) -> Ray {
     origin_from(0.1)
 }
@@ -52,8 +54,8 @@ fn near_triangle() -> Arc<Scene> {
     })
 }
 
-/// The light [`NEAR`] as so many tiles that they are in groups; this one is [`BRIGHT`] times as
-/// bright.
+/// Builds the light [`NEAR`] as so many tiles that a light tree is used; one tile is [`BRIGHT`]
+/// times as bright.
 fn mosaic() -> Arc<Scene> {
     scene("mosaic", |s| {
         floor(s, lambert(FLOOR));
@@ -78,7 +80,7 @@ const TILES: u32 = 10;
 const BRIGHT_TILE: u32 = 2;
 const BRIGHT: f64 = 50.0;
 
-/// The centre of a tile.
+/// Returns the centre of a tile.
 fn tile(x: u32, y: u32) -> DVec3 {
     let along = |i: u32| 4.0 * (f64::from(i) + 0.5) / f64::from(TILES) - 2.0;
     DVec3::new(along(x), along(y), NEAR[0].z)
@@ -104,50 +106,59 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// Lights of each shape by each strategy.
+/// Trials of lights of each shape by each strategy.
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let near_square = (near_light(), polygon_irradiance(&NEAR), "a square light");
-    let near_triangle = (
-        near_triangle(),
-        polygon_irradiance(&NEAR_TRIANGLE),
-        "a triangular light",
-    );
+    let near_square = Light {
+        scene: near_light(),
+        irradiance: polygon_irradiance(&NEAR),
+        what: "a square light",
+    };
+    let near_triangle = Light {
+        scene: near_triangle(),
+        irradiance: polygon_irradiance(&NEAR_TRIANGLE),
+        what: "a triangular light",
+    };
     let [radius, height] = NEAR_SPHERE;
-    let near_sphere = (
-        near_sphere(),
-        sphere_irradiance(radius, height, 1.0),
-        "a spherical light",
-    );
-    let square = (
-        rectangle_light(false),
-        polygon_irradiance(&RECTANGLE),
-        "a square light",
-    );
-    let far_triangle = (
-        triangle_light(),
-        polygon_irradiance(&TRIANGLE),
-        "a triangular light",
-    );
-    let sphere = (
-        sphere_light(),
-        sphere_irradiance(0.5, 2.0, 1.0),
-        "a spherical light",
-    );
-    let three = (three_lights(), three(), "a threefold light");
+    let near_sphere = Light {
+        scene: near_sphere(),
+        irradiance: sphere_irradiance(radius, height, 1.0),
+        what: "a spherical light",
+    };
+    let square = Light {
+        scene: rectangle_light(false),
+        irradiance: polygon_irradiance(&RECTANGLE),
+        what: "a square light",
+    };
+    let far_triangle = Light {
+        scene: triangle_light(),
+        irradiance: polygon_irradiance(&TRIANGLE),
+        what: "a triangular light",
+    };
+    let sphere = Light {
+        scene: sphere_light(),
+        irradiance: sphere_irradiance(0.5, 2.0, 1.0),
+        what: "a spherical light",
+    };
+    let three = Light {
+        scene: three_lights(),
+        irradiance: three(),
+        what: "a threefold light",
+    };
     let bright = polygon_irradiance(&corners(
         tile(BRIGHT_TILE, BRIGHT_TILE),
         2.0 / f64::from(TILES),
     ));
-    let mosaic = (
-        mosaic(),
-        polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright,
-        "a light of tiles",
-    );
+    let mosaic = Light {
+        scene: mosaic(),
+        irradiance: polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright,
+        what: "a light of tiles",
+    };
     let by = |name, light, kind, equation, scrambles| {
         lit(
             name,
             light,
-            (kind, near_origin),
+            kind,
+            near_origin,
             equation,
             Draws::Scrambles(scrambles),
         )
@@ -230,12 +241,13 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             &MIS,
             48_000,
         ),
-        // By points nearly every scramble hits the light as often as the others, but for a few:
-        // with hits that count the means are skewed.
+        // By independent rays: nearly every scramble would hit the light equally often, so that the
+        // few others skew the means.
         lit(
             "irradiance/sphere/light-area",
             &sphere,
-            (LIGHT_AREA, near_origin),
+            LIGHT_AREA,
+            near_origin,
             &GEOMETRY,
             Draws::Rays(11_500_000),
         ),
@@ -284,11 +296,11 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// Height of the edge of the occluder of [`penumbra_scene`], whose plane is y ≥ 0 at that height.
+/// Height of the edge of the occluder of [`penumbra_scene`], which covers y ≥ 0 at that height.
 pub const EDGE: f64 = 0.3;
 
-/// The light [`NEAR`] and a black occluder between it and the floor at y > 0. The floor's penumbra
-/// reaches from y = −2 to y = 2.
+/// Builds the light [`NEAR`] and a black occluder between it and the floor at y > 0. The floor's
+/// penumbra reaches from y = −2 to y = 2.
 pub fn penumbra_scene() -> Arc<Scene> {
     scene("penumbra", |s| {
         floor(s, lambert(FLOOR));
@@ -302,15 +314,15 @@ pub fn penumbra_scene() -> Arc<Scene> {
     })
 }
 
-/// The radiance that the floor of [`penumbra_scene`] reflects at (0, y, 0): from what the point
-/// sees of the light, which ends on the plane through it and the occluder's edge.
+/// Radiance that the floor of [`penumbra_scene`] reflects at (0, y, 0): the visible part of the
+/// light ends on the plane through the point and the occluder's edge.
 pub fn penumbra_reference(y: f64) -> f64 {
     let edge = y * (1.0 - NEAR[0].z / EDGE);
     let visible = NEAR.map(|v| v.with_y(v.y.min(edge)) - DVec3::new(0.0, y, 0.0));
     reflected(polygon_irradiance(&visible))
 }
 
-/// Down to (0, y, 0), steeply and from below the occluder.
+/// Returns a ray down to (0, y, 0), steep and from below the occluder.
 pub fn to_floor(y: f64) -> Ray {
     let w = from_spherical(10f64.to_radians(), 4.0);
     Ray::new(DVec3::new(0.0, y, 0.0) + 0.2 * w, -w)
@@ -321,9 +333,9 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let family_trial = |name, y: f64, ray: Rays, kind, scrambles| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
-        radiance(name, &GEOMETRY, (&scene, kind, ray))
+        radiance(name, &GEOMETRY, &scene, kind, ray)
             .says(property)
-            .by_points((reference, SINGLE), scrambles)
+            .by_points(reference, SINGLE, scrambles)
     };
     vec![
         family_trial(
@@ -343,7 +355,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// Both heuristics have the same mean.
+/// Compares the means of both heuristics.
 struct SameMean {
     scene: Arc<Scene>,
     samples: u64,
@@ -390,7 +402,7 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
 }
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
-    let property = "power weights sum to one and stand as the squares of the densities";
+    let property = "power weights sum to one and are proportional to the squares of the densities";
     let judged = ["geometry::radiometry::power", "exact"];
     trial(
         "irradiance/power-weights",

@@ -6,7 +6,7 @@ use whitefurnace::sampling::rng::stream;
 
 use crate::prelude::*;
 
-/// A number of [0, 1) from (seed, pixel, sample, draw).
+/// Returns a number of [0, 1) from (seed, pixel, sample, draw).
 pub type Numbers = fn(u64, u32, u32, u32) -> f64;
 
 const DISTINCT: u64 = 1_000_000;
@@ -17,7 +17,7 @@ const CORRELATION_DELTA: f64 = 0.005;
 /// Bits of a uniform number.
 const BITS: i32 = 53;
 
-/// The program's streams: draw 0 or 1 of the stream of a pixel and a sample.
+/// Returns draw 0 or 1 of the program's stream of a pixel and a sample.
 fn right(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     let mut rng = stream(seed, pixel, sample);
     for _ in 0..draw {
@@ -26,22 +26,22 @@ fn right(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
     uniform(&mut rng)
 }
 
-/// Numbers of so few bits would have δ equal pairs.
+/// Number of random bits at which δ equal pairs would be expected.
 const COARSE_BITS: i32 = 32;
 
-/// The equal pairs that n numbers of `bits` random bits are expected to hold.
+/// Number of equal pairs that n numbers of `bits` random bits are expected to hold.
 fn equal_pairs(n: u64, bits: i32) -> f64 {
     0.5 * (n as f64).powi(2) * 2f64.powi(-bits)
 }
 
-/// First numbers of different pixels are distinct.
+/// Tests that first numbers of different pixels are distinct.
 pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
     let pixels = 0..context.n(DISTINCT);
     vec![collisions(pixels.map(|i| numbers(seed, i as u32, 0, 0)))]
 }
 
-/// Equal values among n numbers: about n²/2⁵⁴ are expected, a Poisson count.
+/// Tests the number of equal pairs among n numbers: about n²/2⁵⁴ are expected, a Poisson count.
 pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
     let mut bits: Vec<u64> = numbers.map(f64::to_bits).collect();
     bits.sort_unstable();
@@ -56,15 +56,15 @@ pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
     )
 }
 
-/// Lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2 or more
-/// with probabilities 1/2, 1/4, 1/8, 1/8.
+/// Tests the lengths of the gaps between visits of [0, 1/2) along the samples of a pixel: 0, 1, 2
+/// or more with probabilities 1/2, 1/4, 1/8, 1/8.
 pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("gaps");
     let n = context.n(GAPS);
     let mut observed = vec![0; 4];
     let mut length = 0;
     let mut found = 0;
-    // On average every second sample ends a gap; a generator that never does must end, too.
+    // On average every second sample ends a gap; the bound is for generators that never end one.
     for sample in 0..u32::try_from(8 * n).unwrap_or(u32::MAX) {
         if numbers(seed, 7, sample, 0) >= 0.5 {
             length += 1;
@@ -90,7 +90,7 @@ pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     )]
 }
 
-/// Which two numbers are neighbours.
+/// Returns two neighbouring numbers.
 type Neighbours = fn(Numbers, u64, u32) -> [f64; 2];
 
 const NEIGHBOURS: [(&str, Neighbours); 3] = [
@@ -103,8 +103,8 @@ const NEIGHBOURS: [(&str, Neighbours); 3] = [
     ("draws", |f, seed, i| [f(seed, i, 3, 0), f(seed, i, 3, 1)]),
 ];
 
-/// Pairs of numbers that should be uniform over 4 × 4 cells of the unit square, and without
-/// correlation (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
+/// Statistics of pairs of numbers that should be uniform over 4 × 4 cells of the unit square, and
+/// uncorrelated (the values 12 (u − ½)(v − ½) have mean 0 and variance 1).
 pub struct Pairs {
     partition: Partition,
     counts: Counts,
@@ -136,7 +136,7 @@ impl Pairs {
         self.products.push(12.0 * (u - 0.5) * (v - 0.5));
     }
 
-    /// The tests of both, for neighbours of this kind.
+    /// Returns the tests of cells and correlation, for neighbours of this kind.
     pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
         let claim = Claim::Exact {
             delta: CORRELATION_DELTA,
@@ -158,7 +158,7 @@ impl Pairs {
     }
 }
 
-/// Counts in cells of these probabilities, which are called by their numbers.
+/// Tests counts in numbered cells against these probabilities.
 pub fn frequencies(
     name: &str,
     masses: Vec<f64>,
@@ -174,7 +174,7 @@ pub fn frequencies(
     )
 }
 
-/// Pairs of neighbouring pixels, samples and draws.
+/// Tests pairs of neighbouring pixels, samples and draws.
 pub fn neighbours(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     NEIGHBOURS
         .iter()
@@ -245,7 +245,7 @@ fn faults() -> Vec<Fault<Numbers>> {
     ]
 }
 
-/// The random-number streams.
+/// Trials and faults of the random-number streams.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

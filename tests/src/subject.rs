@@ -1,5 +1,5 @@
-//! Whole estimators as subjects: the parts that programs run, or a table of parts of which some are
-//! faulty.
+//! Whole estimators as subjects: the components that programs run, or a table of components of
+//! which some are faulty.
 
 use std::sync::Arc;
 
@@ -25,14 +25,15 @@ use whitefurnace::sampling::sampler::Sampler;
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::specular_casters::SceneBody;
 
-/// Two ends of a shadow ray, or points with their normals.
+/// Point and normal at one end of a shadow ray.
 type End = (DVec3, DVec3);
 
 macro_rules! table {
     ($($group:ident {
         $($name:ident($($argument:ident: $kind:ty),*) -> $result:ty;)*
     })*) => {
-        /// EstimatorParts as data: a fault is [`CORRECT`] with another function in one place.
+        /// [`EstimatorParts`] as a table of functions: a fault is [`CORRECT`] with one function
+        /// replaced.
         #[derive(Clone, Copy)]
         pub struct PartTable {
             $($(
@@ -41,7 +42,7 @@ macro_rules! table {
             )*)*
         }
 
-        /// The parts of [`Standard`] as a table.
+        /// Table of the functions of [`Standard`].
         pub const CORRECT: PartTable = PartTable {
             $($($name: |$($argument),*| Standard.$name($($argument),*),)*)*
         };
@@ -54,7 +55,7 @@ macro_rules! table {
     };
 }
 
-/// All parts of all estimators.
+/// All overridable components of all estimators.
 pub trait EstimatorParts:
     Scattering + Roulette + NextEvent + Photons + Bidirectional + FiniteElements
 {
@@ -129,20 +130,20 @@ table! {
     }
 }
 
-/// What a fault can replace in an estimator: its parts, and how it is configured.
+/// Everything that a fault can replace in an estimator: its components and its configuration.
 #[derive(Clone, Copy)]
 pub struct Configuration<P> {
-    /// The parts.
+    /// The components.
     pub parts: P,
-    /// The longest path in segments, in place of the trial's own choice (not of [`Path`] without a
-    /// limit).
+    /// Longest path in segments, in place of the trial's own choice. [`Path`] ignores it unless it
+    /// has a limit.
     pub segments: Option<u32>,
-    /// The light rules (not of [`Path`], which is always physical).
+    /// Transport rules. [`Path`] ignores them; it is always physical.
     pub rules: LightRules,
 }
 
 impl<P> Configuration<P> {
-    /// The same with other parts.
+    /// Replaces the components and keeps the configuration.
     pub fn with<Q>(self, parts: Q) -> Configuration<Q> {
         Configuration {
             parts,
@@ -152,18 +153,18 @@ impl<P> Configuration<P> {
     }
 }
 
-/// A subject: `None` in the place of the parts stands for [`Standard`], the very code that programs
-/// run.
+/// Subject of the trials of whole estimators. Without a table it stands for [`Standard`], the very
+/// code that programs run.
 pub type EstimatorSubject = Configuration<Option<PartTable>>;
 
-/// The right subject.
+/// The correct subject.
 pub const STANDARD: EstimatorSubject = Configuration {
     parts: None,
     segments: None,
     rules: LightRules::PHYSICAL,
 };
 
-/// The right subject with other parts.
+/// Returns the correct subject with other components.
 pub const fn parts(table: PartTable) -> EstimatorSubject {
     Configuration {
         parts: Some(table),
@@ -171,9 +172,9 @@ pub const fn parts(table: PartTable) -> EstimatorSubject {
     }
 }
 
-/// A fault as one entry of a table: name, equation, what is wrong, what stands in the place of
-/// `CORRECT`'s, and the trials that must reject it. Fields without a type are parts of an
-/// estimator.
+/// Builds one entry of a table of faults: name, equation, the error in words, the functions that
+/// replace those of `CORRECT`, and the trials that must reject it. Fields without a type are
+/// components of an estimator.
 macro_rules! fault {
     ($name:expr, $equation:expr, $wrong:expr, { $($part:ident: $with:expr),* $(,)? }, $($by:expr),+) => {{
         use $crate::subject::{CORRECT, PartTable, parts};
@@ -189,9 +190,9 @@ macro_rules! fault {
 }
 pub(crate) use fault;
 
-/// What a trial does with any estimator's parts.
+/// A property that is checked on any estimator's components.
 pub trait Property: Send + Sync + 'static {
-    /// The trial's function.
+    /// Runs the trial.
     fn run<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -199,7 +200,7 @@ pub trait Property: Send + Sync + 'static {
     ) -> Vec<Outcome>;
 }
 
-/// A property as a function of the subject.
+/// Returns a property as a function of the subject.
 pub fn with_parts<Q: Property>(
     property: Q,
 ) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
@@ -209,27 +210,29 @@ pub fn with_parts<Q: Property>(
     }
 }
 
-/// Which estimator, with its own limit on segments.
+/// An estimator of radiance along rays, with its own limit on segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EstimatorKind {
-    /// [`Path`] at its plainest.
+    /// [`Path`] with its defaults.
     Path,
-    /// The same by hits alone, with the early hits of the program `render`.
+    /// [`Path`] by BSDF sampling alone, with the relaxed roulette at the first [`EARLY`] hits of
+    /// the program `render`.
     PathEarly,
-    /// [`Path`] that finds direct light in another way.
+    /// [`Path`] with another strategy, light sampling and heuristic for direct light.
     PathBy(Strategy, LightSampling, Heuristic),
-    /// The same with shadow rays by way of bodies.
+    /// [`Path`] with specular next-event estimation.
     PathByBodies(Heuristic),
-    /// The same by the balance heuristic, with at most so many segments: one more than bounces.
+    /// [`Path`] with specular next-event estimation, the balance heuristic and at most this many
+    /// segments, which is one more than its bounces.
     PathWithin(u32),
-    /// [`Report`] with one sample ray.
+    /// [`Report`] with one sample ray and at most this many segments.
     Report(u32),
-    /// [`Whitted`].
+    /// [`Whitted`] with at most this many segments.
     Whitted(u32),
 }
 
 impl EstimatorKind {
-    /// One estimate of the radiance along each ray by this estimator.
+    /// Returns one estimate of the radiance along each ray.
     pub fn radiances<P: EstimatorParts + Copy, R: Sampler>(
         self,
         setup: Configuration<P>,
@@ -293,7 +296,7 @@ impl EstimatorKind {
         }
     }
 
-    /// The same along one ray.
+    /// Returns one estimate of the radiance along one ray.
     pub fn radiance<P: EstimatorParts + Copy, R: Sampler>(
         self,
         setup: Configuration<P>,
@@ -317,8 +320,8 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// Estimates along rays, one at each call, each by a stream of its own under this seed; so many
-    /// are made at once that all lanes are busy.
+    /// Returns a source of estimates, one per call, each from a new ray and a random stream of its
+    /// own under this seed. They are made in batches that keep all lanes busy.
     pub fn radiances<P: EstimatorParts + Copy>(
         &self,
         setup: Configuration<P>,
@@ -331,11 +334,11 @@ impl Probe {
     }
 }
 
-/// Estimates that are made together.
+/// Number of estimates in a batch.
 const BATCH: u64 = 256;
 
-/// Values, one at each call, which are made in batches, each by a stream of its own under this
-/// seed.
+/// Returns a source of values, one per call, that are made in batches, each with a random stream of
+/// its own under this seed.
 pub fn in_batches(
     seed: u64,
     mut batch: impl FnMut(&mut dyn Iterator<Item = Stream>) -> Vec<DVec3>,

@@ -1,5 +1,5 @@
-//! Survival policies of Russian roulette: the path tracer's own under a microscope, and three of
-//! them in one scene. Whatever decides the survival, the mean stays.
+//! Survival policies of Russian roulette: the path tracer's own in detail, and three of them in one
+//! scene. Whatever the survival probability, the mean is unbiased.
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::sampling::roulette;
@@ -13,12 +13,12 @@ use crate::scenes::valid;
 /// Survival probability from the throughput, at an early hit or not.
 pub type Survival = fn(DVec3, bool) -> f64;
 
-/// A policy that sees the throughput, and what it does to survivors.
+/// A policy that depends on the throughput, and the factor of survivors.
 #[derive(Clone, Copy)]
 pub struct Policy {
     /// Survival probability from the throughput, at an early hit or not.
     pub survival: Survival,
-    /// What a survivor is multiplied by, from the survival.
+    /// Factor of a survivor's throughput, from the survival probability.
     pub weight: fn(f64) -> f64,
 }
 
@@ -31,15 +31,15 @@ const BY_THROUGHPUT: Policy = Policy {
 /// channel, so that the highest survival matters, and nothing of another.
 const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6)];
 
-/// The early hits of a walk.
+/// Number of early hits of a walk.
 const EARLY: u32 = 2;
 
-/// A walk that has not ended here is a fault's.
+/// Hits after which a walk is abandoned as endless, which is a fault.
 const GIVE_UP: u32 = 2_000;
 
-/// A walk between surfaces that emit 1, the throughput handled as by
-/// [`whitefurnace::integrator::Path`]; `see` is told every decision: throughput before it, the
-/// highest survival that there may be, survival, throughput of a survivor.
+/// Returns the radiance of a walk between surfaces that emit 1, the throughput handled as by
+/// [`whitefurnace::integrator::Path`]. Calls `see` at every decision with the throughput before it,
+/// the highest survival allowed, the survival, and the throughput of a survivor.
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
     for hit in 0..GIVE_UP {
@@ -63,7 +63,7 @@ fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, D
 
 const WALKS: u64 = 4_500_000;
 
-/// The mean of each channel is 1/(1 − ā) with the mean albedo ā.
+/// Compares the mean of each channel with 1/(1 − ā), where ā is the mean albedo.
 fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
     let [x, y, z] = (DVec3::ONE / (DVec3::ONE - 0.5 * (COLOURS[0] + COLOURS[1]))).to_array();
     let about = [
@@ -83,8 +83,8 @@ const BOUNDED_WALKS: u64 = 100_000;
 /// Rounding of a division and a product.
 const ROUNDING: f64 = 1e-15;
 
-/// Survival is at most 1 at early hits and [`HIGHEST_SURVIVAL`] at others, and a survivor's largest
-/// channel is 1, or what it was divided by the highest survival.
+/// Tests that survival is at most 1 at early hits and [`HIGHEST_SURVIVAL`] at others, and that a
+/// survivor's largest channel is 1, or its former value divided by the highest survival.
 fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     let mut rng = context.rng("bounds");
     let [mut excess, mut largest] = [0.0_f64; 2];
@@ -154,7 +154,7 @@ fn faults() -> Vec<Fault<Policy>> {
     ]
 }
 
-/// The path tracer's policy.
+/// Trials and faults of the path tracer's policy.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),
@@ -167,8 +167,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
 const RHO: f64 = 0.6;
 const PATHS: u64 = 3_700_000;
 
-/// The policies that must give the mean of [`roulette::by_throughput`] in the cavity, and their
-/// paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
+/// Policies that must give the same mean as [`roulette::by_throughput`] in the cavity, with their
+/// numbers of paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
 const OTHERS: [(&str, Survival, u64); 2] = [
     ("survival 0.9", |_, _| 0.9, 780_000),
     (
@@ -178,8 +178,8 @@ const OTHERS: [(&str, Survival, u64); 2] = [
     ),
 ];
 
-/// The path tracer as programs run it against the path tracer under the other policies, with the
-/// subject's parts.
+/// Compares the path tracer as programs run it with the path tracer under each other policy, with
+/// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
     let own = STANDARD.with(Standard);
@@ -202,7 +202,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
         .collect()
 }
 
-/// The trial of the policies in a scene.
+/// Returns the trial of the policies in a cavity.
 pub fn cavity() -> FamilyTrial<EstimatorSubject> {
     let probe = Probe {
         scene: valid(cavity_cap(RHO, Cap::Black)),

@@ -1,5 +1,4 @@
-//! Faults of particles, of the camera as a receiver, of connections, and of the weights of
-//! strategies.
+//! Faults of particles, of the camera as a receiver, of connections, and of MIS weights.
 
 use whitefurnace::integrator::{Density, weight};
 use whitefurnace::sampling::warp::uniform_hemisphere;
@@ -40,7 +39,7 @@ fn particles() -> Vec<Fault<EstimatorSubject>> {
             "bidirectional/light-tracer/cavity-reflecting", "bidirectional/bdpt/furnace-box",
             "bidirectional/bdpt/cavity-black", "bidirectional/light-tracer/sobol", "bidirectional/bdpt/sobol"),
         fault!("pick-forgotten", ESTIMATOR,
-            "the density of a particle's start does not know that one of twelve triangles was picked",
+            "the density of a particle's start ignores that one of twelve triangles was picked",
             { emitter_pdf_area: |emitter| 12.0 * emitter.pdf_area() },
             "bidirectional/light-tracer/furnace-box", "bidirectional/alone/sphere-shadow-rays",
             "bidirectional/alone/sphere-inner-connections", "bidirectional/alone/sphere-first-connections"),
@@ -128,7 +127,7 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
                 }
             }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/frame: image mean"),
         fault!("specular-connected", PATH_DENSITY,
-            "weights leave room for connections that nobody makes, at a mirror or between inner vertices",
+            "weights count connections that no strategy makes, at a mirror or between inner vertices",
             {
                 strategy_weight: |path, s| {
                     let joined = |x: &Density| Density {

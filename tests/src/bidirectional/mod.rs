@@ -1,5 +1,5 @@
-//! Particles and the camera: the light tracer and bidirectional path tracing on scenes with closed
-//! forms, strategy by strategy, and against the path tracer.
+//! The light tracer and bidirectional path tracing on scenes with closed forms, strategy by
+//! strategy, and against the path tracer.
 
 mod faults;
 pub(super) mod scenes;
@@ -9,11 +9,12 @@ use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
 use whitefurnace::sampling::sampler::Numbers;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
+use crate::bidirectional::scenes::KnownImage;
 use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
 use crate::image_means::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
 
-/// The family.
+/// Trials and faults of estimators that trace particles to the camera.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut trials = direct();
     trials.extend(furnaces());
@@ -31,24 +32,41 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     })]
 }
 
-/// A square image.
+/// Size of a square image.
 const SQUARE: [u32; 2] = [14, 14];
-/// Enough where values are nearly symmetric, and so few are enough.
+/// Size of an image whose values are so nearly symmetric that few passes are enough.
 const SMALL: [u32; 2] = [10, 10];
 
-/// A trial of the whole image: name, property, equation; scene and mean; frame, passes and δ.
+/// Size of a trial of images.
+#[derive(Clone, Copy)]
+struct Size {
+    /// Width and height of the image.
+    frame: [u32; 2],
+    /// Number of passes at scale 1.
+    count: u64,
+    /// Relative δ; 0 claims the mean of every single pass.
+    delta: f64,
+}
+
+/// Returns a trial of the mean of a whole image.
 fn mean(
-    (name, kind, equation): (&'static str, ImageEstimatorKind, &'static Equation),
+    name: &'static str,
+    kind: ImageEstimatorKind,
+    equation: &'static Equation,
     what: &str,
-    (scene, reference): (Arc<Scene>, f64),
-    (frame, count, delta): ([u32; 2], u64, f64),
+    image_of: KnownImage,
+    size: Size,
 ) -> FamilyTrial<EstimatorSubject> {
+    let KnownImage {
+        scene,
+        mean: reference,
+    } = image_of;
     let passes = Passes {
         scene,
         kind,
-        frame,
+        frame: size.frame,
         numbers: Numbers::Independent,
-        count,
+        count: size.count,
     };
     image(
         name,
@@ -56,29 +74,31 @@ fn mean(
         equation,
         &passes,
         reference,
-        &[whole(delta)],
+        &[whole(size.delta)],
     )
 }
 
-/// Light that is reflected once, and light that is seen.
+/// Trials of a floor that reflects light once.
 fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
+    let square = |count| Size {
+        frame: SQUARE,
+        count,
+        delta: IMAGE,
+    };
     let rectangle = |name, kind, count| {
         let what = "a floor under a square light";
         mean(
-            (name, kind, &GEOMETRY),
+            name,
+            kind,
+            &GEOMETRY,
             what,
             scenes::rectangle(false),
-            (SQUARE, count, IMAGE),
+            square(count),
         )
     };
     let sphere = |name, kind, count| {
         let what = "a floor under a spherical light";
-        mean(
-            (name, kind, &GEOMETRY),
-            what,
-            scenes::sphere(),
-            (SQUARE, count, IMAGE),
-        )
+        mean(name, kind, &GEOMETRY, what, scenes::sphere(), square(count))
     };
     vec![
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 10_000),
@@ -86,10 +106,16 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
         sphere("bidirectional/bdpt/sphere", Bdpt, NEARLY_SYMMETRIC),
         mean(
-            ("bidirectional/bdpt/behind", Bdpt, &GEOMETRY),
+            "bidirectional/bdpt/behind",
+            Bdpt,
+            &GEOMETRY,
             "a floor under a light that faces up",
             scenes::rectangle(true),
-            (SQUARE, 6_000, 0.0),
+            Size {
+                frame: SQUARE,
+                count: 6_000,
+                delta: 0.0,
+            },
         ),
         frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
         frame("bidirectional/bdpt/frame", Bdpt, 13_000),
@@ -97,13 +123,17 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// A uniform emitter fills the image: every pixel shows its radiance, the outermost as well.
+/// Trial of a uniform emitter that fills the image: every pixel shows its radiance, the outermost
+/// as well.
 fn frame(
     name: &'static str,
     kind: ImageEstimatorKind,
     count: u64,
 ) -> FamilyTrial<EstimatorSubject> {
-    let (scene, reference) = scenes::emitting_plane();
+    let KnownImage {
+        scene,
+        mean: reference,
+    } = scenes::emitting_plane();
     let passes = Passes {
         scene,
         kind,
@@ -127,21 +157,23 @@ fn frame(
     )
 }
 
-/// Rooms that emit and reflect.
+/// Trials of multiple reflection: closed boxes, cavities with a cap, and a white sky.
 fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
-    let furnace = |name, kind, (frame, count)| {
-        let scene = Arc::new(furnace_box(rho).ok()?);
+    let furnace = |name, kind, frame, count| {
         let what = "a closed furnace box of albedo 0.75";
-        let size = (frame, count, IMAGE);
-        Some(mean(
-            (name, kind, &RENDERING),
-            what,
-            (scene, 1.0 / (1.0 - rho)),
-            size,
-        ))
+        let image = KnownImage {
+            scene: Arc::new(furnace_box(rho).ok()?),
+            mean: 1.0 / (1.0 - rho),
+        };
+        let size = Size {
+            frame,
+            count,
+            delta: IMAGE,
+        };
+        Some(mean(name, kind, &RENDERING, what, image, size))
     };
-    let cavity = |name, kind, cap, (frame, count)| {
+    let cavity = |name, kind, cap, frame, count| {
         let (what, reference) = match cap {
             Cap::Reflecting => (
                 "a cavity of albedo 0.75 with a reflecting cap that emits",
@@ -152,48 +184,63 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
                 rho * CAP_SHARE / (1.0 - rho * (1.0 - CAP_SHARE)),
             ),
         };
-        let scene = scenes::cavity(rho, cap).ok()?;
-        Some(mean(
-            (name, kind, &RENDERING),
-            what,
-            (scene, reference),
-            (frame, count, IMAGE),
-        ))
+        let image = KnownImage {
+            scene: scenes::cavity(rho, cap).ok()?,
+            mean: reference,
+        };
+        let size = Size {
+            frame,
+            count,
+            delta: IMAGE,
+        };
+        Some(mean(name, kind, &RENDERING, what, image, size))
     };
     let sky = |name, count| {
-        let scene = Arc::new(environment().ok()?);
         let what = "white surfaces, mirror and glass under a white sky";
-        let size = ([24, 8], count, SINGLE);
-        Some(mean((name, Bdpt, &RENDERING), what, (scene, 1.0), size))
+        let image = KnownImage {
+            scene: Arc::new(environment().ok()?),
+            mean: 1.0,
+        };
+        let size = Size {
+            frame: [24, 8],
+            count,
+            delta: SINGLE,
+        };
+        Some(mean(name, Bdpt, &RENDERING, what, image, size))
     };
     [
         furnace(
             "bidirectional/light-tracer/furnace-box",
             LightTracer,
-            ([16, 12], 10_000),
+            [16, 12],
+            10_000,
         ),
         furnace(
             "bidirectional/bdpt/furnace-box",
             Bdpt,
-            ([10, 8], NEARLY_SYMMETRIC),
+            [10, 8],
+            NEARLY_SYMMETRIC,
         ),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
             LightTracer,
             Cap::Reflecting,
-            (SQUARE, 23_500),
+            SQUARE,
+            23_500,
         ),
         cavity(
             "bidirectional/bdpt/cavity-black",
             Bdpt,
             Cap::Black,
-            (SMALL, NEARLY_SYMMETRIC),
+            SMALL,
+            NEARLY_SYMMETRIC,
         ),
         cavity(
             "bidirectional/bdpt-ends/cavity-black",
             BdptEnds,
             Cap::Black,
-            (SMALL, 10_500),
+            SMALL,
+            10_500,
         ),
         sky("bidirectional/bdpt/environment", 60_000),
     ]
@@ -202,8 +249,8 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// Sobol' points for both walks of a pixel, and for all particles of an image. The box's light
-/// comes from everywhere, so that walks which share their numbers would show.
+/// Trials by Sobol' points for both walks of a pixel, and for all particles of an image. The box's
+/// light comes from everywhere, so that walks which share their numbers would show.
 fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     let furnace = |name, kind, frame, count| {
         let rho = 0.75;
@@ -241,26 +288,35 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// Mirror and glass between light and surface.
+/// Trials with mirror and glass between light and surface.
 fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = |name, kind, count| {
-        let what = "a floor that is lit by way of a mirror";
+        let what = "a floor lit through a mirror";
         mean(
-            (name, kind, &PATH_DENSITY),
+            name,
+            kind,
+            &PATH_DENSITY,
             what,
             scenes::mirror_caustic(),
-            ([22, 9], count, IMAGE),
+            Size {
+                frame: [22, 9],
+                count,
+                delta: IMAGE,
+            },
         )
     };
     let (scene, squared_index, share) = scenes::in_glass();
-    let glass = |name, kind, what, reference, (frame, count)| {
-        let scene = Arc::clone(&scene);
-        mean(
-            (name, kind, &REFRACTION),
-            what,
-            (scene, reference),
-            (frame, count, IMAGE),
-        )
+    let glass = |name, kind, what, mean_radiance, frame, count| {
+        let image = KnownImage {
+            scene: Arc::clone(&scene),
+            mean: mean_radiance,
+        };
+        let size = Size {
+            frame,
+            count,
+            delta: IMAGE,
+        };
+        mean(name, kind, &REFRACTION, what, image, size)
     };
     vec![
         mirror(
@@ -272,31 +328,34 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         glass(
             "bidirectional/light-tracer/in-glass",
             LightTracer,
-            "a ball in glass, all in equilibrium, before what is dark to particles",
+            "a ball in glass in thermal equilibrium, which is all that a light tracer sees",
             share * squared_index,
-            (SQUARE, 100_000),
+            SQUARE,
+            100_000,
         ),
         glass(
             "bidirectional/bdpt/in-glass",
             Bdpt,
-            "a ball in glass, all in equilibrium",
+            "a ball in glass in thermal equilibrium",
             squared_index,
-            (SMALL, NEARLY_SYMMETRIC),
+            SMALL,
+            NEARLY_SYMMETRIC,
         ),
         glass(
             "bidirectional/bdpt-ends/in-glass",
             BdptEnds,
-            "a ball in glass, all in equilibrium",
+            "a ball in glass in thermal equilibrium",
             squared_index,
-            (SMALL, NEARLY_SYMMETRIC),
+            SMALL,
+            NEARLY_SYMMETRIC,
         ),
     ]
 }
 
-/// The same image as the path tracer's.
+/// Trials of equality with the path tracer where no closed form is known.
 fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
-    // Small frames, many of them: the noise of a sample's skewness falls with their number.
-    let same = |name, kind, scene, frame, (count, frames)| {
+    // Many small frames: the sample skewness is less noisy the more values there are.
+    let same = |name, kind, scene, frame, count, frames| {
         let passes = Passes {
             scene,
             kind,
@@ -304,18 +363,18 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             numbers: Numbers::Independent,
             count,
         };
-        let property = "an image of particles has the path tracer's mean";
-        same_as_path(name, property, &RENDERING, &passes, (frames, IMAGE))
+        let property = "the image has the mean of the path tracer's";
+        same_as_path(name, property, &RENDERING, &passes, frames, IMAGE)
     };
     let cornell = scenes::cornell_box().ok();
     let room = scenes::diffuse_room().ok();
     let light_tracer = cornell.map(|scene| {
         let name = "bidirectional/light-tracer/cornell";
-        same(name, LightTracer, scene, [16, 12], (26_000, 20_000))
+        same(name, LightTracer, scene, [16, 12], 26_000, 20_000)
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, [8, 6], (19_000, 66_000))
+        same(name, Bdpt, scene, [8, 6], 19_000, 66_000)
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

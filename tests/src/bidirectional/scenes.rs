@@ -1,4 +1,4 @@
-//! Scenes whose images have closed-form means, for estimators in which particles meet the camera.
+//! Scenes whose images have closed-form means, for estimators that trace particles to the camera.
 
 use whitefurnace::error::Error;
 use whitefurnace::scene::room;
@@ -10,19 +10,28 @@ use crate::scenes::{
     seen_by, sphere_irradiance, square,
 };
 
-/// Looks straight down from (x, y, z); the image shows a floor at 0 from −`half` z to `half` z in
-/// height.
+/// A scene, and the mean radiance of its image in closed form.
+pub struct KnownImage {
+    /// The scene, with its camera.
+    pub scene: Arc<Scene>,
+    /// Mean radiance over the image.
+    pub mean: f64,
+}
+
+/// Returns a camera that looks straight down from (x, y, z). The image shows the floor z = 0 from
+/// −`half` z to `half` z in height.
 fn overhead(eye: DVec3, half: f64) -> Camera {
     Camera::new(eye, eye - DVec3::Z, DVec3::Y, half)
 }
 
-/// Where [`floor_mean`]'s camera is: off the axis of the light.
+/// Position of the cameras over floors: off the axis of the light.
 const EYE: DVec3 = DVec3::new(0.1, -0.2, 1.5);
-/// Half the height of its image, at distance 1; the frame is square.
+/// Half height of their images at distance 1; the frame is square.
 const HALF: f64 = 3.0;
 
-/// The mean radiance over the square image of a floor at height 0 that reflects `share` of an
-/// irradiance given as E/L: an overhead image shows equal areas of the floor in equal areas.
+/// Mean radiance over the image of a floor at height 0 that reflects the fraction `share` of an
+/// irradiance given as E/L. An overhead image shows equal areas of the floor in equal areas. `half`
+/// are the half sides of the visible floor.
 fn floor_mean(eye: DVec3, [x, y]: [f64; 2], share: f64, irradiance: &dyn Fn(DVec3) -> f64) -> f64 {
     let at = |p: DVec3| {
         let offset = DVec3::new((2.0 * p.x - 1.0) * x, (2.0 * p.y - 1.0) * y, 0.0);
@@ -31,36 +40,40 @@ fn floor_mean(eye: DVec3, [x, y]: [f64; 2], share: f64, irradiance: &dyn Fn(DVec
     share * FRAC_1_PI * LIGHT * Domain::Square.integrate_all(1e-7, &at).value
 }
 
-/// E/L of a polygon at a point of the floor.
+/// Irradiance E/L of a polygon at a point of the floor.
 fn polygon_at(vertices: &[DVec3], x: DVec3) -> f64 {
     let shifted: Vec<DVec3> = vertices.iter().map(|vertex| *vertex - x).collect();
     polygon_irradiance(&shifted)
 }
 
-/// A square light over a Lambert floor, and the mean of the image; dark if the light faces up.
-pub fn rectangle(up: bool) -> (Arc<Scene>, f64) {
+/// A square light over a Lambert floor, and the mean of the image, which is dark if the light faces
+/// up.
+pub fn rectangle(up: bool) -> KnownImage {
     let scene = seen_by(overhead(EYE, HALF), "rectangle from above", |s| {
         floor(s, lambert(FLOOR));
         square(s, HEIGHT * DVec3::Z, 1.0, up, light(LIGHT));
     });
     let half = [EYE.z * HALF; 2];
     let mean = floor_mean(EYE, half, FLOOR, &|x| polygon_at(&RECTANGLE, x));
-    (scene, if up { 0.0 } else { mean })
+    KnownImage {
+        scene,
+        mean: if up { 0.0 } else { mean },
+    }
 }
 
 /// A light so near and large that most directions from the floor hit it, and the mean of the image.
-pub fn near() -> (Arc<Scene>, f64) {
+pub fn near() -> KnownImage {
     let eye = EYE.with_z(0.5);
     let scene = seen_by(overhead(eye, 1.0), "near light from above", |s| {
         floor(s, lambert(FLOOR));
         square(s, NEAR[0].z * DVec3::Z, NEAR[2].x, false, light(LIGHT));
     });
     let mean = floor_mean(eye, [eye.z; 2], FLOOR, &|x| polygon_at(&NEAR, x));
-    (scene, mean)
+    KnownImage { scene, mean }
 }
 
 /// A whole sphere as a light over the floor, and the mean of the image.
-pub fn sphere() -> (Arc<Scene>, f64) {
+pub fn sphere() -> KnownImage {
     let (centre, radius) = (HEIGHT * DVec3::Z, 0.5);
     let scene = seen_by(overhead(EYE, HALF), "sphere from above", |s| {
         floor(s, lambert(FLOOR));
@@ -71,18 +84,18 @@ pub fn sphere() -> (Arc<Scene>, f64) {
         let distance = centre.distance(x);
         sphere_irradiance(radius, distance, HEIGHT / distance)
     });
-    (scene, mean)
+    KnownImage { scene, mean }
 }
 
-/// What the mirror of [`mirror_caustic`] reflects.
+/// Reflectance of the mirror of [`mirror_caustic`].
 const REFLECTANCE: f64 = 0.9;
 
-/// A light that faces up under a mirror at height 1, which throws it on a patch of Lambert floor,
-/// and the mean of its image. The line from a patch point y to a point y' of the light's image at
-/// height 1.1 crosses the mirror at y + (y' − y)/1.1, between −0.64 and −0.35, and passes beside
-/// the light. A line from the patch to its own image would cross at positive y, where the mirror is
-/// not.
-pub fn mirror_caustic() -> (Arc<Scene>, f64) {
+/// A light that faces up under a mirror at height 1, which reflects it onto a patch of Lambert
+/// floor, and the mean of the image. The line from a patch point y to a point y' of the light's
+/// mirror image at height 1.1 crosses the mirror at y + (y' − y)/1.1, between −0.64 and −0.35, and
+/// passes beside the light. A line from the patch to its own mirror image would cross at positive
+/// y, where the mirror is not.
+pub fn mirror_caustic() -> KnownImage {
     let eye = DVec3::new(0.0, 1.05, 0.8);
     let half = [2.2, 0.9];
     let corner = DVec3::new(-0.5, -0.7, 0.9);
@@ -102,21 +115,21 @@ pub fn mirror_caustic() -> (Arc<Scene>, f64) {
     let image = corner.with_z(2.0 - corner.z);
     let image = [image, image + width, image + width + depth, image + depth];
     let mean = floor_mean(eye, half, FLOOR * REFLECTANCE, &|x| polygon_at(&image, x));
-    (scene, mean)
+    KnownImage { scene, mean }
 }
 
 /// Index of the glass of [`in_glass`].
 const INDEX: f64 = 1.5;
-/// Albedo of the ball in it.
+/// Albedo of the ball within the glass of [`in_glass`].
 const BALL: f64 = 0.25;
 
 /// Thermal equilibrium with glass: a wall of radiance 1 around a glass ball, and in its middle a
-/// ball that emits what it does not reflect, (1 − ρ) n². The camera within the glass sees n², as
-/// every ray does: the inner ball is smaller than the glass divided by n, so that nothing from it
-/// is reflected totally.
+/// ball that emits what it does not reflect, (1 − ρ) n². The camera within the glass sees n² along
+/// every ray: the inner ball is smaller than the glass divided by n, so that nothing from it is
+/// reflected totally.
 ///
-/// Beside the scene and n²: the share of its square image that shows the ball, a disc of radius tan
-/// β with sin β = 1/3. That is all of which a light tracer sees anything.
+/// Returns the scene, n², and the fraction of its square image that shows the ball, a disc of
+/// radius tan β with sin β = 1/3. A light tracer sees nothing else.
 pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     let (half, squared_tangent) = (0.36, 0.125);
     let scene = seen_by(overhead(0.9 * DVec3::Z, half), "in glass", |s| {
@@ -136,15 +149,15 @@ pub fn in_glass() -> (Arc<Scene>, f64, f64) {
     (scene, INDEX * INDEX, share)
 }
 
-/// A plane that emits and more than fills an image three times as wide as high, up to 78° off the
-/// axis.
-pub fn emitting_plane() -> (Arc<Scene>, f64) {
+/// An emitting plane that more than fills an image three times as wide as high, up to 78° off the
+/// axis, and its radiance.
+pub fn emitting_plane() -> KnownImage {
     let scene = seen_by(overhead(DVec3::Z, 1.5), "emitting plane", |s| {
         let emitter = s.surface(light(LIGHT));
         let sides = [9.2 * DVec3::X, 3.2 * DVec3::Y];
         s.rectangle(DVec3::new(-4.6, -1.6, 0.0), sides, emitter);
     });
-    (scene, LIGHT)
+    KnownImage { scene, mean: LIGHT }
 }
 
 /// A sphere of radius 1 that emits 1 and reflects `albedo`, seen from within.
@@ -159,7 +172,8 @@ pub fn sphere_furnace(albedo: f64) -> Arc<Scene> {
     })
 }
 
-/// Down from within a sphere of radius 1: a square image shows only what lies below height 0.
+/// Returns a camera that looks down from within a sphere of radius 1. A square image shows only
+/// what lies below height 0.
 fn inside() -> Camera {
     overhead(DVec3::new(0.3, -0.5, 0.1), 1.0)
 }

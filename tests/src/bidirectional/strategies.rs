@@ -1,14 +1,16 @@
-//! The strategies of bidirectional path tracing: each alone against a closed form, and their
+//! The strategies of bidirectional path tracing: each alone against a closed form, and their MIS
 //! weights.
 
 use whitefurnace::integrator::Density;
 
-use crate::bidirectional::{SQUARE, mean, scenes};
+use crate::bidirectional::scenes::KnownImage;
+use crate::bidirectional::{SQUARE, Size, mean, scenes};
 use crate::image_means::ImageEstimatorKind::Bdpt;
 use crate::image_means::altered;
 use crate::prelude::*;
 
-/// The subject whose strategies have all the weight or none.
+/// Returns the subject with another MIS weight, so that chosen strategies have all the weight or
+/// none.
 fn weighted(
     subject: EstimatorSubject,
     strategy_weight: fn(&[Density], usize) -> f64,
@@ -22,7 +24,8 @@ fn weighted(
     }
 }
 
-/// All the weight for paths of `length` vertices besides the eye, `s` of them from the light.
+/// Selects one strategy: weight 1 for paths of `length` vertices besides the eye, `s` of them from
+/// the light.
 macro_rules! only {
     ($length:literal, $s:literal) => {
         |subject| {
@@ -33,11 +36,15 @@ macro_rules! only {
     };
 }
 
-/// Each strategy alone finds all the light of the paths that it makes.
+/// Trials in which one strategy alone finds all the light of the paths that it makes.
 pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     let floor = |name, what, scene, count, only: fn(EstimatorSubject) -> EstimatorSubject| {
-        let size = (SQUARE, count, IMAGE);
-        let family_trial = mean((name, Bdpt, &MIS), what, scene, size);
+        let size = Size {
+            frame: SQUARE,
+            count,
+            delta: IMAGE,
+        };
+        let family_trial = mean(name, Bdpt, &MIS, what, scene, size);
         altered(family_trial, only)
     };
     let mut trials = vec![
@@ -78,17 +85,25 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     trials
 }
 
-/// In a sphere of albedo ρ the paths of three scatterings have the expectation ρ³ for every
-/// strategy, and every single one has that value: densities are uniform. Roulette would add its
-/// noise; walks end after three scatterings instead.
+/// Trial of one strategy in a sphere of albedo ρ. Paths of three scatterings have the expectation
+/// ρ³ by every strategy, and every single one has that value, as densities are uniform. Roulette
+/// would add its noise; walks end after three scatterings instead.
 fn sphere(
     name: &'static str,
     only: fn(EstimatorSubject) -> EstimatorSubject,
 ) -> FamilyTrial<EstimatorSubject> {
     let rho: f64 = 0.5;
-    let scene = (scenes::sphere_furnace(rho), rho.powi(3));
+    let image = KnownImage {
+        scene: scenes::sphere_furnace(rho),
+        mean: rho.powi(3),
+    };
+    let size = Size {
+        frame: SQUARE,
+        count: 400,
+        delta: 0.0,
+    };
     let what = "light that a sphere reflects three times, by one strategy alone";
-    let family_trial = mean((name, Bdpt, &PATH_DENSITY), what, scene, (SQUARE, 400, 0.0));
+    let family_trial = mean(name, Bdpt, &PATH_DENSITY, what, image, size);
     altered(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
         Configuration {
@@ -103,8 +118,8 @@ fn sphere(
 
 const PATHS: u64 = 10_000;
 
-/// On any path the weights of all strategies that exist sum to one, and are in proportion to the
-/// products of densities.
+/// On any path, the MIS weights of all strategies that exist sum to one, and are proportional to
+/// the products of densities.
 struct Weights;
 
 impl Property for Weights {
@@ -128,8 +143,7 @@ impl Property for Weights {
                     },
                 })
                 .collect();
-            // The density of the strategy that takes s vertices from the light; 0 if it does not
-            // exist.
+            // Density of the strategy that takes s vertices from the light; 0 if it does not exist.
             let density = |s: usize| -> f64 {
                 let (light, eye) = path.split_at(s);
                 let joined = light.last().map_or(1.0, |x| x.joined);

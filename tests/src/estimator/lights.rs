@@ -1,11 +1,11 @@
-//! Faults of direct light: picks, points, measures, shadow rays, weights.
+//! Faults of direct light: choice of light, sampled points, measures, shadow rays, weights.
 
 use whitefurnace::geometry::shape::triangle_point;
 use whitefurnace::light::emitter::{Emitter, EmitterPoint, EmitterShape};
 
 use crate::prelude::*;
 
-/// The point on a triangle without folding the square: half of them lie beyond the edge.
+/// Samples a triangle without folding the square, so that half of the points lie beyond the edge.
 fn unfolded(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
     match emitter.shape {
         EmitterShape::Triangle(vertices) => EmitterPoint {
@@ -25,7 +25,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             { pick_emitter: |r, picks| picks.pick(r * r) },
             "irradiance/picks", "irradiance/three-lights"),
         fault!("pick-probability-missing", ESTIMATOR,
-            "the density of a point does not know that one of three lights was picked",
+            "the density of a point ignores that one of three lights was picked",
             { pdf_of_pick: |pdf, _| pdf }, "irradiance/three-lights"),
         fault!("shadows-ignored", WHITTED, "shadow rays are not traced",
             { visible: |_, _, _, _| true }, "irradiance/half-hidden", "irradiance/penumbra/bright",

@@ -1,7 +1,7 @@
-//! The family of whole estimators: its trials are in [`super::furnace`], [`super::irradiance`],
-//! [`super::strategies`], [`super::chains`], [`super::sky`], [`super::glass`],
-//! [`super::rough_glass`], [`super::images`], [`super::by_bodies`] and [`super::near_coincident`];
-//! here and below are its faults.
+//! Faults of whole estimators. The trials of their family are in [`super::furnace`],
+//! [`super::irradiance`], [`super::strategies`], [`super::chains`], [`super::sky`],
+//! [`super::glass`], [`super::rough_glass`], [`super::images`], [`super::by_bodies`] and
+//! [`super::near_coincident`].
 
 mod interfaces;
 mod light_sampling;
@@ -18,7 +18,7 @@ use crate::{
     rough_glass, sky, strategies,
 };
 
-/// The family.
+/// Trials and faults of whole estimators.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut trials = furnace::trials();
     trials.extend(irradiance::trials());
@@ -49,7 +49,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     })]
 }
 
-/// Faults in how an estimator is configured.
+/// Faults in the configuration of an estimator.
 fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
     let rules = |rules| Configuration { rules, ..STANDARD };
     let segments = |segments| Configuration {

@@ -1,4 +1,4 @@
-//! Faults of reflection: models and the cosine, (8), (9), (13)-(15), EON.
+//! Faults of reflection: BSDF models and the cosine, (8), (9), (13)-(15), EON.
 
 use glam::Vec3Swizzles;
 use whitefurnace::material::eon::{multiple_albedo, multiple_scattering, single_scattering};
@@ -6,7 +6,7 @@ use whitefurnace::material::{OrenNayar, OrenNayarForm};
 
 use crate::prelude::*;
 
-/// (14) in another form, or with other constants.
+/// (14) in another form, or with another function of A.
 fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64) -> f64) -> DVec3 {
     match *bsdf {
         Bsdf::OrenNayar {
@@ -27,7 +27,7 @@ fn oren_nayar(bsdf: &Bsdf, wo: DVec3, wi: DVec3, form: OrenNayarForm, a: fn(f64)
     }
 }
 
-/// EON with its first lobe's roughness and its second lobe's radiance scaled.
+/// EON with the roughness of its first lobe and the value of its second scaled.
 fn eon(bsdf: &Bsdf, wo: DVec3, wi: DVec3, [first, second]: [f64; 2]) -> DVec3 {
     match *bsdf {
         Bsdf::Eon { albedo, roughness } if wo.z > 0.0 && wi.z > 0.0 => {

@@ -1,4 +1,4 @@
-//! Estimators as they look at a small image, one path to a pixel.
+//! Estimators that render a small image with one path per pixel, or a few particles.
 
 use whitefurnace::error::Error;
 use whitefurnace::integrator::{
@@ -12,7 +12,7 @@ use crate::scenes::level;
 /// Width and height of the images.
 pub(super) const FRAME: [u32; 2] = [3, 2];
 
-/// Who looks.
+/// An estimator that renders the small image.
 #[derive(Clone, Copy)]
 pub(super) enum Eye {
     Rays(EstimatorKind),
@@ -22,25 +22,27 @@ pub(super) enum Eye {
     LightTracer,
 }
 
-/// The path tracer by hits alone.
+/// The path tracer by BSDF sampling alone.
 pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathBy(
     Strategy::Bsdf,
     LightSampling::Area,
     Heuristic::Balance,
 ));
 
-/// Looks up all photons that there are.
+/// Lookup radius that covers all photons.
 pub(super) const EVERYWHERE: f64 = 100.0;
-/// Particles of a map.
+/// Number of particles in a photon map or pass.
 pub(super) const PARTICLES: u32 = 5;
 
 impl Eye {
-    /// The [`level`] of every pixel, one path each.
+    /// Returns the [`level`] of every pixel, one path each: rays draw from `rng`, passes and maps
+    /// are seeded by `seed`.
     pub(super) fn image<P: EstimatorParts + Copy>(
         self,
         setup: Configuration<P>,
         scene: &Scene,
-        (rng, seed): (&mut Stream, u64),
+        rng: &mut Stream,
+        seed: u64,
     ) -> Result<Vec<f64>, Error> {
         let parts = setup.parts;
         let levels =
@@ -72,7 +74,7 @@ impl Eye {
     }
 }
 
-/// The radiance along a ray through a random point of each pixel.
+/// Returns the radiance along a ray through a random point of each pixel.
 fn rays(
     scene: &Scene,
     rng: &mut Stream,

@@ -1,4 +1,5 @@
-//! Light in glass: in equilibrium with it, and as photons beyond it.
+//! Light and glass with certain values: thermal equilibrium, and photons that are looked up through
+//! glass.
 
 use whitefurnace::integrator::{LightRules, Lookup};
 
@@ -8,12 +9,12 @@ use crate::glass::{GLASS, INDEX};
 use crate::prelude::*;
 use crate::scenes::{self, LIGHT, TINT, hollow, lambert, light, seen_by};
 
-/// Segments of the estimators that have a limit: Whitted's tree loses R^11 < 10⁻¹³.
+/// Segments of the estimators that have a limit: Whitted's tree leaves out R^11 < 10⁻¹³.
 const FEW_SEGMENTS: u32 = 12;
 /// Radius of the ball in the glass.
 const BALL: f64 = 0.3;
 
-/// A ball within glass within a wall, from a place on the z axis at this height.
+/// Builds a ball within glass within a wall, seen from a point on the z axis at this height.
 fn glass(name: &str, height: f64, half: f64, up: bool, [wall, ball]: [Surface; 2]) -> Arc<Scene> {
     let eye = height * DVec3::Z;
     let target = if up { eye + DVec3::Z } else { DVec3::ZERO };
@@ -48,8 +49,10 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     ];
     let family_trial = |name, subject, eye| {
         certain(
-            (name, subject, &REFRACTION),
-            format!("in equilibrium all within glass is at {n2} and all outside at 1"),
+            name,
+            subject,
+            &REFRACTION,
+            format!("in thermal equilibrium the radiance is {n2} within glass and 1 outside"),
             eye,
             scenes.to_vec(),
         )
@@ -73,8 +76,8 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// What a ball in glass sends to a wall, looked up from within the glass; and what comes back to
-/// it.
+/// Trials of photons beyond glass: light of a ball in the glass that is looked up on the wall from
+/// within the glass, and reflected light that is looked up on the ball from outside.
 pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
@@ -96,8 +99,10 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let family_trial = |name, lookup| {
         certain(
-            (name, "integrator::PhotonMapping", &REFRACTION),
-            format!("photons of {flux:.6} beyond glass are seen n² as bright from within"),
+            name,
+            "integrator::PhotonMapping",
+            &REFRACTION,
+            format!("photons of {flux:.6} beyond glass look n² as bright from within"),
             Eye::Photons(lookup),
             scenes.clone(),
         )
@@ -108,7 +113,7 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// Radiance that refraction changes in a wrong way.
+/// Faults of the factor by which refraction scales radiance.
 pub(super) fn factors(
     table: PartTable,
     caught_by: &'static [&'static str],

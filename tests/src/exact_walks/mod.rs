@@ -1,9 +1,14 @@
-//! Walks whose value is certain, whatever way they take: long ones, which a limit would cut, and
-//! ones through glass, where radiance changes by n².
+//! Walks whose value is certain although their directions are random, so that one path per pixel
+//! decides to rounding, without statistics.
 //!
-//! Only the way is random. In a cavity that emits 1 and reflects a, a path that roulette lets go on
-//! sees 1 + a + a² + ...; where light is in equilibrium with glass every path within it sees n². So
-//! one path tells, to rounding.
+//! In a cavity that emits 1 and reflects a, a path that is never ended sees 1 + a + a² + ...,
+//! whatever its directions. In thermal equilibrium with glass every path within the glass sees n².
+//! The first finds limits on path length, the second wrong radiance factors.
+//!
+//! For this the estimators run with tables of components that take the chance out: [`ENDLESS`]
+//! makes roulette deterministic, [`COUNTED`] and [`GATHERED`] make every particle count the same.
+//! [`Certain`] then compares each pixel with its known value, and [`Left`] the sum over all
+//! particles.
 
 mod eye;
 mod glass;
@@ -16,8 +21,8 @@ use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{hollow, lambert, level, mirror, seen_by};
 
-/// Roulette that ends nothing but what is faint beyond double precision, and light that counts
-/// where paths from the eye hit it.
+/// Roulette that ends a path only once its throughput is below 10⁻¹³ and does not reweight
+/// survivors, and full MIS weight for light that paths from the eye hit.
 const ENDLESS: PartTable = PartTable {
     survival_by_throughput: |throughput, _| throughput.max_element(),
     survives: |_, throughput| throughput > 1e-13,
@@ -26,7 +31,8 @@ const ENDLESS: PartTable = PartTable {
     ..CORRECT
 };
 
-/// Particles that splat the same wherever they are and go on.
+/// [`ENDLESS`], with every factor of a splat that depends on place or direction replaced by a
+/// constant: each vertex of a particle adds its flux to the image, wherever it lies.
 const COUNTED: PartTable = PartTable {
     brdf: |bsdf, _, _| FRAC_1_PI * bsdf.albedo(),
     cosine: |_, _| 1.0,
@@ -37,7 +43,7 @@ const COUNTED: PartTable = PartTable {
     ..ENDLESS
 };
 
-/// Photons that count whole wherever they lie, and glass that reflects nothing.
+/// [`ENDLESS`], with photons that count whole wherever they lie, and glass that reflects nothing.
 const GATHERED: PartTable = PartTable {
     fresnel: |_, _, _| 0.0,
     same_side: |_, _| true,
@@ -47,14 +53,15 @@ const GATHERED: PartTable = PartTable {
 
 /// Rounding of some thousand factors and terms.
 const ROUNDING: f64 = 1e-11;
-/// What the walls of long walks reflect: 0.98^1000 is 2·10⁻⁹.
+/// Albedo of the walls of long walks: 0.98^1000 is 2·10⁻⁹.
 const ALBEDO: f64 = 0.98;
 /// Segments of the estimators that have a limit. They recurse.
 const SEGMENTS: u32 = 600;
 
-/// Every pixel of every scene shows its number.
+/// Compares every pixel of each scene with the one value that all its paths have.
 struct Certain {
     eye: Eye,
+    /// Scenes, each with the value of all its pixels.
     scenes: Vec<(Arc<Scene>, f64)>,
 }
 
@@ -66,8 +73,9 @@ impl Property for Certain {
     ) -> Vec<Outcome> {
         let mut rng = context.rng("ways");
         let outcome = |(scene, expected): &(Arc<Scene>, f64)| {
-            let random = (&mut rng, context.seed_of("passes"));
-            let image = self.eye.image(setup, scene, random).unwrap_or_default();
+            let seed = context.seed_of("passes");
+            let image = self.eye.image(setup, scene, &mut rng, seed);
+            let image = image.unwrap_or_default();
             let off = image.iter().map(|value| (value / expected - 1.0).abs());
             let error = if image.is_empty() {
                 f64::NAN
@@ -86,9 +94,11 @@ impl Property for Certain {
     }
 }
 
-/// What particles leave behind: of each, the same.
+/// Compares the sum over particles with its known value: all of them carry the same flux, and add
+/// the same in all.
 struct Left {
     scene: Arc<Scene>,
+    /// Sums the image of the light tracer instead of the flux of a photon map.
     by_eye: bool,
     expected: f64,
 }
@@ -101,8 +111,8 @@ impl Property for Left {
     ) -> Vec<Outcome> {
         let (parts, seed) = (setup.parts, context.seed_of("particles"));
         let sum = if self.by_eye {
-            let random = (&mut context.rng("ways"), seed);
-            let image = Eye::LightTracer.image(setup, &self.scene, random);
+            let mut rng = context.rng("ways");
+            let image = Eye::LightTracer.image(setup, &self.scene, &mut rng, seed);
             image.map(|image| image.iter().sum::<f64>())
         } else {
             let map = PhotonMap::new(&parts, &self.scene, Kept::All, PARTICLES, (seed, 0));
@@ -121,7 +131,7 @@ impl Property for Left {
     }
 }
 
-/// A unit cavity that emits 1 and reflects [`ALBEDO`].
+/// Builds a unit cavity that emits 1 and reflects [`ALBEDO`].
 fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     let camera = Camera::new(eye, DVec3::new(0.1, 0.2, -0.1), DVec3::Z, 0.6);
     seen_by(camera, name, |s| {
@@ -129,8 +139,11 @@ fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     })
 }
 
+/// Returns a trial of [`Certain`].
 fn certain(
-    (name, subject, equation): (&str, &'static str, &'static Equation),
+    name: &str,
+    subject: &'static str,
+    equation: &'static Equation,
     property: String,
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
@@ -144,6 +157,7 @@ fn certain(
     )
 }
 
+/// Returns a trial of [`Left`] in a diffuse cavity, by its image (`by_eye`) or its photons.
 fn left(
     name: &str,
     subject: &'static str,
@@ -152,7 +166,7 @@ fn left(
     eye: DVec3,
 ) -> FamilyTrial<EstimatorSubject> {
     let property = format!(
-        "in a cavity of albedo {ALBEDO} each particle leaves {expected:.6} before it is faint"
+        "in a cavity of albedo {ALBEDO} the particles together add {expected:.6} until they are negligible"
     );
     let scene = cavity("diffuse cavity", lambert(ALBEDO), eye);
     trial(
@@ -169,7 +183,7 @@ fn left(
 }
 
 const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
-/// A place from which the whole cavity lies within the image.
+/// An eye from which the whole cavity lies within the image.
 const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 
 fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -180,14 +194,18 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property =
             format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
         certain(
-            (name, subject, &PATH_LENGTH),
+            name,
+            subject,
+            &PATH_LENGTH,
             property,
             eye,
             vec![(scene, expected)],
         )
     };
     let diffuse = certain(
-        ("furnace/long/path", "integrator::Path", &PATH_LENGTH),
+        "furnace/long/path",
+        "integrator::Path",
+        &PATH_LENGTH,
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
         HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
@@ -250,15 +268,16 @@ const LONG: &[&str] = &[
 ];
 const PARTICLE: &[&str] = &["furnace/long/light-tracer"];
 
-/// Whether a walk goes on after `vertices` vertices and no more.
+/// Returns whether a walk has at most this many vertices, from its throughput.
 fn within(throughput: f64, vertices: f64) -> bool {
     throughput > ALBEDO.powf(vertices - 0.5)
 }
 
-/// Walks that end at a number of vertices.
+/// Faults that end walks at a number of vertices. The trials `all` must reject the short ones, and
+/// only those of estimators without a limit of their own, `unlimited`, the longest.
 fn cuts(
     table: PartTable,
-    limited: &'static [&'static str],
+    unlimited: &'static [&'static str],
     all: &'static [&'static str],
 ) -> Vec<Fault<EstimatorSubject>> {
     let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
@@ -288,12 +307,12 @@ fn cuts(
             "paths end at 1000 vertices",
             SEGMENTS,
             |_, t| within(t, 1000.0),
-            limited,
+            unlimited,
         ),
     ]
 }
 
-/// The families: long walks of every estimator, and glass.
+/// Trials and faults of long walks by every estimator, and of glass.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |name, table, trials, faults| -> Box<dyn AnyFamily> {
         Box::new(Family {
@@ -302,7 +321,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             ..Family::whole(name, parts(table))
         })
     };
-    // A particle of the unit cavity leaves L A (1 + a + a² + ...) in the image.
+    // The particles of the unit cavity together add L A (1 + a + a² + ...) to the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
     let tracer = left(
         PARTICLE[0],

@@ -1,4 +1,4 @@
-//! Faults of (1)-(7).
+//! Faults of the geometry, (1)-(7).
 
 use whitefurnace::geometry::shape::{
     sphere_distances, sphere_distances_printed, triangle_point, triangle_residual,
@@ -7,7 +7,7 @@ use whitefurnace::geometry::shape::{
 use crate::geometry::{CORRECT, Corners, Shapes, Solution, Tuv, readable, watertight};
 use crate::prelude::*;
 
-/// The faults.
+/// Faults of rays, triangles and spheres.
 pub(super) fn faults() -> Vec<Fault<Shapes>> {
     [triangle_faults(), sphere_faults()]
         .into_iter()
@@ -15,14 +15,14 @@ pub(super) fn faults() -> Vec<Fault<Shapes>> {
         .collect()
 }
 
-/// A hit behind the ray's start counts as well.
+/// Counts hits behind the ray's start as well.
 fn behind(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let back = Ray::new(ray.origin, -ray.direction);
     let seen = watertight(&back, v, f64::INFINITY).map(|(t, u, w)| (-t, u, w));
     watertight(ray, v, limit).or(seen)
 }
 
-/// Without the test of the edge opposite V₀: what lies beyond it, in the parallelogram, is a hit.
+/// Leaves out the test of the edge opposite V₀, so that the whole parallelogram is hit.
 fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let beyond = [v[1] + v[2] - v[0], v[2], v[1]];
     watertight(ray, v, limit).or_else(|| {
@@ -31,14 +31,14 @@ fn parallelogram(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     })
 }
 
-/// t of the depth of V₀ alone.
+/// Takes t from the depth of V₀ alone.
 fn depth_of_corner(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let (_, u, w) = watertight(ray, v, limit)?;
     let t = (v[0] - ray.origin).dot(ray.direction) / ray.direction.length_squared();
     Some((t, u, w))
 }
 
-/// The side of V₀V₁V₂ from which they run counter-clockwise.
+/// Returns whether the ray comes from the side of V₀V₁V₂ from which they run counter-clockwise.
 fn front(ray: &Ray, v: Corners) -> bool {
     (v[1] - v[0]).cross(v[2] - v[0]).dot(ray.direction) < 0.0
 }
@@ -133,7 +133,7 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
     ]
 }
 
-/// One root of (7), if it is ahead.
+/// Returns one root of (7), if it is ahead.
 fn root(sphere: &Sphere, ray: &Ray, which: usize) -> Option<f64> {
     let root = sphere_distances(ray, sphere.centre, sphere.radius)?[which];
     (root > 0.0).then_some(root)

@@ -13,11 +13,11 @@ use crate::prelude::*;
 
 /// The corners of a triangle.
 type Corners = [DVec3; 3];
-/// t, u, v of a ray and a triangle, for t below a limit.
+/// Finds t, u, v of a ray and a triangle, for t below a limit.
 type Solution = fn(&Ray, Corners, f64) -> Tuv;
 type Tuv = Option<(f64, f64, f64)>;
 
-/// (1)-(7), each replaceable.
+/// The functions of (1)-(7), each replaceable.
 #[derive(Clone, Copy)]
 pub struct Shapes {
     /// (1) and (6).
@@ -26,13 +26,13 @@ pub struct Shapes {
     pub point: fn(Corners, f64, f64) -> DVec3,
     /// (3).
     pub residual: fn(&Ray, Corners, f64, f64, f64) -> DVec3,
-    /// (4) as the hierarchy asks for it.
+    /// (4) as the BVH calls it.
     pub triangle: Solution,
     /// (5).
     pub sphere: fn(DVec3, DVec3, f64) -> f64,
     /// (7).
     pub distances: fn(&Ray, DVec3, f64) -> Option<[f64; 2]>,
-    /// Which root of (7) is seen.
+    /// The root of (7) that a ray hits.
     pub nearest: fn(&Sphere, &Ray) -> Option<f64>,
 }
 
@@ -54,7 +54,7 @@ const WRONG: f64 = 1.0;
 /// Sizes of triangles and spheres.
 const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 
-/// The largest error over random arguments.
+/// Returns the largest error over random arguments.
 fn worst(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
     let mut rng = context.rng(name);
     let worst = largest((0..context.arguments(ARGUMENTS)).map(|_| error(&mut rng)));
@@ -71,7 +71,7 @@ fn between(rng: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * uniform(rng)
 }
 
-/// A triangle near the origin whose sides are about 1 and whose angles are not small.
+/// Samples a triangle near the origin whose sides are about 1 and whose angles are not small.
 fn corners(rng: &mut Stream) -> Corners {
     let first = any_direction(rng);
     let tilt = any_direction(rng);
@@ -92,7 +92,7 @@ fn ray(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// T is V₀, V₁, V₂ at the corners and affine in u and v.
+/// Tests that T is V₀, V₁, V₂ at the corners and affine in u and v.
 fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "T(u, v)", |rng| {
         let v = corners(rng);
@@ -108,7 +108,7 @@ fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// A ray that meets the triangle's plane at T(u, v) after t.
+/// Samples a ray that meets the triangle's plane at T(u, v) after t.
 fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
     let target = (1.0 - u - w) * v[0] + u * v[1] + w * v[2];
     let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
@@ -120,7 +120,8 @@ fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
     Ray::new(target - t * direction, direction)
 }
 
-/// Zero at the solution, and −D, E₁, E₂ per unit of t, u, v away from it.
+/// Tests that the residual is zero at the solution, and changes by −D, E₁, E₂ per unit of t, u, v
+/// away from it.
 fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "left minus right of (3)", |rng| {
         let v = corners(rng);
@@ -137,8 +138,9 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// t, u, v are what the ray was made from, for triangles of every size and directions of any
-/// length; rays beside, behind and in the plane miss, and so do those that end before.
+/// Compares t, u, v with those from which the ray was made, for triangles of every size and
+/// directions of any length. Rays beside, behind and in the plane miss, and so do those that end
+/// before it.
 fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "t, u, v", |rng| {
         let unit = corners(rng);
@@ -171,7 +173,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// Around a closed fan of triangles, every ray into it meets one of them, also those aimed at the
+/// Tests that every ray into a closed fan of triangles meets one of them, also rays aimed at the
 /// common vertex and at points of the edges as exactly as numbers allow.
 fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "rays lost at edges", |rng| {
@@ -201,7 +203,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         } else {
             -0.5 * any_direction(rng)
         };
-        // On the grid nothing is rounded, and edge values are zero.
+        // On this grid nothing is rounded, and edge values are zero.
         let ray = Ray::new(origin, target - origin);
         let met = (0..rim.len()).any(|i| {
             let corners = [hub, rim[i], rim[(i + 1) % rim.len()]];
@@ -211,7 +213,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// Triangles of a fan.
+/// Number of triangles of a fan.
 const SPOKES: u32 = 8;
 
 fn sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
@@ -222,7 +224,7 @@ fn sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// A sphere and a ray that meets it at known distances: a chord between two of its points.
+/// Samples a sphere and a ray that meets it at known distances: a chord between two of its points.
 fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
     let r = SIZES[(uniform(rng) * 5.0) as usize];
     let centre = 2.0 * r * any_direction(rng);
@@ -239,7 +241,7 @@ fn chord(rng: &mut Stream) -> (Ray, DVec3, f64, [f64; 2]) {
     (ray, centre, r, [before, before + length])
 }
 
-/// x of (6) at the roots of (7) is on the sphere of (5).
+/// Tests that x of (6) at the roots of (7) is on the sphere of (5).
 fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "‖o + dl − c‖ − r", |rng| {
         let (ray, centre, r, roots) = chord(rng);
@@ -250,7 +252,7 @@ fn on_sphere(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     })]
 }
 
-/// Both roots, for directions of any length; misses; and the root that is seen.
+/// Tests both roots, for directions of any length, misses, and the root that a ray hits.
 fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     let roots = worst(context, "both roots", |rng| {
         let (ray, centre, r, roots) = chord(rng);
@@ -282,7 +284,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![roots, seen]
 }
 
-/// The watertight test, in the terms of (4).
+/// The watertight test, as a solution of (4).
 fn watertight(ray: &Ray, v: Corners, limit: f64) -> Tuv {
     let hit = Shear::new(ray).intersect(v, limit)?;
     Some((hit.t, hit.weights[1], hit.weights[2]))
@@ -355,7 +357,7 @@ fn trials() -> Vec<FamilyTrial<Shapes>> {
     ]
 }
 
-/// The geometry.
+/// Trials and faults of the geometry.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: trials(),

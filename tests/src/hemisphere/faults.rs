@@ -42,7 +42,7 @@ pub fn half_circle_cosine([r1, r2]: [f64; 2]) -> DVec3 {
     cosine_hemisphere([r1, 0.5 * r2])
 }
 
-/// cos θ a little too often high: pdf proportional to cos^0.05 θ.
+/// cos θ slightly too large too often: pdf proportional to cos^0.05 θ.
 fn slip([r1, r2]: [f64; 2]) -> DVec3 {
     uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
 }
@@ -51,34 +51,34 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = uniform_hemisphere_pdf;
     vec![
         fault!("shared-number", HEMISPHERE_PHI, "one random number for θ and φ, as printed",
-            = (shared_number, pdf),
+            = Method { sampler: shared_number, pdf },
             "hemisphere/uniform/cells", "hemisphere/uniform/moments: mean of x | mean of y",
             "hemisphere/uniform/furnaces: furnace, radiance 1 + x | furnace, radiance 1 + y"),
         fault!("linear-theta", HEMISPHERE_THETA, "θ = rπ/2",
-            = (linear_theta, pdf),
+            = Method { sampler: linear_theta, pdf },
             "hemisphere/uniform/moments: mean of z | mean of z²", "hemisphere/uniform/cells",
             "hemisphere/uniform/angles: law of cos θ"),
         fault!("half-circle", HEMISPHERE_PHI, "φ over half the circle",
-            = (half_circle, pdf),
+            = Method { sampler: half_circle, pdf },
             "hemisphere/uniform/angles: law of φ", "hemisphere/uniform/furnaces: furnace, radiance 1 + y"),
         fault!("cosine-weight", ESTIMATOR,
-            "uniform directions with the weight of the cosine pdf: radiance 1 does not see it",
-            = (uniform_hemisphere, cosine_hemisphere_pdf), "hemisphere/uniform/furnaces: furnace, radiance cos θ"),
+            "uniform directions with the weight of the cosine pdf: radiance 1 does not show it",
+            = Method { sampler: uniform_hemisphere, pdf: cosine_hemisphere_pdf }, "hemisphere/uniform/furnaces: furnace, radiance cos θ"),
         fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 1/π",
-            = (uniform_hemisphere, |cos| 2.0 * uniform_hemisphere_pdf(cos)),
+            = Method { sampler: uniform_hemisphere, pdf: |cos| 2.0 * uniform_hemisphere_pdf(cos) },
             "hemisphere/uniform/pdf", "hemisphere/uniform/furnaces: furnace, radiance 1"),
         fault!("cosine-for-uniform", HEMISPHERE_THETA,
             "cosine-weighted directions, called importance sampling, for (18)",
-            = (cosine_hemisphere, pdf), "hemisphere/uniform/moments: mean of z"),
+            = Method { sampler: cosine_hemisphere, pdf }, "hemisphere/uniform/moments: mean of z"),
         fault!("slip", HEMISPHERE_THETA, "density proportional to the power 0.05 of cos θ",
-            = (slip, pdf), "hemisphere/uniform/moments: mean of z"),
+            = Method { sampler: slip, pdf }, "hemisphere/uniform/moments: mean of z"),
     ]
 }
 
 pub(super) fn uniform_equivalents() -> Vec<Fault<Method>> {
     vec![
         fault!("one-minus-r", HEMISPHERE_THETA, "1 − r for r in (18): it is as uniform as r",
-        = (|[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), uniform_hemisphere_pdf), "hemisphere/uniform/moments"),
+        = Method { sampler: |[r1, r2]| uniform_hemisphere([1.0 - r1, r2]), pdf: uniform_hemisphere_pdf }, "hemisphere/uniform/moments"),
     ]
 }
 
@@ -86,27 +86,27 @@ pub(super) fn cosine_faults() -> Vec<Fault<Method>> {
     let pdf: Pdf = cosine_hemisphere_pdf;
     vec![
         fault!("shared-number", COSINE_HEMISPHERE, "one random number for θ and φ",
-            = (shared_number_cosine, pdf),
+            = Method { sampler: shared_number_cosine, pdf },
             "hemisphere/cosine/cells", "hemisphere/cosine/moments: mean of x | mean of y"),
         fault!("no-root", COSINE_HEMISPHERE, "sin θ = r for sin θ = √r",
-            = (no_root, pdf),
+            = Method { sampler: no_root, pdf },
             "hemisphere/cosine/moments: mean of z | mean of z²", "hemisphere/cosine/cells",
             "hemisphere/cosine/angles: law of cos θ"),
         fault!("half-circle", COSINE_HEMISPHERE, "φ over half the circle",
-            = (half_circle_cosine, pdf), "hemisphere/cosine/angles: law of φ"),
+            = Method { sampler: half_circle_cosine, pdf }, "hemisphere/cosine/angles: law of φ"),
         fault!("uniform-weight", COSINE_HEMISPHERE, "cosine directions with the weight 2 cos θ",
-            = (cosine_hemisphere, uniform_hemisphere_pdf),
+            = Method { sampler: cosine_hemisphere, pdf: uniform_hemisphere_pdf },
             "hemisphere/cosine/furnaces: furnace, radiance 1 | furnace, radiance 1 + x | furnace, radiance 1 + y"),
         fault!("uniform-sampler", COSINE_HEMISPHERE, "uniform directions with the cosine pdf's weight",
-            = (uniform_hemisphere, pdf), "hemisphere/cosine/furnaces: furnace, radiance cos θ"),
+            = Method { sampler: uniform_hemisphere, pdf }, "hemisphere/cosine/furnaces: furnace, radiance cos θ"),
         fault!("pdf-twice", HEMISPHERE_PDF, "the pdf is 2 cos θ/π",
-            = (cosine_hemisphere, |cos| 2.0 * cosine_hemisphere_pdf(cos)), "hemisphere/cosine/pdf"),
+            = Method { sampler: cosine_hemisphere, pdf: |cos| 2.0 * cosine_hemisphere_pdf(cos) }, "hemisphere/cosine/pdf"),
     ]
 }
 
 pub(super) fn cosine_equivalents() -> Vec<Fault<Method>> {
     vec![
         fault!("turned", COSINE_HEMISPHERE, "φ counted from y: the law has no direction of its own",
-        = (|[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), cosine_hemisphere_pdf), "hemisphere/cosine/moments"),
+        = Method { sampler: |[r1, r2]| cosine_hemisphere([r1, (r2 + 0.25).fract()]), pdf: cosine_hemisphere_pdf }, "hemisphere/cosine/moments"),
     ]
 }

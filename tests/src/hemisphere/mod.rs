@@ -1,5 +1,5 @@
-//! Hemisphere samplers (17)-(19) and the cosine-weighted one: cells, moments, laws of the angles,
-//! single-surface furnaces.
+//! Hemisphere samplers (17)-(19) and the cosine-weighted one: cells, moments, distributions of the
+//! angles, single-surface furnaces.
 
 pub mod faults;
 
@@ -16,11 +16,16 @@ use crate::prelude::*;
 pub type Sampler = fn([f64; 2]) -> DVec3;
 /// A pdf as a function of cos θ, 1/sr.
 pub type Pdf = fn(f64) -> f64;
-/// A way to sample: directions, and the pdf by which they are weighted.
-pub type Method = (Sampler, Pdf);
+/// A sampling method.
+#[derive(Clone, Copy)]
+pub struct Method {
+    /// Samples a direction.
+    pub sampler: Sampler,
+    /// The pdf by which samples are weighted.
+    pub pdf: Pdf,
+}
 
-/// Samples per statistic: enough for δ of each (see the standard errors in the functions'
-/// comments).
+/// Samples per statistic, enough for each δ (see the standard errors in the functions' comments).
 const CELL_SAMPLES: u64 = 8_000_000;
 const MEAN_SAMPLES: u64 = 16_000_000;
 const KS_SAMPLES: u64 = 1_000_000;
@@ -32,13 +37,13 @@ const FURNACE_DELTA: f64 = 0.003;
 /// δ of Kolmogorov's distance.
 const KS_DELTA: f64 = 0.007;
 
-/// What is right of a sampler.
+/// A sampler and the distribution that it should have.
 #[derive(Clone, Copy)]
 struct Law {
     name: &'static str,
     subject: &'static str,
     method: Method,
-    /// Cells of equal probability under the law.
+    /// Domain whose cells of equal probability follow the distribution.
     domain: Domain,
     /// E[cos θ] and E[cos² θ].
     moments: [f64; 2],
@@ -50,7 +55,10 @@ struct Law {
 const UNIFORM: Law = Law {
     name: "uniform",
     subject: "sampling::warp::uniform_hemisphere",
-    method: (uniform_hemisphere, uniform_hemisphere_pdf),
+    method: Method {
+        sampler: uniform_hemisphere,
+        pdf: uniform_hemisphere_pdf,
+    },
     domain: Domain::Hemisphere,
     moments: [1.0 / 2.0, 1.0 / 3.0],
     cos_cdf: |c| c,
@@ -60,14 +68,17 @@ const UNIFORM: Law = Law {
 const COSINE: Law = Law {
     name: "cosine",
     subject: "sampling::warp::cosine_hemisphere",
-    method: (cosine_hemisphere, cosine_hemisphere_pdf),
+    method: Method {
+        sampler: cosine_hemisphere,
+        pdf: cosine_hemisphere_pdf,
+    },
     domain: Domain::CosineHemisphere,
     moments: [2.0 / 3.0, 1.0 / 2.0],
     cos_cdf: |c| c * c,
     angles: &COSINE_HEMISPHERE,
 };
 
-/// Chi-square of a sampler over 3 × 4 cells of equal probability.
+/// Tests a sampler by chi-square over 3 × 4 cells of equal probability.
 pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("cells");
     let partition = Partition::equal(domain, 3, 4);
@@ -79,8 +90,8 @@ pub fn cells(context: &Context, domain: Domain, sampler: Sampler) -> Vec<Outcome
     )]
 }
 
-/// The means of x and y, 0, and of z and z². Standard deviations are at most 0.58: 1.4e-4 standard
-/// error.
+/// Tests the means of x and y, which are 0, and of z and z². Standard deviations are at most 0.58:
+/// 1.4e-4 standard error.
 pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("moments");
     let about = [
@@ -99,7 +110,7 @@ pub fn moments(context: &Context, expected: [f64; 2], sampler: Sampler) -> Vec<O
     )
 }
 
-/// The laws of cos θ and φ, each alone.
+/// Tests the distributions of cos θ and φ, each alone, by Kolmogorov-Smirnov.
 pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> Vec<Outcome> {
     let mut rng = context.rng("angles");
     let directions: Vec<DVec3> = (0..context.n(KS_SAMPLES))
@@ -113,10 +124,11 @@ pub fn angles(context: &Context, cos_cdf: fn(f64) -> f64, sampler: Sampler) -> V
     ]
 }
 
-/// A furnace's incoming radiance and what a white Lambert surface then reflects.
+/// Name of a furnace, its incoming radiance, and the radiance that a white Lambert surface
+/// reflects.
 type Furnace = (&'static str, fn(DVec3) -> f64, f64);
 
-/// The constant one, and three that are not blind to weights and azimuths.
+/// A constant furnace, and three that reveal wrong weights and azimuths.
 const FURNACES: [Furnace; 4] = [
     ("furnace, radiance 1", |_| 1.0, 1.0),
     ("furnace, radiance cos θ", |w| w.z, 2.0 / 3.0),
@@ -124,9 +136,9 @@ const FURNACES: [Furnace; 4] = [
     ("furnace, radiance 1 + y", |w| 1.0 + w.y, 1.0),
 ];
 
-/// A white Lambert surface in four furnaces by (16): mean of L cos θ/(π p). If the law's density is
-/// in proportion to cos θ, every value of the constant furnace is 1.
-pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> Vec<Outcome> {
+/// Tests the reflected radiance of a white Lambert surface in four furnaces by (16), the mean of L
+/// cos θ/(π p). If the density is proportional to cos θ, every value of the constant furnace is 1.
+fn furnaces(context: &Context, law: Domain, method: Method) -> Vec<Outcome> {
     let mut rng = context.rng("furnaces");
     let mut about =
         FURNACES.map(|(name, _, reference)| (name, reference, FURNACE_DELTA * reference));
@@ -134,13 +146,13 @@ pub fn furnaces(context: &Context, law: Domain, sampler: Sampler, pdf: Pdf) -> V
         about[0].2 = 0.0;
     }
     means(about, context.n(MEAN_SAMPLES), || {
-        let w = sampler(uniform2(&mut rng));
-        let weight = FRAC_1_PI * w.z / pdf(w.z);
+        let w = (method.sampler)(uniform2(&mut rng));
+        let weight = FRAC_1_PI * w.z / (method.pdf)(w.z);
         FURNACES.map(|(_, radiance, _)| radiance(w) * weight)
     })
 }
 
-/// ∫ p dω = 1 by quadrature.
+/// Tests ∫ p dω = 1 by quadrature.
 pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     let tolerance = 1e-6;
     let integral = Domain::Hemisphere.integrate_all(0.1 * tolerance, &|w| pdf(w.z));
@@ -169,40 +181,41 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             cells_are,
             law.angles,
             judged("chi-square"),
-            move |c, (sampler, _)| cells(c, law.domain, sampler),
+            move |c, method: Method| cells(c, law.domain, method.sampler),
         ),
         trial(
             name("moments"),
             moments_are,
             law.angles,
             judged("t"),
-            move |c, (sampler, _)| moments(c, law.moments, sampler),
+            move |c, method: Method| moments(c, law.moments, method.sampler),
         ),
         trial(
             name("angles"),
             angles_are,
             &HEMISPHERE_PHI,
             judged("Kolmogorov-Smirnov"),
-            move |c, (sampler, _)| angles(c, law.cos_cdf, sampler),
+            move |c, method: Method| angles(c, law.cos_cdf, method.sampler),
         ),
         trial(
             name("furnaces"),
             reflects,
             &ESTIMATOR,
             judged("t"),
-            move |c, (sampler, pdf)| furnaces(c, law.domain, sampler, pdf),
+            move |c, method: Method| furnaces(c, law.domain, method),
         ),
         trial(
             name("pdf"),
             "the pdf integrates to one",
             &HEMISPHERE_PDF,
             judged("exact"),
-            |_, (_, pdf)| normalised(pdf),
+            |_, method: Method| normalised(method.pdf),
         ),
     ]
 }
 
-/// The two samplers, each under its own law; each is a fault under the other's.
+/// Trials and faults of the two samplers, each under its own distribution; each is a fault under
+/// the other's.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let family = |law: Law, faults, equivalents| -> Box<dyn AnyFamily> {
         Box::new(Family {

@@ -7,21 +7,21 @@ use whitefurnace::sampling::rng::stream;
 use whitefurnace::scene::room::diffuse;
 
 use crate::photon::faults::HALVED;
-use crate::photon::{MAPPING, scenes};
+use crate::photon::scenes;
 use crate::prelude::*;
 use crate::scenes::valid;
 use crate::subject::in_batches;
 
-/// The mean radiance along random rays by final gathering and by the path tracer.
+/// Compares the mean radiance along random rays by final gathering with that by the path tracer.
 struct SameRadiance {
     scene: Arc<Scene>,
     ray: Rays,
     particles: u32,
     radius: f64,
-    /// Maps, and rays with each.
+    /// Number of maps, and of rays with each.
     maps: u64,
     rays: u64,
-    /// Paths of the path tracer.
+    /// Number of paths of the path tracer.
     paths: u64,
     margin: f64,
 }
@@ -68,7 +68,7 @@ impl Property for SameRadiance {
     }
 }
 
-/// From the room's camera to a part of its floor away from objects and walls.
+/// Samples a ray from the room's camera to a part of its floor away from objects and walls.
 fn room_floor(rng: &mut Stream) -> Ray {
     let [u, v] = uniform2(rng);
     let eye = DVec3::new(12.5, 0.0, 0.0);
@@ -76,7 +76,7 @@ fn room_floor(rng: &mut Stream) -> Ray {
     Ray::new(eye, (target - eye).normalize())
 }
 
-/// From just above to the disc that the caustic covers.
+/// Samples a ray from just above to the disc that the caustic covers.
 fn caustic_floor(rng: &mut Stream) -> Ray {
     let [u, v] = uniform2(rng);
     let (sin, cos) = (TAU * v).sin_cos();
@@ -93,7 +93,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         maps: 9_300,
         rays: 128,
         paths: 3_600_000,
-        // The blur of the caustic's edge takes about half a per cent.
+        // The blur of the caustic's edge costs about half a per cent.
         margin: 0.025,
     };
     let room = SameRadiance {
@@ -101,7 +101,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ray: room_floor,
         particles: 1000,
         radius: 0.1,
-        // Enough that the skewness of so few photons within the radius does not matter.
+        // So many that the skewness of so few photons within the radius does not matter.
         maps: 7_500,
         rays: 800,
         paths: 1_000_000,
@@ -129,14 +129,14 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             name,
             property,
             &PHOTON_DENSITY,
-            [MAPPING, "Welch, equivalence"],
+            ["estimator::PhotonMapping", "Welch, equivalence"],
             with_parts(same),
         )
     })
     .collect()
 }
 
-/// What they must reject.
+/// Faults that these trials must reject.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("photons-halved", PHOTON_DENSITY, "albedo/2π for the BRDF of photons",

@@ -13,7 +13,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
         .collect()
 }
 
-/// Half of every photon.
+/// Photons that count half.
 pub(super) const HALVED: PartTable = PartTable {
     photon_density: |brdf, flux, _, r2| density(0.5 * brdf, flux, r2),
     ..CORRECT

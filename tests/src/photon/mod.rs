@@ -1,5 +1,5 @@
-//! Photon mapping and its stochastic progressive form, whole, with closed forms of what they should
-//! find: their bias included.
+//! Photon mapping and its stochastic progressive form as a whole, with closed forms that include
+//! their bias.
 
 mod equivalence;
 mod faults;
@@ -17,7 +17,7 @@ use crate::photon::replications::{Flux, Mapping, Passes, family_trial};
 use crate::prelude::*;
 use crate::scenes::{lambert, sphere_furnace, valid};
 
-/// The families: with closed forms, and against the path tracer.
+/// Trials and faults of photon mapping: with closed forms, and against the path tracer.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family {
@@ -44,8 +44,6 @@ fn spread(count: u32) -> impl Iterator<Item = DVec3> {
     })
 }
 
-const MAPPING: &str = "integrator::PhotonMapping";
-
 fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     [floors(), cavities(), fluxes(), passes()]
         .into_iter()
@@ -53,7 +51,7 @@ fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .collect()
 }
 
-/// Particles per map of a floor: few do, since the mean does not depend on their number.
+/// Particles per map of a floor: few are enough, since the mean does not depend on their number.
 const FEW: u32 = 64;
 
 fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -74,17 +72,19 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             rays,
         };
         family_trial(
-            (name, &PHOTON_DENSITY, MAPPING),
+            name,
+            &PHOTON_DENSITY,
             property,
-            (reference, SINGLE),
+            reference,
+            SINGLE,
             values,
             mapping,
         )
     };
-    let disc = "in the mean over the disc around a point under a light";
+    let disc = "on average over the disc around a point under a light";
     let point = "of a light by shadow rays, and nothing by photons";
     let matched =
-        "of a light within glass that is air, all of it caustics, in the mean over the disc";
+        "of a light within glass that is air, all of it caustics, on average over the disc";
     let behind = "from above of a light below it";
     let corner = "of a disc that a wall cuts, whose photons do not count";
     vec![
@@ -142,9 +142,11 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cavity = |name, what: String, mapping, reference: f64, values| {
         let property = format!("{what} the radiance is {reference:.6}");
         family_trial(
-            (name, &PHOTON_DENSITY, MAPPING),
+            name,
+            &PHOTON_DENSITY,
             property,
-            (reference, BOUNCES),
+            reference,
+            BOUNCES,
             values,
             mapping,
         )
@@ -190,16 +192,13 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let flux = |name, property, claim, values, scene, kept| {
-        let about = (
+    let flux = |name, property, reference, delta, values, scene, kept| {
+        family_trial(
             name,
             &PHOTON_FLUX,
-            "integrator::photon::photon_map::PhotonMap",
-        );
-        family_trial(
-            about,
             property,
-            claim,
+            reference,
+            delta,
             values,
             Flux {
                 scene,
@@ -213,7 +212,8 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
         "of a light beside a glass sphere {caustic:.6} arrive as caustics: what enters leaves"
     );
     let glass = scenes::glass_in_cavity();
-    // A cube of side 2: π L A/(1 − a) arrive, a share a of them is reflected, the rest absorbed.
+    // Photons of π L A/(1 − a) arrive in a cube of side 2: the fraction a is reflected, the rest
+    // absorbed.
     let albedo = 0.3;
     let arriving = PI * 24.0 / (1.0 - albedo);
     let balance = format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive");
@@ -222,7 +222,8 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
         flux(
             "photon/flux-through-glass",
             through,
-            (caustic, SINGLE),
+            caustic,
+            SINGLE,
             18_000,
             glass,
             Kept::Caustic,
@@ -230,7 +231,8 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
         flux(
             "photon/flux-balance",
             balance,
-            (arriving, BOUNCES),
+            arriving,
+            BOUNCES,
             13_000,
             cube,
             Kept::All,
@@ -238,8 +240,8 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// The mean of the passes' disc averages, each of its own radius: by independent numbers, and by
-/// Sobol' points.
+/// Trials of the mean over passes of averages over discs, each of its own radius: by independent
+/// numbers, and by Sobol' points.
 fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (passes, radius) = (12, scenes::RADIUS);
     let disc =
@@ -249,7 +251,6 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!(
             "the first {passes} passes reflect {reference:.6}, the mean over discs that shrink"
         );
-        let about = (name, &PHOTON_RADIUS, "integrator::Sppm");
         let series = Passes {
             scene: scenes::point_camera(),
             passes,
@@ -257,7 +258,15 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
             radius,
             numbers,
         };
-        family_trial(about, property, (reference, SINGLE), values, series)
+        family_trial(
+            name,
+            &PHOTON_RADIUS,
+            property,
+            reference,
+            SINGLE,
+            values,
+            series,
+        )
     };
     vec![
         series("photon/passes", Numbers::Independent, NEARLY_SYMMETRIC),

@@ -1,4 +1,4 @@
-//! What a trial of photons averages: the values of independent maps and series of passes.
+//! The values that trials of photons average: of independent maps and of series of passes.
 
 use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
 use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
@@ -8,14 +8,18 @@ use whitefurnace::sampling::sampler::{Numbers, Pass};
 use crate::prelude::*;
 use crate::scenes::level;
 
-/// One value of a trial from the stream (seed, index).
+/// Computes one value of a trial from the stream (seed, index).
 pub(super) trait Replication: Send + Sync + 'static {
+    /// Path of the code on trial.
+    const SUBJECT: &'static str;
+
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
 }
 
 struct Mean<T> {
     replication: T,
-    claim: (f64, f64),
+    reference: f64,
+    delta: f64,
     values: u64,
 }
 
@@ -29,7 +33,8 @@ impl<T: Replication> Property for Mean<T> {
         let mut index = 0;
         vec![mean_of(
             "mean of replications",
-            self.claim,
+            self.reference,
+            self.delta,
             context.n(self.values),
             || {
                 index += 1;
@@ -39,30 +44,32 @@ impl<T: Replication> Property for Mean<T> {
     }
 }
 
-/// A trial of a mean: name, equation and subject, its property, reference and relative δ, and how
-/// many values there are at scale 1.
+/// Returns a trial of the mean of `values` replications at scale 1; δ is relative to the reference.
 pub(super) fn family_trial<T: Replication>(
-    (name, equation, subject): (&str, &'static Equation, &'static str),
+    name: &str,
+    equation: &'static Equation,
     property: String,
-    claim: (f64, f64),
+    reference: f64,
+    delta: f64,
     values: u64,
     replication: T,
 ) -> FamilyTrial<EstimatorSubject> {
     let mean = Mean {
         replication,
-        claim,
+        reference,
+        delta,
         values,
     };
     trial(
         name,
         property,
         equation,
-        [subject, "t over independent maps"],
+        [T::SUBJECT, "t over independent maps"],
         with_parts(mean),
     )
 }
 
-/// The first channel of the mean radiance along some rays, by a map of its own.
+/// First channel of the mean radiance along some rays, by a map of its own.
 pub(super) struct Mapping {
     pub scene: Arc<Scene>,
     pub lookup: Lookup,
@@ -72,6 +79,8 @@ pub(super) struct Mapping {
 }
 
 impl Replication for Mapping {
+    const SUBJECT: &'static str = "estimator::PhotonMapping";
+
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let (map, name) = ((self.particles, self.radius), (seed, index));
         let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
@@ -99,6 +108,8 @@ pub(super) struct Flux {
 }
 
 impl Replication for Flux {
+    const SUBJECT: &'static str = "estimator::photon_map::PhotonMap";
+
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let map = PhotonMap::new(
             &parts,
@@ -113,7 +124,7 @@ impl Replication for Flux {
     }
 }
 
-/// The mean of the first passes over an image of one pixel.
+/// Mean of the first passes over an image of one pixel.
 pub(super) struct Passes {
     pub scene: Arc<Scene>,
     pub passes: u32,
@@ -123,13 +134,15 @@ pub(super) struct Passes {
 }
 
 impl Replication for Passes {
+    const SUBJECT: &'static str = "estimator::Sppm";
+
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
         let sppm = Sppm {
             parts,
             particles: self.particles,
             radius: self.radius,
         };
-        // The pass's index decides its radius, so replications differ by the seed.
+        // The pass's index determines its radius, so replications differ by the seed.
         let seed = seed.wrapping_add(u64::from(index) << 32);
         let pass = |index| {
             sppm.image(

@@ -16,21 +16,21 @@ const CENTRE: DVec3 = DVec3::new(0.0, 0.0, 0.5);
 const HALF: f64 = 0.2;
 /// Radius of the lookups around the origin, so large that the irradiance varies over the disc.
 pub const RADIUS: f64 = 2.0;
-/// Where the wall of [`corner`] stands.
+/// x of the wall of [`corner`].
 pub const WALL_AT: f64 = 1.0;
-/// Its albedo: what it sends to the floor is a hundredth of δ.
+/// Albedo of that wall: its contribution to the floor is a hundredth of δ.
 const WALL_ALBEDO: f64 = 1e-4;
 
 fn low_light(builder: &mut SceneBuilder) {
     square(builder, CENTRE, HALF, false, light(LIGHT));
 }
 
-/// The origin seen from close by, below the light and the glass around it.
+/// Returns a ray to the origin from close by, below the light and the glass around it.
 pub fn at_origin() -> Ray {
     origin_from(0.04)
 }
 
-/// A small light just over the floor.
+/// Builds a small light just over the floor.
 pub fn over_floor() -> Arc<Scene> {
     scene("low light", |s| {
         floor(s, lambert(FLOOR));
@@ -38,7 +38,7 @@ pub fn over_floor() -> Arc<Scene> {
     })
 }
 
-/// The same light under the floor, whose upper side stays dark.
+/// Builds the small light under the floor, whose upper side stays dark.
 pub fn under_floor() -> Arc<Scene> {
     scene("light below", |s| {
         floor(s, lambert(FLOOR));
@@ -46,7 +46,7 @@ pub fn under_floor() -> Arc<Scene> {
     })
 }
 
-/// The same light beside a wall that is lit and reflects next to nothing.
+/// Builds the small light over the floor beside a wall that reflects almost nothing.
 pub fn corner() -> Arc<Scene> {
     scene("corner", |s| {
         floor(s, lambert(FLOOR));
@@ -61,7 +61,7 @@ pub fn corner() -> Arc<Scene> {
     })
 }
 
-/// The same light within a sphere of glass that is nothing but air: all of it is caustics.
+/// Builds the small light within a sphere of glass of index 1: all its photons are caustic photons.
 pub fn matched() -> Arc<Scene> {
     scene("index-matched sphere", |s| {
         floor(s, lambert(FLOOR));
@@ -75,7 +75,7 @@ pub fn matched() -> Arc<Scene> {
 }
 
 /// Radiance that the floor under the light reflects, averaged over the disc of this radius around
-/// the origin of which only the part x < `end` exists; E/L is that of Lambert's polygon.
+/// the origin, of which only the part x < `end` exists; E/L is that of Lambert's polygon.
 pub fn disc_average(radius: f64, end: f64) -> f64 {
     let vertices = corners(CENTRE, HALF);
     let irradiance =
@@ -93,12 +93,12 @@ pub fn disc_average(radius: f64, end: f64) -> f64 {
     FLOOR / PI * LIGHT * sum / (PI * radius * radius)
 }
 
-/// Radiance that the floor's origin reflects of the light.
+/// Radiance that the floor reflects of the light at the origin.
 pub fn at_point() -> f64 {
     FLOOR / PI * LIGHT * polygon_irradiance(&corners(CENTRE, HALF))
 }
 
-/// The floor and the light, seen by a camera whose pixel is but a point: the origin.
+/// Builds the floor and the light, seen by a camera whose pixel is but a point, the origin.
 pub fn point_camera() -> Arc<Scene> {
     let camera = Camera::new(DVec3::new(0.3, -0.1, 0.2), DVec3::ZERO, DVec3::Z, 1e-9);
     seen_by(camera, "low light, one point", |s| {
@@ -111,8 +111,8 @@ pub fn point_camera() -> Arc<Scene> {
 const GLASS_DISTANCE: f64 = 1.06;
 const GLASS_LIGHT: f64 = 0.05;
 
-/// A cavity with a glass sphere of radius 1 and a small light over it. Cavity and light are Lambert
-/// surfaces of albedo 0, so that photons are kept and end there.
+/// Builds a cavity with a glass sphere of radius 1 and a small light over it. Cavity and light are
+/// Lambert surfaces of albedo 0, so that photons are stored and end there.
 pub fn glass_in_cavity() -> Arc<Scene> {
     scene("glass in a cavity", |s| {
         hollow(s, 4.0, Surface::new(lambert(0.0)));
@@ -122,8 +122,8 @@ pub fn glass_in_cavity() -> Arc<Scene> {
     })
 }
 
-/// The flux that this light sends into the sphere, all of which comes out of it again: the mean
-/// over the light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
+/// Flux that the light of [`glass_in_cavity`] sends into the sphere, all of which leaves it again:
+/// the mean over the light of the form factor cos θ/d² of a unit sphere at distance d, times π L A.
 pub fn flux_into_glass() -> f64 {
     let domain = Rectangle {
         x: [-GLASS_LIGHT, GLASS_LIGHT],
@@ -139,8 +139,8 @@ pub fn flux_into_glass() -> f64 {
 /// Radius of the disc around the origin that the caustic of [`caustic`] covers.
 pub const CAUSTIC: f64 = 0.5;
 
-/// A sphere of glass of this index between a floor and an area light: a caustic that paths from the
-/// eye find, too. At index 1 there is nothing to see of the glass.
+/// Builds a sphere of glass of this index between a floor and an area light: a caustic that paths
+/// from the eye find, too. At index 1 the glass is invisible.
 pub fn caustic(index: f64) -> Arc<Scene> {
     floor_under_area_light("caustic", |s| {
         ball(
@@ -151,7 +151,7 @@ pub fn caustic(index: f64) -> Arc<Scene> {
     })
 }
 
-/// The same floor and light without the glass.
+/// Builds the floor and the light of [`caustic`] without the glass.
 pub fn no_caustic() -> Arc<Scene> {
     floor_under_area_light("no caustic", |_| {})
 }

@@ -1,4 +1,4 @@
-//! Form factors on trial: closed forms, closure, reciprocity, and the flux that they carry.
+//! Trials of form factors: closed forms, closure, reciprocity, and the flux that they transfer.
 
 use whitefurnace::integrator::radiosity::{Element, FormFactors, Mesh, Patch};
 use whitefurnace::scene::simple::closed_cube;
@@ -7,10 +7,10 @@ use crate::prelude::*;
 use crate::radiosity::{SINGLE_PRECISION, fineness, solve};
 use crate::scenes::{self, LIGHT, lambert, panel, scene, square};
 
-/// What should be 0 of the elements of a mesh and their rows of form factors.
+/// An error, ideally 0, of the elements of a mesh and their rows of form factors.
 type Error = fn(&[Element], &[Vec<f64>]) -> f64;
 
-/// What is asked of the form factors of a mesh.
+/// Computes the form factors of a mesh and an error of them.
 struct Factors {
     scene: Arc<Scene>,
     patches: u32,
@@ -41,7 +41,7 @@ impl Property for Factors {
     }
 }
 
-/// Unit plates of different albedo, so that their patches can be told apart.
+/// Albedos of two unit plates, by which their patches can be told apart.
 const PLATES: [f64; 2] = [0.25, 0.75];
 
 fn plates(name: &str, second: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
@@ -52,7 +52,7 @@ fn plates(name: &str, second: DVec3, edges: [DVec3; 2]) -> Arc<Scene> {
     })
 }
 
-/// A F from the elements of one albedo to those of another.
+/// Sum of A F from the elements of one albedo to those of another.
 fn exchange(elements: &[Element], rows: &[Vec<f64>], from: f64, to: f64) -> f64 {
     let pairs = elements
         .iter()
@@ -69,17 +69,17 @@ fn exchange(elements: &[Element], rows: &[Vec<f64>], from: f64, to: f64) -> f64 
         .sum()
 }
 
-/// F from the first plate, whose area is 1, to the second, less a closed form, relative to it.
+/// Relative error of F from the first plate, whose area is 1, to the second, against a closed form.
 fn between_plates(elements: &[Element], rows: &[Vec<f64>], reference: f64) -> f64 {
     exchange(elements, rows, PLATES[0], PLATES[1]) / reference - 1.0
 }
 
-/// F between opposite faces of a cube.
+/// Form factor between opposite faces of a cube.
 pub const OPPOSITE: f64 = 0.199_824_895_698_387_4;
-/// F between neighbouring faces of a cube: (1 − [`OPPOSITE`])/4.
+/// Form factor between neighbouring faces of a cube: (1 − [`OPPOSITE`])/4.
 pub const NEIGHBOURS: f64 = 0.200_043_776_075_403_1;
 
-/// Whether an element of a room around the origin faces it.
+/// Returns whether an element of a room around the origin faces it.
 fn faces_inside(element: &Element) -> bool {
     let point = match element.patch {
         Patch::Flat { polygon, .. } => polygon.middle(),
@@ -88,7 +88,7 @@ fn faces_inside(element: &Element) -> bool {
     element.patch.normal(point).dot(point) < 0.0
 }
 
-/// How far the row sums of a closed cube are from 1 inside, and from 0 outside.
+/// Largest error of the row sums of a closed cube, which are 1 inside and 0 outside.
 fn closure(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     let error = |(element, row): (&Element, &Vec<f64>)| {
         let expected = f64::from(u8::from(faces_inside(element)));
@@ -101,7 +101,7 @@ fn closure(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
 const ROOM: f64 = 0.25;
 const BALL: f64 = 0.75;
 
-/// A ball in a cube, far from its middle and near to its walls.
+/// Builds a ball in a cube, far from its middle and near to its walls.
 fn ball_in_room() -> Arc<Scene> {
     scene("ball in a room", |s| {
         let wall = s.surface(Surface::new(lambert(ROOM)));
@@ -116,8 +116,8 @@ fn ball_in_room() -> Arc<Scene> {
 
 const RADIUS: f64 = 0.4;
 
-/// Of the ball, all of which sees nothing but the room: A F to the room and A F from it are both
-/// its own area 4πR², and its area is that of its patches.
+/// Error of a ball that sees nothing but the room: A F to the room and A F from it are both its own
+/// area 4πR², and so is the area of its patches.
 fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     let expected = 4.0 * PI * RADIUS * RADIUS;
     let off = |(from, to)| (exchange(elements, rows, from, to) / expected - 1.0).abs();
@@ -127,7 +127,7 @@ fn ball(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
+/// Reciprocity error Σ |A_i F_ij − A_j F_ji| over all pairs, relative to Σ A_i F_ij.
 fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     let (mut difference, mut sum) = (0.0, 0.0);
     for (i, row) in rows.iter().enumerate() {
@@ -139,8 +139,8 @@ fn reciprocity(elements: &[Element], rows: &[Vec<f64>]) -> f64 {
     difference / sum
 }
 
-/// In a cube of one albedo of which one wall emits, the irradiances of all walls add up to the
-/// emitted flux over 1 − ρ.
+/// Compares the irradiances of all walls of a cube, of one albedo and with one emitting wall, with
+/// the emitted flux over 1 − ρ.
 pub(super) struct Energy;
 
 impl Property for Energy {
@@ -150,7 +150,7 @@ impl Property for Energy {
             let wall = s.surface(Surface::new(lambert(rho)));
             closed_cube(s, 1.0, true, wall);
             let lit = Surface::new(lambert(rho)).emitting(DVec3::splat(LIGHT));
-            // Just before a wall, which gets no light any more.
+            // Just in front of a wall, which then receives no light.
             square(s, DVec3::new(0.0, 0.0, 1.0 - 1e-9), 1.0, false, lit);
         });
         let flux = 4.0 * PI * LIGHT;
@@ -189,9 +189,8 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let adjacent =
         format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
     let closed = "in a closed cube the form factors from each patch add up to 1";
-    let around =
-        "a ball near the walls of a room sends the room its area, and the room as much to the ball";
-    let mutual = "in a closed cube A_i F_ij = A_j F_ji, but for the mean over three nodes";
+    let around = "A F from a ball to the room around it, and back, is the area of the ball";
+    let mutual = "in a closed cube A_i F_ij = A_j F_ji, up to the mean over three nodes";
     let (to_opposite, to_adjacent): (Error, Error) = (
         |elements, rows| between_plates(elements, rows, OPPOSITE),
         |elements, rows| between_plates(elements, rows, NEIGHBOURS),

@@ -6,7 +6,8 @@ use whitefurnace::integrator::radiosity;
 
 use crate::prelude::*;
 
-/// F towards the middle of a polygon for a surface that faces it: the receiver's cosine is gone.
+/// Form factor towards the middle of a polygon, for a surface that faces it: the receiver's cosine
+/// is missing.
 fn without_cosine(_: DVec3, corners: &[DVec3]) -> f64 {
     let middle: DVec3 = corners.iter().sum();
     form_factor::polygon(middle.normalize_or_zero(), corners)

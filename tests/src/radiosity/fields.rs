@@ -1,6 +1,6 @@
-//! Direct light on a floor by every kind of emitter, whole and in part hidden, from near and from
-//! both sides, against closed forms of rectangles and quadrature over the light: neither knows of
-//! polygons.
+//! Direct light on a floor by every kind of emitter, visible or partly hidden, from near and from
+//! both sides, against closed forms of rectangles and quadrature over the light. Neither uses the
+//! polygon formula.
 
 use whitefurnace::integrator::radiosity::ReadOut;
 
@@ -12,8 +12,8 @@ use crate::scenes::{
     light, origin_from, panel, rectangle_light, scene, square, triangle_light,
 };
 
-/// F from the origin with the normal z to a flat light: the double integral of cos θ cos θ′/(πd²),
-/// by quadrature over `domain` stretched along two edges.
+/// Form factor from the origin with the normal z to a flat light: the double integral of cos θ cos
+/// θ′/(πd²), by quadrature over `domain` stretched along two edges.
 fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     let across = a.cross(b);
     let kernel = |p: DVec3| {
@@ -24,20 +24,20 @@ fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
     domain.integrate_all(1e-9, &kernel).value
 }
 
-/// The origin from so near that little can come between.
+/// Returns a ray to the origin from so near that little can come between.
 fn nearby(_: &mut Stream) -> Ray {
     origin_from(4e-4)
 }
 
-/// The origin from below.
+/// Returns a ray to the origin from below.
 fn from_below() -> Ray {
     let w = whitefurnace::math::frame::from_spherical(25f64.to_radians(), 4.0).with_z(-0.9);
     let w = w.normalize();
     Ray::new(0.1 * w, -w)
 }
 
-/// What a floor reflects along each kind of ray, which sees a light of radiance [`LIGHT`] under the
-/// form factor F.
+/// Returns a trial of the radiance that a floor reflects along each kind of ray, given with the
+/// form factor F of a light of radiance [`LIGHT`].
 fn family_trial(
     name: &str,
     what: &str,
@@ -68,7 +68,7 @@ fn family_trial(
     )
 }
 
-/// The same along one ray to the floor's origin.
+/// Returns a trial along one ray to the floor's origin.
 fn lit(
     name: &str,
     what: &str,
@@ -136,7 +136,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// Other kinds of emitters.
+/// Trials of other kinds of emitters.
 fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     let corner = DVec3::new(0.4, -0.7, 1.1);
     let edges = [DVec3::new(0.3, 1.2, 0.5), DVec3::new(0.9, 0.4, -0.2)];
@@ -182,11 +182,11 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// By how much the light of a sphere's near patches may be off.
+/// Tolerance of the light of a sphere's near patches.
 const COARSE: f64 = 0.005;
 
-/// An upright light of which an upright wall half way hides a part: below, above or to one side.
-/// What is hidden counts by its cosine at the floor, which grows with height.
+/// Trials of an upright light, partly hidden by an upright wall half way: below, above or to one
+/// side. The hidden part is weighted by its cosine at the floor, which grows with height.
 fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     let [width, height] = [2.0 * DVec3::Y, 2.0 * DVec3::Z];
     let corner = DVec3::new(1.0, -1.0, 0.0);
@@ -221,7 +221,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
         let scene = scene(name, |s| {
             floor(s, lambert(FLOOR));
             panel(s, corner, [height, width], light(LIGHT));
-            // The floor hides what of the wall is below it.
+            // The floor hides the part of the wall below it.
             let edges = [wide * DVec3::Y, high * DVec3::Z];
             panel(s, DVec3::new(0.5, y, z), edges, Surface::new(Bsdf::Black));
         });
@@ -231,7 +231,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     .collect()
 }
 
-/// A floor between two lights, each of which it reflects on its own side.
+/// Trial of a floor between two lights, each of which it reflects on its own side.
 fn both_sides() -> FamilyTrial<EstimatorSubject> {
     let scene = scene("lights above and below", |s| {
         square(s, DVec3::ZERO, 0.2, true, Surface::new(lambert(FLOOR)));

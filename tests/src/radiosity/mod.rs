@@ -1,4 +1,4 @@
-//! Radiosity on trial: form factors against closed forms, furnaces, hidden light, and the path
+//! Trials of radiosity: form factors against closed forms, furnaces, hidden light, and the path
 //! tracer.
 
 mod factors;
@@ -13,19 +13,20 @@ use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
 use crate::furnace::{in_box, off_cap, off_cap_radiance};
-use crate::images::{Levels, same_mean};
+use crate::images::{Frames, Levels, same_mean};
 use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
 use crate::scenes::{lambert, scene, valid};
 
 const SUBJECT: &str = "integrator::Radiosity";
-/// Form factors are kept in single precision.
+/// Rounding of form factors, which are kept in single precision.
 const SINGLE_PRECISION: f64 = 1e-6;
 /// Albedo of furnaces and cavities.
 const ALBEDO: f64 = 0.75;
-/// Albedo of boxes within boxes: so low that light settles even if all of them see each other.
+/// Albedo of boxes within boxes: so low that the iteration converges even if all of them see each
+/// other.
 const NESTED: f64 = 0.3;
-/// How far the radiance in them can be off: a residual r leaves an error of at most r/(1 − ρ).
+/// Tolerance of their radiance: a residual r leaves an error of at most r/(1 − ρ).
 const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
 fn fineness(patches: u32) -> Fineness {
@@ -43,10 +44,10 @@ fn solve<P: EstimatorParts + Copy>(
     Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
 }
 
-/// A kind of ray with its radiance.
+/// A kind of ray and its radiance.
 type KnownRay = (Rays, DVec3);
 
-/// A radiance that is known along every ray of a kind: the largest relative deviation.
+/// Compares the radiance along rays with its known values: the largest relative deviation.
 struct Known {
     scene: Arc<Scene>,
     patches: u32,
@@ -95,7 +96,7 @@ impl Property for Known {
     }
 }
 
-/// The path tracer and radiosity in the all-diffuse room.
+/// Compares radiosity with the path tracer in the all-diffuse room.
 struct SameRoom(Arc<Scene>);
 
 const SIZE: [u32; 2] = [40, 30];
@@ -109,12 +110,17 @@ impl Property for SameRoom {
         setup: Configuration<P>,
     ) -> Vec<Outcome> {
         let n = context.n(REPLICATIONS) as u32;
+        let frames = |replications| Frames {
+            scene: &self.0,
+            size: SIZE,
+            replications,
+        };
         let films = || {
             let solved = solve(setup, &self.0, PATCHES)?;
-            // Every replication is the same: two are enough to say so.
-            let a = Levels::render(context, "radiosity", (&*self.0, SIZE, 0..2), &solved)?;
+            // Radiosity is deterministic: two replications are enough to show it.
+            let a = Levels::render(context, "radiosity", &frames(0..2), &solved)?;
             let paths = Path::<Standard>::default();
-            let b = Levels::render(context, "paths", (&*self.0, SIZE, 0..n), &paths)?;
+            let b = Levels::render(context, "paths", &frames(0..n), &paths)?;
             Some([a, b])
         };
         match films() {
@@ -125,7 +131,8 @@ impl Property for SameRoom {
     }
 }
 
-/// From within a box towards points so near to its edges and corners that patches look huge.
+/// Samples a ray from within a box towards points so near to its edges and corners that patches
+/// look huge.
 fn into_corners(rng: &mut Stream) -> Ray {
     let origin = DVec3::new(0.1, 0.2, -0.3);
     let corner = any_direction(rng).signum();
@@ -180,7 +187,8 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "radiosity/corners",
-            "gathered next to edges and corners of the furnace box it is 4, too".to_owned(),
+            "gathered next to its edges and corners the radiance in the furnace box is 4, too"
+                .to_owned(),
             gathered,
         ),
         (
@@ -236,7 +244,7 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
     ]
 }
 
-/// Radiosity as a whole.
+/// Trials and faults of radiosity.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let trials = [furnaces(), fields::trials(), factors::factors(), rooms()]
         .into_iter()

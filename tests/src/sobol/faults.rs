@@ -7,7 +7,7 @@ use whitefurnace::sampling::rng::stream;
 use crate::prelude::*;
 use crate::sobol::{Block, CORRECT, Point, SobolParts, scrambled, sobol};
 
-/// A block in which one number comes again in place of the next.
+/// Returns a block in which one number is repeated in place of the next.
 fn repeated(mut block: Block, one: usize) -> Block {
     block[one + 1] = block[one];
     block
@@ -51,7 +51,7 @@ pub(super) fn of_numbers() -> Vec<Fault<SobolParts>> {
     ]
 }
 
-/// Faults of the spread of replications, and of what is made of it.
+/// Faults of the spread over replications, and of the error bars from it.
 pub(super) fn of_error_bars() -> Vec<Fault<SobolParts>> {
     vec![
         fault!("one-scramble-for-two-replications", SOBOL,

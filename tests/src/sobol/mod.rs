@@ -1,6 +1,6 @@
 //! Low-discrepancy numbers: each coordinate is uniform, a scramble is stratified, blocks, pixels
 //! and scrambles are independent, estimates are unbiased, and error bars come from scrambles, of
-//! which few will do.
+//! which a few are enough.
 
 mod faults;
 
@@ -22,7 +22,7 @@ use crate::streams::frequencies;
 /// Numbers of a block.
 type Block = [f64; BLOCK as usize];
 
-/// Which point: master seed, pixel, replication (scramble), index in it.
+/// A point: master seed, pixel, replication (scramble), index in the scramble.
 #[derive(Clone, Copy)]
 pub struct Point {
     seed: u64,
@@ -31,18 +31,20 @@ pub struct Point {
     index: u32,
 }
 
-/// Where low-discrepancy numbers come from, and what error bar is made of them.
+/// Low-discrepancy numbers and the error bar of their means, so that each can be replaced.
 #[derive(Clone, Copy)]
 pub struct SobolParts {
-    /// The numbers of a block of a point.
+    /// Returns the numbers of a block of a point.
     numbers: fn(Point, u32) -> Block,
-    /// The square of the error bar of the mean of all samples, a row for each replication.
+    /// Returns the squared error bar of the mean of all samples, given in a row for each
+    /// replication.
     squared_error: fn(&[Vec<f64>]) -> f64,
-    /// The p-value of an error of so many error bars, of so many replications.
+    /// Returns the p-value of an error, in error bars, from the number of replications.
     p: fn(f64, u32) -> f64,
 }
 
-/// The program's numbers: those of [`Sobol`] with a scramble for each pixel and replication.
+/// Returns the program's numbers: those of [`Sobol`] with a scramble for each pixel and
+/// replication.
 fn sobol(point: Point, block: u32) -> Block {
     let Point {
         seed,
@@ -78,7 +80,7 @@ const CORRECT: SobolParts = SobolParts {
     p: |error, replications| student_two_sided(error, f64::from(replications - 1)),
 };
 
-/// A subject's numbers as an estimator takes them.
+/// A sampler's source of a subject's numbers, as an estimator takes them.
 struct Source {
     subject: SobolParts,
     point: Point,
@@ -117,15 +119,15 @@ impl Script for Source {
 const UNIFORM: u64 = 4_000_000;
 const CELLS: usize = 8;
 
-/// The cell of each coordinate, and of what lies below its 23 leading bits, over scrambles: one
-/// point of each, because the points of one scramble are not independent.
+/// Tests the cells of each coordinate, and of the bits below its 23 leading ones, over scrambles:
+/// one point of each, because the points of one scramble are not independent.
 fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("uniform");
     let n = context.n(UNIFORM);
     let mut observed = vec![vec![0; CELLS]; BLOCK as usize + 1];
     let cell = |u: f64| (u * CELLS as f64) as usize;
     for replication in 0..n as u32 {
-        // An index that takes every value; each scramble is used once.
+        // The index takes every value; each scramble is used once.
         let point = Point {
             seed,
             pixel: 0,
@@ -160,9 +162,9 @@ fn uniformity(context: &Context, subject: SobolParts) -> Vec<Outcome> {
 
 const LARGEST_POWER: u32 = 10;
 
-/// Every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a scramble, in
-/// the first two coordinates; and every interval of length 2⁻ᵐ one, in each coordinate. m = 1
-/// to 10.
+/// Tests that every elementary interval of area 2⁻ᵐ holds exactly one of the first 2ᵐ points of a
+/// scramble, in the first two coordinates, and every interval of length 2⁻ᵐ one, in each
+/// coordinate. m = 1 to 10.
 fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("stratified");
     let (mut two, mut one) = ((0, String::from("none")), (0, String::from("none")));
@@ -217,7 +219,7 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     ]
 }
 
-/// How many of as many cells as points hold none.
+/// Counts the empty cells among as many as there are points.
 fn empty_cells(points: &[Block], cell: impl Fn(&Block) -> usize) -> usize {
     let mut taken = vec![false; points.len()];
     points.iter().for_each(|p| taken[cell(p)] = true);
@@ -228,8 +230,8 @@ const PAIRS: u64 = 6_200_000;
 /// δ of correlations.
 const CORRELATION_DELTA: f64 = 0.005;
 
-/// No correlation of a coordinate with the same one of the next block, pixel and scramble, nor with
-/// the next coordinate; a point of each scramble.
+/// Tests that a coordinate is uncorrelated with the same one of the next block, pixel and scramble,
+/// and with the next coordinate; one point of each scramble.
 fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("independent");
     let centred = |u: f64| 12f64.sqrt() * (u - 0.5);
@@ -265,13 +267,13 @@ fn independence(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     })
 }
 
-/// Scrambles of the estimate's mean, and points of each.
+/// Scrambles in the estimate's mean, and points of each.
 const SCRAMBLES: u64 = 60_000;
 const POINTS: u32 = 16;
-/// δ of the mean, relative.
+/// Relative δ of the mean.
 const MEAN_DELTA: f64 = 0.003;
 
-/// The mean of estimates by these points.
+/// Returns the mean of estimates by these points.
 fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Point>) -> f64 {
     let sample = |point| Sample {
         ray: at_origin(),
@@ -286,7 +288,8 @@ fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Poi
         / radiances.len() as f64
 }
 
-/// The mean of a path tracer's estimates over scrambles is the closed form of the irradiance.
+/// Compares the mean of a path tracer's estimates over scrambles with the closed form of the
+/// irradiance.
 fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("mean");
     let scene = rectangle_light(false);
@@ -294,7 +297,8 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let mut replication = 0;
     vec![mean_of(
         "radiance over scrambles",
-        (reference, MEAN_DELTA),
+        reference,
+        MEAN_DELTA,
         context.n(SCRAMBLES),
         || {
             let point = |index| Point {
@@ -310,14 +314,14 @@ fn unbiased(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     )]
 }
 
-/// Images of the error bar's trial. Squared errors vary more than squared bars: they take four
-/// fifths.
+/// Images in the trial of error bars. Squared errors vary more than squared error bars, so they
+/// take four fifths.
 const IMAGES: u64 = 375_000;
 /// Scrambles of one image's pixel.
 const REPLICATIONS: u32 = 8;
-/// Points of each.
+/// Points of each scramble.
 const FEW: u32 = 4;
-/// δ of the ratio, relative.
+/// Relative δ of the ratio.
 const BAR_DELTA: f64 = 0.05;
 
 /// Coverage of a pixel by the half-plane y − ½ < 0.37 (x − ½): ½ by symmetry.
@@ -325,7 +329,8 @@ fn covered([x, y]: [f64; 2]) -> f64 {
     f64::from(u8::from(y - 0.5 < 0.37 * (x - 0.5)))
 }
 
-/// The mean squared error of a pixel's mean over that of its error bar is 1.
+/// Compares the mean squared error of a pixel's mean with the mean of its squared error bar: their
+/// ratio is 1.
 fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let n = context.n(IMAGES);
     let rows = |part: &str, image: u64| -> Vec<Vec<f64>> {
@@ -363,19 +368,23 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     )]
 }
 
-/// Pixels whose intervals are looked at, the distance of the law that would matter, and of each
-/// pixel as many scrambles as `render` makes, the points of each, and the blocks that are summed.
+/// Pixels whose intervals are tested.
 const PIXELS: u64 = 70_000;
+/// δ of Kolmogorov's distance.
 const COVERAGE_DELTA: f64 = 0.025;
-const WHOLE: (u32, u32, [u32; 2]) = (4, 8, [0, 1]);
+/// Scrambles of each pixel, as many as `render` makes.
+const PIXEL_SCRAMBLES: u32 = 4;
+/// Points of each of those scrambles.
+const PIXEL_POINTS: u32 = 8;
+/// Blocks of numbers that are summed.
+const BLOCKS: [u32; 2] = [0, 1];
 
-/// Student's intervals from four scrambles hold the mean as often as they say, at every level:
-/// p-values are uniform. The integrand is the sum of all numbers of two blocks: of so many terms
-/// that its means are normal, as the interval supposes.
+/// Tests that Student's intervals from four scrambles hold the mean as often as they say, at every
+/// level: their p-values are uniform. The integrand is the sum of all numbers of two blocks, so
+/// many terms that its means are normal, as the interval assumes.
 fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     let seed = context.seed_of("coverage");
-    let (replications, points, blocks) = WHOLE;
-    let known = 0.5 * f64::from(BLOCK) * blocks.len() as f64;
+    let known = 0.5 * f64::from(BLOCK) * BLOCKS.len() as f64;
     let sample = |pixel, replication, index| -> f64 {
         let point = Point {
             seed,
@@ -383,18 +392,22 @@ fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
             replication,
             index,
         };
-        blocks
+        BLOCKS
             .iter()
             .flat_map(|&block| (subject.numbers)(point, block))
             .sum()
     };
     let p_value = |pixel| {
-        let row = |replication| (0..points).map(|i| sample(pixel, replication, i)).collect();
-        let rows: Vec<Vec<f64>> = (0..replications).map(row).collect();
-        let mean = rows.iter().flatten().sum::<f64>() / f64::from(replications * points);
+        let row = |replication| {
+            (0..PIXEL_POINTS)
+                .map(|i| sample(pixel, replication, i))
+                .collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..PIXEL_SCRAMBLES).map(row).collect();
+        let mean = rows.iter().flatten().sum::<f64>() / f64::from(PIXEL_SCRAMBLES * PIXEL_POINTS);
         (subject.p)(
             (mean - known) / (subject.squared_error)(&rows).sqrt(),
-            replications,
+            PIXEL_SCRAMBLES,
         )
     };
     let mut values: Vec<f64> = (0..context.n(PIXELS) as u32).map(p_value).collect();
@@ -406,11 +419,12 @@ fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     )]
 }
 
+/// Returns a trial of the Sobol' sampler.
 fn own<S: 'static>(
     name: &str,
-    on: TrialFn<S>,
-    statistic: &'static str,
     property: &str,
+    statistic: &'static str,
+    on: TrialFn<S>,
 ) -> FamilyTrial<S> {
     trial(
         format!("sampler/{name}"),
@@ -428,32 +442,32 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
     vec![
         own(
             "uniform",
-            uniformity,
+            "over scrambles each coordinate is uniform, in its lower bits, too",
             "chi-square",
-            "over scrambles each coordinate is uniform, below its leading bits, too",
+            uniformity,
         ),
         own(
             "stratified",
-            stratification,
-            "exact",
             "each elementary interval holds one of the first 2^m points of a scramble",
+            "exact",
+            stratification,
         ),
         own(
             "independent",
-            independence,
-            "t",
             "blocks, pixels, scrambles and coordinates are uncorrelated",
+            "t",
+            independence,
         ),
         own(
             "mean",
-            unbiased,
-            "t",
             "the mean of 16 Sobol' points is unbiased through a path tracer",
+            "t",
+            unbiased,
         ),
     ]
 }
 
-/// Low-discrepancy numbers.
+/// Trials and faults of low-discrepancy numbers.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![
         Box::new(Family {
@@ -465,15 +479,15 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             trials: vec![
                 own(
                     "error-bars",
-                    error_bars,
+                    "the variance over scrambles gives the error of their mean",
                     "variance ratio",
-                    "the spread of scrambles is the error of their mean",
+                    error_bars,
                 ),
                 own(
                     "coverage",
-                    coverage,
-                    "Kolmogorov-Smirnov",
                     "Student's intervals from four scrambles err as often as they say",
+                    "Kolmogorov-Smirnov",
+                    coverage,
                 ),
             ],
             faults: faults::of_error_bars(),

@@ -1,5 +1,6 @@
-//! Bidirectional path tracing on one path at a time, made by every strategy in turn with chosen
-//! random numbers: densities, weights and values against closed forms.
+//! Bidirectional path tracing on one path at a time. Every strategy makes the same path in turn
+//! with chosen random numbers, and its densities, weights and values are compared with closed
+//! forms.
 
 mod path;
 
@@ -17,7 +18,7 @@ use crate::whole_paths::path::{
     shares, trace,
 };
 
-/// The numbers of each block; after the last, [`LAST`].
+/// Random numbers for each block; after the last of a block, [`LAST`].
 struct Script<'a> {
     blocks: &'a [(u32, Vec<f64>)],
     block: u32,
@@ -36,14 +37,15 @@ impl script::Script for Script<'_> {
     }
 }
 
-/// The numbers with which strategy `s` makes a path.
+/// Returns the numbers, by block, with which strategy `s` (vertices from the light) makes a path.
 fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, Vec<f64>)> {
     let emitter = path[0].emitter.unwrap_or(0);
     let pick = middle(&shares(scene), emitter as usize);
     let shape = &scene.emitters()[emitter as usize].shape;
     let on_light = on_emitter(shape, path[0].point).1;
     let light = vec![pick, on_light[0], on_light[1]];
-    // A vertex from which the walk goes on to a point, or ends.
+    // Numbers at a vertex: the direction to the next vertex with the roulette's, or none if the
+    // walk ends.
     let scatter = |x: &Vertex, to: Option<&Vertex>| match (x.kind, to) {
         (Kind::Glass(branch), Some(_)) => vec![branch, LIVES],
         (Kind::Mirror, Some(_)) => vec![LIVES],
@@ -79,13 +81,15 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
 }
 
 thread_local! {
-    /// The strategy that counts: how many vertices, how many of them from the light.
+    /// The strategy whose contribution counts: vertices of the path, and how many of them are from
+    /// the light. A thread-local, because a component is a function pointer and captures nothing.
     static WANTED: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
-    /// Its densities, each time that it was found.
+    /// Densities of the wanted strategy, one entry each time that it made a path.
     static FOUND: RefCell<Vec<Vec<Density>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// In place of a weight: 1 for the strategy that is wanted, 0 for all others.
+/// Replaces the MIS weight: 1 for the strategy that is wanted, 0 for all others. Records its
+/// densities.
 fn record(path: &[Density], s: usize) -> f64 {
     let wanted = (path.len(), s) == WANTED.get();
     if wanted {
@@ -94,8 +98,8 @@ fn record(path: &[Density], s: usize) -> f64 {
     f64::from(wanted)
 }
 
-/// The densities by which strategy `s` would weigh a path, and what it adds to the image before it
-/// does; `None` unless it makes the path once.
+/// Makes a path with strategy `s` alone. Returns the densities from which its MIS weight follows,
+/// and its unweighted value in the image; `None` unless it made the path exactly once.
 fn made(
     scene: &Scene,
     parts: PartTable,
@@ -127,9 +131,10 @@ fn made(
 }
 
 const TRIES: u64 = 20_000;
-/// Roundings of a direction, after up to four curved surfaces and at cosines of [`LEAST_COSINE`].
+/// Covers the rounding of a direction after up to four curved surfaces and at cosines of
+/// [`LEAST_COSINE`].
 const TOLERANCE: f64 = 1e-6;
-/// Below this an image's values lose digits of [`TOLERANCE`].
+/// Smaller values have fewer digits in the image than [`TOLERANCE`] asks for.
 const LEAST_VALUE: f64 = 1e-3;
 
 fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcome> {
@@ -175,7 +180,7 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
         chains += u32::from(path.iter().any(Vertex::specular));
         inside += u32::from(path[0].index != 1.0);
     }
-    // Weights that are alike, or of one kind of path, would prove nothing.
+    // Weights that are alike, or of one kind of path only, would prove nothing.
     if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
         sums.see(1.0, || {
             format!(
@@ -202,14 +207,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: vec![trial(
             "bidirectional/whole-paths",
-            "every strategy makes the same path with the densities in closed form, and the weights sum to one",
+            "every strategy makes the same path with its closed-form densities, and the MIS weights sum to one",
             &PATH_DENSITY,
             ["integrator::Bdpt", "exact"],
             on,
         )],
         faults: vec![
             fault!("number-of-lights-forgotten", MIS,
-                "the density of a light's point does not know that one of four lights was picked",
+                "the density of a light's point ignores that one of four lights was picked",
                 PartTable: { pdf_of_pick: |pdf, _| pdf }, BY_DENSITY),
             fault!("importance-off-by-three-per-cent", IMPORTANCE, "the camera's importance is 1.03 times too large",
                 PartTable: { importance: |camera, size, w| 1.03 * camera.importance(size, w) }, BY_DENSITY),
@@ -222,7 +227,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "directions are weighted by the uniform density, not the cosine's",
                 PartTable: { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI }, BY_DENSITY),
             fault!("mirrors-not-skipped", PATH_DENSITY,
-                "the sum counts connections at mirrors and glass, which nobody makes",
+                "the sum counts connections at mirrors and glass, which no strategy makes",
                 PartTable: { strategy_weight: |path, s| {
                     let mut path = path.to_vec();
                     path.iter_mut().for_each(|vertex| vertex.joined = 1.0);

@@ -1,4 +1,5 @@
-//! A room, and paths in it from a light to the eye with their densities in closed form.
+//! The room of the trial, and paths in it from a light to the eye with their densities in closed
+//! form.
 
 use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::math::frame::{Frame, azimuth};
@@ -16,11 +17,13 @@ const HALF_HEIGHT: f64 = 0.7;
 pub(super) const FRAME: [u32; 2] = [8, 6];
 pub(super) const EMITTERS: usize = 4;
 
-/// Roulette that says yes to 0 and no to the numbers after the last.
+/// Roulette numbers: `LIVES` always survives, `LAST` ends the path. `LAST` also fills in for
+/// missing numbers.
 pub(super) const LIVES: f64 = 0.0;
 pub(super) const LAST: f64 = 0.999_999;
 
-/// A room with mirrors, glass, and lights from a speck to a wall; one is inside of the glass.
+/// Builds a room with mirrors, glass, and four lights from a speck to a wall, one of them inside
+/// the glass.
 pub(super) fn room() -> Arc<Scene> {
     let camera = Camera::new(EYE, TARGET, DVec3::Z, HALF_HEIGHT);
     seen_by(camera, "lights large, small and in glass", |s| {
@@ -69,11 +72,11 @@ pub(super) fn room() -> Arc<Scene> {
 #[derive(Clone, Copy)]
 pub(super) struct Vertex {
     pub point: DVec3,
-    /// Of its front.
+    /// Unit normal of the front side.
     pub normal: DVec3,
     pub emitter: Option<u32>,
     pub kind: Kind,
-    /// Of the medium that the path is in at a vertex that is not specular.
+    /// Refractive index of the medium that the path is in, at a vertex that is not specular.
     pub index: f64,
 }
 
@@ -81,7 +84,7 @@ pub(super) struct Vertex {
 pub(super) enum Kind {
     Diffuse,
     Mirror,
-    /// With the number that picks its branch.
+    /// Glass, with the random number that selects reflection or transmission.
     Glass(f64),
     Black,
 }
@@ -95,7 +98,7 @@ impl Vertex {
         (to - self.point).normalize().dot(self.normal).abs()
     }
 
-    /// The numbers of a cosine-weighted direction to a point.
+    /// Returns the random numbers of a cosine-weighted direction to a point.
     pub fn direction(&self, to: DVec3) -> [f64; 2] {
         let w = (to - self.point).normalize();
         let facing = self.normal * self.normal.dot(w).signum();
@@ -103,7 +106,8 @@ impl Vertex {
     }
 }
 
-/// The way on from a specular vertex, and whether it went through; by Snell's law in vectors.
+/// Returns the direction after a specular vertex, and whether it is transmitted, by Snell's law in
+/// vectors.
 fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
     let normal = front * -front.dot(d).signum();
     let along = d - d.dot(normal) * normal;
@@ -120,12 +124,12 @@ fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool)
     }
 }
 
-/// Directions and distances below which rounding would show.
+/// Least cosines and distances of a path: below these, rounding would show.
 const LEAST_COSINE: f64 = 0.05;
 const LEAST_DISTANCE: f64 = 0.1;
 const LONGEST: usize = 6;
 
-/// A path from an emitter to the eye, in that order, traced from the eye.
+/// Traces a random path from the eye to an emitter; its vertices are returned from the emitter on.
 pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option<Vec<Vertex>> {
     let mut ray = scene.camera().ray(FRAME, x, y);
     let (mut path, mut index) = (Vec::new(), 1.0);
@@ -180,7 +184,7 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
     None
 }
 
-/// The area of an emitter, and the numbers of a point on it.
+/// Returns the area of an emitter, and the random numbers that sample a point on it.
 pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
     match *shape {
         EmitterShape::Rectangle { corner, edges } => (
@@ -198,19 +202,20 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
     }
 }
 
-/// How often each of the white emitters is picked where particles start.
+/// Returns the probabilities with which particles start on the emitters, all of which are white.
 pub(super) fn shares(scene: &Scene) -> Vec<f64> {
     let flux = |emitter: &Emitter| emitter.radiance.x * on_emitter(&emitter.shape, DVec3::ZERO).0;
     shares_of_picks(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
 }
 
-/// The number in the middle of those that pick an emitter by shares.
+/// Returns the random number in the middle of the interval that picks an emitter by its
+/// probability.
 pub(super) fn middle(shares: &[f64], emitter: usize) -> f64 {
     shares[..emitter].iter().sum::<f64>() + 0.5 * shares[emitter]
 }
 
-/// The numbers with which a shadow ray from a path's second vertex, which is rough, picks its
-/// first, and the density of that.
+/// Returns the random numbers with which a shadow ray from a path's second vertex, which is not
+/// specular, samples its first, and the density of that with respect to area.
 pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     const LIGHTS: LightSampling = LightSampling::ByContribution;
     let (light, from) = (&path[0], path[1].point);
@@ -221,7 +226,7 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     );
     let mut on_light = on_emitter(&emitter.shape, light.point).1;
     if let EmitterShape::Sphere(sphere) = emitter.shape {
-        // By 1 − cos of the cone around the sphere, and around its axis.
+        // The cone around the sphere is sampled by 1 − cos and by the azimuth around its axis.
         let to_centre = sphere.centre - from;
         let [towards, axis] = [light.point - from, to_centre].map(DVec3::normalize);
         let cosine = (1.0 - (sphere.radius / to_centre.length()).powi(2)).sqrt();
@@ -245,9 +250,9 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     )
 }
 
-/// The densities in closed form by the light's walk and the eye's, for vertices that the walk
-/// reaches in no specular way: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its share
-/// of the image's area at distance 1.
+/// Densities in closed form of the light's walk and the eye's at each vertex; `None` where the walk
+/// arrives from a specular vertex: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its
+/// share of the image's area at distance 1.
 pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
     let walk = |from: &Vertex, to: &Vertex| {
         let distance_squared = from.point.distance_squared(to.point);
@@ -278,11 +283,12 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
         .collect()
 }
 
-/// The density of a path by each strategy, up to a common factor; `None` where there is none.
+/// Density of a path by each strategy, up to a common factor; `None` if the strategy cannot make
+/// it.
 ///
 /// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end
 /// of a specular chain to the other have the ratio of the two n². A shadow ray picks its light by
-/// what it may contribute.
+/// its importance.
 pub(super) fn by_strategy(
     scene: &Scene,
     path: &[Vertex],
