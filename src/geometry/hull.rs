@@ -7,28 +7,29 @@ use super::bvh::{Bvh, Primitive};
 use super::offsets::OFFSET;
 use crate::math::real::{Real, Vector};
 
-/// In a scene of more primitives the hierarchy passes walls by as fast.
+/// Maximum number of primitives of a small scene; in larger ones the hierarchy is as fast.
 pub(crate) const SMALL: usize = 64;
-/// To look on which side of more pairs of planes points are costs more than it saves.
+/// Maximum number of slabs; testing points against more costs more than it saves.
 const MOST: usize = 8;
 
-/// In single precision points within lie so far off the walls, relative to the largest coordinate:
-/// 2⁻²², four roundings.
+/// Distance from the walls, relative to the largest coordinate, that points within keep in single
+/// precision: 2⁻²², four rounding errors.
 const SINGLE_MARGIN: f64 = 1.0 / 4_194_304.0;
 
-/// The convex hull of a scene, as far as walls lie in its surface.
+/// Convex hull of a scene, as far as walls form its surface.
 #[derive(Debug)]
 pub(crate) struct Hull {
-    /// Within all of them is the hull, and perhaps more.
+    /// Slabs whose intersection contains the hull.
     pub slabs: Vec<Slab>,
-    /// Which primitives are walls.
+    /// Whether each primitive is a wall.
     pub is_wall: Vec<bool>,
-    /// All others.
+    /// Hierarchy of all other primitives.
     pub within: Bvh,
 }
 
-/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` but for a margin
-/// of `offset`/4, in single precision of [`SINGLE_MARGIN`]; infinite where no wall is.
+/// The space between two parallel planes, n · p < `ends[0]` and −n · p < `ends[1]` except for a
+/// margin of `offset`/4, in single precision of [`SINGLE_MARGIN`]; an end without a wall is
+/// infinite.
 #[derive(Debug)]
 pub(crate) struct Slab {
     pub normal: DVec3,
@@ -37,7 +38,8 @@ pub(crate) struct Slab {
 }
 
 impl Hull {
-    /// The hull of a small scene with walls, whose rays leave surfaces from this far above them.
+    /// Finds the hull of a small scene with walls, whose rays leave surfaces from this height above
+    /// them.
     pub fn new(primitives: &[Primitive], offset: f64) -> Option<Self> {
         if primitives.len() > SMALL {
             return None;
@@ -75,7 +77,7 @@ impl Hull {
         })
     }
 
-    /// Whether a point is within, off the walls by some roundings at least.
+    /// Returns whether a point is within, at least some rounding errors away from the walls.
     #[inline]
     pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
@@ -90,18 +92,19 @@ impl Hull {
 }
 
 impl Slab {
-    /// How far from a plane is in it: some tens of roundings. Where a ray leaves a wall is within,
-    /// what lies on the wall is not.
+    /// Returns the distance from a plane within which a point lies in it: some tens of rounding
+    /// errors. The origin of a ray that leaves a wall is within the slab, a point on the wall is
+    /// not.
     pub fn tolerance(&self) -> f64 {
         self.offset / 64.0
     }
 
-    /// The normal that points out of one of the planes.
+    /// Returns the outward normal of one of the planes.
     fn outward(&self, side: usize) -> DVec3 {
         if side == 0 { self.normal } else { -self.normal }
     }
 
-    /// Whether all these points lie in one of the planes.
+    /// Returns whether all these points lie in one of the planes.
     pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
         let normal = self.outward(side);
         points
@@ -109,8 +112,8 @@ impl Slab {
             .all(|point| normal.dot(*point) >= self.ends[side] - self.tolerance())
     }
 
-    /// Whether a triangle lies in one of the planes, which bounds the slab then; nothing of the
-    /// scene is beyond.
+    /// Returns whether a triangle lies in one of the planes, which then bounds the slab: the whole
+    /// scene lies on its inner side.
     fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
         [0, 1].into_iter().any(|side| {
             let normal = self.outward(side);
@@ -128,7 +131,7 @@ impl Slab {
     }
 }
 
-/// The largest n · p of a primitive's points.
+/// Returns the largest n · p over a primitive's points.
 fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
     match primitive {
         Primitive::Triangle(corners) => corners

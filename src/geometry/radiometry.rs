@@ -1,44 +1,48 @@
-//! The rendering equation's measures and factors, each written once.
+//! Measures and factors of the rendering equation, each defined once.
 
 use crate::math::real::{Real, Vector};
 
-/// The cosine of (9), [`crate::equation::COSINE`]: n·ω for unit vectors, 0 below the surface.
+/// Returns the cosine of (9), [`crate::equation::COSINE`]: n·ω for unit vectors, 0 below the
+/// surface.
 #[inline]
 pub fn cosine<V: Vector>(normal: V, direction: V) -> V::Real {
     normal.dot(direction).at_least(V::Real::splat(0.0))
 }
 
-/// The integrand of (8) divided by the pdf of its direction, f_r L cos θ / p:
-/// [`crate::equation::RENDERING`]. `pdf` with respect to solid angle.
+/// Returns the integrand of (8) divided by the pdf of its direction, f_r L cos θ / p:
+/// [`crate::equation::RENDERING`]. `pdf` is with respect to solid angle.
 #[inline]
 pub fn reflected<V: Vector>(brdf: V, radiance: V, cosine: V::Real, pdf: V::Real) -> V {
     brdf * radiance * (cosine / pdf)
 }
 
-/// Solid angle per area dω/dA = cos θ_y / ‖x − y‖² (1/m² if lengths are metres) of a surface at y
-/// seen from x. [`crate::equation::GEOMETRY`] is the product of this and [`cosine`] at x.
+/// Returns the solid angle per area dω/dA = cos θ_y / ‖x − y‖² (1/m² if lengths are metres) of a
+/// surface at y seen from x. [`crate::equation::GEOMETRY`] is the product of this and [`cosine`] at
+/// x.
 #[inline]
 pub fn solid_angle_per_area<R: Real>(cosine_at_y: R, distance_squared: R) -> R {
     cosine_at_y / distance_squared
 }
 
-/// The balance heuristic of [`crate::equation::MIS`]: the weight of a sample drawn with `pdf` that
-/// another strategy would draw with `other`, both with respect to the same measure.
+/// Returns the weight of a sample by the balance heuristic of [`crate::equation::MIS`]: it was
+/// drawn with `pdf`, and another strategy would draw it with `other`, with respect to the same
+/// measure.
 #[inline]
 pub fn balance<R: Real>(pdf: R, other: R) -> R {
     (ratio(other, pdf) + 1.0).recip()
 }
 
-/// The power heuristic with exponent 2 of [`crate::equation::MIS_POWER`], arguments as [`balance`].
-/// The ratio is squared, not the pdfs, so that none overflows.
+/// Returns the weight of a sample by the power heuristic with exponent 2,
+/// [`crate::equation::MIS_POWER`], with arguments as in [`balance`]. The ratio is squared, not the
+/// pdfs, so that none overflows.
 #[inline]
 pub fn power<R: Real>(pdf: R, other: R) -> R {
     let ratio = ratio(other, pdf);
     (ratio * ratio + 1.0).recip()
 }
 
-/// a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one there,
-/// too.
+/// Returns a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one
+/// there, too.
 #[inline]
 fn ratio<R: Real>(a: R, b: R) -> R {
     R::choose(a.equals(b), R::splat(1.0), a / b)

@@ -1,50 +1,50 @@
-//! How light goes from a point to another by way of one body: all routes, and how they spread.
+//! Specular connections between two points through one caster, and their geometry terms.
 
 use glam::DVec3;
 
 use crate::math::real::{Mask, Real, Vector};
 
-/// How light goes on at a body.
+/// Kinds of specular scattering at a caster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A flat mirror reflects it, at its front.
+    /// Reflection at the front of a flat mirror.
     Flat,
-    /// A sphere of mirror or glass reflects it, outside.
+    /// Reflection at the outside of a sphere of mirror or glass.
     Reflection,
-    /// It passes through a sphere of glass.
+    /// Refraction through a sphere of glass.
     Refraction,
 }
 
 impl Kind {
-    /// How often light is scattered there.
+    /// Returns the number of scattering events at the caster.
     pub fn bounces(self) -> u32 {
         if self == Self::Refraction { 2 } else { 1 }
     }
 }
 
-/// A body by its numbers, for one ray or for several of which each has its own.
+/// Parameters of a specular caster, for one ray or one per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<V: Vector> {
-    /// The centre of a sphere, or of a flat mirror.
+    /// Centre of a sphere, or of a flat mirror.
     pub centre: V,
-    /// Of a sphere.
+    /// Radius of a sphere.
     pub radius: V::Real,
-    /// Of a flat mirror.
+    /// Area of a flat mirror.
     pub area: V::Real,
-    /// The unit normal of the front of a flat mirror; of spheres zero.
+    /// Unit normal of the front of a flat mirror; zero for spheres.
     pub normal: V,
-    /// The sine inside over the sine outside: 1/n of what goes through glass, else 0.
+    /// Relative refractive index 1/n (sine inside over sine outside) for refraction; else zero.
     pub bending: V::Real,
-    /// n of glass; 0 of mirrors.
+    /// Refractive index n of glass; 0 for mirrors.
     pub index: V::Real,
-    /// Of mirrors.
+    /// Reflectance of mirrors.
     pub reflectance: V,
-    /// What [`share`](Self::share) is in proportion to besides.
+    /// Selection weight of the caster, before its solid angle.
     pub strength: V::Real,
 }
 
 impl<V: Vector> Body<V> {
-    /// The same body for every ray.
+    /// Returns the same caster for every ray.
     #[inline]
     pub fn splat(body: &Body<DVec3>) -> Self {
         let (vector, all) = (V::splat_vector, V::Real::splat);
@@ -61,46 +61,46 @@ impl<V: Vector> Body<V> {
     }
 }
 
-/// A route from x by way of a body to y.
+/// A specular connection from x through a caster to y.
 #[derive(Clone, Copy, Debug)]
 pub struct Route<V: Vector> {
-    /// Where there is one, if nothing stands in the way.
+    /// Whether the connection exists, apart from occlusion.
     pub exists: <V::Real as Real>::Mask,
-    /// The unit direction in which it leaves x.
+    /// Unit direction at x.
     pub direction: V,
-    /// The unit direction in which it arrives at y.
+    /// Unit direction of arrival at y.
     pub arriving: V,
-    /// Where it meets the body first, and the unit normal there.
+    /// First point on the caster, and the unit normal there.
     pub first: (V, V),
-    /// Where it leaves the body; of reflections the same.
+    /// Last point on the caster, and the unit normal there; for reflections equal to `first`.
     pub last: (V, V),
-    /// cos α ≥ 0, between the normal and the route outside.
+    /// cos α ≥ 0, between the normal and the connection outside.
     pub cosine: V::Real,
-    /// dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: the solid angle at x per area across the
-    /// route at y.
+    /// Generalized geometry term dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: solid angle at x
+    /// per perpendicular area at y.
     pub spread: V::Real,
 }
 
-/// The most steps to a root. They get nearer from one side, so that the distance of a double root
-/// falls fourfold with each, and that of others soon in its square.
+/// Maximum number of steps to a root. They approach from one side, so that the distance to a double
+/// root falls by a factor of four with each; convergence to simple roots becomes quadratic.
 const MOST_STEPS: u32 = 48;
-/// A step that is smaller is the last.
+/// Step size below which the iteration ends.
 const SMALL: f64 = 1e-7;
-/// The same in single precision.
+/// [`SMALL`] in single precision.
 const SINGLE_SMALL: f64 = 1e-4;
 
-/// Two points as a sphere sees them whose radius is the unit of length.
+/// Two points relative to a sphere of radius 1 around the origin.
 struct Pair<V: Vector> {
     x: V,
     y: V,
-    /// X and Y, their distances from the centre.
+    /// Distances X and Y from the centre.
     x_distance: V::Real,
     y_distance: V::Real,
-    /// The unit vector towards x, and the one across it in the plane of x, y and the centre, on the
-    /// side of y.
+    /// Unit vector towards x, and the unit vector perpendicular to it in the plane of x, y and the
+    /// centre, on the side of y.
     to_x: V,
     across: V,
-    /// Of Θ, the angle from x to y.
+    /// Cosine and sine of Θ, the angle from x to y.
     cos: V::Real,
     sin: V::Real,
 }
@@ -112,8 +112,8 @@ struct Angle<R> {
     cos: R,
 }
 
-/// The distances along the ray from the point nearest to the centre to x and to y, √(X² − sin² α)
-/// and √(Y² − sin² α); the cosine within the sphere.
+/// Distances along the ray from its point nearest to the centre to x and to y, √(X² − sin² α) and
+/// √(Y² − sin² α); and the cosine inside the sphere.
 struct Legs<R> {
     x: R,
     y: R,
@@ -133,7 +133,7 @@ impl<R: Real> Legs<R> {
         }
     }
 
-    /// df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
+    /// Returns df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
     #[inline]
     fn slope(&self, cos: R, bending: R) -> [R; 2] {
         let product = self.x * self.y;
@@ -144,12 +144,12 @@ impl<R: Real> Legs<R> {
         ]
     }
 
-    /// cos and sin of f(α) − τ, times XY.
+    /// Returns cos and sin of f(α) − τ, times XY.
     #[inline]
     fn residual(&self, angle: Angle<R>, bending: R, target: [R; 2]) -> [R; 2] {
         let (sin, refracted) = (angle.sin, angle.sin * bending);
         let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
-        // By the angle α − β.
+        // Rotation by the angle α − β.
         let bent = turn([angle.cos, sin], [self.within, -refracted]);
         let legs = turn([self.x, -sin], [self.y, -sin]);
         turn(turn(turn(bent, bent), legs), [target[0], -target[1]])
@@ -164,8 +164,8 @@ impl<V: Vector> Pair<V> {
         let [x_distance, y_distance] = [x, y].map(|v| v.length_squared().sqrt());
         let (to_x, to_y) = (x * x_distance.recip(), y * y_distance.recip());
         let cos = to_x.dot(to_y);
-        // Twice, as the first time leaves a rounding along x, which is much of what is left of y
-        // nearly in line with x.
+        // Orthogonalized twice: the first pass leaves a rounding error along x that matters if x
+        // and y are nearly in line.
         let aside = to_y - to_x * cos;
         let aside = aside - to_x * to_x.dot(aside);
         let sin = aside.length_squared().sqrt();
@@ -181,7 +181,7 @@ impl<V: Vector> Pair<V> {
         }
     }
 
-    /// Whether both points are outside and not in line with the centre.
+    /// Returns whether both points are outside the sphere and not in line with its centre.
     #[inline]
     fn is_outside(&self) -> <V::Real as Real>::Mask {
         let one = V::Real::splat(1.0);
@@ -195,13 +195,14 @@ impl<V: Vector> Pair<V> {
         [self.x_distance, self.y_distance]
     }
 
-    /// The root of f(α) = τ, of which cos and sin are given, that Newton's steps find from a right
-    /// angle downwards or from α = 0 upwards; and in which of the `active` there is one.
+    /// Finds the root of f(α) = τ, given cos τ and sin τ, by Newton's steps from a right angle
+    /// downwards or from α = 0 upwards; returns it and the lanes among the `active` in which it
+    /// exists.
     ///
     /// f is convex and f(0) = 0. From a right angle, where f(α) ≥ τ, and from 0, where f falls and
-    /// 0 ≥ τ, no step passes the root, as none is longer than Newton's. Where there is none, they
-    /// leave the range of angles or come to where the slope has the other sign: from a right angle
-    /// f(α) − τ is at most π, and no sum of steps reaches a root of τ − 2π, for f > −π.
+    /// 0 ≥ τ, no step passes the root, as none is longer than Newton's. Where there is no root, the
+    /// steps leave the range of angles or reach a slope of the other sign: from a right angle f(α)
+    /// − τ is at most π, and no sum of steps reaches a root of τ − 2π, as f > −π.
     #[inline]
     fn root(
         &self,
@@ -221,7 +222,7 @@ impl<V: Vector> Pair<V> {
             let legs = Legs::new(angle.sin, self.distances(), bending);
             let [slope, divisor] = legs.slope(angle.cos, bending);
             let [far, off] = legs.residual(angle, bending, target);
-            // Of the distance δ = f(α) − τ from 0 to π a lower bound is 3 sin δ/(2 + cos δ).
+            // 3 sin δ/(2 + cos δ) is a lower bound of the distance δ = f(α) − τ in [0, π].
             let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
             let right_side = if upwards {
                 slope.below(zero)
@@ -252,7 +253,7 @@ impl<V: Vector> Pair<V> {
         (angle, found & !going)
     }
 
-    /// dω/dA⊥ in units of the radius, and whether it is finite.
+    /// Returns dω/dA⊥ in units of the radius, and whether it is positive and finite.
     #[inline]
     fn spread(
         &self,
@@ -270,7 +271,7 @@ impl<V: Vector> Pair<V> {
     }
 }
 
-/// A root of [`crate::equation::SPECULAR_ANGLE`], where there is one.
+/// A root of [`crate::equation::SPECULAR_ANGLE`], where it exists.
 #[derive(Clone, Copy)]
 pub(crate) struct RootAt<V: Vector> {
     pub exists: <V::Real as Real>::Mask,
@@ -278,7 +279,7 @@ pub(crate) struct RootAt<V: Vector> {
 }
 
 impl<V: Vector> RootAt<V> {
-    /// This root where the mask says so, else another.
+    /// Returns this root in the lanes of the mask, and `other` elsewhere.
     #[inline]
     pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
         let choose = |yes, no| V::Real::choose(mask, yes, no);
@@ -294,17 +295,17 @@ impl<V: Vector> RootAt<V> {
     }
 }
 
-/// The routes between two points by spheres.
+/// Connections between two points through spheres.
 pub struct BySphere<'a, V: Vector> {
     body: &'a Body<V>,
     pair: Pair<V>,
-    /// Where light goes through the sphere and is not reflected.
+    /// Lanes in which light is refracted through the sphere, not reflected.
     refracts: <V::Real as Real>::Mask,
-    /// Where there can be any.
+    /// Lanes in which there can be connections.
     possible: <V::Real as Real>::Mask,
 }
 
-/// α = π/2, where light grazes the sphere.
+/// Returns α = π/2, grazing incidence.
 #[inline]
 fn grazing<R: Real>() -> Angle<R> {
     Angle {
@@ -314,12 +315,15 @@ fn grazing<R: Real>() -> Angle<R> {
 }
 
 impl<'a, V: Vector> BySphere<'a, V> {
-    /// From x to y, where `refracts` says through the sphere, among the `active`.
+    /// Prepares connections from x to y in the `active` lanes: refraction in the lanes of
+    /// `refracts`, reflection in the others.
     #[inline]
     pub fn new(
         body: &'a Body<V>,
-        (x, y): (V, V),
-        (active, refracts): (<V::Real as Real>::Mask, <V::Real as Real>::Mask),
+        x: V,
+        y: V,
+        active: <V::Real as Real>::Mask,
+        refracts: <V::Real as Real>::Mask,
     ) -> Self {
         let pair = Pair::new(x, y, body.centre, body.radius);
         let possible = active & pair.is_outside();
@@ -331,9 +335,9 @@ impl<'a, V: Vector> BySphere<'a, V> {
         }
     }
 
-    /// All roots: first that of a reflection or of light that is bent beyond the axis, f(α) = Θ or
-    /// π − Θ; then those of light that is bent less, f(α) = Θ − π, of which the larger one is only
-    /// where the other is.
+    /// Finds all roots: first that of reflection or of refraction across the axis, f(α) = Θ or π −
+    /// Θ; then the two of weaker refraction, f(α) = Θ − π, of which the larger exists only if the
+    /// other does.
     #[inline]
     pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
         let Self {
@@ -366,8 +370,8 @@ impl<'a, V: Vector> BySphere<'a, V> {
         [first, larger, smaller]
     }
 
-    /// The route that belongs to a root, which is the first of [`roots`](Self::roots) where
-    /// `is_first` says so.
+    /// Returns the connection that belongs to a root, which is the first of [`roots`](Self::roots)
+    /// in the lanes of `is_first`.
     #[inline]
     pub(crate) fn route(
         &self,
@@ -383,10 +387,10 @@ impl<'a, V: Vector> BySphere<'a, V> {
         } = self;
         let (spread, finite) = pair.spread(angle, body.bending);
         let legs = Legs::new(angle.sin, pair.distances(), body.bending);
-        // Light that is bent beyond the axis goes round the other way.
+        // Light refracted across the axis turns the other way.
         let around = V::Real::choose(*refracts & is_first, -one, one);
-        // The unit normal where the sphere is met on the way from one of the points, from the unit
-        // vector towards it and the one across towards the other.
+        // Unit normal where the sphere is met on the way from one of the points, given the unit
+        // vector towards that point and the perpendicular one towards the other point.
         let met = |to: V, across: V, leg: V::Real, distance: V::Real| {
             let scale = distance.recip();
             let across = across * (around * angle.sin * (leg - angle.cos) * scale);
@@ -410,7 +414,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
 }
 
 impl<'a> BySphere<'a, DVec3> {
-    /// All routes, by the number of their root.
+    /// Iterates over the connections, with the index of their root.
     #[inline]
     pub fn routes(self) -> impl Iterator<Item = (usize, Route<DVec3>)> + use<'a> {
         let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
@@ -421,7 +425,7 @@ impl<'a> BySphere<'a, DVec3> {
 }
 
 impl<V: Vector> Route<V> {
-    /// The route of a lane.
+    /// Returns the connection of a lane.
     pub(crate) fn lane(&self, lane: usize) -> Route<DVec3> {
         let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
         Route {
@@ -435,7 +439,7 @@ impl<V: Vector> Route<V> {
         }
     }
 
-    /// The route of each lane; `None` exists nowhere.
+    /// Collects the connections of all lanes; `None` means that a lane has none.
     pub(crate) fn from_lanes(route: impl Fn(usize) -> Option<Route<DVec3>>) -> Self {
         let vector = |of: fn(&Route<DVec3>) -> DVec3| {
             V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)))
@@ -454,7 +458,7 @@ impl<V: Vector> Route<V> {
         }
     }
 
-    /// `yes` where the mask says so, else `no`.
+    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
     pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
         let both =
@@ -471,13 +475,9 @@ impl<V: Vector> Route<V> {
     }
 }
 
-/// The route that a flat mirror reflects at its front, where there is one if the mirror has no end.
+/// Connects two points by reflection at the front of a flat mirror, assumed to be infinite.
 #[inline]
-pub fn by_flat<V: Vector>(
-    body: &Body<V>,
-    (x, y): (V, V),
-    active: <V::Real as Real>::Mask,
-) -> Route<V> {
+pub fn by_flat<V: Vector>(body: &Body<V>, x: V, y: V, active: <V::Real as Real>::Mask) -> Route<V> {
     let zero = V::Real::splat(0.0);
     let normal = body.normal;
     let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
@@ -500,13 +500,15 @@ pub fn by_flat<V: Vector>(
     }
 }
 
-/// dω/dA⊥ at y of the route by way of a body that leaves x in a direction, 0 where it has none, and
-/// the cosine where it meets the body.
+/// Returns dω/dA⊥ at y of the connection that leaves x in a direction, 0 if there is none, and the
+/// cosine at the caster.
 #[inline]
 pub fn spread_of<V: Vector>(
     body: &Body<V>,
     kind: Kind,
-    (x, direction, y): (V, V, V),
+    x: V,
+    direction: V,
+    y: V,
 ) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
     if kind == Kind::Flat {

@@ -1,5 +1,5 @@
-//! Bidirectional path tracing (Lafortune and Willems 1993; Veach 1997, chapter 10): a path from the
-//! eye and one from a light, connected in every way that there is, or to the other's end alone.
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach 1997, chapter 10): connects a path
+//! from the eye with one from a light by all strategies, or only to the other path's endpoint.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,31 +16,32 @@ use crate::sampling::rng::uniform2;
 use crate::sampling::sampler::{Pass, Sampler};
 use crate::scene::Scene;
 
-/// Which vertices of the two walks are connected.
+/// Which vertices of the eye path and the light path are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Connections {
-    /// Every one with every other.
+    /// Every vertex with every vertex.
     All,
-    /// Those of the particle with the eye, and those of the eye's path with a point on a light.
-    /// A cheaper pass, with the same caustics.
+    /// The particle's vertices with the eye, and the eye path's vertices with a point on a light. A
+    /// cheaper pass, with the same caustics.
     Ends,
 }
 
-/// Bidirectional path tracing, an estimator of (8): one camera ray and one particle per pixel and
+/// Bidirectional path tracer, an estimator of (8): one camera ray and one particle per pixel and
 /// pass.
 ///
 /// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed
 /// forms and with other estimators on their scenes, to within the δ that each states.
 ///
-/// A path with s vertices from the light and t from the eye is found when the eye's part hits an
+/// A path with s vertices from the light and t from the eye is found when the eye path hits an
 /// emitter (s = 0), by a shadow ray to a fresh point of an emitter (s = 1), when the particle is
-/// seen (t = 1), and by connecting the two parts otherwise. [`Bidirectional::strategy_weight`]
-/// combines them. No particle starts from the background: only the eye's part finds its light.
+/// connected to the eye (t = 1), and by connecting the two subpaths otherwise.
+/// [`Bidirectional::strategy_weight`] combines them. No particle starts from the background: only
+/// the eye path finds its light.
 #[derive(Clone, Copy, Debug)]
 pub struct Bdpt<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
-    /// The strategies that there are.
+    /// Strategies that are used.
     pub connections: Connections,
 }
 
@@ -53,7 +54,7 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
             |(spare, splats), pixels| {
                 let place = |pixel| [pixel % frame[0], pixel / frame[0]];
                 let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-                self.pairs(scene, pixels, (frame, splats), spare)?;
+                self.pairs(scene, pixels, frame, splats, spare)?;
                 splats.flush()
             },
         )?;
@@ -61,19 +62,19 @@ impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
     }
 }
 
-/// The two walks of a pixel.
+/// Eye path and light path of a pixel.
 struct Pair<'a> {
     pixel: [u32; 2],
-    /// Where the particle was.
+    /// Vertices of the light path.
     light: Vec<PathVertex<'a>>,
-    /// What the camera ray has met, and what its pdf is, as of [`WholePath`].
+    /// Vertices of the eye path.
     eye: Vec<PathVertex<'a>>,
     importance: f64,
     radiance: DVec3,
 }
 
 impl<P> Bdpt<P> {
-    /// Every strategy, made of these parts.
+    /// Creates a path tracer with these parts and all strategies.
     pub const fn new(parts: P) -> Self {
         Self {
             parts,
@@ -83,7 +84,8 @@ impl<P> Bdpt<P> {
 }
 
 impl<P: Walking + Bidirectional> Bdpt<P> {
-    /// Adds what a particle and a camera ray through a random point of a pixel find.
+    /// Traces a particle and a camera ray through a random point of a pixel, and adds their
+    /// contributions.
     pub fn pair<R: Sampler>(
         &self,
         scene: &Scene,
@@ -96,18 +98,21 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         self.pairs(
             scene,
             std::iter::once((pixel, rng)),
-            (frame, &mut splats),
+            frame,
+            &mut splats,
             &mut Vec::new(),
         )?;
         splats.flush()
     }
 
-    /// The same of several pixels. The buffers of walks that have ended are `spare`.
+    /// Traces a particle and a camera ray for each of several pixels. `spare` holds vertex buffers
+    /// for reuse.
     fn pairs<'a, R: Sampler>(
         &self,
         scene: &'a Scene,
         pixels: impl Iterator<Item = ([u32; 2], R)>,
-        (frame, splats): ([u32; 2], &mut SplatBuffer<'_>),
+        frame: [u32; 2],
+        splats: &mut SplatBuffer<'_>,
         spare: &mut Vec<Vec<PathVertex<'a>>>,
     ) -> Result<(), Error> {
         let parts = &self.parts;
@@ -129,15 +134,18 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         particles(
             parts,
             scene,
-            (items, |error, pair: &Pair<'_>| named(error, pair.pixel)),
+            items,
+            |error, pair: &Pair<'_>| named(error, pair.pixel),
             |passed| {
                 match passed {
                     Passed::Place(pair, place) => {
                         return self.by_particle(
                             scene,
                             place,
-                            (&mut pair.light, &mut densities),
-                            (frame, splats),
+                            &mut pair.light,
+                            &mut densities,
+                            frame,
+                            splats,
                         );
                     }
                     Passed::End(pair, rng) => pairs.push((pair, rng)),
@@ -169,12 +177,12 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
                 } = pair;
                 vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
                 let path = WholePath {
-                    light: &[],
+                    light,
                     eye: vertices,
                     origin: eye,
                     importance: *importance,
                 };
-                let found = self.found(scene, (step, at), path, (light, &mut densities), rng);
+                let found = self.found(scene, step, at, path, &mut densities, rng);
                 pair.radiance += step.throughput * step.factor * found;
                 Ok(true)
             }
@@ -201,13 +209,15 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         })
     }
 
-    /// Adds what the eye sees of the next place of a particle (t = 1) to those where it was.
+    /// Appends a particle's vertex to its light path and connects it to the eye (t = 1).
     fn by_particle<'a>(
         &self,
         scene: &Scene,
         place: &PathVertex<'a>,
-        (light, densities): (&mut Vec<PathVertex<'a>>, &mut Vec<Density>),
-        (frame, splats): ([u32; 2], &mut SplatBuffer<'_>),
+        light: &mut Vec<PathVertex<'a>>,
+        densities: &mut Vec<Density>,
+        frame: [u32; 2],
+        splats: &mut SplatBuffer<'_>,
     ) -> Result<(), Error> {
         light.push(place.after(&self.parts, light));
         if let [start, next] = &mut light[..] {
@@ -231,20 +241,22 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         Ok(())
     }
 
-    /// The radiance that leaves a hit of the eye's path towards the eye, by every strategy that
-    /// joins the light's path here.
+    /// Returns the radiance from a hit of the eye path towards the eye, over all strategies with a
+    /// connection here. `path` holds all vertices of both subpaths.
     fn found<R: Sampler>(
         &self,
         scene: &Scene,
-        (step, vertex): (&WalkHit<'_>, &Vertex),
+        step: &WalkHit<'_>,
+        vertex: &Vertex,
         path: WholePath<'_>,
-        (light, densities): (&[PathVertex<'_>], &mut Vec<Density>),
+        densities: &mut Vec<Density>,
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
-            found *= self.weight(scene, path, densities);
+            let hit = WholePath { light: &[], ..path };
+            found *= self.weight(scene, hit, densities);
         }
         let bsdf = step.bsdf;
         if !bsdf.is_rough() {
@@ -261,18 +273,18 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         if self.connections == Connections::Ends {
             return found;
         }
-        for s in 2..=light.len() {
-            let connected = self.connect(scene, bsdf, vertex, &light[s - 1]);
+        for s in 2..=path.light.len() {
+            let connected = self.connect(scene, bsdf, vertex, &path.light[s - 1]);
             if connected != DVec3::ZERO {
-                let light = &light[..s];
+                let light = &path.light[..s];
                 found += connected * self.weight(scene, WholePath { light, ..path }, densities);
             }
         }
         found
     }
 
-    /// What a vertex of the eye's path reflects of the light that reaches it from a place of the
-    /// particle, before any weight.
+    /// Returns the unweighted radiance that reaches an eye-path vertex from a light-path vertex and
+    /// is reflected towards the eye.
     #[inline]
     fn connect(
         &self,
@@ -304,8 +316,8 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
         value
     }
 
-    /// The weight of the strategy that made a path of these two pieces, in a buffer for its
-    /// densities.
+    /// Returns the MIS weight of the strategy that made a path of these two subpaths; `densities`
+    /// is a buffer.
     #[inline]
     fn weight(&self, scene: &Scene, path: WholePath<'_>, densities: &mut Vec<Density>) -> f64 {
         path.densities(&self.parts, scene, densities);

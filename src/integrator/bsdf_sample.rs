@@ -1,4 +1,4 @@
-//! How the paths of all lanes go on at surfaces.
+//! BSDF sampling at the surfaces of all lanes.
 
 use std::array::from_fn;
 use std::convert::Infallible;
@@ -19,35 +19,36 @@ use crate::sampling::lanes::LaneSampler;
 use crate::sampling::warp;
 use crate::scene::lanes::material::MODEL;
 
-/// One way on from a surface in each lane.
+/// A sampled direction per lane.
 pub(crate) struct BsdfSample<R: Real> {
-    /// Where there is one.
+    /// Lanes with a sampled direction.
     pub exists: R::Mask,
-    /// Unit, world space.
+    /// Unit directions in world space.
     pub direction: R::Vector,
     /// f_r cos θ / p per colour channel, as in [`material::BsdfSample`].
     pub weight: R::Vector,
     /// p with respect to solid angle; 0 where the direction has no pdf.
     pub pdf: R,
-    /// Where the direction has a pdf: not of mirrors and glass.
+    /// Lanes whose direction has a pdf: not at mirrors and glass.
     pub has_pdf: R::Mask,
-    /// The factor by which refraction changes radiance; 1 elsewhere.
+    /// Factor by which refraction scales radiance; 1 elsewhere.
     pub radiance_factor: R,
 }
 
-/// Both ways on from mirrors and glass.
+/// Reflected and refracted directions at mirrors and glass.
 pub(crate) struct SpecularSplit<R: Real> {
-    /// The direction and the weight of what is reflected.
+    /// Direction and weight of reflection.
     pub reflected: (R::Vector, R::Vector),
-    /// Where something is refracted, its direction and its weight.
+    /// Lanes in which light is refracted.
     pub refracts: R::Mask,
+    /// Direction and weight of refraction.
     pub refracted: (R::Vector, R),
 }
 
 impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
-    /// A way on in the active lanes, as [`Scattering::sample`](crate::material::Scattering::sample).
-    /// Draws two numbers for a model with a pdf, three for rough glass, one for glass, none for a
-    /// mirror.
+    /// Samples a direction in the active lanes, as
+    /// [`Scattering::sample`](crate::material::Scattering::sample). Draws two numbers for a model
+    /// with a pdf, three for rough glass, one for glass, none for a mirror.
     #[inline]
     pub fn sample<P: Walking, S: LaneSampler<R>>(
         &self,
@@ -66,7 +67,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         sample
     }
 
-    /// A way on from mirrors and glass.
+    /// Samples a direction at mirrors and glass.
     #[inline]
     fn sample_specular<P: Walking, S: LaneSampler<R>>(
         &self,
@@ -104,7 +105,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         sample
     }
 
-    /// A way on from surfaces that scatter in all directions.
+    /// Samples a direction at surfaces whose BSDF is not a Dirac distribution.
     #[inline]
     fn sample_non_delta<P: Walking, S: LaneSampler<R>>(
         &self,
@@ -154,7 +155,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         }
     }
 
-    /// [`sample`](Self::sample) lane by lane, by parts of which some are replaced.
+    /// Samples lane by lane, as [`sample`](Self::sample), for parts that replace library functions.
     fn sample_one_by_one<P: Walking, S: LaneSampler<R>>(
         &self,
         parts: &P,
@@ -209,7 +210,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         }
     }
 
-    /// Both ways on from mirrors and glass, without choice.
+    /// Returns both directions, reflected and refracted, at mirrors and glass.
     pub fn split<P: Walking>(
         &self,
         parts: &P,
@@ -243,7 +244,8 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         split
     }
 
-    /// A direction uniform over the hemisphere, in world space, and its weight.
+    /// Samples a direction uniformly over the hemisphere, in world space, and returns its weight,
+    /// too.
     #[inline]
     pub fn sample_uniform<P: Walking>(
         &self,
@@ -277,7 +279,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         (self.vertex.frame.world(wi), weight)
     }
 
-    /// f_r cos θ / p of a direction.
+    /// Returns f_r cos θ / p of a direction.
     #[inline]
     fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
         let up = R::Vector::splat_vector(DVec3::Z);
@@ -297,7 +299,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 }
 
-/// The random numbers of one lane.
+/// Random number generator that draws from one lane.
 struct LaneRng<'a, S, R> {
     random: &'a mut S,
     lane: usize,

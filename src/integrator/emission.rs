@@ -1,4 +1,4 @@
-//! How particles leave the emitters.
+//! Emission of particles.
 
 use glam::DVec3;
 
@@ -14,15 +14,15 @@ use crate::scene::Scene;
 
 /// A particle that leaves an emitter.
 pub(super) struct Emission {
-    /// Its way.
+    /// Ray along which it leaves.
     pub ray: Ray,
     /// L_e cos θ / (p_A p_ω) of [`crate::equation::PHOTON_FLUX`], the flux of all emitters if there
     /// were no other particle.
     pub flux: DVec3,
 }
 
-/// Sends one particle from an emitter: which one, a point on it, a cosine-weighted direction.
-/// `None` if there are no emitters or the particle carries nothing.
+/// Emits one particle: picks an emitter, a point on it and a cosine-weighted direction. `None` if
+/// there are no emitters or the particle carries nothing.
 #[inline]
 pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
     parts: &P,
@@ -30,15 +30,16 @@ pub(super) fn emit<P: NextEvent + Scattering, R: Sampler>(
     rng: &mut R,
 ) -> Option<Emission> {
     let (index, light) = pick_point(parts, scene, rng)?;
-    emit_from(parts, scene, (index, &light), rng)
+    emit_from(parts, scene, index, &light, rng)
 }
 
-/// Sends one particle from what [`pick_point`] returned.
+/// Emits one particle from a point that [`pick_point`] returned.
 #[inline]
 pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
     parts: &P,
     scene: &Scene,
-    (index, light): (usize, &EmitterPoint),
+    index: usize,
+    light: &EmitterPoint,
     rng: &mut R,
 ) -> Option<Emission> {
     let wo = parts.cosine_hemisphere(uniform2(rng));

@@ -1,5 +1,5 @@
-//! Where the rays of all lanes have met surfaces, and how light is scattered there. What few scenes
-//! have (EON, rough glass, models that are not of the library) is asked for lane by lane.
+//! Surface interactions of all lanes: hit points, normals, material data and BSDF evaluation. Rare
+//! models (EON, rough glass, user-defined models) are evaluated lane by lane.
 
 use glam::DVec3;
 
@@ -19,21 +19,22 @@ use crate::scene::lanes::material::{
 };
 use crate::scene::lanes::{LaneScene, PrimitiveData};
 
-/// Points that scatter the light of shadow rays, one in each lane.
+/// Shading points of shadow rays, one per lane.
 pub(crate) trait ShadingPoint<R: Real> {
-    /// The points, and the directions of the rays that arrived there.
+    /// Returns the shading vertices: points, frames and directions of the rays that arrived.
     fn vertex(&self) -> &Vertex<R::Vector>;
-    /// Where shadow rays start.
+    /// Returns the points, normals and offsets from which shadow rays start.
     fn place(&self) -> Place<R::Vector>;
-    /// f_r in the active lanes, 1/sr.
+    /// Evaluates f_r in the active lanes, 1/sr.
     fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
-    /// The lanes of rough glass.
+    /// Returns the lanes whose surface is rough glass.
     fn rough_glass(&self) -> R::Mask;
-    /// The factor of radiance from the local direction `wi` behind rough glass, in a lane.
+    /// Returns the radiance factor of refraction at rough glass in a lane, for light from the local
+    /// direction `wi`.
     fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
 
-    /// The cosine between the normal and a direction towards light; rough glass takes light from
-    /// behind as well.
+    /// Returns the cosine between the normal and a direction towards light. Rough glass also
+    /// accepts light from behind.
     #[inline]
     fn cosine<P: Walking>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
         let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
@@ -44,7 +45,8 @@ pub(crate) trait ShadingPoint<R: Real> {
         parts.lanes_cosine(Vector::choose(behind, -normal, normal), direction, active)
     }
 
-    /// Light from `wi` as radiance on the side of the ray: rough glass changes it.
+    /// Converts light from `wi` to radiance on the side of the ray: refraction at rough glass
+    /// scales it.
     #[inline]
     fn to_radiance<P: Walking>(
         &self,
@@ -62,7 +64,7 @@ pub(crate) trait ShadingPoint<R: Real> {
     }
 }
 
-/// A surface of one ray.
+/// BSDF and vertex of a single ray.
 pub(crate) struct BsdfAt<'a> {
     pub scene: &'a Scene,
     pub bsdf: &'a Bsdf,
@@ -96,31 +98,31 @@ impl ShadingPoint<f64> for BsdfAt<'_> {
     }
 }
 
-/// Where the rays of all lanes have met surfaces; of lanes that have met nothing it means nothing.
+/// Surface interaction of each lane; undefined in lanes whose rays have hit nothing.
 pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
     primitives: [&'a PrimitiveData<R::Scalar>; N],
     scene: &'a Scene,
-    /// The points, and the directions of the rays that arrived.
+    /// Hit points, shading frames and directions of the rays that arrived.
     pub vertex: Vertex<R::Vector>,
-    /// The unit normals of the surfaces' own fronts.
+    /// Unit normals of the surfaces' own fronts.
     pub normal: R::Vector,
-    /// How far above the surfaces rays start.
+    /// Distance above the surfaces at which spawned rays start.
     offset: R,
-    /// How far the rays have come.
+    /// Distances along the rays.
     pub t: R,
-    /// Where an emitter is.
+    /// Lanes whose surface is an emitter.
     pub emits: R::Mask,
-    /// Where light leaves in all directions.
+    /// Lanes whose BSDF is not a Dirac distribution.
     pub non_delta: R::Mask,
     pub(super) mirror: R::Mask,
     pub(super) glass: R::Mask,
     met: R::Mask,
-    /// The albedo, or the reflectance of a mirror.
+    /// Albedo, or the reflectance of a mirror.
     pub(super) colour: R::Vector,
     pub absorption: R,
     pub(super) index: R,
     oren_nayar: OrenNayar<R>,
-    /// All kinds of primitives that the scene has.
+    /// Union of the kinds of all primitives in the scene.
     kinds: u16,
 }
 
@@ -182,7 +184,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
 }
 
 impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
-    /// The surfaces in a scene with at least one primitive.
+    /// Computes the surface interactions of hits; the scene has at least one primitive.
     #[inline]
     pub fn new(lanes: LaneScene<'a, R, N>, ray: &Ray<R::Vector>, found: &PacketHit<R, N>) -> Self {
         let primitives = found.primitive.map(|primitive| lanes.primitive(primitive));
@@ -222,13 +224,13 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         }
     }
 
-    /// The lanes of a kind.
+    /// Returns the lanes whose primitive is of this kind.
     #[inline]
     pub(super) fn is(&self, kind: u16) -> R::Mask {
         of_kind(&self.primitives, self.kinds, kind, self.met)
     }
 
-    /// The rays that leave in these directions.
+    /// Returns rays that leave the surfaces in these directions.
     #[inline]
     pub fn spawn_ray(&self, direction: R::Vector) -> Ray<R::Vector> {
         Place {
@@ -238,7 +240,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         .leave(direction)
     }
 
-    /// The hit of a lane's ray.
+    /// Returns the hit of a lane's ray.
     #[inline]
     pub fn hit(&self, lane: usize, primitive: u32) -> Hit {
         let (part, t) = (self.primitives[lane], self.t.lane(lane));
@@ -253,30 +255,31 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         }
     }
 
-    /// The model of the surface in a lane, on the side of the ray.
+    /// Returns the BSDF in a lane, oriented to the side of the ray.
     pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
         self.surface_bsdf(lane)
             .facing(self.vertex.outside.lane(lane))
     }
 
-    /// The model of the surface in a lane.
+    /// Returns the BSDF of the surface in a lane, not oriented.
     pub(super) fn surface_bsdf(&self, lane: usize) -> &'a Bsdf {
         &self.scene.surfaces()[self.primitives[lane].surface as usize].bsdf
     }
 
-    /// The emitter in a lane, of all that the scene has.
+    /// Returns the index of the emitter in a lane, if there is one.
     #[inline]
     pub fn emitter(&self, lane: usize) -> Option<u32> {
         self.primitives[lane].emitter
     }
 
-    /// The numbers of the specular casters by which a lane's primitive reflects and refracts.
+    /// Returns the indices of the specular casters by which the primitive in a lane reflects and
+    /// refracts.
     #[inline]
     pub fn casters(&self, lane: usize) -> [u8; 2] {
         self.primitives[lane].casters
     }
 
-    /// The radiance that emitters show to the rays; zero from behind and elsewhere.
+    /// Returns the emitted radiance towards the rays; zero behind emitters and on other surfaces.
     #[inline]
     pub fn emitted(&self) -> R::Vector {
         let front = self.normal.dot(self.vertex.direction).below(R::splat(0.0));
@@ -284,7 +287,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         Vector::choose(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
     }
 
-    /// The radiance that emitters show by these rules.
+    /// Returns the emitted radiance under these rules.
     pub fn emitted_by_rules(&self, rules: &LightRules) -> R::Vector {
         let radiance = self.emitted();
         let none = R::Vector::splat_vector(DVec3::ZERO);
@@ -298,19 +301,19 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         })
     }
 
-    /// Where emitters show their fronts to the rays.
+    /// Returns the lanes whose rays see the front of an emitter.
     pub fn shows_emitter(&self) -> R::Mask {
         self.emits & self.normal.dot(self.vertex.direction).below(R::splat(0.0))
     }
 
-    /// The radiance of the emitter in a lane; zero without one.
+    /// Returns the radiance of the emitter in a lane; zero without one.
     pub fn emitter_radiance(&self, lane: usize) -> DVec3 {
         self.emitter(lane).map_or(DVec3::ZERO, |emitter| {
             self.scene.emitters()[emitter as usize].radiance
         })
     }
 
-    /// A bit for each lane: which do not show the surfaces' own fronts to the rays.
+    /// Returns a bit for each lane whose ray sees the back of its surface.
     pub fn backs(&self) -> u32 {
         let zero = R::splat(0.0);
         !R::splat(1.0)
@@ -319,8 +322,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             .bits()
     }
 
-    /// Adds the features of a lane that has met something to a pixel; `backs` are those of all
-    /// lanes.
+    /// Adds the features of a lane with a hit to a pixel; `backs` comes from
+    /// [`backs`](Self::backs).
     pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
         let depth = self.t.lane(lane);
         match &self.primitives[lane].features {
@@ -331,35 +334,35 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         }
     }
 
-    /// The features of a lane that a ray has met.
+    /// Returns the features (albedo, normal, depth) of a lane with a hit.
     pub fn features(&self, lane: usize) -> Features {
         let [albedo, normal, direction] =
             [self.colour, self.normal, self.vertex.direction].map(|v| v.lane(lane));
         features(albedo, normal, self.t.lane(lane), direction)
     }
 
-    /// Where there are mirrors that do not emit.
+    /// Returns the lanes with mirrors that do not emit.
     pub fn dark_mirror(&self) -> R::Mask {
         self.mirror & !self.emits
     }
 
-    /// How mirrors turn the rays.
+    /// Returns the mirror directions of the rays.
     pub fn mirrored(&self) -> R::Vector {
         fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
     }
 
-    /// The reflectance of a mirror in a lane.
+    /// Returns the reflectance of the mirror in a lane.
     pub fn reflectance(&self, lane: usize) -> DVec3 {
         self.colour.lane(lane)
     }
 
-    /// Where there are mirrors and smooth glass.
+    /// Returns the lanes whose BSDF is a Dirac distribution: mirrors and smooth glass.
     pub fn delta(&self) -> R::Mask {
         self.mirror | self.glass
     }
 
-    /// The pdf of directions with respect to solid angle in the active lanes; 0 of mirrors and
-    /// glass.
+    /// Returns the pdf of sampled directions with respect to solid angle in the active lanes; 0 for
+    /// mirrors and glass.
     #[inline]
     pub fn pdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
@@ -381,8 +384,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     }
 }
 
-/// The active lanes whose primitives are of a kind, which is asked for only if any of the scene's
-/// kinds is.
+/// Returns the active lanes whose primitive is of a kind; primitives are inspected only if the
+/// scene has the kind.
 #[inline]
 fn of_kind<M: Mask, T, const N: usize>(
     primitives: &[&PrimitiveData<T>; N],
@@ -396,8 +399,8 @@ fn of_kind<M: Mask, T, const N: usize>(
     active & M::from_fn(|i| primitives[i].kinds & kind != 0)
 }
 
-/// Points and normals of hits on primitives of these numbers, as
-/// [`Scene::intersect`](crate::scene::Scene::intersect) says them.
+/// Computes points and normals of hits on primitives with these numbers, as
+/// [`Scene::intersect`](crate::scene::Scene::intersect) does.
 #[inline]
 fn place<R: Wide<N>, const N: usize>(
     [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],

@@ -1,5 +1,5 @@
-//! The parts of estimators for all lanes at once: the library's own functions where nothing is
-//! replaced, else the replaced functions lane by lane, in the lanes of a mask alone.
+//! Parts of estimators evaluated for all lanes: the library's own functions if nothing is replaced,
+//! otherwise the replaced functions lane by lane, only in the lanes of a mask.
 
 use glam::DVec3;
 
@@ -13,9 +13,9 @@ use crate::math::simd::Wide;
 use crate::sampling::roulette;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// The parts of estimators over all lanes. Each function is that of the same name without `lanes_`.
+/// Parts of estimators over lanes; each function is that of the same name without `lanes_`.
 pub(crate) trait Lanewise: Walking {
-    /// cos θ of (9).
+    /// Returns cos θ of (9).
     #[inline]
     fn lanes_cosine<V: Vector>(
         &self,
@@ -29,7 +29,7 @@ pub(crate) trait Lanewise: Walking {
         numbers(active, |i| self.cosine(normal.lane(i), direction.lane(i)))
     }
 
-    /// R of (12).
+    /// Returns the Fresnel reflectance R of (12).
     #[inline]
     fn lanes_fresnel<R: Real>(&self, cos_1: R, [n1, n2]: [R; 2], active: R::Mask) -> R {
         if self.is_standard() {
@@ -40,7 +40,7 @@ pub(crate) trait Lanewise: Walking {
         })
     }
 
-    /// The refracted direction, and where there is one.
+    /// Returns the refracted directions, and the lanes without total internal reflection.
     #[inline]
     fn lanes_refract<V: Vector>(
         &self,
@@ -60,7 +60,7 @@ pub(crate) trait Lanewise: Walking {
         )
     }
 
-    /// The factor of refracted radiance.
+    /// Returns the factor by which refraction scales radiance.
     #[inline]
     fn lanes_radiance_factor<R: Real>(&self, [n1, n2]: [R; 2], active: R::Mask) -> R {
         if self.is_standard() {
@@ -69,7 +69,7 @@ pub(crate) trait Lanewise: Walking {
         numbers(active, |i| self.radiance_factor(n1.lane(i), n2.lane(i)))
     }
 
-    /// The mirror direction.
+    /// Returns the mirror directions.
     #[inline]
     fn lanes_mirror<V: Vector>(
         &self,
@@ -83,7 +83,8 @@ pub(crate) trait Lanewise: Walking {
         vectors(active, |i| self.mirror(direction.lane(i), normal.lane(i)))
     }
 
-    /// Roulette by throughput: who survives, and what the survivors' throughput is multiplied by.
+    /// Plays Russian roulette by throughput: returns the surviving lanes and the weights of their
+    /// throughput.
     #[inline]
     fn lanes_survive<V: Vector>(
         &self,
@@ -111,7 +112,7 @@ pub(crate) trait Lanewise: Walking {
         (survives, V::Real::from_lanes(|i| weights[i].unwrap_or(1.0)))
     }
 
-    /// Roulette by the absorption of a surface, as the report has it.
+    /// Plays Russian roulette by the absorption of a surface, as in the report.
     #[inline]
     fn lanes_survive_absorption<R: Real>(
         &self,
@@ -135,7 +136,7 @@ pub(crate) trait Lanewise: Walking {
         )
     }
 
-    /// A point on an emitter, uniform in its area.
+    /// Samples a point on an emitter, uniformly in area.
     #[inline]
     fn lanes_sample_emitter<R: Real>(
         &self,
@@ -164,8 +165,8 @@ pub(crate) trait Lanewise: Walking {
         }
     }
 
-    /// A point on an emitter, uniform in the solid angle seen from a point: where it can be so,
-    /// with its pdf.
+    /// Samples a point on an emitter uniformly in the solid angle seen from a point: returns the
+    /// lanes in which this is possible, the points and their pdfs.
     #[inline]
     fn lanes_sample_solid_angle<R: Real>(
         &self,
@@ -198,7 +199,8 @@ pub(crate) trait Lanewise: Walking {
         )
     }
 
-    /// The same pdf for any point of the emitter's front, where it has one.
+    /// Returns the pdf of [`lanes_sample_solid_angle`](Self::lanes_sample_solid_angle) for any
+    /// point of the emitter's front, and the lanes that have one.
     #[inline]
     fn lanes_pdf_solid_angle<R: Real>(
         &self,
@@ -221,7 +223,7 @@ pub(crate) trait Lanewise: Walking {
         )
     }
 
-    /// The pdf of a point on an emitter that is picked with this probability.
+    /// Returns the pdf of a point on an emitter that is picked with this probability.
     #[inline]
     fn lanes_pdf_of_pick<R: Real>(&self, pdf: R, probability: R, active: R::Mask) -> R {
         if self.is_standard() {
@@ -232,7 +234,7 @@ pub(crate) trait Lanewise: Walking {
         })
     }
 
-    /// Solid angle per area of an emitter.
+    /// Returns the solid angle per area of an emitter.
     #[inline]
     fn lanes_solid_angle_per_area<R: Real>(
         &self,
@@ -248,7 +250,7 @@ pub(crate) trait Lanewise: Walking {
         })
     }
 
-    /// The weight of multiple importance sampling by a heuristic.
+    /// Returns the weight of multiple importance sampling by a heuristic.
     #[inline]
     fn lanes_mis_weight<R: Real>(
         &self,
@@ -267,7 +269,7 @@ pub(crate) trait Lanewise: Walking {
         }
     }
 
-    /// Whether light that a path hits counts if it is not weighted by pdfs.
+    /// Returns the lanes in which emission that a path hits counts without an MIS weight.
     #[inline]
     fn lanes_hit_counts<M: Mask>(&self, strategy: Strategy, sampled: M, active: M) -> M {
         if self.is_standard() {
@@ -284,16 +286,16 @@ pub(crate) trait Lanewise: Walking {
 
 impl<P: Walking> Lanewise for P {}
 
-/// The most lanes that there are.
+/// Largest number of lanes.
 const MOST: usize = crate::math::simd::SINGLES;
 
-/// The number of each lane of the mask; 0 in other lanes.
+/// Evaluates a number in each lane of the mask; 0 in other lanes.
 #[inline]
 pub(crate) fn numbers<R: Real>(active: R::Mask, number: impl Fn(usize) -> f64) -> R {
     R::from_lanes(|i| if active.lane(i) { number(i) } else { 0.0 })
 }
 
-/// The vector of each lane of the mask; 0 in other lanes.
+/// Evaluates a vector in each lane of the mask; 0 in other lanes.
 #[inline]
 pub(crate) fn vectors<V: Vector>(
     active: <V::Real as Real>::Mask,

@@ -1,4 +1,4 @@
-//! Points on emitters: how particles and shadow rays pick them, and with what pdfs.
+//! Light sampling: how particles and shadow rays pick points on emitters, and their pdfs.
 
 use std::array::from_fn;
 
@@ -15,17 +15,17 @@ use crate::sampling::rng::{uniform, uniform2};
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 
-/// The uniform numbers of a shadow ray in each lane.
+/// Uniform random numbers of a shadow ray in each lane.
 #[derive(Clone, Copy)]
 pub(crate) struct LightNumbers<R> {
-    /// Which emitter; of a single one nothing.
+    /// Picks the emitter; unused if there is only one.
     pub pick: R,
-    /// Which point.
+    /// Picks the point on the emitter.
     pub point: [R; 2],
 }
 
 impl<R: Real> LightNumbers<R> {
-    /// Draws them in the lanes of the mask, in a scene with emitters.
+    /// Draws the numbers in the lanes of the mask; all are 0 in a scene without emitters.
     #[inline]
     pub fn new<S: LaneSampler<R>>(scene: &Scene, active: R::Mask, random: &mut S) -> Self {
         let zero = R::splat(0.0);
@@ -50,8 +50,8 @@ impl<R: Real> LightNumbers<R> {
     }
 }
 
-/// A point on an emitter that is picked among all, and the emitter's number; `None` without
-/// emitters.
+/// Picks an emitter by flux and samples a point on it; returns its index and the point, `None`
+/// without emitters.
 #[inline]
 pub(super) fn pick_point<P: NextEvent, R: Sampler>(
     parts: &P,
@@ -68,8 +68,8 @@ pub(super) fn pick_point<P: NextEvent, R: Sampler>(
     ))
 }
 
-/// The pdf, with respect to area, of a point that [`pick_point`] returns on the emitter of this
-/// number.
+/// Returns the pdf, with respect to area, of a point that [`pick_point`] returns on the emitter
+/// with this index.
 #[inline]
 pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) -> f64 {
     parts.pdf_of_pick(
@@ -78,8 +78,8 @@ pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) ->
     )
 }
 
-/// The number of the emitter that a shadow ray from a point picks, by `lights`, and the probability
-/// of that.
+/// Picks an emitter for a shadow ray from a point, by `lights`; returns its index and the
+/// probability of picking it.
 #[inline]
 fn pick_from<P: NextEvent>(
     parts: &P,
@@ -102,7 +102,7 @@ fn pick_from<P: NextEvent>(
         })
 }
 
-/// The same probability, of the emitter of this number.
+/// Returns the probability with which [`pick_from`] picks the emitter with this index.
 #[inline]
 fn probability_from<P: NextEvent>(
     parts: &P,
@@ -121,7 +121,8 @@ fn probability_from<P: NextEvent>(
         .probability(index, from, |i| parts.contribution(&emitters[i], from))
 }
 
-/// Which emitters shadow rays from the points of the active lanes pick, and with what probability.
+/// Picks emitters for shadow rays from the points of the active lanes; returns their indices and
+/// probabilities.
 #[inline]
 fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -147,8 +148,7 @@ fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     (index.whole().map(|index| index as usize), share)
 }
 
-/// The probabilities with which shadow rays from the points of the active lanes pick the emitters
-/// of these numbers.
+/// Returns the probabilities with which [`pick_emitters`] picks these emitters.
 #[inline]
 fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -174,18 +174,19 @@ fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
     )
 }
 
-/// Emitters and points on them, as shadow rays from some points pick them.
+/// Emitters that shadow rays have picked, and points on them.
 pub(super) struct PickedLight<R: Real, const N: usize> {
-    /// The numbers of the emitters, and the probabilities with which they are picked.
+    /// Indices of the emitters, and the probabilities with which they are picked.
     pub emitter: [usize; N],
     pub probability: R,
     pub on_emitter: PickedPoint<R>,
-    /// The lanes that have picked one.
+    /// Lanes that have picked an emitter.
     pub active: R::Mask,
 }
 
 impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
-    /// By these numbers, from the points of the active lanes.
+    /// Picks emitters and points with these numbers, for shadow rays from the points of the active
+    /// lanes.
     #[inline]
     pub fn new<P: Walking>(
         parts: &P,
@@ -215,18 +216,18 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
     }
 }
 
-/// Points on emitters of given numbers, as shadow rays from some points pick them.
+/// Points that shadow rays have picked on given emitters.
 pub(super) struct PickedPoint<R: Real> {
     pub point: EmitterPoint<R::Vector>,
     pub radiance: R::Vector,
     pub pdf_area: R,
-    /// Where the point was picked by solid angle, and its pdf with respect to that.
+    /// Lanes whose point was sampled by solid angle, and its pdf with respect to solid angle.
     by_angle: R::Mask,
     pdf_angle: R,
 }
 
 impl<R: Real> PickedPoint<R> {
-    /// In each active lane a point on the emitter of this number, seen from a point.
+    /// Samples a point on the given emitter in each active lane, for a shadow ray from `from`.
     #[inline]
     pub fn new<P: Walking, const N: usize>(
         parts: &P,
@@ -280,8 +281,8 @@ impl<R: Real> PickedPoint<R> {
         picked
     }
 
-    /// The pdfs with respect to solid angle of points that are seen at these cosines and squared
-    /// distances.
+    /// Returns the pdfs of the points with respect to solid angle, given cosines at the emitters
+    /// and squared distances.
     #[inline]
     pub fn pdf<P: Walking>(&self, parts: &P, cosine: R, distance_squared: R, active: R::Mask) -> R {
         let per_area =
@@ -290,17 +291,18 @@ impl<R: Real> PickedPoint<R> {
     }
 }
 
-/// A point on an emitter, as it is seen from another.
+/// A point on an emitter, as seen from another point.
 #[derive(Clone, Copy)]
 pub(super) struct SeenLight<R, const N: usize> {
-    /// The emitter's number.
+    /// Index of the emitter.
     pub emitter: [usize; N],
-    /// The cosine there between its normal and the direction to where it is seen from.
+    /// Cosine between the emitter's normal and the direction to the other point.
     pub cosine: R,
     pub distance_squared: R,
 }
 
-/// The pdfs, with respect to solid angle, with which [`sample_light`] at `from` picks these points.
+/// Returns the pdfs, with respect to solid angle, with which
+/// [`sample_light`](super::next_event::sample_light) at `from` picks these points.
 #[inline]
 pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -329,7 +331,7 @@ pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
         }
         pdf = R::choose(here, own, pdf);
     });
-    // Behind an emitter the one is infinite and the other may be 0.
+    // Behind an emitter the pdf is infinite, and the probability may be 0.
     R::choose(
         active,
         parts.lanes_pdf_of_pick(pdf, probability, active),
@@ -337,7 +339,7 @@ pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
     )
 }
 
-/// Hands over each of the numbers once, with the lanes that have it.
+/// Calls `number` once for each distinct number, with the lanes that have it.
 #[inline]
 pub(super) fn for_each_distinct<M: Mask, const N: usize>(
     numbers: [usize; N],

@@ -1,4 +1,4 @@
-//! Light tracing: particles leave the emitters, and every diffuse surface that they meet is
+//! Light tracing: particles leave the emitters, and each of their vertices on diffuse surfaces is
 //! connected to the eye.
 
 use glam::DVec3;
@@ -12,12 +12,12 @@ use crate::film::splat::Splats;
 use crate::sampling::sampler::Pass;
 use crate::scene::Scene;
 
-/// Particles to the camera, one per pixel and pass. Unbiased for light that leaves an emitter,
-/// meets any surfaces, and reaches the eye from an emitter or a diffuse one: the eye sees nothing
-/// in mirrors and through glass, nor of the background's light.
+/// Light tracer: one particle per pixel and pass. Unbiased for light that leaves an emitter and
+/// reaches the eye directly or after any scattering whose last surface is diffuse; light that the
+/// eye sees in mirrors or through glass and light of the background are missing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightTracer<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
 }
 
@@ -32,7 +32,7 @@ impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };
-                particles(&self.parts, scene, (items, named), |passed| match passed {
+                particles(&self.parts, scene, items, named, |passed| match passed {
                     Passed::Place(_, place) => {
                         match connect_to_eye(&self.parts, scene, frame, place) {
                             Some(splat) => splats.add(splat.pixel, splat.value),

@@ -1,10 +1,10 @@
-//! Estimators of the rendering equation (8), composed from plain parts.
+//! Estimators of the rendering equation (8), composed from replaceable parts.
 //!
-//! Every random decision and every equation that an estimator uses is a method of a trait beside
+//! Every random decision and every equation that an estimator uses is a method of a trait next to
 //! the code that it serves ([`Scattering`], [`Roulette`], [`NextEvent`], [`Photons`],
 //! [`Bidirectional`], [`FiniteElements`]), whose default is the library's own function.
-//! [`Standard`] overrides nothing and is what programs run; a trial puts a faulty part in by
-//! overriding one method. All of it is resolved by the compiler.
+//! [`Standard`] overrides nothing and is what programs run; a trial injects a fault by overriding
+//! one method. All calls are dispatched statically.
 
 mod bdpt;
 mod bsdf_sample;
@@ -60,15 +60,16 @@ use crate::sampling::roulette::Roulette;
 use crate::sampling::sampler::{Pass, Sampler};
 use crate::scene::Scene;
 
-/// The most vertices of a path without a limit of its own. Where survival is at most
-/// [`crate::sampling::roulette::HIGHEST_SURVIVAL`] a path gets there with a probability below 10⁻¹⁸⁰, so one
-/// that does will not end: it is an error, never a cut. Its radiance is NaN, which no film holds.
+/// Maximum number of vertices of a path without a bounce limit. Where survival is at most
+/// [`crate::sampling::roulette::HIGHEST_SURVIVAL`], a path gets there with a probability below
+/// 10⁻¹⁸⁰, so one that does will not end: this is reported as an error, the path is never
+/// truncated. Its radiance is NaN, which no film holds.
 pub const LONGEST_PATH: u32 = 1 << 13;
 
-/// An unbiased or stated-bias estimate of the radiance that arrives along a ray.
+/// An estimator, unbiased or with a stated bias, of the radiance that arrives along a ray.
 pub trait Estimator: Sync {
-    /// One estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a unit
-    /// vector), where `hit` is what [`Scene::intersect`] returns for the ray.
+    /// Returns one estimate of the radiance that arrives at `ray.origin` from `ray.direction` (a
+    /// unit vector), where `hit` is the result of [`Scene::intersect`] for the ray.
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,
@@ -77,10 +78,11 @@ pub trait Estimator: Sync {
         rng: &mut R,
     ) -> DVec3;
 
-    /// About how many samples at a time are the least work.
+    /// Approximate number of samples per call at which [`radiances`](Self::radiances) is fastest.
     const TOGETHER: u32 = 256;
 
-    /// The same along several rays, each as it is alone, in whatever order they are taken.
+    /// Estimates the radiance along several rays, in their order. Each estimate is the same as for
+    /// the ray alone; rays may be traced in any order.
     fn radiances<R: Sampler>(
         &self,
         scene: &Scene,
@@ -91,8 +93,8 @@ pub trait Estimator: Sync {
             .collect()
     }
 
-    /// Whether it sees in mirrors what there is, however many there are: then a ray may follow some
-    /// before it begins.
+    /// Returns whether any number of mirrors may precede the first hit without changing the
+    /// estimate, so that silhouette sampling may follow mirrors first.
     fn sees_in_mirrors(&self) -> bool {
         false
     }
@@ -101,25 +103,25 @@ pub trait Estimator: Sync {
 /// A ray along which radiance is estimated.
 #[derive(Clone, Debug)]
 pub struct Sample<R> {
-    /// The ray, of a unit direction.
+    /// Ray with a unit direction.
     pub ray: Ray,
-    /// What [`Scene::intersect`] returns for it.
+    /// Result of [`Scene::intersect`] for the ray.
     pub hit: Option<Hit>,
-    /// Its random numbers.
+    /// Random numbers of the sample.
     pub rng: R,
 }
 
-/// An estimate of a whole image at once, for methods in which one path reaches many pixels.
+/// An estimator of a whole image, for methods in which one path contributes to many pixels.
 pub trait ImageEstimator: Sync {
-    /// One estimate of the mean radiance over each pixel of the `frame` (width, height), row by row
-    /// from the top: a function of its arguments alone, whatever the threads. Passes of different
-    /// replications are independent.
+    /// Returns one estimate of the mean radiance over each pixel of the `frame` (width, height),
+    /// row by row from the top. It is a function of its arguments alone, independent of the number
+    /// of threads. Passes of different replications are independent.
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error>;
 
-    /// Pass `index` by independent numbers, where each is a replication.
+    /// Returns pass `index` with independent random numbers; each pass is a replication.
     ///
     /// # Errors
     /// Those of [`image`](Self::image).
@@ -140,37 +142,36 @@ impl Photons for Standard {}
 impl Bidirectional for Standard {}
 impl FiniteElements for Standard {}
 
-/// What a random walk is made of.
+/// Parts of a random walk.
 pub trait Walking: Scattering + Roulette + NextEvent {}
 
 impl<P: Scattering + Roulette + NextEvent> Walking for P {}
 
-/// What light the conventions let through and show.
+/// Rules of a convention for which light is transported and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightRules {
-    /// What a ray shows of an emitter that it hits, where hits count; `None` for its radiance.
+    /// Radiance that a ray sees at an emitter, where hits count; `None` for the emitter's own.
     pub seen: Option<f64>,
-    /// Whether shadow rays pass through glass, straight and unweakened.
+    /// Whether shadow rays pass through glass, straight and unattenuated.
     pub shadows_pass_glass: bool,
-    /// Whether light that reaches a diffuse surface by way of mirrors and glass, where no shadow
-    /// ray looks for it, counts when a path hits the emitter. What shadow rays pass through has
-    /// been looked behind.
+    /// Whether caustics count: light that reaches a diffuse surface through mirrors and glass,
+    /// where no shadow ray samples it, and that is found when a path hits the emitter. Where shadow
+    /// rays pass through glass, light behind it has been sampled and does not count again.
     pub caustics: bool,
     /// Whether refraction scales radiance by (n₁/n₂)².
     pub radiance_factor: bool,
 }
 
 impl LightRules {
-    /// Energy-consistent.
+    /// Energy-conserving transport.
     pub const PHYSICAL: Self = Self {
         seen: None,
         shadows_pass_glass: false,
         caustics: true,
         radiance_factor: true,
     };
-    /// What the report's figures show: an emitter that is seen shows 1, glass casts no shadow, T =
-    /// 1 − R is all that refraction does, and light that mirrors and glass throw on diffuse
-    /// surfaces is lost.
+    /// Rules of the report's figures: a visible emitter has radiance 1, glass casts no shadow,
+    /// refraction only weights by T = 1 − R, and caustics on diffuse surfaces are lost.
     pub const REPORT: Self = Self {
         seen: Some(1.0),
         shadows_pass_glass: true,
@@ -178,7 +179,7 @@ impl LightRules {
         radiance_factor: false,
     };
 
-    /// Shadow rays to points uniform in the area of emitters.
+    /// Returns shadow rays to points uniform in the area of emitters.
     fn shadow_rays(&self) -> ShadowRays {
         ShadowRays {
             lights: LightSampling::Area,

@@ -1,4 +1,4 @@
-//! Next-event estimation: light that shadow rays find at a surface.
+//! Next-event estimation.
 
 use std::array::from_fn;
 
@@ -25,47 +25,48 @@ use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 use crate::scene::specular_casters::SceneBody;
 
-/// The replaceable parts of next-event estimation.
+/// Replaceable parts of next-event estimation.
 pub trait NextEvent: Sync {
-    /// Which emitter a particle starts from, or a shadow ray picks wherever it starts.
+    /// Picks the emitter of a particle, or of a shadow ray that picks independently of its origin.
     #[inline]
     fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
         picks.pick(r)
     }
-    /// About the irradiance that an emitter may bring to a point.
+    /// Returns an estimate of the irradiance from an emitter at a point, used as importance.
     #[inline]
     fn contribution(&self, emitter: &Emitter, from: DVec3) -> f64 {
         emitter.contribution(from)
     }
-    /// Which emitter a shadow ray picks by shares, and its share.
+    /// Picks an emitter by selection probabilities, and returns its index and probability.
     #[inline]
     fn pick_by_share(&self, r: f64, shares: &[f64]) -> (usize, f64) {
         let (index, share) = light_sampler::pick(shares, r);
         (index as usize, share)
     }
-    /// The pdf of a point on an emitter that is picked with this probability, from its pdf on that
-    /// emitter, with respect to the same measure.
+    /// Returns the pdf of a point on an emitter that is picked with this probability, from its pdf
+    /// on that emitter, with respect to the same measure.
     #[inline]
     fn pdf_of_pick(&self, pdf: f64, probability: f64) -> f64 {
         pdf * probability
     }
-    /// A point on an emitter.
+    /// Samples a point on an emitter, uniformly in area.
     #[inline]
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         emitter.sample(random)
     }
-    /// Its pdf with respect to area.
+    /// Returns the pdf of [`sample_emitter`](Self::sample_emitter) with respect to area.
     #[inline]
     fn emitter_pdf_area(&self, emitter: &Emitter) -> f64 {
         emitter.pdf_area()
     }
-    /// Solid angle per area of an emitter.
+    /// Returns the solid angle per area of an emitter.
     #[inline]
     fn solid_angle_per_area(&self, cosine_at_emitter: f64, distance_squared: f64) -> f64 {
         radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared)
     }
-    /// A point on an emitter whose direction is uniform in the solid angle seen from a point, and
-    /// its pdf with respect to that; `None` for emitters that are sampled by area alone.
+    /// Samples a point on an emitter uniformly in the solid angle seen from a point, and returns
+    /// its pdf with respect to solid angle, too; `None` for emitters that are sampled by area
+    /// alone.
     #[inline]
     fn sample_solid_angle(
         &self,
@@ -75,76 +76,80 @@ pub trait NextEvent: Sync {
     ) -> Option<(EmitterPoint, f64)> {
         emitter.sample_solid_angle(from, random)
     }
-    /// The same pdf for any point of the emitter's front.
+    /// Returns the pdf of [`sample_solid_angle`](Self::sample_solid_angle) for any point of the
+    /// emitter's front.
     #[inline]
     fn pdf_solid_angle(&self, emitter: &Emitter, from: DVec3) -> Option<f64> {
         emitter.pdf_solid_angle(from)
     }
-    /// The probability that a shadow ray looks for the light of an environment map, not for that of
-    /// one of `count` emitters.
+    /// Returns the probability that a shadow ray samples the environment map rather than one of
+    /// `count` emitters.
     #[inline]
     fn share_of_map(&self, count: usize) -> f64 {
         if count == 0 { 1.0 } else { 0.5 }
     }
-    /// A direction towards an environment map, and its pdf with respect to solid angle.
+    /// Samples a direction towards an environment map, and returns its pdf (solid angle), too.
     #[inline]
     fn sample_map(&self, map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64) {
         map.sample(random)
     }
-    /// The same pdf for any direction.
+    /// Returns the pdf of [`sample_map`](Self::sample_map) for any direction.
     #[inline]
     fn map_pdf(&self, map: &EnvironmentMap, direction: DVec3) -> f64 {
         map.pdf(direction)
     }
-    /// Whether a point with its normal sees the background in a direction.
+    /// Returns whether a point with this normal sees the background in a direction.
     #[inline]
     fn sees_background(&self, scene: &Scene, x: (DVec3, DVec3), direction: DVec3) -> bool {
         scene.sees_background(x, direction)
     }
-    /// Whether two points see each other.
+    /// Returns whether two points, each with its normal, are mutually visible, through glass if
+    /// `glass` is set.
     #[inline]
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         scene.visible(x, y, glass)
     }
-    /// The weight of a sample in multiple importance sampling by the balance heuristic.
+    /// Returns the weight of a sample by the balance heuristic.
     #[inline]
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::balance(pdf, other)
     }
-    /// The same by the power heuristic.
+    /// Returns the weight of a sample by the power heuristic.
     #[inline]
     fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
         radiometry::power(pdf, other)
     }
-    /// The route by way of a body, one of up to three, as it is taken; `None` if it is left out.
+    /// Returns the specular connection through a caster, one of up to three, that is used; `None`
+    /// omits it.
     #[inline]
     fn route(&self, _: &SceneBody, _number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
         Some(route)
     }
-    /// Throughput of a body that is met at this cosine, and the probability that a path goes on
-    /// there.
+    /// Returns the throughput of a caster that is met at this cosine, and the probability that a
+    /// path samples that branch.
     #[inline]
     fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
         body.body.lets_on(cosine, body.kind == Kind::Refraction)
     }
-    /// Whether light that a path hits counts if it is not weighted by pdfs; `sampled` if shadow
-    /// rays look for the same light (in [`Report`](crate::integrator::Report): or if its rules leave it out).
+    /// Returns whether emission that a path hits counts without an MIS weight; `sampled` if shadow
+    /// rays sample the same light (in [`Report`](crate::integrator::Report): or if its rules leave
+    /// it out).
     #[inline]
     fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
         !(sampled && strategy == Strategy::Light)
     }
 }
 
-/// How shadow rays pick emitters and points on them, and what they pass.
+/// How shadow rays pick emitters and points on them, and whether glass blocks them.
 #[derive(Clone, Copy)]
 pub(crate) struct ShadowRays {
     pub lights: LightSampling,
-    /// Whether they pass through glass, straight and unweakened.
+    /// Whether they pass through glass, straight and unattenuated.
     pub pass_glass: bool,
 }
 
 impl ShadowRays {
-    /// Those of estimators that leave no choice.
+    /// Settings of estimators without options for shadow rays.
     pub const DEFAULT: Self = Self {
         lights: LightSampling::ByContribution,
         pass_glass: false,
@@ -154,18 +159,18 @@ impl ShadowRays {
 /// Light that arrives along a shadow ray in each lane.
 #[derive(Clone, Copy)]
 pub(crate) struct LightSample<R: Real> {
-    /// Where some does.
+    /// Lanes in which light arrives.
     pub arrives: R::Mask,
-    /// Towards the light, local.
+    /// Directions towards the light, in local coordinates.
     pub wi: R::Vector,
-    /// f_r L cos θ / p, before any weight.
+    /// f_r L cos θ / p, before MIS weights.
     pub reflected: R::Vector,
     /// p with respect to solid angle.
     pub pdf: R,
 }
 
 impl<R: Real> LightSample<R> {
-    /// No light in any lane.
+    /// Creates a sample without light in any lane.
     #[inline]
     fn none() -> Self {
         let none = R::Vector::splat_vector(DVec3::ZERO);
@@ -177,7 +182,7 @@ impl<R: Real> LightSample<R> {
         }
     }
 
-    /// The same as one of two kinds of light, picked with this probability.
+    /// Scales the pdf and the estimate of a kind of light that was picked with this probability.
     #[inline]
     fn picked(self, probability: f64) -> Self {
         let all = R::splat(probability);
@@ -188,7 +193,7 @@ impl<R: Real> LightSample<R> {
         }
     }
 
-    /// This sample where the mask says so, else another.
+    /// Returns this sample in the lanes of the mask, and `other` elsewhere.
     #[inline]
     fn or(self, mask: R::Mask, other: Self) -> Self {
         Self {
@@ -200,7 +205,7 @@ impl<R: Real> LightSample<R> {
     }
 }
 
-/// Next-event estimation: one shadow ray from each active lane to a point picked on an emitter.
+/// Traces one shadow ray from each active lane to a point picked on an emitter.
 #[inline]
 pub(super) fn sample_light<
     P: Walking,
@@ -221,7 +226,7 @@ pub(super) fn sample_light<
     sample_light_by(parts, scene, at, shadow_rays, &numbers, active, scratch)
 }
 
-/// [`sample_light`] by these numbers.
+/// Traces shadow rays as [`sample_light`], with given random numbers.
 #[inline]
 pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -246,7 +251,7 @@ pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const 
     light_from(parts, scene, at, &picked, shadow_rays.pass_glass, scratch)
 }
 
-/// The light that arrives from points that were picked on emitters.
+/// Returns the light that arrives from points picked on emitters.
 #[inline]
 fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -306,7 +311,7 @@ fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     }
 }
 
-/// One shadow ray from each active lane towards the environment map.
+/// Traces one shadow ray from each active lane towards the environment map.
 #[inline]
 fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -359,8 +364,8 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     }
 }
 
-/// Next-event estimation in a scene with an environment map: a shadow ray towards the map or an
-/// emitter.
+/// Traces a shadow ray from each active lane towards the environment map or an emitter, one of
+/// which is picked at random.
 #[inline]
 pub(super) fn sample_light_or_map<
     P: Walking,
@@ -389,7 +394,7 @@ pub(super) fn sample_light_or_map<
     of_map.or(to_map, light.picked(1.0 - share))
 }
 
-/// Whether all components are 0.
+/// Returns whether all components are 0.
 #[inline]
 fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
     let [x, y, z] = vector.components();
@@ -397,16 +402,16 @@ fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
     x.equals(zero) & y.equals(zero) & z.equals(zero)
 }
 
-/// Light that arrives at one surface of one ray, and from where.
+/// Light that arrives at one surface point from an emitter.
 pub(super) struct DirectLight {
     /// f_r L cos θ / p.
     pub reflected: DVec3,
-    /// The number of its emitter, and the point there.
+    /// Index of the emitter, and the point on it.
     pub emitter: usize,
     pub point: EmitterPoint,
 }
 
-/// [`sample_light`] from one surface of one ray. `None` if nothing arrives.
+/// Traces one shadow ray as [`sample_light`], from a single surface; `None` if nothing arrives.
 #[inline]
 pub(super) fn direct_light<P: Walking, R: Sampler>(
     parts: &P,
@@ -447,8 +452,8 @@ pub(super) fn direct_light<P: Walking, R: Sampler>(
     })
 }
 
-/// The pdf, with respect to area, with which [`direct_light`] at a point picks a place on the
-/// emitter of this number; 0 from behind.
+/// Returns the pdf, with respect to area, with which [`direct_light`] at a point picks a point on
+/// the emitter with this index; 0 from behind.
 #[inline]
 pub(super) fn picked_pdf<P: Walking>(
     parts: &P,

@@ -1,4 +1,4 @@
-//! Particles: how they leave the emitters, where they come by, and what of them the eye sees.
+//! Particles: tracing from the emitters, and connecting their vertices to the eye.
 
 use glam::DVec3;
 
@@ -11,27 +11,29 @@ use crate::error::Error;
 use crate::sampling::sampler::{LIGHT, Sampler};
 use crate::scene::Scene;
 
-/// What becomes of a particle.
+/// An event in the life of a particle.
 pub(super) enum Passed<'m, 'a, T, R> {
-    /// It is at this place, the emitter first. It carries flux, which refraction does not change.
+    /// The particle is at this vertex; the first is on the emitter. It carries flux, which
+    /// refraction does not change.
     Place(&'m mut T, &'m PathVertex<'a>),
-    /// It has ended.
+    /// The particle has ended.
     End(T, R),
 }
 
-/// Sends particles from the emitters, one for each item, and tells of every place where they are.
-/// `named` adds to an error which item it is of.
+/// Traces a particle from the emitters for each item, and reports all of its vertices to `passed`.
+/// `named` adds the item to an error.
 pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
-    (items, named): (impl Iterator<Item = (T, R)>, impl Fn(Error, &T) -> Error),
+    items: impl Iterator<Item = (T, R)>,
+    named: impl Fn(Error, &T) -> Error,
     mut passed: impl FnMut(Passed<'_, 'a, T, R>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let starts = items.map(|(item, mut rng)| {
         rng.block(LIGHT);
         let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
             let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
-            let emission = emit_from(parts, scene, (index, &light), &mut rng);
+            let emission = emit_from(parts, scene, index, &light, &mut rng);
             (PathVertex::emitting(&light, carried, index), emission)
         });
         let (first, emission) =
@@ -74,18 +76,18 @@ pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
     })
 }
 
-/// What the eye sees of one particle among as many as the image has pixels.
+/// Contribution of a particle's vertex to a pixel, with as many particles as pixels.
 pub(super) struct Splat {
     /// Column and row.
     pub pixel: [u32; 2],
-    /// What it adds to the pixel's radiance, before any weight.
+    /// Radiance added to the pixel, before MIS weights.
     pub value: DVec3,
-    /// The pdf of the camera ray that would have found the place, as in
+    /// Pdf of the camera ray that would have found the vertex, as in
     /// [`WholePath`](crate::integrator::strategies::WholePath).
     pub importance: f64,
 }
 
-/// Connects a place to the eye; `None` if the eye sees nothing of it.
+/// Connects a vertex to the eye; `None` if it contributes nothing.
 #[inline]
 pub(super) fn connect_to_eye<P: Walking + Bidirectional>(
     parts: &P,
@@ -112,7 +114,7 @@ pub(super) fn connect_to_eye<P: Walking + Bidirectional>(
     })
 }
 
-/// W(ω) of a pixel, shared among as many particles as the image has pixels.
+/// Returns W(ω) of a pixel divided by the number of particles, which is that of pixels.
 #[inline]
 pub(super) fn importance_per_particle<P: Bidirectional>(
     parts: &P,

@@ -1,5 +1,5 @@
-//! The path tracer: light found by shadow rays, by directions of the BRDF's cosine, or by both with
-//! multiple importance sampling; Russian roulette, and no limit on bounces unless one is set.
+//! Path tracer with next-event estimation, BSDF sampling or multiple importance sampling of both,
+//! and Russian roulette; without a bounce limit unless one is set.
 
 use std::array::from_fn;
 
@@ -21,20 +21,20 @@ use crate::sampling::roulette;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// How light that reaches a diffuse surface straight from an emitter is found. Each counts it once.
+/// How direct light at a diffuse surface is sampled. Each strategy counts it once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
-    /// By the directions in which paths go on, which hit emitters by chance.
+    /// BSDF sampling: paths hit emitters by chance.
     Bsdf,
-    /// By shadow rays to points on emitters. With points uniform in area its variance is infinite
-    /// in corners of emitting rooms: the geometry term has no bound.
+    /// Next-event estimation with points on emitters. With points uniform in area its variance is
+    /// infinite in corners of emitting rooms: the geometry term has no bound.
     Light,
-    /// By both, weighted by a [`Heuristic`].
+    /// Both, weighted by a [`Heuristic`].
     #[default]
     Mis,
 }
 
-/// How multiple importance sampling weights: any of them leaves the mean as it is.
+/// Heuristic of multiple importance sampling; none changes the mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
     /// [`NextEvent::mis_weight`](crate::integrator::NextEvent::mis_weight).
@@ -44,34 +44,35 @@ pub enum Heuristic {
     Power,
 }
 
-/// A path tracer: an estimator of (8), or with a limit on bounces of the first terms of its Neumann
+/// Path tracer: an estimator of (8), or with a bounce limit of the first terms of its Neumann
 /// series.
 ///
 /// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed
 /// forms and with other estimators on their scenes, to within the δ that each states.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Path<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
-    /// How it finds direct light.
+    /// Strategy for direct light.
     pub strategy: Strategy,
-    /// How its shadow rays pick points.
+    /// Sampling of points by shadow rays.
     pub lights: LightSampling,
-    /// How [`Strategy::Mis`] weights.
+    /// Heuristic of [`Strategy::Mis`].
     pub heuristic: Heuristic,
-    /// How many hits are early for [roulette](crate::sampling::roulette::by_throughput).
+    /// Number of early hits in [Russian roulette](crate::sampling::roulette::by_throughput).
     pub early: u32,
-    /// Whether [`Strategy::Mis`] sends shadow rays by way of [bodies](Scene::bodies) as well, where
-    /// no environment map shines.
+    /// Whether [`Strategy::Mis`] uses specular next-event estimation through
+    /// [casters](Scene::bodies), except under an environment map.
     pub by_bodies: bool,
-    /// How often light is scattered at most on its way from an emitter or the background to the
-    /// camera; 0 leaves what is seen directly. `None` is no limit.
+    /// Maximum number of scattering events between the emitter or background and the camera; 0
+    /// leaves directly visible light. `None` means no limit.
     pub bounces: Option<u32>,
 }
 
 impl<P> Path<P> {
-    /// The plainest: points uniform in area, the balance heuristic, no hits that are early, no
-    /// bodies, no limit. `render` takes [`LightSampling::ByContribution`], [`Heuristic::Power`] and
+    /// Creates the simplest configuration: points uniform in area, balance heuristic, no early
+    /// hits, no specular next-event estimation, no bounce limit. `render` uses
+    /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and
     /// [`EARLY`](crate::sampling::roulette::EARLY).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
@@ -87,7 +88,7 @@ impl<P> Path<P> {
 }
 
 impl<P: Walking> Path<P> {
-    /// Whether shadow rays go by way of specular casters in a scene.
+    /// Returns whether specular next-event estimation is used in a scene.
     #[inline]
     fn uses_casters(&self, scene: &Scene) -> bool {
         self.by_bodies
@@ -97,16 +98,17 @@ impl<P: Walking> Path<P> {
             && scene.background().map().is_none()
     }
 
-    /// The weight of samples of pdf `pdf` that the other strategy finds with pdf `other`.
+    /// Returns the MIS weight of samples with pdf `pdf` that the other strategy finds with pdf
+    /// `other`.
     #[inline]
     fn weight<R: Real>(&self, pdf: R, other: R, active: R::Mask) -> R {
         self.parts
             .lanes_mis_weight(self.heuristic, pdf, other, active)
     }
 
-    /// The weights of emitters that the active paths have hit. Where the ray's direction has a pdf,
-    /// a shadow ray could have found the same light; where it comes from a specular caster, one by
-    /// way of that.
+    /// Returns the MIS weights of emitters that the active paths have hit. If the ray's direction
+    /// has a pdf, a shadow ray could have found the same light; if the ray comes from a specular
+    /// caster, a specular connection could have.
     #[inline]
     fn hit_weight<R: Wide<N>, const N: usize>(
         &self,
@@ -164,7 +166,7 @@ impl<P: Walking> Path<P> {
         weight
     }
 
-    /// Light by shadow rays from surfaces that scatter in all directions, weighted.
+    /// Returns weighted direct light at non-delta surfaces, found by shadow rays.
     #[inline]
     fn direct_light<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
@@ -247,7 +249,7 @@ impl<P: Walking> Integrator for Path<P> {
         } = arrival;
         let parts = &self.parts;
         random.start_blocks(active, &paths.hits);
-        // A path that will not end is an error, never a cut.
+        // A path that will not end is an error and never truncated.
         let endless = active & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
         let throughput = Vector::choose(
             endless,
@@ -263,7 +265,7 @@ impl<P: Walking> Integrator for Path<P> {
             paths.radiance = Vector::choose(emits, added, paths.radiance);
         }
 
-        // The limit on bounces, if there is one.
+        // Bounces that the limit still allows, if there is one.
         let remaining_bounces = self
             .bounces
             .map(|bounces| paths.hits.map(|hit| bounces.checked_sub(hit)));
@@ -281,7 +283,7 @@ impl<P: Walking> Integrator for Path<P> {
             paths.radiance = Vector::choose(scatters, added, paths.radiance);
         }
 
-        // f_r cos θ / p of (8): one direction in which the path goes on.
+        // f_r cos θ / p of (8): BSDF sampling.
         let next = surface.sample(parts, scatters & !endless, random);
         let throughput = paths.throughput * next.weight;
 
@@ -301,7 +303,7 @@ impl<P: Walking> Integrator for Path<P> {
         survives
     }
 
-    /// Adds the background, weighted where a shadow ray could have found its map.
+    /// Adds background radiance, weighted where a shadow ray could have sampled its map.
     #[inline]
     fn escape<R: Wide<N>, const N: usize>(
         &self,
@@ -329,7 +331,7 @@ impl<P: Walking> Integrator for Path<P> {
         paths.add_background(scene, weight, leaving);
     }
 
-    /// Bounces at mirrors that camera rays follow before it begins would not be counted.
+    /// Bounces at mirrors before the first hit would not count towards a limit.
     fn sees_in_mirrors(&self) -> bool {
         self.bounces.is_none()
     }

@@ -1,4 +1,4 @@
-//! The paths of all lanes, and what an estimator does with them at each hit.
+//! State of the paths in all lanes, and the interface of estimators that advance them.
 
 use std::array::from_fn;
 
@@ -13,7 +13,7 @@ use crate::sampling::lanes::LaneSampler;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// The paths of the active lanes where they have reached surfaces.
+/// Paths in the active lanes that have reached surfaces.
 pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
     pub scene: LaneScene<'a, R, N>,
     pub paths: &'a mut PathState<R, N>,
@@ -23,9 +23,9 @@ pub(crate) struct Arrival<'a, S, R: Wide<N>, const N: usize> {
     pub scratch: &'a mut IntersectionScratch<R, N>,
 }
 
-/// How an estimator takes the paths of all lanes from hit to hit.
+/// An estimator that advances the paths of all lanes from hit to hit.
 pub(crate) trait Integrator: Sync {
-    /// Adds to the radiance of the paths that have arrived, sends those that go on, and returns
+    /// Adds to the radiance of the paths that have arrived, sends those that continue, and returns
     /// their lanes.
     fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
@@ -37,7 +37,7 @@ pub(crate) trait Integrator: Sync {
         false
     }
 
-    /// Adds what the background shows to the paths that leave the scene.
+    /// Adds background radiance to the paths that leave the scene.
     #[inline]
     fn escape<R: Wide<N>, const N: usize>(
         &self,
@@ -49,30 +49,30 @@ pub(crate) trait Integrator: Sync {
     }
 }
 
-/// The paths of all lanes.
+/// State of the paths in all lanes.
 pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     pub ray: Ray<R::Vector>,
     pub radiance: R::Vector,
-    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
-    /// when the path leaves the glass, and roulette should not see them.
+    /// Throughput without radiance factors: these cancel when the path leaves the glass, and
+    /// Russian roulette should not depend on them.
     pub throughput: R::Vector,
-    /// Product of the radiance factors on the way.
+    /// Product of the radiance factors along the path.
     pub factor: R,
-    /// Where shadow rays have looked for the light that the ray hits.
+    /// Lanes in which next-event estimation has sampled the light that the ray may hit.
     pub sampled: R::Mask,
-    /// The pdf of the ray's direction with respect to solid angle, where shadow rays have looked.
+    /// Pdf of the ray's direction with respect to solid angle, where `sampled` is set.
     pub pdf: R,
-    /// How often each path has met something.
+    /// Number of hits of each path.
     pub hits: [u32; N],
-    /// The chains of mirrors and glass on which the paths are.
+    /// Specular chains of the paths.
     pub chains: SpecularChains<R, N>,
-    /// The branches that each lane follows when its path has ended, the last first.
+    /// Stacks of pending branches, popped when a lane's path ends.
     branches: [Vec<Branch>; N],
-    /// The lanes that have branches.
+    /// Bits of the lanes with pending branches.
     branched: u32,
 }
 
-/// A way on that a path of more than one takes later.
+/// A pending branch of a path.
 struct Branch {
     origin: DVec3,
     direction: DVec3,
@@ -116,7 +116,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         }
     }
 
-    /// Adds what the background shows, times a weight, to the paths of these lanes.
+    /// Adds weighted background radiance to the paths of these lanes.
     #[inline]
     pub fn add_background(&mut self, scene: &Scene, weight: R, leaving: R::Mask) {
         if leaving.any() {
@@ -127,7 +127,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         }
     }
 
-    /// Adds light that arrives at the ends of these paths.
+    /// Adds light that arrives at the current ends of these paths, times their throughput.
     #[inline]
     pub fn add(&mut self, light: R::Vector, active: R::Mask) {
         if active.any() {
@@ -139,7 +139,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         }
     }
 
-    /// Remembers another way on from surfaces for the paths of these lanes.
+    /// Pushes a branch that leaves the surfaces for the paths of these lanes.
     pub fn push_branch(
         &mut self,
         surface: &SurfaceInteraction<'_, R, N>,
@@ -167,7 +167,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         }
     }
 
-    /// Sends those of these paths that have ended onto their next branch, and returns their lanes.
+    /// Pops a branch in each of the `ended` lanes that has one, and returns these lanes.
     pub fn pop_branches(&mut self, ended: u32) -> u32 {
         let back = ended & self.branched;
         if back == 0 {
@@ -204,7 +204,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         back
     }
 
-    /// Sends the paths of these lanes on from surfaces, with this throughput.
+    /// Continues the paths of these lanes from surfaces, with this throughput.
     #[inline]
     pub fn send(
         &mut self,

@@ -1,5 +1,5 @@
-//! A hypothesis about the program that made the published figure 6: the report's estimator with the
-//! quirks that explain the image, none of which a correct program should copy.
+//! Hypothesis about the program that made the published figure 6: the report's estimator with the
+//! defects that explain the image, none of which a correct program should copy.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -13,16 +13,15 @@ use crate::sampling::rng::{uniform, uniform2};
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 
-/// The reconstruction. A ray that meets an emitter returns 1 after any kind of path: too much where
-/// a shadow ray has counted it, and a loss of nearly all light that mirrors and glass throw on
-/// diffuse surfaces.
+/// Reconstructed estimator. A ray that meets an emitter returns 1 after any kind of path: too much
+/// where next-event estimation has counted it, and a loss of nearly all caustics.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Published {
-    /// What it does that a correct program should not.
+    /// Defects that are active.
     pub quirks: Quirks,
 }
 
-/// The quirks, each of which can be left out to see what it does.
+/// Defects, each of which can be disabled to see its effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quirks {
     /// The random number of the roulette is the cosine of the sampled direction: with survival q
@@ -36,7 +35,7 @@ pub struct Quirks {
 }
 
 impl Default for Quirks {
-    /// All three.
+    /// Enables all three defects.
     fn default() -> Self {
         Self {
             roulette_by_cosine: true,
@@ -86,7 +85,7 @@ impl Estimator for Published {
                 } else {
                     uniform(rng)
                 };
-                // Of survival 0 as well: nothing goes on to be divided by it.
+                // A path of survival 0 ends, too: nothing continues that would be divided by it.
                 let ends = number >= survival;
                 if ends && quirks.end_loses_direct {
                     return radiance;
@@ -112,7 +111,7 @@ impl Estimator for Published {
                     return radiance;
                 }
                 let pdf = parts.uniform_hemisphere_pdf(wi.z);
-                // Directions that the roulette leaves out would make survivors too dim.
+                // Without the directions that the roulette ends, survivors would be too dim.
                 let albedo = if quirks.roulette_by_cosine {
                     colour
                 } else {

@@ -1,10 +1,10 @@
 //! The report's Monte Carlo estimator: at each diffuse hit a shadow ray and N sample rays over the
-//! uniform hemisphere, each ended by Russian roulette, at most seven segments from the eye.
+//! uniform hemisphere, each ended by Russian roulette, with at most seven segments from the eye.
 //!
-//! The text does not say what a ray shows that hits an emitter. By (8) all that arrives counts,
-//! once: a hit counts where no shadow ray has looked for the same light, which is before the first
-//! diffuse surface and, from a diffuse surface on, by way of mirrors and glass. The text leaves
-//! that second kind, caustics, to later work (3.3), and [`LightRules::REPORT`] leaves it out.
+//! The text does not define the radiance of a ray that hits an emitter. By (8) all light counts
+//! once: a hit counts where no shadow ray has sampled the same light, that is before the first
+//! diffuse surface and, after a diffuse surface, through mirrors and glass (caustics). The text
+//! leaves caustics to later work (3.3), and [`LightRules::REPORT`] omits them.
 
 use super::lanewise::Lanewise;
 use super::next_event::sample_light;
@@ -16,11 +16,11 @@ use crate::sampling::lanes::LaneSampler;
 /// The report's estimator. Its limit on segments is a bias, [`crate::equation::PATH_LENGTH`].
 #[derive(Clone, Copy, Debug)]
 pub struct Report<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
-    /// N of (16): sample rays per diffuse hit; of none there is direct light alone.
+    /// N of (16): sample rays per diffuse hit; with 0 there is direct light alone.
     pub rays: u32,
-    /// Ray segments from the eye at most, whatever the kind of bounce.
+    /// Maximum number of ray segments from the eye, whatever the kind of bounce.
     pub segments: u32,
     /// How emitters are seen, and whether shadow rays pass glass.
     pub rules: LightRules,
@@ -51,13 +51,13 @@ impl<P: Walking> Integrator for Report<P> {
             scratch,
         } = arrival;
         let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
-        // L_e of (8), where no shadow ray has looked for it.
+        // L_e of (8), where next-event estimation has not sampled it.
         let seen = surface.emits & parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
         if seen.any() {
             paths.add(surface.emitted_by_rules(rules), seen);
         }
 
-        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
         let diffuse = active & surface.non_delta;
         let light = sample_light(
             parts,
@@ -70,8 +70,8 @@ impl<P: Walking> Integrator for Report<P> {
         );
         paths.add(light.reflected, light.arrives);
 
-        // One way on from mirrors and glass. A shadow ray that passes through glass has looked
-        // behind it.
+        // One continuation from mirrors and glass. Where shadow rays pass through glass, they have
+        // sampled the light behind it.
         let next = surface.sample(parts, active & !diffuse, random);
         let passes = next
             .direction
@@ -87,7 +87,7 @@ impl<P: Walking> Integrator for Report<P> {
         let sampled = diffuse | paths.sampled & looked_behind;
         paths.sampled = sampled;
 
-        // The first segment is always followed, even of none.
+        // The first segment is always followed, even with a limit of 0.
         let remain = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
         let mut goes_on = next.exists & remain;
         let (mut direction, mut weight) = (next.direction, next.weight * factor);
@@ -101,7 +101,7 @@ impl<P: Walking> Integrator for Report<P> {
             let numbers = [random.uniform(survives), random.uniform(survives)];
             let (sampled_direction, reflected) = surface.sample_uniform(parts, numbers, survives);
             let reflected = reflected * (compensation / f64::from(self.rays));
-            // The first that survives goes on at once, the others later.
+            // The first survivor continues at once, the others later.
             paths.push_branch(
                 surface,
                 sampled_direction,

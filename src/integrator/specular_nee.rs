@@ -1,5 +1,5 @@
-//! Specular next-event estimation: light by way of one mirror or glass caster, which shadow rays
-//! find and paths hit, both weighted.
+//! Specular next-event estimation: light through one mirror or glass caster is found both by shadow
+//! rays and by paths, weighted by multiple importance sampling.
 
 use std::array::from_fn;
 
@@ -19,17 +19,17 @@ use crate::scene::specular_casters::{NONE, SceneBody};
 
 /// A specular caster in each lane.
 struct Casters<'a, R: Wide<N>, const N: usize> {
-    /// All of the scene, and which of them is in each lane.
+    /// All casters of the scene, and the index of the one in each lane.
     all: &'a [SceneBody],
     number: [usize; N],
     body: Body<R::Vector>,
-    /// The lanes of flat mirrors, and those of glass through which light passes.
+    /// Lanes with flat mirrors, and lanes with glass that refracts.
     flat: R::Mask,
     refracts: R::Mask,
 }
 
 impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
-    /// The casters of these numbers in the active lanes.
+    /// Gathers the casters with these indices in the active lanes.
     #[inline]
     fn new(scene: LaneScene<'a, R, N>, number: [usize; N], active: R::Mask) -> Self {
         let data = number.map(|number| &scene.data.casters[number]);
@@ -72,8 +72,8 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         }
     }
 
-    /// Throughput of the casters where a connection meets them at this cosine, and the probability
-    /// that a path samples that branch.
+    /// Returns the throughput of the casters where a connection meets them at this cosine, and the
+    /// probability that a path samples that branch.
     #[inline]
     fn throughput<P: Walking>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
         if parts.is_standard() {
@@ -93,13 +93,13 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         )
     }
 
-    /// The connections by way of flat mirrors between two points; `None` if there is none.
+    /// Connects two points through flat mirrors; `None` if no lane has a connection.
     #[inline]
-    fn by_flat(&self, ends: (R::Vector, R::Vector)) -> Option<Route<R::Vector>> {
+    fn by_flat(&self, x: R::Vector, y: R::Vector) -> Option<Route<R::Vector>> {
         if !self.flat.any() {
             return None;
         }
-        let mut route = by_flat(&self.body, ends, self.flat);
+        let mut route = by_flat(&self.body, x, y, self.flat);
         let mut held = R::Mask::splat(false);
         for_each_distinct(self.number, self.flat, |number, here| {
             held = held | (here & self.all[number].holds(route.first.0));
@@ -108,7 +108,8 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         route.exists.any().then_some(route)
     }
 
-    /// The connections that the parts make of these, each by its number among those of its caster.
+    /// Passes connections through the replaceable parts; `number` is a connection's index at its
+    /// caster.
     #[inline]
     fn replaced<P: Walking>(
         &self,
@@ -126,21 +127,21 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     }
 }
 
-/// A shadow ray by way of a caster, in each lane.
+/// Random numbers and limits of a specular shadow ray in each lane.
 #[derive(Clone, Copy)]
 pub(super) struct SpecularShadowRay<'a, R, const N: usize> {
-    /// The number that picks the caster.
+    /// Uniform number that picks the caster.
     pub caster: R,
-    /// Those that pick the light.
+    /// Uniform numbers that pick the light.
     pub light: &'a LightNumbers<R>,
-    /// Casters that scatter light more often than this are passed over.
+    /// Bounces that the limit still allows, if there is one; casters that need more are skipped.
     pub remaining_bounces: Option<[Option<u32>; N]>,
 }
 
-/// Light by one shadow ray by way of a caster from each active lane, whose surfaces all scatter in
-/// all directions: over all connections the sum of f_r L cos θ / p, each weighted by `weight` of p
-/// and of the pdf with which a path goes there. Both are with respect to solid angle at the
-/// surface.
+/// Traces one shadow ray through a specular caster from each active lane, all at non-delta
+/// surfaces. Returns the sum over all connections of f_r L cos θ / p, each weighted by `weight` of
+/// p and of the pdf with which BSDF sampling finds the same path. Both are with respect to solid
+/// angle at the surface.
 #[inline]
 pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -193,12 +194,12 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     let probability = R::from_lanes(|i| flux.probability(emitter[i]));
     let pdf_area = parts.lanes_pdf_of_pick(picked.pdf_area, probability, active);
     let pdf_area = parts.lanes_pdf_of_pick(pdf_area, share, active);
-    let ends = (vertex.point, light.point);
-    let flat = casters.by_flat(ends);
+    let (x, y) = (vertex.point, light.point);
+    let flat = casters.by_flat(x, y);
     let curved = active & !casters.flat;
     let balls = curved
         .any()
-        .then(|| BySphere::new(&casters.body, ends, (curved, casters.refracts)));
+        .then(|| BySphere::new(&casters.body, x, y, curved, casters.refracts));
     let none = R::Mask::splat(false);
     let roots = balls.as_ref().map(BySphere::roots);
     // Each lane takes its own next connection.
@@ -262,7 +263,7 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     }
 }
 
-/// The numbers of the casters that uniform numbers pick by shares, and their shares.
+/// Picks casters by selection probabilities; returns their indices and probabilities.
 #[inline]
 fn pick_caster<P: Walking, R: Wide<N>, const N: usize>(
     parts: &P,
@@ -282,35 +283,35 @@ fn pick_caster<P: Walking, R: Wide<N>, const N: usize>(
     (each.map(|(number, _)| number), R::from_lanes(|i| each[i].1))
 }
 
-/// Where the paths have gone since they left a surface from which a shadow ray by way of a caster
-/// could have found the same light.
+/// State of specular chains: where paths are since the last surface at which a shadow ray through a
+/// caster could have found the same light.
 pub(crate) struct SpecularChains<R: Wide<N>, const N: usize> {
     from: R::Vector,
     direction: R::Vector,
-    /// The pdf of the direction with respect to solid angle.
+    /// Pdf of the direction with respect to solid angle.
     pdf: R,
     states: [Chain; N],
 }
 
-/// Where a path is on the way from a surface to a light by way of one caster.
+/// State of a path between a diffuse surface and a light behind one caster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Chain {
-    /// No shadow ray by way of a caster finds what it hits.
+    /// No specular shadow ray finds what the path hits.
     NotConnectable,
-    /// It has met nothing since it left the surface.
+    /// The path has hit nothing since the diffuse surface.
     AfterDiffuse,
-    /// It is within the caster of this number.
+    /// The path is inside the caster with this index.
     InsideCaster(u8),
-    /// It has left the caster of this number.
+    /// The path has left the caster with this index.
     PastCaster(u8),
 }
 
-/// A light that paths have hit, in each lane.
+/// A light that a path has hit, in each lane.
 pub(super) struct LightHit<R: Real, const N: usize> {
-    /// Its number among the emitters.
+    /// Index of the emitter.
     pub emitter: [usize; N],
     pub point: R::Vector,
-    /// The cosine there between its normal and the direction back.
+    /// Cosine between the emitter's normal and the direction back along the path.
     pub cosine: R,
 }
 
@@ -325,12 +326,12 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         }
     }
 
-    /// Begins a path from the camera in a lane.
+    /// Starts a path from the camera in a lane.
     pub fn start(&mut self, lane: usize) {
         self.states[lane] = Chain::NotConnectable;
     }
 
-    /// Goes on from surfaces in the active lanes.
+    /// Advances the chains by a scattering event in the active lanes.
     #[inline]
     pub fn advance(
         &mut self,
@@ -369,9 +370,9 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         }
     }
 
-    /// Where hits on lights, among the active lanes, could have been found by way of a caster, the
-    /// pdf with which the path came there and that with which a shadow ray does, both with respect
-    /// to solid angle where the path left.
+    /// Returns the active lanes whose hit on a light a specular shadow ray could have found, the
+    /// pdf with which the path got there and that of the shadow ray, both with respect to solid
+    /// angle where the path left the diffuse surface.
     #[inline]
     pub(super) fn pdfs<P: Walking>(
         &self,
@@ -394,10 +395,10 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         }
         let number = from_fn(|i| caster(i).map_or(0, usize::from));
         let casters = Casters::new(scene, number, past);
-        let along = (self.from, self.direction, light.point);
+        let (x, direction, y) = (self.from, self.direction, light.point);
         let (flat, sphere) = (
-            spread_of(&casters.body, Kind::Flat, along),
-            spread_of(&casters.body, Kind::Reflection, along),
+            spread_of(&casters.body, Kind::Flat, x, direction, y),
+            spread_of(&casters.body, Kind::Reflection, x, direction, y),
         );
         let spread = R::choose(casters.flat, flat.0, sphere.0);
         let cosine = R::choose(casters.flat, flat.1, sphere.1);
@@ -422,8 +423,9 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
 }
 
 impl Chain {
-    /// The state after a mirror or glass that was met from outside or not, and passed or not; of
-    /// its casters the first is that which reflects, the second that which refracts.
+    /// Returns the state after a mirror or glass surface, given its casters (by which it reflects
+    /// and by which it refracts), whether it was hit from outside and whether the path passed
+    /// through.
     #[inline]
     fn after(self, [reflecting, refracting]: [u8; 2], outside: bool, passes: bool) -> Self {
         match (self, outside, passes) {

@@ -1,9 +1,9 @@
-//! The strategies that make one and the same path from the light to the eye, and their weights.
+//! Strategies of bidirectional path tracing that sample the same path, and their MIS weights.
 //!
 //! A path x₀ … x_k from an emitter to the eye is made by s vertices from the light and k + 1 − s
 //! from the eye. Its densities are functions of the path alone, so all strategies agree on them and
 //! the weights sum to one. Survival by Russian roulette is left out of all of them: it depends on
-//! the way a path was made, and any weights that sum to one are unbiased.
+//! how a path was sampled, and any weights that sum to one are unbiased.
 
 use glam::DVec3;
 
@@ -16,33 +16,34 @@ use super::next_event::picked_pdf;
 use super::{NextEvent, Walking};
 use crate::scene::Scene;
 
-/// A vertex of a path from a light or from the eye.
+/// A vertex of a light path or an eye path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathVertex<'a> {
-    /// Where it is; the normal is on the side to which the path leads.
+    /// Vertex with its normal on the side to which the path continues.
     pub at: Vertex,
-    /// `None` where a particle starts, by the cosine.
+    /// BSDF of the surface; `None` where a particle starts, by the cosine.
     pub bsdf: Option<&'a Bsdf>,
-    /// What a particle carries: radiance per pdf of its emitter's point, or flux that arrives at
-    /// the surface.
+    /// Throughput of a particle: radiance per pdf of its point on the emitter, or flux that arrives
+    /// at the surface.
     pub carried: DVec3,
-    /// n² of the medium through which its own walk came here, relative to where that began.
+    /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.
     pub squared_index: f64,
-    /// The emitter that is here, by its number in the scene.
+    /// Index of the emitter at this vertex, if there is one.
     pub emitter: Option<u32>,
     /// [`picked_pdf`] of a particle's start from its next vertex, once that is known.
     pub picked: Option<f64>,
-    /// The edge to the vertex before in its own walk, if there is one.
+    /// Edge to the previous vertex of its own subpath, if there is one.
     edge: Option<Edge>,
 }
 
-/// The straight way from a vertex of a path to a neighbour.
+/// Straight segment between a vertex and a neighbour.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     onward: DVec3,
-    /// Between it and the normals at both ends.
+    /// Cosines between the segment and the normals at both ends.
     cosines: [f64; 2],
-    /// Solid angle per area: of the first end as the other sees it, and of the other.
+    /// Solid angle per area: of the first end seen from the second, and of the second from the
+    /// first.
     per_area: [f64; 2],
 }
 
@@ -75,38 +76,37 @@ impl Edge {
     }
 }
 
-/// How dense a vertex of a whole path is, with respect to area, given the rest of the walk.
+/// Area densities of a vertex of a full path, given the rest of the subpath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Density {
-    /// p_L: for a walk that comes from the light.
+    /// p_L: density of the vertex on a subpath from the light.
     pub light: f64,
-    /// p_E: for a walk that comes from the eye.
+    /// p_E: density of the vertex on a subpath from the eye.
     pub eye: f64,
-    /// 0 if no strategy joins its two walks between this vertex and the next towards the eye, else
-    /// 1; at the emitter, how densely a shadow ray from the next vertex picks this one, relative to
-    /// walks that start here.
+    /// 0 if no strategy connects this vertex and the next towards the eye, else 1; at the emitter,
+    /// the density with which a shadow ray from the next vertex picks this one, relative to
+    /// subpaths that start here.
     pub joined: f64,
 }
 
-/// A path in the two pieces that were connected.
+/// A full path as the two subpaths that were connected.
 #[derive(Clone, Copy)]
 pub(super) struct WholePath<'a> {
-    /// From the emitter on.
+    /// Vertices of the light path, from the emitter on.
     pub light: &'a [PathVertex<'a>],
-    /// From the first hit of the camera ray on.
+    /// Vertices of the eye path, from the first hit of the camera ray on.
     pub eye: &'a [PathVertex<'a>],
-    /// Where the eye is.
+    /// Position of the eye.
     pub origin: DVec3,
-    /// The pdf of the camera ray with respect to solid angle, among as many camera rays as
-    /// particles.
+    /// Pdf of the camera ray with respect to solid angle, with as many camera rays as particles.
     pub importance: f64,
 }
 
 impl WholePath<'_> {
-    /// The densities of all vertices but the eye, from the emitter on.
+    /// Computes the densities of all vertices except the eye, from the emitter on.
     ///
-    /// Of a mirror or glass there is one direction on either side, and the Dirac distributions of
-    /// the two walks have the ratio of their n² cos θ, which stands for each (Veach 1997, 5.2).
+    /// The Dirac distributions of the two subpaths at a mirror or glass have the ratio of their n²
+    /// cos θ, which stands for each (Veach 1997, 5.2).
     pub fn densities<P: Walking>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
         let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
         let vertex = |i: usize| {
@@ -116,7 +116,7 @@ impl WholePath<'_> {
                 &self.eye[count - 1 - i]
             }
         };
-        // An emitter is where a walk starts, whatever it is made of.
+        // An emitter is where a light path starts, whatever its BSDF.
         let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
         let joined = |i| f64::from(!specular(i, vertex(i)));
         let density = |joined| Density {
@@ -138,7 +138,7 @@ impl WholePath<'_> {
         }
         for i in 0..count.saturating_sub(1) {
             let (a, b) = (vertex(i), vertex(i + 1));
-            // The walks have measured all edges but the one that joins them.
+            // The subpaths have measured all edges but the connection.
             let known = if i + 1 < s {
                 b.edge.map(Edge::reversed)
             } else {
@@ -154,9 +154,9 @@ impl WholePath<'_> {
             let after = || Some(self.point(i + 2));
             path[i].joined *= f64::from(!b.is_specular());
             path[i + 1].light =
-                a.density(parts, specular(i, a), (onward, cos_a), index, before) * per_area[1];
+                a.density(parts, specular(i, a), onward, cos_a, index, before) * per_area[1];
             path[i].eye =
-                b.density(parts, b.is_specular(), (-onward, cos_b), index, after) * per_area[0];
+                b.density(parts, b.is_specular(), -onward, cos_b, index, after) * per_area[0];
         }
         if let (Some(last), Some(density)) =
             (self.eye.first().or(self.light.last()), path.last_mut())
@@ -173,7 +173,7 @@ impl WholePath<'_> {
         }
     }
 
-    /// The point of a vertex, counted from the emitter; the last is the eye.
+    /// Returns the position of a vertex, counted from the emitter; the last is the eye.
     fn point(&self, i: usize) -> DVec3 {
         let s = self.light.len();
         match self.light.get(i) {
@@ -185,7 +185,7 @@ impl WholePath<'_> {
 }
 
 impl<'a> PathVertex<'a> {
-    /// A point on the emitter of this number, from which a particle carries so much.
+    /// Creates the vertex on an emitter where a particle with this throughput starts.
     #[inline]
     pub fn emitting(point: &EmitterPoint, carried: DVec3, emitter: usize) -> Self {
         let at = Vertex::emitting(point.point, point.normal);
@@ -200,7 +200,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The same after the last of these, from which its walk came here.
+    /// Returns this vertex with its edge to the last vertex of its subpath.
     #[inline]
     pub fn after<P: NextEvent>(self, parts: &P, walk: &[Self]) -> Self {
         Self {
@@ -209,12 +209,13 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// A hit that does not start a path.
+    /// Creates a vertex at a hit.
     #[inline]
     pub fn hit(
         at: Vertex,
         bsdf: &'a Bsdf,
-        (carried, squared_index): (DVec3, f64),
+        carried: DVec3,
+        squared_index: f64,
         emitter: Option<u32>,
     ) -> Self {
         Self {
@@ -228,13 +229,13 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Unit, on the side to which the path leads.
+    /// Returns the unit normal on the side to which the path continues.
     #[inline]
     pub fn normal(&self) -> DVec3 {
         self.at.frame.z
     }
 
-    /// The radiance that leaves in a unit direction, per density of particles on the area.
+    /// Returns the radiance in a unit direction, per density of particles on the area.
     #[inline]
     pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
         match self.bsdf {
@@ -245,21 +246,22 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Mirror or glass: no connection ends here.
+    /// Returns whether the vertex is on a mirror or glass, where no connection ends.
     #[inline]
     fn is_specular(&self) -> bool {
         self.bsdf.is_some_and(Bsdf::is_specular)
     }
 
-    /// How dense, with respect to solid angle, walks go on from here in a unit direction with this
-    /// cosine, if they come from a point (`None` if they start here). `specular` stands for the
-    /// Dirac distribution of a mirror or glass.
+    /// Returns the density, with respect to solid angle, with which subpaths continue in a unit
+    /// direction with this cosine, if they come from a point (`None` if they start here).
+    /// `specular` stands for the Dirac distribution of a mirror or glass.
     #[inline]
     fn density<P: Scattering>(
         &self,
         parts: &P,
         specular: bool,
-        (onward, cosine): (DVec3, f64),
+        onward: DVec3,
+        cosine: f64,
         squared_index: f64,
         from: impl FnOnce() -> Option<DVec3>,
     ) -> f64 {
@@ -283,9 +285,9 @@ impl<'a> PathVertex<'a> {
     }
 }
 
-/// w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the strategy with
-/// `s` light vertices on the path whose vertices but the eye have these densities, from the light
-/// on.
+/// Returns w_s of [`crate::equation::PATH_DENSITY`], the balance heuristic: the weight of the
+/// strategy with `s` light vertices, given the densities of all path vertices except the eye, from
+/// the light on.
 pub fn weight(path: &[Density], s: usize) -> f64 {
     let joined = |s: usize| if s == 0 { 1.0 } else { path[s - 1].joined };
     let mut sum = joined(s);
@@ -302,8 +304,8 @@ pub fn weight(path: &[Density], s: usize) -> f64 {
     joined(s) / sum
 }
 
-/// The product of a ratio with that of two densities. Where an edge lies in a surface, densities at
-/// both its ends are 0, and 0 · ∞ would say nothing: a density of 0 is that of no walk.
+/// Multiplies `ratio` by the ratio of two densities. Where an edge lies in a surface, densities at
+/// both its ends are 0, and 0 · ∞ would be undefined: a density of 0 makes the result 0.
 #[inline]
 fn times(ratio: f64, density: f64, other: f64) -> f64 {
     if density == 0.0 || ratio == 0.0 {
@@ -313,19 +315,21 @@ fn times(ratio: f64, density: f64, other: f64) -> f64 {
     }
 }
 
-/// The replaceable parts of connecting paths from the lights with paths from the eye.
+/// Replaceable parts of bidirectional path tracing.
 pub trait Bidirectional: Sync {
-    /// What refraction does to the flux of a particle: nothing, whatever the factor of radiance.
+    /// Returns the factor by which refraction scales the flux of a particle: 1, unlike for
+    /// radiance.
     #[inline]
     fn flux_factor(&self, _radiance_factor: f64) -> f64 {
         1.0
     }
-    /// W(ω) of the pixel through which a direction leaves the eye.
+    /// Returns the importance W(ω) of the pixel through which a direction leaves the eye.
     #[inline]
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
         camera.importance(size, direction)
     }
-    /// The weight of the strategy with `s` light vertices among all that make the same path.
+    /// Returns the MIS weight of the strategy with `s` light vertices among all that sample the
+    /// same path.
     #[inline]
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         weight(path, s)

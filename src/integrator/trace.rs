@@ -1,4 +1,4 @@
-//! Radiance along rays, each of which draws for itself.
+//! Radiance along rays that each have their own sampler.
 
 use std::array::from_fn;
 
@@ -14,8 +14,8 @@ use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// The radiance that arrives along rays, in their order, `N` at a time; each is what it would be
-/// alone.
+/// Estimates the radiance along rays, in their order, `N` at a time; each value is the same as for
+/// the ray alone.
 pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
     scene: &Scene,
     estimator: &E,

@@ -1,4 +1,4 @@
-//! Random walks from hit to hit, for paths from the eye and from lights alike.
+//! Random walks from hit to hit, for eye paths and light paths.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -19,45 +19,45 @@ use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// A walk at one of its hits, before it scatters.
+/// A random walk at one of its hits, before it scatters.
 pub(super) struct WalkHit<'a> {
-    /// The ray that arrived, and what it hit.
+    /// Ray that arrived, and its hit.
     pub ray: Ray,
     pub here: Hit,
     pub bsdf: &'a Bsdf,
-    /// Product of the weights of all scattering on the way, without radiance factors: they cancel
-    /// when the walk leaves the glass, and roulette should not see them. NaN in an endless walk.
+    /// Throughput without radiance factors: these cancel when the walk leaves the glass, and
+    /// Russian roulette should not depend on them. NaN in an endless walk.
     pub throughput: DVec3,
-    /// Product of the radiance factors on the way.
+    /// Product of the radiance factors along the walk.
     pub factor: f64,
-    /// Whether this is the hit after [`LONGEST_PATH`], where a walk that will not end is given up.
+    /// Whether the walk has exceeded [`LONGEST_PATH`] and is given up.
     pub endless: bool,
 }
 
-/// A walk that is to be followed, for the sake of `item`.
+/// A random walk that has not started, with the caller's data `item`.
 pub(super) struct PendingWalk<T, S> {
     pub item: T,
-    /// Its first ray; without one it ends at once.
+    /// First ray; without one the walk ends at once.
     pub ray: Option<Ray>,
-    /// The block of random numbers before that of the first hit.
+    /// Block of random numbers before that of the first hit.
     pub block: u32,
     pub rng: S,
 }
 
 /// An event of a walk: a hit or its end.
 pub(super) enum WalkEvent<'m, 'a, T, S> {
-    /// It has met a surface, whose [`WalkHit::vertex`] is there, too.
+    /// The walk has hit a surface; the vertex is [`WalkHit::vertex`].
     Hit(&'m mut T, &'m WalkHit<'a>, &'m Vertex, &'m mut S),
-    /// It has ended, and this is what the background shows there, as the start sees it; zero where
-    /// it has not left the scene.
+    /// The walk has ended; the vector is the background radiance times throughput, zero if it has
+    /// not left the scene.
     End(T, DVec3, S),
 }
 
-/// About how many walks one thread takes at a time: what bidirectional paths keep of them fits its
+/// Number of walks per batch of a thread: the vertices that bidirectional paths store fit in its
 /// caches.
 const PORTION: u32 = 256;
 
-/// The numbers below `count` in portions, in parallel.
+/// Splits the range up to `count` into batches, in parallel.
 pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
     let portions = (0..count.div_ceil(PORTION)).into_par_iter();
     portions.map(move |portion| {
@@ -72,8 +72,8 @@ struct Walk<T> {
     hits: u32,
 }
 
-/// Follows walks, several at a time and in any order. `event` is told of all hits of a walk in
-/// order and then of its end; at a hit it says whether the walk goes on.
+/// Traces walks, several at a time and in any order. `event` receives all hits of a walk in order
+/// and then its end; at a hit it returns whether the walk continues.
 pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
@@ -191,27 +191,22 @@ pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
 }
 
 impl<'a> WalkHit<'a> {
-    /// The hit as light that scatters there sees it.
+    /// Returns the shading vertex of the hit.
     #[inline]
     pub fn vertex(&self) -> Vertex {
         Vertex::new(&self.here, &self.ray)
     }
 
-    /// The radiance that an emitter shows here; zero elsewhere.
+    /// Returns the radiance emitted towards the ray; zero without an emitter.
     #[inline]
     pub fn emitted(&self, scene: &Scene) -> DVec3 {
         scene.emitted(&self.here, self.ray.direction)
     }
 
-    /// The hit, whose [`vertex`](Self::vertex) is `at`, as a vertex of a path that does not start
-    /// here.
+    /// Returns the hit, whose [`vertex`](Self::vertex) is `at`, as a path vertex that is not the
+    /// first.
     #[inline]
     pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
-        PathVertex::hit(
-            at,
-            self.bsdf,
-            (carried, 1.0 / self.factor),
-            self.here.emitter,
-        )
+        PathVertex::hit(at, self.bsdf, carried, 1.0 / self.factor, self.here.emitter)
     }
 }

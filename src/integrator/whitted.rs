@@ -6,22 +6,23 @@ use crate::math::real::Mask;
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
 
-/// Shadow rays at diffuse surfaces, and a tree of mirror and glass rays, both branches of glass
-/// weighted by R and 1 − R: emission and direct light of the first diffuse surface, seen through
-/// mirrors and glass alone. Left out is what arrives there in any other way: from a further diffuse
-/// surface, or from an emitter by way of mirrors and glass (caustics), or from the background.
+/// Whitted ray tracer: shadow rays at diffuse surfaces, and a tree of mirror and glass rays, both
+/// branches of glass weighted by R and 1 − R. It computes emission and direct light of the first
+/// diffuse surface, seen through mirrors and glass alone. All other light at that surface is
+/// missing: from further diffuse surfaces, from emitters through mirrors and glass (caustics), and
+/// from the background.
 #[derive(Clone, Copy, Debug)]
 pub struct Whitted<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
-    /// Ray segments from the eye at most: the tree doubles at each glass surface. A bias.
+    /// Maximum number of ray segments from the eye, a bias: the tree doubles at each glass surface.
     pub segments: u32,
     /// How emitters are seen, and whether shadow rays pass glass.
     pub rules: LightRules,
 }
 
 impl Whitted {
-    /// With the report's limit of seven segments.
+    /// Creates a ray tracer with the report's limit of seven segments.
     pub fn new(rules: LightRules) -> Self {
         Self {
             parts: Standard,
@@ -32,7 +33,7 @@ impl Whitted {
 }
 
 impl<P: Walking> Integrator for Whitted<P> {
-    /// Follows of glass first what is reflected, then what is refracted.
+    /// Traces reflection first at glass, and refraction later.
     fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
         arrival: Arrival<'_, S, R, N>,
@@ -46,13 +47,13 @@ impl<P: Walking> Integrator for Whitted<P> {
             scratch,
         } = arrival;
         let (parts, rules) = (&self.parts, &self.rules);
-        // L_e of (8), as the rules show it.
+        // L_e of (8) under the rules.
         let emits = active & surface.emits;
         if emits.any() {
             paths.add(surface.emitted_by_rules(rules), emits);
         }
 
-        // f_r L_e cos θ / p of (8) at diffuse surfaces: light that shadow rays find.
+        // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
         let diffuse = active & surface.non_delta;
         let light = sample_light(
             parts,
@@ -65,7 +66,8 @@ impl<P: Walking> Integrator for Whitted<P> {
         );
         paths.add(light.reflected, light.arrives);
 
-        // Mirrors and both branches of glass. The first segment is always followed, even of none.
+        // Mirrors and both branches of glass. The first segment is always followed, even with a
+        // limit of 0.
         let goes_on =
             active & surface.delta() & R::Mask::from_fn(|i| paths.hits[i] < self.segments);
         if goes_on.any() {

@@ -1,4 +1,4 @@
-//! Surfaces that emit, and how shadow rays pick points on them.
+//! Emitters, and the sampling of points on them.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -10,15 +10,15 @@ use crate::geometry::solid_angle::{SphericalRectangle, SphericalTriangle, Visibl
 use crate::math::real::{Real, Vector};
 use crate::sampling::warp;
 
-/// The shape of an emitter.
+/// Shape of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EmitterShape {
     /// A parallelogram: a corner and the two edges that leave it. It emits along
     /// `edges[0] × edges[1]`.
     Rectangle {
-        /// The corner.
+        /// Corner.
         corner: DVec3,
-        /// The edges.
+        /// Edges.
         edges: [DVec3; 2],
     },
     /// A triangle; emits to the side from which its vertices run counter-clockwise.
@@ -27,7 +27,7 @@ pub enum EmitterShape {
     Sphere(Sphere),
 }
 
-/// The shape of an emitter as seen from a point.
+/// Shape of an emitter as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub enum SolidAngleShape {
     /// A rectangle.
@@ -39,7 +39,7 @@ pub enum SolidAngleShape {
 }
 
 impl SolidAngleShape {
-    /// Its solid angle.
+    /// Returns the solid angle.
     #[inline]
     pub fn solid_angle(&self) -> f64 {
         match self {
@@ -49,7 +49,7 @@ impl SolidAngleShape {
         }
     }
 
-    /// The point in whose direction two uniform numbers map.
+    /// Maps two uniform numbers to a point, uniformly in solid angle.
     #[inline]
     pub fn sample(&self, random: [f64; 2]) -> DVec3 {
         match self {
@@ -60,28 +60,28 @@ impl SolidAngleShape {
     }
 }
 
-/// A diffuse emitter: the same radiance in all directions of its front, nothing behind.
+/// A diffuse emitter: uniform radiance in all directions of its front, none behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// Its shape.
+    /// Shape of the emitter.
     pub shape: EmitterShape,
     /// Radiance L_e, per colour channel.
     pub radiance: DVec3,
-    /// Its area.
+    /// Area of the emitter.
     pub area: f64,
-    /// The unit normal of the front of a flat shape; not used for spheres.
+    /// Unit normal of the front of a flat shape; unused for spheres.
     normal: DVec3,
-    /// The middle of the shape.
+    /// Centre of the shape.
     centre: DVec3,
-    /// The radius of a sphere, or of the disc that has the area of a flat shape.
+    /// Radius of a sphere, or of the disc with the area of a flat shape.
     radius: f64,
-    /// Points up to this height over a flat shape may lie on it, but for rounding, and may not see
-    /// it.
+    /// Height above a flat shape up to which a point may be on it, but for rounding, and does not
+    /// see it.
     margin: f64,
 }
 
-/// How shadow rays pick emitters, by [flux](crate::light::light_sampler::FluxPicks) if nothing else is said,
-/// and points on them.
+/// How shadow rays pick emitters, by [flux](crate::light::light_sampler::FluxPicks) unless stated
+/// otherwise, and points on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightSampling {
     /// Uniform with respect to area.
@@ -90,14 +90,15 @@ pub enum LightSampling {
     /// Uniform with respect to the solid angle under which the emitter is seen: rectangles,
     /// triangles and whole spheres from outside. All else falls back to area.
     SolidAngle,
-    /// Spheres by solid angle, flat emitters by area: of a sphere a half at least cannot be seen.
+    /// Spheres by solid angle, as at least half of a sphere is invisible, and flat emitters by
+    /// area.
     ByShape,
-    /// The same, on emitters that are picked by what they [may contribute](Emitter::contribution).
+    /// [`ByShape`](Self::ByShape), with emitters picked by [contribution](Emitter::contribution).
     ByContribution,
 }
 
 impl LightSampling {
-    /// Whether an emitter is sampled by solid angle from where that can be done.
+    /// Returns whether an emitter is sampled by solid angle, where possible.
     #[inline]
     pub fn by_solid_angle(self, emitter: &Emitter) -> bool {
         match self {
@@ -109,7 +110,7 @@ impl LightSampling {
         }
     }
 
-    /// Whether one of so many emitters is picked by what it may contribute, not by its flux.
+    /// Returns whether one of `count` emitters is picked by contribution rather than flux.
     #[inline]
     pub fn by_contribution(self, count: usize) -> bool {
         self == Self::ByContribution && count > 1
@@ -119,14 +120,14 @@ impl LightSampling {
 /// A point on an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterPoint<V = DVec3> {
-    /// The point.
+    /// Position of the point.
     pub point: V,
-    /// The unit normal of its front.
+    /// Unit normal of the front.
     pub normal: V,
 }
 
 impl Emitter {
-    /// An emitter of the given shape and radiance.
+    /// Creates an emitter with this shape and radiance.
     pub fn new(shape: EmitterShape, radiance: DVec3) -> Self {
         let flat = |across: DVec3, area: f64, centre: DVec3| {
             (
@@ -163,7 +164,7 @@ impl Emitter {
         }
     }
 
-    /// The same in a scene whose rays leave surfaces from this height over them.
+    /// Returns the emitter for a scene whose rays leave surfaces from this height above them.
     pub(crate) fn with_offset(self, offset: f64) -> Self {
         Self {
             margin: 2.0 * offset,
@@ -171,15 +172,15 @@ impl Emitter {
         }
     }
 
-    /// What it may bring to a point, C of [`crate::equation::LIGHT_PICK`]: about the irradiance of
-    /// a surface that faces it, in the mean of all colours. It is above 0 wherever the emitter's
-    /// front can be seen, and 0 on the emitter itself, whether a point there is rounded to either
-    /// side or a ray has just left it.
+    /// Returns the estimated contribution to a point, C of [`crate::equation::LIGHT_PICK`]:
+    /// approximately the irradiance of a surface that faces the emitter, averaged over the colour
+    /// channels. It is above 0 wherever the emitter's front can be seen, and 0 on the emitter
+    /// itself, whether a point there is rounded to either side or a ray has just left it.
     ///
-    /// Of a flat emitter of area A and radius a = √(A/π), from distance d of its middle and height
-    /// h over its plane, L A (h + a)²/(d² + a²)²: π L where it is near, and with the square of its
-    /// cosine where it is far, as what is seen at a slant is hidden sooner. Of a sphere of radius
-    /// r, L A/4 / max(d², r²).
+    /// For a flat emitter of area A and radius a = √(A/π), at distance d from its centre and height
+    /// h above its plane, it is L A (h + a)²/(d² + a²)²: π L up close, and far away with the
+    /// squared cosine, as a slanted emitter is occluded more often. For a sphere of radius r it is
+    /// L A/4 / max(d², r²).
     #[inline]
     pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
         let all = V::Real::splat;
@@ -199,13 +200,14 @@ impl Emitter {
         )
     }
 
-    /// Area times radiance, the mean of all colours: flux over π.
+    /// Returns area times radiance, averaged over the colour channels: flux over π.
     #[inline]
     pub(crate) fn strength(&self) -> f64 {
         self.radiance.element_sum() / 3.0 * self.area
     }
 
-    /// Its area times radiance, its middle, and about the mean squared distance from there.
+    /// Returns area times radiance, the centre, and approximately the mean squared distance from
+    /// it.
     pub(crate) fn as_point(&self) -> (f64, DVec3, f64) {
         (self.strength(), self.centre, self.radius * self.radius)
     }
@@ -240,15 +242,15 @@ impl Emitter {
         }
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to area.
+    /// Returns the pdf of [`sample`](Self::sample) with respect to area.
     #[inline]
     pub fn pdf_area(&self) -> f64 {
         1.0 / self.area
     }
 
     /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid
-    /// angle of the emitter's visible front, with its pdf with respect to that; `None` where
-    /// [`seen`](Self::seen) is.
+    /// angle of the emitter's visible front, and returns its pdf with respect to solid angle, too;
+    /// `None` where [`seen`](Self::seen) is.
     #[inline]
     pub fn sample_solid_angle(&self, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
         let seen = self.seen(from)?;
@@ -260,14 +262,16 @@ impl Emitter {
         Some((EmitterPoint { point, normal }, 1.0 / seen.solid_angle()))
     }
 
-    /// The pdf of [`sample_solid_angle`](Self::sample_solid_angle) with respect to solid angle.
+    /// Returns the pdf of [`sample_solid_angle`](Self::sample_solid_angle) with respect to solid
+    /// angle.
     #[inline]
     pub fn pdf_solid_angle(&self, from: DVec3) -> Option<f64> {
         Some(1.0 / self.seen(from)?.solid_angle())
     }
 
-    /// [`sample_solid_angle`](Self::sample_solid_angle) from several points, and in which lanes it
-    /// can be; `None` of all but whole spheres, of which each point is asked for alone.
+    /// Samples as [`sample_solid_angle`](Self::sample_solid_angle) from several points, and returns
+    /// the lanes in which it is possible; `None` except for whole spheres, as other shapes are
+    /// sampled lane by lane.
     #[inline]
     pub(crate) fn sample_cap<R: Real>(
         &self,
@@ -289,7 +293,7 @@ impl Emitter {
         ))
     }
 
-    /// The pdf of [`sample_cap`](Self::sample_cap).
+    /// Returns the pdf of [`sample_cap`](Self::sample_cap).
     #[inline]
     pub(crate) fn pdf_cap<R: Real>(&self, from: R::Vector) -> Option<(R::Mask, R)> {
         let EmitterShape::Sphere(sphere) = self.shape else {
@@ -299,8 +303,9 @@ impl Emitter {
         Some((exists, cap.solid_angle.recip()))
     }
 
-    /// The emitter as seen from a point; `None` from behind or within, for zones and insides of
-    /// spheres, parallelograms without right angles, and emitters that are too small.
+    /// Returns the emitter's shape as seen from a point; `None` from behind or within, for zones
+    /// and insides of spheres, parallelograms without right angles, and emitters that are too
+    /// small.
     #[inline]
     pub fn seen(&self, from: DVec3) -> Option<SolidAngleShape> {
         match self.shape {

@@ -1,4 +1,4 @@
-//! What lies beyond the scene: the same radiance everywhere, or an image of all directions.
+//! Background of a scene: uniform radiance, or an environment map.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,17 +6,17 @@ use glam::DVec3;
 
 use crate::film::{LARGEST_FILM, check_radiance};
 
-/// Radiance of rays that meet nothing.
+/// Radiance of rays that hit nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Environment {
-    /// From all directions the same.
+    /// Uniform radiance from all directions.
     Uniform(DVec3),
-    /// By an image.
+    /// Radiance from an image.
     Map(EnvironmentMap),
 }
 
 impl Environment {
-    /// The radiance from a unit direction.
+    /// Returns the radiance from a unit direction.
     #[inline]
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         match self {
@@ -25,7 +25,7 @@ impl Environment {
         }
     }
 
-    /// The image, if it is one.
+    /// Returns the environment map, if there is one.
     #[inline]
     pub fn map(&self) -> Option<&EnvironmentMap> {
         match self {
@@ -34,37 +34,36 @@ impl Environment {
         }
     }
 
-    /// Whether nothing comes from it.
+    /// Returns whether the background is black.
     pub fn is_black(&self) -> bool {
         *self == Self::Uniform(DVec3::ZERO)
     }
 }
 
-/// An image of all directions by longitude and latitude, in which shadow rays pick directions.
+/// Environment map in longitude and latitude, importance-sampled by shadow rays.
 ///
-/// Its top row is around `up`, its middle column towards `front`, and what is seen to the right of
-/// that when `up` is upright is to the right in the image. Between the centres of pixels radiance
-/// is linear, across the left and right edge as well; above the centres of the first row and below
-/// those of the last it is theirs.
+/// Its top row is around `up`, its middle column towards `front`, and directions to the right of
+/// `front`, with `up` upright, are to the right in the image. Radiance is bilinear between the
+/// centres of pixels, across the left and right edge as well, and constant above the centres of the
+/// first row and below those of the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentMap {
     size: [usize; 2],
-    /// Row by row from the top.
+    /// Radiance of the pixels, row by row from the top.
     pixels: Vec<DVec3>,
-    /// Right, up and front.
+    /// Directions to the right, up and to the front.
     axes: [DVec3; 3],
-    /// Sums of the pixels' probabilities up to each pixel, in the order of the pixels; the last
-    /// is 1.
+    /// Cumulative probabilities of the pixels, in their order; the last is 1.
     sums: Vec<f64>,
 }
 
 impl EnvironmentMap {
-    /// The map of an image, row by row from the top, of radiances; `up` and `front` of any length,
-    /// `front` made perpendicular to `up`.
+    /// Creates a map from an image of radiances, row by row from the top; `up` and `front` have any
+    /// length, `front` is made perpendicular to `up`.
     ///
     /// # Errors
     /// A message if pixels do not fill the size, are not radiances, or are all black, and if `up`
-    /// and `front` are along one line.
+    /// and `front` are parallel.
     pub fn new(
         size: [usize; 2],
         pixels: Vec<DVec3>,
@@ -116,7 +115,7 @@ impl EnvironmentMap {
         Ok(map)
     }
 
-    /// The radiance from a unit direction.
+    /// Returns the radiance from a unit direction.
     #[inline]
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let [width, height] = self.size;
@@ -136,8 +135,8 @@ impl EnvironmentMap {
         along(rows[0]).lerp(along(rows[1]), lower_share)
     }
 
-    /// A direction, about in proportion to its radiance, from two uniform numbers, and its pdf with
-    /// respect to solid angle, 1/sr.
+    /// Maps two uniform numbers to a direction, approximately in proportion to its radiance;
+    /// returns it and its pdf with respect to solid angle, 1/sr.
     #[inline]
     pub fn sample(&self, [r1, r2]: [f64; 2]) -> (DVec3, f64) {
         let [width, height] = self.size;
@@ -145,7 +144,7 @@ impl EnvironmentMap {
             .sums
             .partition_point(|sum| *sum <= r1)
             .min(self.sums.len() - 1);
-        // Where in its pixel the first number lies is a uniform number again.
+        // The position of the first number within its pixel is a uniform number again.
         let within = ((r1 - self.sum_before(i)) / self.probability(i)).clamp(0.0, 1.0);
         let [high, low] =
             [i / width, i / width + 1].map(|row| (PI * row as f64 / height as f64).cos());
@@ -159,7 +158,7 @@ impl EnvironmentMap {
         (direction, self.probability(i) / self.solid_angle(i / width))
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
+    /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
     #[inline]
     pub fn pdf(&self, direction: DVec3) -> f64 {
         let [width, height] = self.size;
@@ -169,14 +168,14 @@ impl EnvironmentMap {
         self.probability(row * width + cell(u, width)) / self.solid_angle(row)
     }
 
-    /// Where a direction lies in the image, in [0, 1]²: to the right and down.
+    /// Returns the image position of a direction, in [0, 1]²: to the right and down.
     #[inline]
     fn place(&self, direction: DVec3) -> [f64; 2] {
         let [x, y, z] = self.axes.map(|axis| axis.dot(direction));
         [0.5 + x.atan2(z) / TAU, y.clamp(-1.0, 1.0).acos() / PI]
     }
 
-    /// The solid angle of each pixel of a row.
+    /// Returns the solid angle of each pixel of a row.
     #[inline]
     fn solid_angle(&self, row: usize) -> f64 {
         let [width, height] = self.size.map(|n| n as f64);
@@ -184,8 +183,8 @@ impl EnvironmentMap {
         (high - low) * TAU / width
     }
 
-    /// The mean of radiance over a pixel and the channels: of what is linear between centres, an
-    /// eighth is the neighbours' on each side.
+    /// Returns the mean radiance over a pixel and the channels: by linear interpolation each
+    /// neighbour in a row or column contributes an eighth.
     fn mean_over_cell(&self, x: usize, y: usize) -> f64 {
         let [width, height] = self.size;
         let columns = [(x + width - 1) % width, x, (x + 1) % width];

@@ -1,35 +1,33 @@
-//! Which emitter a particle starts from, by flux, and which one a shadow ray looks for: each with a
-//! share of the picks in proportion to what it may contribute, and some of them evenly,
-//! [`crate::equation::LIGHT_PICK`].
+//! Light samplers: emitters are picked by flux for particles, and by estimated contribution for
+//! shadow rays, with a fraction of the picks uniform, [`crate::equation::LIGHT_PICK`].
 
 use crate::math::real::Real;
 
-/// So many emitters at most are asked one by one what they may contribute at a vertex; more are in
-/// [groups](crate::light::light_tree) of fewer.
+/// Maximum number of emitters whose contributions are evaluated individually at a vertex; more are
+/// picked through [groups](crate::light::light_tree).
 pub const MOST: usize = 64;
-/// This part of all picks is even among the emitters that may contribute at all: what they do
-/// contribute hangs on what stands between, too.
+/// Fraction of picks that is uniform among the emitters with a contribution above 0, as occlusion
+/// may change the contributions.
 pub const EVEN: f64 = 0.2;
-/// Contributions are taken as within these bounds, so that neither their sum nor its inverse
-/// overflows.
+/// Bounds to which contributions are clamped, so that neither their sum nor its inverse overflows.
 const BOUNDS: [f64; 2] = [1e-280, 1e280];
-/// The same in single precision.
+/// [`BOUNDS`] in single precision.
 const SINGLE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 
-/// Picks of emitters that do not depend on a place: one half in proportion to their flux, as most
-/// light is then followed, the other half evenly among those that have any, as little light near
-/// the eye may matter more.
+/// Picks emitters independently of a position: half of the picks in proportion to flux, where most
+/// light comes from, the other half uniformly among the emitters with flux, as dim lights near the
+/// eye may matter more.
 #[derive(Clone, Debug)]
 pub struct FluxPicks {
-    /// The share of all picks that an emitter has together with those before it.
+    /// Cumulative selection probabilities.
     up_to: Vec<f64>,
 }
 
 impl FluxPicks {
-    /// Of emitters with these fluxes, in any unit.
+    /// Creates the distribution for these fluxes, in any unit.
     pub fn new(fluxes: &[f64]) -> Self {
         let largest = fluxes.iter().copied().fold(0.0, f64::max).min(f64::MAX);
-        // Without any flux at all they are as good as each other.
+        // Without any flux all emitters have the same probability.
         let shines = |flux: f64| flux > 0.0 || largest == 0.0;
         let relative = |flux: f64| {
             if largest > 0.0 {
@@ -50,13 +48,13 @@ impl FluxPicks {
         Self { up_to }
     }
 
-    /// The number of the emitter that a uniform number in [0, 1) picks.
+    /// Returns the index of the emitter that a uniform number in [0, 1) picks.
     #[inline]
     pub fn pick(&self, r: f64) -> usize {
         self.up_to.partition_point(|&share| share <= r)
     }
 
-    /// The probability of that.
+    /// Returns the selection probability of an emitter.
     #[inline]
     pub fn probability(&self, index: usize) -> f64 {
         self.up_to[index]
@@ -66,7 +64,7 @@ impl FluxPicks {
     }
 }
 
-/// What turns contributions into shares.
+/// Factors that turn contributions into selection probabilities.
 #[derive(Clone, Copy)]
 struct Scale<R> {
     proportional: R,
@@ -74,7 +72,7 @@ struct Scale<R> {
 }
 
 impl<R: Real> Scale<R> {
-    /// Of all contributions, each handed on as it is bounded.
+    /// Computes the factors from all contributions, and passes each clamped contribution to `each`.
     #[inline]
     fn new(
         count: usize,
@@ -110,8 +108,8 @@ impl<R: Real> Scale<R> {
     }
 }
 
-/// The shares of `shares.len()` emitters, which sum to 1, from what each may contribute; all are 0
-/// if none may.
+/// Turns contributions into the selection probabilities of `shares.len()` emitters, which sum to 1;
+/// all are 0 if no emitter contributes.
 #[inline]
 pub fn share_all<R: Real>(contribution: impl Fn(usize) -> R, shares: &mut [R]) {
     let scale = Scale::new(shares.len(), contribution, |i, contribution| {
@@ -122,7 +120,7 @@ pub fn share_all<R: Real>(contribution: impl Fn(usize) -> R, shares: &mut [R]) {
         .for_each(|share| *share = scale.share(*share));
 }
 
-/// The share of one of `count` emitters.
+/// Returns the selection probability of one of `count` emitters.
 #[inline]
 pub fn share<R: Real>(contribution: impl Fn(usize) -> R, count: usize, index: R) -> R {
     let mut wanted = R::splat(0.0);
@@ -133,14 +131,14 @@ pub fn share<R: Real>(contribution: impl Fn(usize) -> R, count: usize, index: R)
     scale.share(wanted)
 }
 
-/// The number of the emitter that a uniform number in [0, 1) picks by shares, and its share; 0 and
-/// 0 if none has any.
+/// Returns the index that a uniform number in [0, 1) picks by these probabilities, and its
+/// probability; 0 and 0 if all are 0.
 #[inline]
 pub fn pick<R: Real>(shares: &[R], r: R) -> (R, R) {
     let zero = R::splat(0.0);
     let (mut index, mut picked, mut left) = (zero, zero, r);
     for (i, &share) in shares.iter().enumerate() {
-        // Where rounding leaves some of `r`, the last one with a share has it.
+        // If rounding leaves a rest of `r`, the last index with a probability above 0 is picked.
         let here = share.above(zero) & !left.below(zero);
         index = R::choose(here, R::splat(i as f64), index);
         picked = R::choose(here, share, picked);

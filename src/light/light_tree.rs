@@ -1,42 +1,42 @@
-//! Picks among the emitters of a scene. If they are many, neighbours are in groups, these in larger
-//! ones, and a shadow ray picks its way from the largest groups down to an emitter, at each step by
-//! what the choices may contribute.
+//! Hierarchical light sampler. Many emitters are grouped with their neighbours, groups form larger
+//! groups, and a shadow ray descends from the largest groups to an emitter, picking at each step by
+//! estimated contribution.
 
 use glam::DVec3;
 
 use super::emitter::Emitter;
 use super::light_sampler::{MOST, share, share_all};
 
-/// So many choices at most are there at a step, if there are several steps.
+/// Maximum number of choices at a step, if there are several steps.
 const CHOICES: usize = MOST / 2;
-/// The last number below 1.
+/// Largest number below 1.
 const LAST: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// The emitters of a scene, in groups of groups if they are more than [`MOST`].
+/// Emitters of a scene, in nested groups if there are more than [`MOST`].
 #[derive(Clone, Debug)]
 pub struct Groups {
-    /// The numbers of the emitters, neighbours next to each other.
+    /// Indices of the emitters, sorted so that neighbours are adjacent.
     order: Vec<u32>,
-    /// Where each emitter is in that order.
+    /// Position of each emitter in `order`.
     place: Vec<u32>,
-    /// Level k has a group for each `choices` of level k - 1; those of level 0 are of so many
-    /// emitters.
+    /// Groups by level: level k has a group for each `choices` groups of level k - 1, level 0 for
+    /// each `choices` emitters.
     levels: Vec<Vec<Group>>,
     choices: usize,
 }
 
-/// Emitters as one that shines alike in all directions.
+/// A group of emitters, approximated by one isotropic source.
 #[derive(Clone, Copy, Debug)]
 struct Group {
     /// Area times radiance.
     strength: f64,
     centre: DVec3,
-    /// The mean squared distance from the centre.
+    /// Mean squared distance from the centre.
     spread: f64,
 }
 
 impl Group {
-    /// Of smaller ones.
+    /// Merges smaller groups.
     fn of(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let strength: f64 = parts.clone().map(|part| part.strength).sum();
         let share = |part: &Self| {
@@ -63,7 +63,7 @@ impl Group {
 }
 
 impl Groups {
-    /// Of any number of emitters.
+    /// Builds the groups of any number of emitters.
     pub fn new(emitters: &[Emitter]) -> Self {
         let count = emitters.len();
         let fits = |choices: usize, steps: u32| choices.pow(steps) >= count;
@@ -71,10 +71,10 @@ impl Groups {
         if count > MOST {
             steps = (2..)
                 .find(|&steps| fits(CHOICES, steps))
-                .expect("a power that is large enough");
+                .expect("a sufficient number of steps");
             choices = (2..)
                 .find(|&choices| fits(choices, steps))
-                .expect("no more than at most");
+                .expect("at most CHOICES choices");
         }
         let mut order: Vec<u32> = (0..count as u32).collect();
         sort(&mut order, emitters, choices);
@@ -108,26 +108,27 @@ impl Groups {
         }
     }
 
-    /// Whether there are several steps to an emitter, not one.
+    /// Returns whether picking an emitter takes several steps.
     #[inline]
     pub fn is_nested(&self) -> bool {
         !self.levels.is_empty()
     }
 
-    /// The choices at a step that leads to `place` among groups of this level or, without one,
-    /// among emitters: where they begin, and how many.
+    /// Returns the choices at the step that leads to `place` among the groups of a level or,
+    /// without one, among the emitters: the first and the number of them.
     fn choices(&self, level: Option<usize>, place: usize) -> (usize, usize) {
         let first = place / self.choices * self.choices;
         let all = level.map_or(self.order.len(), |level| self.levels[level].len());
         (first, self.choices.min(all - first))
     }
 
-    /// What a choice may contribute.
+    /// Returns the contribution of a choice.
     fn contribution(
         &self,
         level: Option<usize>,
         place: usize,
-        (from, emitter): (DVec3, &impl Fn(usize) -> f64),
+        from: DVec3,
+        emitter: &impl Fn(usize) -> f64,
     ) -> f64 {
         match level {
             Some(level) => self.levels[level][place].contribution(from),
@@ -135,14 +136,14 @@ impl Groups {
         }
     }
 
-    /// All steps from the largest groups down to emitters.
+    /// Iterates over the steps from the largest groups down to the emitters.
     fn steps(&self) -> impl Iterator<Item = Option<usize>> {
         (0..self.levels.len()).rev().map(Some).chain([None])
     }
 
-    /// The number of the emitter that a uniform number in [0, 1) picks from a point, and the
-    /// probability of that, 0 if no emitter of its group contributes. `contribution` is an
-    /// emitter's, `by_share` picks by shares.
+    /// Returns the index of the emitter that a uniform number in [0, 1) picks from a point, and the
+    /// probability, 0 if no emitter of its group contributes. `contribution` evaluates an emitter,
+    /// `by_share` picks by selection probabilities.
     #[inline]
     pub fn pick(
         &self,
@@ -157,14 +158,14 @@ impl Groups {
             let (first, count) = self.choices(level, place);
             let shares = &mut shares[..count];
             share_all(
-                |i| self.contribution(level, first + i, (from, &contribution)),
+                |i| self.contribution(level, first + i, from, &contribution),
                 shares,
             );
             let (index, share) = by_share(r, shares);
             probability *= share;
             place = first + index;
             if level.is_some() {
-                // What is left of the number is as uniform, and picks the next.
+                // The remainder of the number is uniform again, and picks at the next step.
                 let below: f64 = shares[..index].iter().sum();
                 r = ((r - below) / share).clamp(0.0, LAST);
                 place *= self.choices;
@@ -173,7 +174,7 @@ impl Groups {
         (self.order[place] as usize, probability)
     }
 
-    /// The probability with which [`pick`](Self::pick) picks the emitter of this number.
+    /// Returns the probability with which [`pick`](Self::pick) picks an emitter.
     #[inline]
     pub fn probability(
         &self,
@@ -187,14 +188,15 @@ impl Groups {
         };
         let of_step = |level| {
             let (first, count) = self.choices(level, above(level));
-            let contribution = |i| self.contribution(level, first + i, (from, &contribution));
+            let contribution = |i| self.contribution(level, first + i, from, &contribution);
             share(contribution, count, (above(level) - first) as f64)
         };
         self.steps().map(of_step).product()
     }
 }
 
-/// Sorts emitters so that the groups of `choices`, of so many groups and so on are of neighbours.
+/// Sorts emitters so that each run of `choices`, and of higher powers of it, consists of
+/// neighbours.
 fn sort(order: &mut [u32], emitters: &[Emitter], choices: usize) {
     if order.len() <= choices {
         return;

@@ -287,7 +287,7 @@ pub trait Scattering: Sync {
     }
 }
 
-/// The parts that programs run: the library's own functions.
+/// Default parts: the library's own functions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Standard;
 

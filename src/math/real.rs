@@ -1,46 +1,46 @@
-//! Numbers and vectors that equations are written over: those of one ray, or of several rays at
-//! once.
+//! Numbers and vectors for which equations are written: of a single ray, or of several rays in SIMD
+//! lanes.
 //!
 //! An equation is written once, as a function of any [`Real`] or [`Vector`]. Each operation of
 //! [`Lanes`](super::simd::Lanes) rounds as that of `f64` does, lane by lane, and no two are ever
 //! fused, so a function has the same bits for a ray alone and for the same ray in a lane;
 //! `tests/library/lanes` compares them. [`Singles`](super::simd::Singles) round to single
-//! precision, [`crate::equation::SINGLE_PRECISION`]; `tests/library/singles.rs` bounds by how much.
+//! precision, [`crate::equation::SINGLE_PRECISION`]; `tests/library/singles.rs` bounds the error.
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::DVec3;
 
-/// A yes or no for one ray or for each of several.
+/// A boolean for one ray or for each lane.
 pub trait Mask:
     Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// Whether it is yes for any.
+    /// Returns whether any lane is set.
     fn any(self) -> bool;
-    /// From a yes or no for each lane.
+    /// Creates a mask from a function of the lane.
     fn from_fn(lane: impl Fn(usize) -> bool) -> Self;
-    /// One bit for each lane, the first is the lowest.
+    /// Returns one bit for each lane; the first is the lowest.
     fn bits(self) -> u32;
 
-    /// From one bit for each lane, the first is the lowest.
+    /// Creates a mask from one bit for each lane; the first is the lowest.
     #[inline]
     fn from_bits(bits: u32) -> Self {
         Self::from_fn(|i| bits >> i & 1 == 1)
     }
-    /// The same for all lanes.
+    /// Creates a mask with all lanes set or none.
     #[inline]
     fn splat(all: bool) -> Self {
         Self::from_fn(|_| all)
     }
-    /// Whether it is yes for this lane.
+    /// Returns the boolean of a lane.
     #[inline]
     fn lane(self, lane: usize) -> bool {
         self.bits() >> lane & 1 == 1
     }
 }
 
-/// A real number of one ray, or one for each of several.
+/// A real number of one ray, or one for each lane.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -53,65 +53,65 @@ pub trait Real:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
-    /// What a comparison says.
+    /// Result of comparisons.
     type Mask: Mask;
-    /// Three of them.
+    /// Vector of three numbers.
     type Vector: Vector<Real = Self>;
 
-    /// Whether operations round to single precision; else it is double precision.
+    /// Whether operations round to single precision rather than double.
     const IS_SINGLE: bool;
 
-    /// The first number in double precision, the second in single precision.
+    /// Returns the first number in double precision, the second in single precision.
     #[inline]
     fn by_precision(double: f64, single: f64) -> Self {
         Self::splat(if Self::IS_SINGLE { single } else { double })
     }
-    /// The same number for every ray.
+    /// Creates a number that is the same for every ray.
     fn splat(value: f64) -> Self;
-    /// From the number of each lane, rounded.
+    /// Creates a number from a function of the lane, rounded.
     fn from_lanes(lane: impl Fn(usize) -> f64) -> Self;
-    /// From the vector of each lane, rounded.
+    /// Creates a vector from a function of the lane, rounded.
     fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Self::Vector;
-    /// The number of one lane.
+    /// Returns the number of a lane.
     fn lane(self, lane: usize) -> f64;
-    /// The square root, correctly rounded.
+    /// Returns the square root, correctly rounded.
     fn sqrt(self) -> Self;
-    /// The magnitude.
+    /// Returns the magnitude.
     fn abs(self) -> Self;
-    /// The magnitude of this number with the sign of another.
+    /// Returns the magnitude of this number with the sign of another.
     fn copysign(self, sign: Self) -> Self;
-    /// The largest whole number that is not above.
+    /// Returns the largest integer that is not above.
     fn floor(self) -> Self;
-    /// Whether self < other; false for NaN.
+    /// Returns whether self < other; false for NaN.
     fn below(self, other: Self) -> Self::Mask;
-    /// Whether self = other; false for NaN.
+    /// Returns whether self = other; false for NaN.
     fn equals(self, other: Self) -> Self::Mask;
-    /// `yes` where the mask says so, else `no`.
+    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Whether self > other; false for NaN.
+    /// Returns whether self > other; false for NaN.
     #[inline]
     fn above(self, other: Self) -> Self::Mask {
         other.below(self)
     }
-    /// This number, but not below `bound`; the bound for NaN.
+    /// Returns the maximum of this number and `bound`; the bound for NaN.
     #[inline]
     fn at_least(self, bound: Self) -> Self {
         Self::choose(self.above(bound), self, bound)
     }
-    /// This number, but not above `bound`; the bound for NaN.
+    /// Returns the minimum of this number and `bound`; the bound for NaN.
     #[inline]
     fn at_most(self, bound: Self) -> Self {
         Self::choose(self.below(bound), self, bound)
     }
-    /// 1/self.
+    /// Returns 1/self.
     #[inline]
     fn recip(self) -> Self {
         Self::splat(1.0) / self
     }
 }
 
-/// A vector of three numbers of one ray, or of each of several.
+/// A vector of three numbers of one ray, or one vector for each lane.
 pub trait Vector:
     Copy
     + Add<Output = Self>
@@ -120,56 +120,56 @@ pub trait Vector:
     + Neg<Output = Self>
     + Mul<Self::Real, Output = Self>
 {
-    /// Its numbers.
+    /// Number type of the components.
     type Real: Real;
 
-    /// From its components.
+    /// Creates a vector from its components.
     fn of(components: [Self::Real; 3]) -> Self;
-    /// Its components.
+    /// Returns the components.
     fn components(self) -> [Self::Real; 3];
-    /// From the vector of each lane, rounded.
+    /// Creates a vector from a function of the lane, rounded.
     fn from_fn(lane: impl Fn(usize) -> DVec3) -> Self;
 
-    /// The third component.
+    /// Returns the third component.
     #[inline]
     fn z(self) -> Self::Real {
         let [_, _, z] = self.components();
         z
     }
-    /// The vector of one lane.
+    /// Returns the vector of a lane.
     #[inline]
     fn lane(self, lane: usize) -> DVec3 {
         DVec3::from_array(self.components().map(|component| component.lane(lane)))
     }
 
-    /// The same vector for every ray.
+    /// Creates a vector that is the same for every ray.
     #[inline]
     fn splat_vector(value: DVec3) -> Self {
         Self::of(value.to_array().map(Real::splat))
     }
-    /// The scalar product.
+    /// Returns the scalar product.
     #[inline]
     fn dot(self, other: Self) -> Self::Real {
         let [[a, b, c], [x, y, z]] = [self.components(), other.components()];
         a * x + b * y + c * z
     }
-    /// ‖v‖².
+    /// Returns ‖v‖².
     #[inline]
     fn length_squared(self) -> Self::Real {
         self.dot(self)
     }
-    /// v/‖v‖.
+    /// Returns v/‖v‖.
     #[inline]
     fn normalize(self) -> Self {
         self * self.length_squared().sqrt().recip()
     }
-    /// The largest component.
+    /// Returns the largest component.
     #[inline]
     fn max_element(self) -> Self::Real {
         let [x, y, z] = self.components();
         x.at_least(y.at_least(z))
     }
-    /// `yes` where the mask says so, else `no`.
+    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
     fn choose(mask: <Self::Real as Real>::Mask, yes: Self, no: Self) -> Self {
         let [[a, b, c], [x, y, z]] = [yes.components(), no.components()];
@@ -265,11 +265,12 @@ impl Vector for DVec3 {
     }
 }
 
-/// sin and cos of 2π times a share of a turn in [0, 1], in any lane the same; within 4·10⁻¹⁶ of the
-/// true values, in single precision within 2·10⁻⁷.
+/// Returns sin and cos of 2π times a fraction of a turn in [0, 1], the same in any lane; within
+/// 4·10⁻¹⁶ of the true values, in single precision within 2·10⁻⁷.
 ///
-/// The share less the nearest quarter turn is exact and at most 1/8. Of that angle, at most π/4,
-/// the Taylor series are cut where what follows is below 5·10⁻¹⁷, in single precision 2·10⁻⁹.
+/// The fraction minus the nearest quarter turn is exact and at most 1/8. The Taylor series of that
+/// angle, at most π/4, are truncated where the remainder is below 5·10⁻¹⁷, in single precision
+/// 2·10⁻⁹.
 #[inline]
 pub fn sin_cos_of_turn<R: Real>(share: R) -> (R, R) {
     let quarter = (share * 4.0 + 0.5).floor();
@@ -283,8 +284,8 @@ pub fn sin_cos_of_turn<R: Real>(share: R) -> (R, R) {
     let left_out = if R::IS_SINGLE { 3 } else { 0 };
     let sin = x * (series(&SIN[left_out..]) * x2 + 1.0);
     let cos = series(&COS[left_out..]) * x2 + 1.0;
-    // After an odd number of quarter turns they change places; signs change in the second half of
-    // each.
+    // After an odd number of quarter turns sin and cos are swapped; signs change in the second half
+    // of each.
     let odd = (quarter - (quarter * 0.5).floor() * 2.0).above(R::splat(0.5));
     let half = |turned: R| (turned - (turned * 0.25).floor() * 4.0).above(R::splat(1.5));
     let signed = |value: R, negative: R::Mask| R::choose(negative, -value, value);
@@ -294,7 +295,7 @@ pub fn sin_cos_of_turn<R: Real>(share: R) -> (R, R) {
     )
 }
 
-/// (−1)ᵏ/(2k + 1)! from k = 7 down to 1.
+/// Coefficients (−1)ᵏ/(2k + 1)! from k = 7 down to 1.
 const SIN: [f64; 7] = [
     -1.0 / 1_307_674_368_000.0,
     1.0 / 6_227_020_800.0,
@@ -305,7 +306,7 @@ const SIN: [f64; 7] = [
     -1.0 / 6.0,
 ];
 
-/// (−1)ᵏ/(2k)! from k = 8 down to 1.
+/// Coefficients (−1)ᵏ/(2k)! from k = 8 down to 1.
 const COS: [f64; 8] = [
     1.0 / 20_922_789_888_000.0,
     -1.0 / 87_178_291_200.0,

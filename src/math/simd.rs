@@ -1,4 +1,4 @@
-//! Numbers of several rays at once: eight in double precision, sixteen in single precision.
+//! SIMD numbers of several rays: eight in double precision, sixteen in single precision.
 
 use std::array::from_fn;
 use std::fmt::Debug;
@@ -9,7 +9,7 @@ use wide::{f32x4, f32x8, f32x16, f64x4, f64x8};
 
 use super::real::{Mask, Real, Vector};
 
-/// How many rays a [`Lanes`] number is of.
+/// Number of rays in [`Lanes`].
 pub const LANES: usize = 8;
 
 /// A number for each of [`LANES`] rays, in double precision.
@@ -18,10 +18,10 @@ pub type Lanes = f64x8;
 /// A number for each of [`FOUR`] triangles that one ray is tested against, in double precision.
 pub type Four = f64x4;
 
-/// How many triangles a [`Four`] number is of.
+/// Number of triangles in [`Four`].
 pub const FOUR: usize = 4;
 
-/// How many rays a [`Singles`] number is of.
+/// Number of rays in [`Singles`].
 pub const SINGLES: usize = 16;
 
 /// An order of the axes in which the one nearest to a ray's direction is the last, and the frame
@@ -87,28 +87,28 @@ impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
     }
 }
 
-/// Numbers of `N` rays at once.
+/// Numbers of `N` rays.
 pub trait Wide<const N: usize>: Real<Vector: Turn> {
-    /// A number of one of them.
+    /// Number type of a single lane.
     type Scalar: Scalar;
-    /// As many numbers in single precision, where there are several.
+    /// Numbers in single precision with the same lane count, if there are several lanes.
     type Single: Wide<N>;
 
-    /// From the number of each lane.
+    /// Creates a number from those of all lanes.
     fn of_lanes(lanes: [Self::Scalar; N]) -> Self;
-    /// The number of each lane.
+    /// Returns the numbers of all lanes.
     fn lanes(self) -> [Self::Scalar; N];
 
-    /// Each lane as an integer, if it is one below 2³¹.
+    /// Returns each lane as an integer; the lanes are integers below 2³¹.
     fn whole(self) -> [u32; N];
-    /// The same number in each lane.
+    /// Creates a number that is the same in each lane.
     #[inline]
     fn all(number: Self::Scalar) -> Self {
         Self::of_lanes([number; N])
     }
-    /// From a row of numbers for each lane, as many as a multiple of eight.
+    /// Transposes a row of numbers for each lane; the length is a multiple of eight.
     fn of_rows<const K: usize>(rows: [&Row<Self::Scalar, K>; N]) -> [Self; K];
-    /// Rounded to single precision.
+    /// Rounds to single precision.
     #[inline]
     fn single(self) -> Self::Single {
         Self::Single::of_lanes(
@@ -118,28 +118,27 @@ pub trait Wide<const N: usize>: Real<Vector: Turn> {
     }
 }
 
-/// Numbers that one lane takes at once, so placed that this is fast: eight lie in one line of a
-/// cache.
+/// Cache-line-aligned array: the row of one lane is gathered with a few loads.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Row<T, const K: usize>(pub [T; K]);
 
 /// A number of one lane.
 pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync + 'static {
-    /// Whether it is of single precision.
+    /// Whether the type is of single precision.
     const IS_SINGLE: bool;
 
-    /// The nearest to a number.
+    /// Rounds to the nearest number of this type.
     fn rounded(number: f64) -> Self;
-    /// The number in [0, 1) that a generator makes of 64 bits.
+    /// Returns the number in [0, 1) that a generator makes of 64 bits.
     fn unit(word: u64) -> Self;
-    /// In single precision.
+    /// Converts to single precision.
     fn single(self) -> f32;
-    /// From single precision.
+    /// Converts from single precision.
     fn of_single(number: f32) -> Self;
 }
 
-/// One ray.
+/// A single ray.
 impl Wide<1> for f64 {
     type Scalar = Self;
     type Single = Self;
@@ -204,18 +203,18 @@ impl Scalar for f32 {
     }
 }
 
-/// A number as an integer, if it is one below 2³²: the last bits of this sum. A conversion would
-/// test first whether it fits.
+/// Converts an integer-valued number below 2³² to an integer: the last bits of this sum. A
+/// conversion would first test the range.
 #[inline]
 fn last_bits(number: f64) -> u32 {
     (number + (1u64 << 52) as f64).to_bits() as u32
 }
 
-/// Implements [`Real`] and [`Wide`] for numbers of a type of `wide`, and their mask.
+/// Implements [`Real`] and [`Wide`] for a double- or single-precision type of `wide`, and its mask.
 macro_rules! lanes {
     ($number:ty, $wrap:expr, $inner:expr, $wide:ty, $scalar:ty, $bits:ty, $count:literal, $single:ty,
      $mask:ident, $is_single:literal, $part:ty, $whole:expr) => {
-        /// A yes or no for each of several rays.
+        /// A boolean for each of several rays.
         #[derive(Clone, Copy, Debug)]
         pub struct $mask($wide);
 
@@ -316,8 +315,8 @@ macro_rules! lanes {
             fn above(self, other: Self) -> $mask {
                 $mask($inner(self).simd_gt($inner(other)))
             }
-            // On this architecture these are single instructions, which take the bound for NaN and
-            // of two equal numbers.
+            // On this architecture these are single instructions, which return the bound for NaN
+            // and for two equal numbers.
             #[cfg(target_arch = "x86_64")]
             #[inline]
             fn at_least(self, bound: Self) -> Self {
@@ -359,7 +358,7 @@ macro_rules! lanes {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
                 const { assert!(K.is_multiple_of(PART)) }
                 let mut columns = [[0.0; $count]; K];
-                // In squares, which are turned in registers.
+                // Squares of columns are transposed in registers.
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
                     for first in (0..$count).step_by(PART) {
                         let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
@@ -375,7 +374,7 @@ macro_rules! lanes {
     };
 }
 
-/// Numbers of a type of `wide` in single precision.
+/// Defines a single-precision number type on top of a type of `wide`.
 macro_rules! singles {
     ($(#[$what:meta])* $number:ident, $wide:ty, $count:literal, $mask:ident, $part:ty) => {
         $(#[$what])*
@@ -460,7 +459,7 @@ singles! {
 }
 
 singles! {
-    /// As many numbers as [`Four`], in single precision.
+    /// A number for each of [`FOUR`] triangles, in single precision.
     FourSingles, f32x4, 4, FourSinglesMask, f32x4
 }
 

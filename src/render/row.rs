@@ -1,4 +1,4 @@
-//! Rows of pixels in lanes: which sample each lane follows, and what becomes of its radiance.
+//! Rendering of pixel rows in lanes: assigns samples to lanes and adds their radiance to pixels.
 
 use std::array::from_fn;
 
@@ -31,24 +31,24 @@ pub enum LaneEstimator {
     Whitted(Whitted),
 }
 
-/// A replication in a lane.
+/// State of the replication that a lane computes.
 #[derive(Clone, Copy, Default)]
 struct Work {
-    /// Its pixel in the row.
+    /// Column of its pixel in the row.
     column: usize,
     sample: SampleName,
-    /// The radiance of the samples that are done.
+    /// Sum of the radiances of its finished samples.
     sum: DVec3,
-    /// The radiance that an emitter has shown to the camera ray, directly or in mirrors.
+    /// Radiance of an emitter seen by the camera ray, directly or through mirrors.
     own: DVec3,
-    /// Product of the reflectances of the mirrors that the camera ray has followed, and how many
-    /// they are, as in [`View`](crate::render::silhouette::View).
+    /// Product of the reflectances of the mirrors that the camera ray has followed, and their
+    /// number, as in [`View`](crate::render::silhouette::View).
     weight: DVec3,
     mirrors: u32,
 }
 
 impl Work {
-    /// An error of this replication, with its place in a row that starts at `corner` of the frame.
+    /// Adds this replication and its pixel to an error; the row starts at `corner` of the frame.
     fn place(&self, corner: [u32; 2], error: Error) -> Error {
         let (x, y) = (corner[0] + self.column as u32, corner[1]);
         error.at(|| {
@@ -60,7 +60,7 @@ impl Work {
     }
 }
 
-/// An estimator in its scene, for rows of pixels of a frame.
+/// Renders rows of pixels with an estimator in a scene.
 pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
     pub scene: LaneScene<'a, R, N>,
     pub estimator: LaneEstimator,
@@ -87,7 +87,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     }
 }
 
-/// Adds the missing replications of an estimator to the pixels of a piece.
+/// Adds the missing replications to the pixels of a piece with one kind of estimator and sampler.
 fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     renderer: &RowRenderer<'_, R, N>,
     estimator: &E,
@@ -116,8 +116,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     let mut work = [Work::default(); N];
     let mut paths: PathState<R, N> = PathState::new();
     let mut scratch = IntersectionScratch::new();
-    // A bit for each lane: those that need a replication, that start a sample, and that are on
-    // their way.
+    // Bits of the lanes that need a replication, that start a sample, and whose path is under way.
     let (mut idle, mut fresh, mut busy) = (u32::MAX >> (32 - N), 0_u32, 0_u32);
     loop {
         for lane in lanes_of(idle) {
@@ -235,7 +234,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
 }
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
-    /// The radiance that emitters show through these points of a pixel.
+    /// Returns the emitted radiance seen through these points of a pixel.
     fn shown(
         &self,
         pixel: [u32; 2],
@@ -276,7 +275,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         shown
     }
 
-    /// The camera rays of the samples that start, in the lanes of the mask.
+    /// Generates the camera rays of samples that start in the lanes of the mask.
     fn camera_rays<S: PixelSampler<R>>(
         &self,
         corner: [u32; 2],

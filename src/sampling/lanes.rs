@@ -1,4 +1,4 @@
-//! Random numbers of several samples at once: for each lane those that the sample alone would draw.
+//! Random numbers in lanes: each lane draws the same numbers as its sample would draw alone.
 
 use std::array::from_fn;
 
@@ -13,7 +13,7 @@ use super::sampler::{
 use crate::math::real::{Mask, Real};
 use crate::math::simd::{SINGLES, Scalar, Wide, lanes_of};
 
-/// One sample: its pixel in the frame, its replication, and its place among the samples of that.
+/// A sample: its pixel in the frame, its replication, and its index within the replication.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SampleName {
     pub pixel: u32,
@@ -21,40 +21,41 @@ pub(crate) struct SampleName {
     pub index: u32,
 }
 
-/// Where the lanes take their numbers from.
+/// Source of random numbers for all lanes.
 pub(crate) trait LaneSampler<R: Real> {
-    /// A uniform number for each lane of the mask; the others draw none, and theirs means nothing.
+    /// Draws a uniform number in [0, 1) in each lane of the mask; other lanes draw none and hold
+    /// arbitrary values.
     fn uniform(&mut self, drawing: R::Mask) -> R;
-    /// The random bits of which the next number of a lane is made.
+    /// Draws the random bits of the next number of a lane.
     fn word(&mut self, lane: usize) -> u64;
-    /// Says to which blocks the next numbers of these lanes belong.
+    /// Starts these blocks of random numbers in the lanes of the mask.
     fn start_blocks(&mut self, starting: R::Mask, blocks: &[u32]);
-    /// Leaves out a number of each lane of the mask, that nothing depends on.
+    /// Skips a number, which nothing depends on, in each lane of the mask.
     #[inline]
     fn skip(&mut self, drawing: R::Mask) {
         self.uniform(drawing);
     }
 }
 
-/// The numbers of samples of pixels.
+/// A [`LaneSampler`] for the samples of pixels.
 pub(crate) trait PixelSampler<R: Real>: LaneSampler<R> {
-    /// Lanes without samples, which draw by this seed.
+    /// Creates a sampler with this seed; no lane has a sample yet.
     fn new(seed: u64) -> Self;
-    /// Starts a sample in a lane, whose first block must be started next.
+    /// Starts a sample in a lane; its first block must be started next.
     fn start(&mut self, lane: usize, sampling: &Sampling, sample: SampleName);
 }
 
-/// Xoshiro256++, the generator of [`crate::sampling::rng::Stream`], one for each lane.
+/// A Xoshiro256++ generator per lane, as [`crate::sampling::rng::Stream`].
 pub(crate) struct Streams<const N: usize> {
     groups: [[u64x8; 4]; SINGLES / EIGHT],
     hashes: [CounterHash; 4],
 }
 
-/// Lanes of a group of streams; there are as many groups as the most lanes need.
+/// Lanes per group of streams; there are enough groups for the highest lane count.
 const EIGHT: usize = 8;
 
 impl<const N: usize> Streams<N> {
-    /// Random bits for each lane of the mask; the streams of the others stay where they are.
+    /// Draws 64 random bits in each lane of the mask; the other streams do not advance.
     #[inline]
     fn words(&mut self, drawing: u32) -> [u64; N] {
         let rotated = |x: u64x8, by: u32| x << by | x >> (u64::BITS - by);
@@ -103,26 +104,26 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Streams<N> {
     fn start_blocks(&mut self, _: R::Mask, _: &[u32]) {}
 }
 
-/// The points of [`crate::sampling::sampler::Sobol`], one for each lane.
+/// Points of [`crate::sampling::sampler::Sobol`], one sequence per lane.
 ///
-/// In single precision a number has no more bits than those of the sequence and one that says the
-/// middle between this and the next.
+/// In single precision a number has only the bits of the sequence and one more, which puts it in
+/// the middle of its interval.
 pub(crate) struct Points<const N: usize> {
     groups: [EightPoints; SINGLES / EIGHT],
     fill: Streams<N>,
 }
 
-/// The points of some lanes.
+/// Sobol' points of eight lanes.
 #[derive(Clone, Copy)]
 struct EightPoints {
     indices: [u16; EIGHT],
     hashes: [CounterHash; EIGHT],
     blocks: u32x8,
-    /// What scrambles the block.
+    /// Scrambling keys of the blocks.
     keys: u64x8,
-    /// By dimension, before they are scrambled.
+    /// Coordinates by dimension, before scrambling.
     numbers: [u32x8; BLOCK as usize],
-    /// What is drawn next.
+    /// Dimensions that are drawn next.
     dimensions: u32x8,
 }
 
@@ -154,7 +155,7 @@ impl EightPoints {
         self.keys = eight_long_bits(starting).select(u64x8::new(keys), self.keys);
     }
 
-    /// The next number of each lane that draws, before it is scrambled, and what scrambles it.
+    /// Returns each drawing lane's next number, before scrambling, and its scrambling key.
     #[inline]
     fn next(&self, drawing: u32) -> [(u32, u64); EIGHT] {
         let dimensions = self.dimensions.to_array();
@@ -170,7 +171,7 @@ impl EightPoints {
         from_fn(|i| (numbers[i], keys[i] ^ u64::from(dimensions[i])))
     }
 
-    /// Goes on to the next dimension in the lanes whose bits are set.
+    /// Advances to the next dimension in the lanes whose bits are set.
     #[inline]
     fn go_on(&mut self, drawing: u32) {
         self.dimensions -= eight_bits(drawing);
@@ -181,14 +182,14 @@ impl EightPoints {
     }
 }
 
-/// All bits set where one of the lowest is, none elsewhere.
+/// Expands the eight lowest bits to lane masks of 32 bits.
 #[inline]
 fn eight_bits(bits: u32) -> u32x8 {
     let each = u32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
     (u32x8::splat(bits) & each).simd_eq(each)
 }
 
-/// The same of 64 bits.
+/// Expands the eight lowest bits to lane masks of 64 bits.
 #[inline]
 fn eight_long_bits(bits: u32) -> u64x8 {
     let each = u64x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
@@ -217,7 +218,7 @@ impl<R: Wide<N>, const N: usize> PixelSampler<R> for Points<N> {
 }
 
 impl<const N: usize> Points<N> {
-    /// Random bits for each lane of the mask.
+    /// Draws 64 random bits in each lane of the mask.
     #[inline]
     fn words(&mut self, drawing: u32, is_single: bool) -> [u64; N] {
         let fill = if is_single {
@@ -272,10 +273,10 @@ impl<R: Wide<N>, const N: usize> LaneSampler<R> for Points<N> {
     }
 }
 
-/// In place of bits that fill up a number: half of what they can add.
+/// Low bits of a number in single precision: the middle of its interval.
 const MIDDLE: u64 = 1 << 63;
 
-/// A source of random numbers of its own for each lane.
+/// A separate sampler for each lane.
 pub(crate) struct Sources<S, const N: usize>(pub [Option<S>; N]);
 
 impl<S: Sampler, R: Wide<N>, const N: usize> LaneSampler<R> for Sources<S, N> {
@@ -302,7 +303,7 @@ impl<S: Sampler, R: Wide<N>, const N: usize> LaneSampler<R> for Sources<S, N> {
 }
 
 impl<S: Sampler, const N: usize> Sources<S, N> {
-    /// The next random bits of a lane; 0 without a source.
+    /// Draws the next random bits of a lane; 0 without a sampler.
     #[inline]
     fn next(&mut self, lane: usize) -> u64 {
         self.0[lane].as_mut().map_or(0, Rng::next_u64)

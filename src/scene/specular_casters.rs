@@ -1,5 +1,5 @@
-//! Specular next-event estimation: shadow rays by way of one mirror or glass body. Which bodies
-//! there are, how often each is tried, and what it lets on.
+//! Specular next-event estimation through one mirror or glass caster: the casters of a scene, their
+//! selection probabilities and their throughput.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,18 +11,19 @@ use crate::light::light_sampler;
 use crate::material::{Bsdf, fresnel};
 use crate::math::real::{Real, Vector};
 
-/// So many bodies at most are asked at a vertex how large they are seen; of more the largest.
+/// Maximum number of casters in a scene, all of which are weighted at each vertex; of more, the
+/// largest are kept.
 pub const MOST: usize = 16;
-/// A flat mirror of more triangles is left to paths.
+/// Maximum number of triangles of a flat mirror used as a caster.
 const MOST_TRIANGLES: usize = 16;
-/// Of glass that reflects: about the share of light that it does.
+/// Rough average reflectance of glass, used only to weight reflections.
 const GLINT: f64 = 0.1;
-/// No body.
+/// Index that stands for no caster.
 pub(crate) const NONE: u8 = u8::MAX;
 
 impl<V: Vector> Body<V> {
-    /// About the solid angle under which it is seen from a point, times what it lets on; 0 from
-    /// within a sphere and from behind a flat mirror.
+    /// Returns the selection weight from a point: approximately the solid angle times `strength`; 0
+    /// from within a sphere and from behind a flat mirror.
     #[inline]
     pub fn share(&self, kind: Kind, from: V) -> V::Real {
         let zero = V::Real::splat(0.0);
@@ -39,14 +40,14 @@ impl<V: Vector> Body<V> {
         V::Real::choose(squared.above(square), seen * self.strength, zero)
     }
 
-    /// What of the light goes on along a route whose cosine outside is this, and with what chance a
-    /// path does that gets there.
+    /// Returns the throughput of the caster along a connection with this cosine outside, and the
+    /// probability that a path samples that branch.
     #[inline]
     pub fn lets_on(&self, cosine: V::Real, is_refraction: <V::Real as Real>::Mask) -> (V, V::Real) {
         let one = V::Real::splat(1.0);
         let is_glass = self.index.above(V::Real::splat(0.0));
         let index = V::Real::choose(is_glass, self.index, one);
-        // Where light leaves the sphere it is reflected as where it enters.
+        // By symmetry the reflectance is the same where light leaves the sphere.
         let reflected = fresnel::reflectance(cosine, one, index);
         let passes = one - reflected;
         let share = V::Real::choose(is_refraction, passes * passes, reflected);
@@ -58,27 +59,27 @@ impl<V: Vector> Body<V> {
     }
 }
 
-/// A half-plane's edge: inside where normal · p ≥ offset.
+/// Edge of a half-plane: points with normal · p ≥ offset are inside.
 type Edge = (DVec3, f64);
 
-/// A body of a scene.
+/// A specular caster of a scene.
 #[derive(Clone, Debug)]
 pub struct SceneBody {
-    /// How light goes on.
+    /// Kind of scattering.
     pub kind: Kind,
-    /// Its numbers.
+    /// Parameters of the caster.
     pub body: Body<DVec3>,
-    /// The triangles of a flat mirror by their edges.
+    /// Triangles of a flat mirror, as edges.
     triangles: Vec<[Edge; 3]>,
 }
 
 impl SceneBody {
-    /// The routes between two points; each has a number, of light that is bent beyond the axis or
-    /// reflected 0.
+    /// Returns the connections between two points x and y, each with its index: 0 for reflection
+    /// and for refraction across the axis.
     #[inline]
-    pub fn routes(&self, ends: (DVec3, DVec3)) -> impl Iterator<Item = (usize, Route<DVec3>)> {
+    pub fn routes(&self, x: DVec3, y: DVec3) -> impl Iterator<Item = (usize, Route<DVec3>)> {
         let (flat, curved) = if self.kind == Kind::Flat {
-            let route = by_flat(&self.body, ends, true);
+            let route = by_flat(&self.body, x, y, true);
             (
                 Some(Route {
                     exists: route.exists && self.holds(route.first.0),
@@ -91,8 +92,10 @@ impl SceneBody {
                 None,
                 Some(BySphere::new(
                     &self.body,
-                    ends,
-                    (true, self.kind == Kind::Refraction),
+                    x,
+                    y,
+                    true,
+                    self.kind == Kind::Refraction,
                 )),
             )
         };
@@ -103,7 +106,7 @@ impl SceneBody {
             .chain(curved)
     }
 
-    /// Whether a point of its plane lies on a flat mirror.
+    /// Returns whether a point in the plane of a flat mirror lies on the mirror.
     #[inline]
     pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
@@ -120,20 +123,20 @@ impl SceneBody {
     }
 }
 
-/// The bodies of a scene.
+/// Specular casters of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Bodies {
     all: Vec<SceneBody>,
-    /// Of each primitive that by which it reflects and that by which it refracts; empty without
-    /// bodies.
+    /// Casters by which each primitive reflects and refracts; empty without casters.
     of: Vec<[u8; 2]>,
 }
 
-/// A body, and the primitives that it is made of.
+/// A caster, and the primitives that form it.
 type Found = (SceneBody, Vec<usize>);
 
 impl Bodies {
-    /// Whole spheres of mirror and of glass with their normals outside, and flat mirrors.
+    /// Finds the casters of a scene: whole spheres of mirror and of glass with outward normals, and
+    /// flat mirrors.
     pub(crate) fn new(
         parts: &[Part],
         surfaces: &[Surface],
@@ -148,7 +151,7 @@ impl Bodies {
                     );
                 }
                 (PartShape::Triangle { vertices, normal }, Bsdf::Mirror { reflectance }) => {
-                    add_flat(&mut found, i, (corners(vertices), normal, reflectance));
+                    add_flat(&mut found, i, corners(vertices), normal, reflectance);
                 }
                 _ => {}
             }
@@ -156,7 +159,7 @@ impl Bodies {
         found.retain(|(body, primitives)| {
             primitives.len() <= MOST_TRIANGLES && body.body.strength > 0.0
         });
-        // Of pairs that are as large the first stay: the order is that of the scene.
+        // Of equally large casters the first in the scene are kept.
         let seen = |(SceneBody { kind, body, .. }, _): &Found| {
             let area = if *kind == Kind::Flat {
                 body.area
@@ -184,13 +187,13 @@ impl Bodies {
         }
     }
 
-    /// All of them.
+    /// Returns all casters.
     pub fn all(&self) -> &[SceneBody] {
         &self.all
     }
 
-    /// The numbers of the bodies by which a primitive reflects and refracts; [`NONE`] where it has
-    /// none.
+    /// Returns the indices of the casters by which a primitive reflects and refracts; [`NONE`]
+    /// where it has none.
     #[inline]
     pub(crate) fn of(&self, primitive: u32) -> [u8; 2] {
         self.of
@@ -199,7 +202,8 @@ impl Bodies {
             .unwrap_or([NONE; 2])
     }
 
-    /// The shares of the picks from a point, one for each body; they sum to 1, or all are 0.
+    /// Returns the selection probabilities of all casters from a point: they sum to 1, or are all
+    /// zero.
     #[inline]
     pub fn shares<V: Vector>(&self, from: V) -> [V::Real; MOST] {
         let mut shares = [V::Real::splat(0.0); MOST];
@@ -213,7 +217,7 @@ impl Bodies {
         Body::splat(body).share(*kind, from)
     }
 
-    /// The share of the body of this number.
+    /// Returns the selection probability of the caster with this index.
     #[inline]
     pub fn share_of<R: Real>(&self, number: R, from: R::Vector) -> R {
         light_sampler::share(|i| self.share(i, from), self.all.len(), number)
@@ -246,7 +250,7 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Sce
             )),
             None,
         ],
-        // Of a bubble, whose index is below 1, the routes are others.
+        // The connections through a bubble, whose index is below 1, are different.
         Bsdf::Glass { index } if index > 1.0 => [
             Some(body(Kind::Reflection, 0.0, index, DVec3::ONE, GLINT)),
             Some(body(
@@ -262,16 +266,18 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Sce
     reflection.into_iter().chain(refraction)
 }
 
-/// Adds a triangle of a mirror to the flat mirror in whose plane it lies, or as a new one.
+/// Adds a triangle of a mirror to the flat mirror in its plane, or as a new flat mirror.
 fn add_flat(
     found: &mut Vec<Found>,
     primitive: usize,
-    (corners, normal, reflectance): ([DVec3; 3], DVec3, DVec3),
+    corners: [DVec3; 3],
+    normal: DVec3,
+    reflectance: DVec3,
 ) {
-    // Beyond these it takes long to find the one in whose plane a triangle lies; a mesh has no
-    // plane anyway.
+    // Limit on flat mirrors, as the search for the plane of a triangle is linear; a mesh has no
+    // common plane anyway.
     const MOST_FLATS: usize = 256;
-    // Triangles of one rectangle that was turned lie in one plane but for this.
+    // Tolerance for triangles of one rotated rectangle to lie in one plane.
     const ROUNDING: f64 = 1e-12;
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();

@@ -329,7 +329,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
     rays(
         scene,
-        &PhotonMapping::new(parts, scene, lookup, (50, 0.5), (master(), 0))?,
+        &PhotonMapping::new(parts, scene, lookup, 50, 0.5, (master(), 0))?,
     )
 }
 

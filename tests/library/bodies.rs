@@ -73,7 +73,7 @@ impl Case {
     }
 
     fn routes(&self) -> Vec<Route<DVec3>> {
-        BySphere::new(&self.body, (self.x, self.y), (true, self.refracts))
+        BySphere::new(&self.body, self.x, self.y, true, self.refracts)
             .routes()
             .map(|(_, route)| route)
             .collect()
@@ -260,7 +260,7 @@ fn routes_spread_as_their_ends_move() {
             } else {
                 Kind::Reflection
             };
-            let (of_ray, _) = spread_of(&case.body, kind, (case.x, route.direction, case.y));
+            let (of_ray, _) = spread_of(&case.body, kind, case.x, route.direction, case.y);
             let grazing = 1e-10 / (route.cosine * route.cosine);
             assert!(
                 (of_ray / route.spread - 1.0).abs() < 1e-5 + grazing,
@@ -304,7 +304,7 @@ fn a_flat_mirror_has_a_route_by_its_front() {
         };
         let lies = |share: f64| (0.0..1.0).contains(&share);
         let expected = height_x > 0.0 && height_y > 0.0 && lies(along(0)) && lies(along(1));
-        let routes: Vec<_> = body.routes((x, y)).collect();
+        let routes: Vec<_> = body.routes(x, y).collect();
         assert_eq!(routes.len(), usize::from(expected), "from {x:?} to {y:?}");
         found[usize::from(expected)] += 1;
         for (_, route) in routes {
@@ -321,7 +321,7 @@ fn a_flat_mirror_has_a_route_by_its_front() {
                 -route.direction.dot(normal),
                 max_relative = 1e-12
             );
-            let of_ray = spread_of(&body.body, body.kind, (x, route.direction, y));
+            let of_ray = spread_of(&body.body, body.kind, x, route.direction, y);
             assert_relative_eq!(of_ray.0, route.spread, max_relative = 1e-12);
         }
     }
@@ -388,12 +388,12 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             .iter()
             .find(|body| body.kind == kind && is_here(&body.body))
             .expect("a body");
-        let (spread, cosine) = spread_of(&body.body, kind, (x, w, light.point));
+        let (spread, cosine) = spread_of(&body.body, kind, x, w, light.point);
         // On a caustic two routes are one but for a rounding, and the path's weight is all.
         if spread > 1e4 {
             continue;
         }
-        let routes = body.routes((x, light.point));
+        let routes = body.routes(x, light.point);
         let near = routes.map(|(_, route)| route).min_by(|a, b| {
             (a.direction - w)
                 .length()

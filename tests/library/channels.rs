@@ -160,8 +160,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
-        PhotonMapping::new(Standard, scene, lookup, (3000, 0.3), (master(), 0))
-            .expect("a small map")
+        PhotonMapping::new(Standard, scene, lookup, 3000, 0.3, (master(), 0)).expect("a small map")
     };
     let gather = Lookup::Gather {
         caustic_particles: 3000,

@@ -114,7 +114,7 @@ fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
     let photons = |scene: &Scene, lookup| {
-        PhotonMapping::new(Standard, scene, lookup, (10, 0.1), (1, 0)).expect("a map")
+        PhotonMapping::new(Standard, scene, lookup, 10, 0.1, (1, 0)).expect("a map")
     };
     let gather = Lookup::Gather {
         caustic_particles: 10,
@@ -214,7 +214,7 @@ fn limits_of_zero_mean_direct_light() {
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let map = |lookup, particles, radius| {
-        PhotonMapping::new(Standard, &scene, lookup, (particles, radius), (1, 0))
+        PhotonMapping::new(Standard, &scene, lookup, particles, radius, (1, 0))
     };
     assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {

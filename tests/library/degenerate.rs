@@ -256,7 +256,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         "report",
         text,
     );
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, (20, 0.1), (1, 0));
+    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, 20, 0.1, (1, 0));
     fits(
         photons.and_then(|photons| rendered(scene, &photons, FRAME, sampling, &[0..1])),
         "photons",

@@ -142,8 +142,8 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
         caustic_radius: 0.2,
     };
     for lookup in [Lookup::Direct, gather] {
-        let photons = PhotonMapping::new(Standard, &scene, lookup, (4000, 0.2), (master(), 0))
-            .expect("a map");
+        let photons =
+            PhotonMapping::new(Standard, &scene, lookup, 4000, 0.2, (master(), 0)).expect("a map");
         let samples = || {
             (0..400).map(|i| {
                 let ray =
@@ -268,7 +268,7 @@ fn one_photon_is_seen_in_every_way() {
         caustic_radius,
     };
     let seen = |scene: &Scene, parts: Lone, lookup: Lookup, ray: &Ray| {
-        let photons = PhotonMapping::new(parts, scene, lookup, (1, radius), (1, 0)).expect("a map");
+        let photons = PhotonMapping::new(parts, scene, lookup, 1, radius, (1, 0)).expect("a map");
         photons
             .radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0))
             .x

@@ -247,7 +247,7 @@ fn features_are_the_same_for_every_estimator() {
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
     let lookup = Lookup::Direct;
     let photons =
-        PhotonMapping::new(Standard, &scene, lookup, (100, 0.3), (1, 0)).expect("a small map");
+        PhotonMapping::new(Standard, &scene, lookup, 100, 0.3, (1, 0)).expect("a small map");
     let fineness = Fineness {
         patches: 40,
         halvings: 0,

@@ -206,7 +206,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
     // Programs name replications by the seed, passes by their number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
-        assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, (40, 0.1), name).is_ok());
+        assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, 40, 0.1, name).is_ok());
     }
     let draws = seen.into_inner().expect("no panic");
     assert!(draws.len() >= 4 * 2 * 2 * 40);

@@ -272,7 +272,7 @@ fn every_vertex_has_a_block_of_its_own() {
     let hit = scene.intersect(&ray);
     let path = Path::new(Endless, Strategy::Bsdf);
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
-    let photons = PhotonMapping::new(Endless, &scene, Lookup::Direct, (1, 0.1), (1, 0));
+    let photons = PhotonMapping::new(Endless, &scene, Lookup::Direct, 1, 0.1, (1, 0));
     let photons = photons.expect("a map");
     let by_photons = blocks(&|rng| photons.radiance(&scene, &ray, hit, rng));
     assert!(by_path.len() > 1400);
@@ -290,7 +290,7 @@ fn final_gathering_takes_the_next_block() {
         caustic_particles: 1,
         caustic_radius: 0.1,
     };
-    let photons = PhotonMapping::new(Endless, &scene, lookup, (1, 0.1), (1, 0)).expect("a map");
+    let photons = PhotonMapping::new(Endless, &scene, lookup, 1, 0.1, (1, 0)).expect("a map");
     let mut recorder = Constant::default();
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);

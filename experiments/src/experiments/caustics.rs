@@ -223,7 +223,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
             samples,
         ),
         Method::Photon(lookup) => {
-            let photons = PhotonMapping::new(parts, scene, lookup, (particles, RADIUS), (seed, 0))?;
+            let photons = PhotonMapping::new(parts, scene, lookup, particles, RADIUS, (seed, 0))?;
             render_samples(scene, &photons, random, frame, samples)
         }
         Method::Sppm => {

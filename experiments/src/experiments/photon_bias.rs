@@ -103,7 +103,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
 }
 
 fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, (PARTICLES, radius), name)?;
+    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, PARTICLES, radius, name)?;
     let ray = at_origin();
     let mut rng = stream(name.0, name.1, 0);
     Ok(photons

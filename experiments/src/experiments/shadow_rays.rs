@@ -104,7 +104,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let photon = |lookup| {
         move |rays: &Rays, seed| {
             let photons =
-                PhotonMapping::new(Counted(rays), scene, lookup, (PARTICLES, RADIUS), (seed, 0))?;
+                PhotonMapping::new(Counted(rays), scene, lookup, PARTICLES, RADIUS, (seed, 0))?;
             film(scene, &photons, seed, SAMPLES)
         }
     };

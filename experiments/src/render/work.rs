@@ -287,12 +287,13 @@ impl Job {
                 connections: Connections::Ends,
             })),
             (EstimatorName::Photon, _) => {
-                let (map, lookup) = (self.photons.map(), self.photons.lookup(true));
+                let ((particles, radius), lookup) = (self.photons.map(), self.photons.lookup(true));
                 let photons = PhotonMapping::new(
                     Standard,
                     scene,
                     lookup,
-                    map,
+                    particles,
+                    radius,
                     Pass {
                         numbers,
                         seed,

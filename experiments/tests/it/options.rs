@@ -164,7 +164,8 @@ impl Call {
             Standard,
             self.scene(),
             lookup,
-            map,
+            map.0,
+            map.1,
             pass,
         )?)
     }

@@ -1,4 +1,4 @@
-//! Photon mapping (Jensen 1996): light carried by particles, looked up by paths from the eye.
+//! Photon mapping (Jensen 1996): eye paths look up photons left by particles from the emitters.
 
 pub mod photon_map;
 pub mod sppm;
@@ -17,58 +17,61 @@ use crate::sampling::sampler::{Pass, Sampler};
 use crate::scene::Scene;
 use photon_map::{Kept, PhotonMap, Photons, check_radius};
 
-/// Where the photons are looked up.
+/// Where photons are looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lookup {
-    /// At the first diffuse surface that the eye sees: all of its light by photons.
+    /// Direct visualization: all light at the first diffuse surface seen by the eye comes from
+    /// photons.
     Direct,
-    /// At the second: the first gets direct light by a shadow ray, caustics by photons of their
-    /// own, and all other light by one ray in a cosine-weighted direction (final gathering).
+    /// Final gathering: the first diffuse surface gets direct light by a shadow ray, caustics from
+    /// a separate photon map, and all other light along one cosine-weighted ray to a second
+    /// surface, where photons are looked up.
     Gather {
         /// Particles emitted for the caustic map.
         caustic_particles: u32,
-        /// Radius of its lookups.
+        /// Lookup radius of the caustic map.
         caustic_radius: f64,
     },
 }
 
-/// An estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that leaves an
-/// emitter: none starts from the background.
+/// Photon mapping estimator with the bias of [`crate::equation::PHOTON_DENSITY`], for light that
+/// leaves an emitter; light of the background is missing.
 ///
-/// Its estimates share the photons: their mean tends to what this map says, and their standard
-/// error knows nothing of the map's own. Maps of different seeds are independent replications.
+/// Its estimates share the photons: their mean converges to the value of this map, and their
+/// standard error does not include the variance of the map. Maps of different seeds are independent
+/// replications.
 #[derive(Clone, Debug)]
 pub struct PhotonMapping<P> {
     parts: P,
     all: PhotonMap,
     radius: f64,
-    /// The caustic photons and their radius, for final gathering.
+    /// Caustic photons and their radius, for final gathering.
     caustics: Option<(PhotonMap, f64)>,
 }
 
-/// The first diffuse surface that a path meets by mirrors and glass alone.
+/// First diffuse surface of a path, reached directly or through mirrors and glass alone.
 struct Arrival {
     hit: Hit,
     at: Vertex,
-    /// The factor of radiance that leaves it along the path.
+    /// Throughput from this surface to the start of the path.
     throughput: DVec3,
-    /// Its block of random numbers.
+    /// Block of random numbers.
     block: u32,
 }
 
-/// An arrival as photons will be looked up there for a sample.
+/// A pending photon lookup for a sample.
 struct Query {
     sample: u32,
     surface: u32,
     point: DVec3,
-    /// Of the surface, and the direction of the ray that arrived.
+    /// Normal of the surface, and direction of the ray that arrived.
     normal: DVec3,
     direction: DVec3,
     throughput: DVec3,
 }
 
 impl Query {
-    /// A lookup for an arrival whose radiance is multiplied by this weight before.
+    /// Creates a lookup at an arrival; `weight` multiplies its throughput.
     fn new(
         sample: usize,
         &Arrival {
@@ -98,8 +101,8 @@ impl Query {
 }
 
 impl<P: Photons + Walking> PhotonMapping<P> {
-    /// Sends `particles` ≥ 1 from the emitters and keeps their photons, to be looked up within
-    /// `radius` > 0, in the scene's units. The photons are functions of the pass.
+    /// Emits `particles` ≥ 1 and stores their photons, to be looked up within `radius` > 0, in the
+    /// scene's units. The photons are functions of the pass.
     ///
     /// # Errors
     /// Those of [`PhotonMap::new`].
@@ -107,7 +110,8 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         parts: P,
         scene: &Scene,
         lookup: Lookup,
-        (particles, radius): (u32, f64),
+        particles: u32,
+        radius: f64,
         pass: impl Into<Pass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
@@ -136,8 +140,8 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         })
     }
 
-    /// Follows mirrors and glass from rays to the first diffuse surfaces. `see` is called with what
-    /// emitters on the way show along a path of this number.
+    /// Follows rays through mirrors and glass to the first diffuse surfaces. `see` receives the
+    /// emission seen on the way, and the index of the path.
     fn arrive<R: Sampler>(
         &self,
         scene: &Scene,
@@ -187,12 +191,13 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         arrivals
     }
 
-    /// Adds what surfaces reflect by the photons of a map: neighbours one after the other, for they
-    /// share photons, which are in the caches then.
+    /// Adds the radiance reflected at the queries, from the photons of a map. Sorts them by
+    /// position for cache locality: neighbours share photons.
     fn look_up(
         &self,
         scene: &Scene,
-        (map, radius): (&PhotonMap, f64),
+        map: &PhotonMap,
+        radius: f64,
         mut queries: Vec<Query>,
         radiances: &mut [DVec3],
     ) {
@@ -259,11 +264,11 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
             .map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE))
             .collect();
         let Some((caustics, radius)) = &self.caustics else {
-            self.look_up(scene, (&self.all, self.radius), queries, &mut radiances);
+            self.look_up(scene, &self.all, self.radius, queries, &mut radiances);
             return radiances;
         };
-        // The light that arrives at the first diffuse surfaces: straight from emitters, and from
-        // the second ones.
+        // Light that arrives at the first diffuse surfaces: directly from emitters, and from second
+        // surfaces.
         let mut weights = vec![DVec3::ZERO; radiances.len()];
         let mut gathering = Vec::with_capacity(arrivals.len());
         for (
@@ -303,8 +308,8 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
             .iter()
             .map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i]))
             .collect();
-        self.look_up(scene, (&self.all, self.radius), of_all, &mut radiances);
-        self.look_up(scene, (caustics, *radius), queries, &mut radiances);
+        self.look_up(scene, &self.all, self.radius, of_all, &mut radiances);
+        self.look_up(scene, caustics, *radius, queries, &mut radiances);
         radiances
     }
 }

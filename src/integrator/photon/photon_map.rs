@@ -1,5 +1,4 @@
-//! Photons: where particles from the emitters arrive, and the radiance that follows from their
-//! density.
+//! Photon maps: storage of photons, and radiance from their density.
 
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
@@ -19,100 +18,99 @@ use crate::scene::Scene;
 /// A particle's arrival at a diffuse surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
-    /// Unit normal of the surface on the side where it arrived.
+    /// Unit normal of the surface on the side of arrival.
     pub normal: DVec3,
-    /// Unit direction to where it came from.
+    /// Unit direction towards the particle's previous vertex.
     pub from: DVec3,
     /// ΔΦ of [`crate::equation::PHOTON_FLUX`].
     pub flux: DVec3,
 }
 
-/// Which arrivals a map keeps.
+/// Which photons a map stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
-    /// All at diffuse surfaces: light that came straight, by mirrors and glass, or by diffuse
-    /// surfaces.
+    /// All photons at diffuse surfaces: after no other surface, after mirrors and glass, or after
+    /// diffuse surfaces.
     All,
-    /// The first at a diffuse surface if only mirrors and glass were met before: caustics.
+    /// Caustics: the first photon at a diffuse surface, after at least one mirror or glass alone.
     Caustic,
 }
 
-/// ΔΦ of [`crate::equation::PHOTON_FLUX`]: the share of one particle of `emitted` ≥ 1. Particles
-/// that were lost on the way count as well.
+/// Returns ΔΦ of [`crate::equation::PHOTON_FLUX`]: the flux of one particle of `emitted` ≥ 1.
+/// Particles that were lost on the way count as well.
 #[inline]
 pub fn flux_share(flux: DVec3, emitted: u32) -> DVec3 {
     flux / f64::from(emitted)
 }
 
-/// What one photon adds to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr², with f_r in 1/sr and
-/// `r2` = r² > 0. The constant kernel on the disc of radius r.
+/// Returns the contribution of one photon to [`crate::equation::PHOTON_DENSITY`]: f_r ΔΦ / πr²,
+/// with f_r in 1/sr and `r2` = r² > 0. Constant kernel on the disc of radius r.
 #[inline]
 pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
     brdf * flux * (FRAC_1_PI / r2)
 }
 
-/// Photons are counted where their normal and that of the point in question have at least this
-/// cosine (26°): not from behind nor round a corner. On a sphere of radius R that allows lookups up
-/// to r = 0.45 R.
+/// Least cosine (26°) between the normals of a photon and a point that may use it: excludes photons
+/// from behind and round a corner. On a sphere of radius R lookups work up to r = 0.45 R.
 pub const SAME_SIDE: f64 = 0.9;
 
-/// Whether a photon lies on the same surface and side as a point, by their unit normals.
+/// Returns whether a photon lies on the same surface and side as a point, by their unit normals.
 #[inline]
 pub fn same_side(at_photon: DVec3, at_point: DVec3) -> bool {
     at_photon.dot(at_point) > SAME_SIDE
 }
 
-/// The replaceable parts of photon mapping.
+/// Replaceable parts of photon mapping.
 pub trait Photons: Sync {
-    /// ΔΦ of one particle of `emitted`, whatever the number of photons that they left.
+    /// Returns ΔΦ of one particle of `emitted`, regardless of the number of stored photons.
     #[inline]
     fn photon_flux(&self, flux: DVec3, emitted: u32, _stored: usize) -> DVec3 {
         flux_share(flux, emitted)
     }
-    /// Whether light that met so many mirrors and glass surfaces, and nothing else, before it
-    /// arrives at a diffuse surface is a caustic. Light that met none is found by shadow rays.
+    /// Returns whether light is a caustic that arrives at a diffuse surface after this number of
+    /// specular surfaces and nothing else. For 0 it is direct light, found by shadow rays.
     #[inline]
     fn is_caustic(&self, specular: u32) -> bool {
         specular > 0
     }
-    /// Whether a photon lies on the same surface and side as a point, by their normals.
+    /// Returns whether a photon lies on the same surface and side as a point, by their normals.
     #[inline]
     fn same_side(&self, at_photon: DVec3, at_point: DVec3) -> bool {
         same_side(at_photon, at_point)
     }
-    /// What one photon adds to the reflected radiance. Its direction `_wi`, local, has no say but
-    /// by the BRDF: flux per area is irradiance, which holds the cosine.
+    /// Returns the contribution of one photon to reflected radiance. The photon's local direction
+    /// `_wi` enters only through the BRDF: flux per area is irradiance, which includes the cosine.
     #[inline]
     fn photon_density(&self, brdf: DVec3, flux: DVec3, _wi: DVec3, radius_squared: f64) -> DVec3 {
         density(brdf, flux, radius_squared)
     }
-    /// Whether an eye path that has met a diffuse surface counts emitters that it hits: not where
-    /// shadow rays and caustic photons bring the same light.
+    /// Returns whether an eye path counts emitters that it hits after a diffuse surface: not if
+    /// shadow rays and caustic photons account for the same light.
     #[inline]
     fn gathers_emission(&self) -> bool {
         false
     }
-    /// r² of a pass of stochastic progressive photon mapping.
+    /// Returns r² of a pass of stochastic progressive photon mapping.
     #[inline]
     fn pass_radius_squared(&self, first: f64, index: u32) -> f64 {
         radius_squared(first, index)
     }
 }
 
-/// The most memory that a map may take while it is made, bytes: a list of photons and the tree.
+/// Largest memory of a map during construction, in bytes: the list of photons and the tree.
 pub const LARGEST_MAP: usize = 4 << 30;
 
-/// Particles that tell how many photons the others will leave.
+/// Number of pilot particles, from which the number of photons is estimated.
 const PILOT: u32 = 1024;
 
-/// The photons that a number of particles left.
+/// Photons of a number of particles, in a k-d tree.
 #[derive(Clone, Debug)]
 pub struct PhotonMap {
     tree: KdTree<Photon>,
 }
 
 impl PhotonMap {
-    /// Follows `emitted` ≥ 1 particles, of which each draws from [`Pass::particle`], and keeps
+    /// Traces `emitted` ≥ 1 particles, each of which draws from [`Pass::particle`], and stores
     /// their photons in an order that does not depend on the threads.
     ///
     /// # Errors
@@ -151,11 +149,11 @@ impl PhotonMap {
         })
     }
 
-    /// Refuses a map that would not fit memory.
+    /// Refuses a map that would not fit in memory.
     ///
     /// # Errors
-    /// [`Error::Option`] for no particles, and if the first ones say that all will leave more
-    /// photons than fit [`LARGEST_MAP`].
+    /// [`Error::Option`] for no particles, and if pilot particles predict more photons than fit in
+    /// [`LARGEST_MAP`].
     pub fn check<P: Photons + Walking>(
         parts: &P,
         scene: &Scene,
@@ -171,18 +169,18 @@ impl PhotonMap {
         .map(|_| ())
     }
 
-    /// The photons, in the tree's order.
+    /// Iterates over the photons in the order of the tree.
     pub fn photons(&self) -> impl Iterator<Item = &Photon> {
         self.tree.values()
     }
 
-    /// [`KdTree::place`] of a point among the photons.
+    /// Returns [`KdTree::place`] of a point among the photons.
     pub(super) fn place(&self, point: DVec3) -> usize {
         self.tree.place(point)
     }
 
-    /// The radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`] with the
-    /// photons of a ball of the given radius.
+    /// Returns the radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`]
+    /// with the photons of a ball of the given radius.
     ///
     /// On a plane the expectation is the mean over the disc, and on a sphere the mean over the cap
     /// that the ball cuts out, whose area is πr², too (Archimedes). Within r of an edge it is too
@@ -199,8 +197,8 @@ impl PhotonMap {
         let mut sum = DVec3::ZERO;
         self.tree.within(vertex.point, r2, |photon| {
             if parts.same_side(photon.normal, vertex.frame.z) {
-                // It arrived above its own surface, so it must not drown in the horizon of the
-                // vertex.
+                // The photon arrived above its own surface, so its direction must not fall below
+                // the horizon of the vertex.
                 let wi = vertex.frame.local(photon.from);
                 let wi = wi.with_z(wi.z.max(f64::MIN_POSITIVE));
                 let brdf = parts.brdf(bsdf, vertex.wo, wi);
@@ -211,7 +209,7 @@ impl PhotonMap {
     }
 }
 
-/// Refuses a radius in which no photon lies.
+/// Refuses a radius within which no photon can lie.
 ///
 /// # Errors
 /// [`Error::Option`] unless it is finite and above 0.
@@ -224,7 +222,7 @@ pub(crate) fn check_radius(radius: f64) -> Result<(), Error> {
     )))
 }
 
-/// The photons of the first particles, unless they say that those of all would not fit.
+/// Returns the photons of pilot particles, unless they predict too many for memory.
 fn pilot(
     emitted: u32,
     follow: impl Fn(Range<u32>) -> Result<Vec<(DVec3, Photon)>, Error>,
@@ -249,7 +247,7 @@ fn pilot(
     Ok(photons)
 }
 
-/// Follows these particles to their ends; the flux of their photons is not yet shared among all
+/// Traces these particles to their ends; the flux of their photons is not yet divided among all
 /// particles.
 fn follow_particles<P: Photons + Walking>(
     parts: &P,
@@ -279,7 +277,7 @@ fn follow_particles<P: Photons + Walking>(
             return Ok(false);
         };
         let rough = step.bsdf.is_rough();
-        // An endless particle is not cut: the map refuses it.
+        // A particle that will not end is not truncated: the map refuses it.
         if step.endless || rough && (kept == Kept::All || parts.is_caustic(*specular)) {
             let photon = Photon {
                 normal: at.frame.z,
@@ -297,7 +295,7 @@ fn follow_particles<P: Photons + Walking>(
 /// α of [`crate::equation::PHOTON_RADIUS`].
 pub const ALPHA: f64 = 2.0 / 3.0;
 
-/// r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is that of
+/// Returns r² of pass `index` = i − 1 by [`crate::equation::PHOTON_RADIUS`], where `first` is r² of
 /// pass 0.
 pub fn radius_squared(first: f64, index: u32) -> f64 {
     (1..=index).fold(first, |r2, i| {

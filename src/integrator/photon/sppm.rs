@@ -1,5 +1,4 @@
-//! Stochastic progressive photon mapping: passes with ever smaller radii, each with photons of its
-//! own.
+//! Stochastic progressive photon mapping: passes with shrinking radii, each with its own photons.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,19 +12,20 @@ use crate::sampling::rng::uniform2;
 use crate::sampling::sampler::Pass;
 use crate::scene::Scene;
 
-/// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), in which a
-/// pass knows nothing of the others.
+/// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), whose passes
+/// are independent.
 ///
-/// All light that a diffuse surface reflects comes by photons, direct light as well; only emitters
-/// that the eye sees straight or by mirrors and glass are seen as such. Light of the background is
-/// left out. The bias of the mean of n passes falls as n^(−1/3), its variance as n^(−2/3).
+/// All light that a diffuse surface reflects is estimated from photons, including direct light;
+/// only emitters seen directly or through mirrors and glass are evaluated exactly. Light of the
+/// background is missing. The bias of the mean of n passes falls as n^(−1/3), its variance as
+/// n^(−2/3).
 #[derive(Clone, Copy, Debug)]
 pub struct Sppm<P = Standard> {
-    /// Its parts.
+    /// Replaceable parts.
     pub parts: P,
     /// Particles emitted in each pass, at least 1.
     pub particles: u32,
-    /// Radius of the lookups of pass 0, in the scene's units, above 0.
+    /// Lookup radius of pass 0, in the scene's units, above 0.
     pub radius: f64,
 }
 
@@ -34,8 +34,15 @@ impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
         check_radius(self.radius)?;
         let first = self.radius * self.radius;
         let radius = self.parts.pass_radius_squared(first, pass.index).sqrt();
-        let map = (self.particles, radius);
-        let photons = PhotonMapping::new(self.parts, scene, Lookup::Direct, map, pass.of("pass"))?;
+        let (parts, particles) = (self.parts, self.particles);
+        let photons = PhotonMapping::new(
+            parts,
+            scene,
+            Lookup::Direct,
+            particles,
+            radius,
+            pass.of("pass"),
+        )?;
         let rows = (0..frame[1]).into_par_iter().map(|y| {
             let sample = |x: u32| {
                 let mut rng = pass.pixel(y * frame[0] + x);

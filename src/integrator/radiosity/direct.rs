@@ -1,4 +1,4 @@
-//! Direct light: the emitters' form factors times the share of them that is seen.
+//! Direct light: form factors of the emitters times their visible fraction.
 
 use std::f64::consts::PI;
 
@@ -12,10 +12,10 @@ use crate::light::emitter::{Emitter, EmitterShape};
 use crate::material::Scattering;
 use crate::scene::Scene;
 
-/// Points at which a flat emitter is looked for.
+/// Number of visibility samples on a flat emitter.
 const POINTS: u32 = 64;
 
-/// An emitter as patches: one if it is flat.
+/// An emitter as patches; a flat one is a single patch.
 #[derive(Clone, Debug)]
 pub(super) enum Light {
     Flat {
@@ -29,7 +29,7 @@ pub(super) enum Light {
 }
 
 impl Light {
-    /// The emitters of a scene; spheres are divided into patches of about this area.
+    /// Returns the emitters of a scene; spheres are divided into patches of about this area.
     pub fn of(scene: &Scene, target: f64) -> Vec<Self> {
         let light = |emitter: &Emitter| match emitter.shape {
             EmitterShape::Rectangle {
@@ -60,7 +60,7 @@ impl Light {
         scene.emitters().iter().map(light).collect()
     }
 
-    /// The irradiance at a point with a unit normal.
+    /// Returns the irradiance from the emitter at a node.
     pub fn irradiance<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
@@ -87,8 +87,8 @@ impl Light {
     }
 }
 
-/// The share of a flat emitter's light that no surface stops: by the points of a Hammersley set,
-/// each with the weight of its geometry term. Exact where all or nothing is seen.
+/// Returns the visible fraction of a flat emitter's light, from a Hammersley set weighted by the
+/// geometry term. Exact where all or nothing is visible.
 fn seen_share<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
@@ -114,8 +114,8 @@ fn seen_share<P: FiniteElements + NextEvent + Scattering>(
     if all == 0.0 { 0.0 } else { seen / all }
 }
 
-/// Point `index` of [`POINTS`] in the unit square (Hammersley 1960), moved so that none lies on the
-/// second diagonal, which folding makes an edge of a triangle.
+/// Returns point `index` of [`POINTS`] in the unit square (Hammersley 1960), shifted so that none
+/// lies on the second diagonal, which folding makes an edge of a triangle.
 fn hammersley(index: u32) -> [f64; 2] {
     let strip = 1.0 / f64::from(POINTS);
     let reversed = f64::from(index.reverse_bits()) / 2f64.powi(32);

@@ -1,4 +1,4 @@
-//! The mesh: every triangle and sphere of a scene divided into patches, both sides apart.
+//! Radiosity mesh: every triangle and sphere of a scene divided into patches with two sides.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -12,18 +12,18 @@ use crate::material::Bsdf;
 use crate::math::frame::azimuth;
 use crate::scene::{Geometry, Scene, Surface};
 
-/// How finely surfaces are divided.
+/// Resolution of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fineness {
-    /// About how many patches all surfaces are divided into; each primitive has at least one, a
-    /// sphere at least six.
+    /// Approximate number of patches over all surfaces; each primitive has at least one, a sphere
+    /// at least six.
     pub patches: u32,
-    /// How often the sides of all these patches are halved.
+    /// Number of times that the sides of all these patches are halved.
     pub halvings: u32,
 }
 
 impl Default for Fineness {
-    /// 2000 patches.
+    /// 2000 patches, not halved.
     fn default() -> Self {
         Self {
             patches: 2000,
@@ -42,49 +42,50 @@ pub(super) struct Node {
 /// One side of a patch.
 #[derive(Clone, Debug)]
 pub struct Element {
-    /// Its shape.
+    /// Shape of the patch.
     pub patch: Patch,
-    /// ρ.
+    /// Albedo ρ.
     pub albedo: DVec3,
-    /// Radiance that it emits; zero for backs.
+    /// Emitted radiance; zero for backs.
     pub emission: DVec3,
-    /// Its area.
+    /// Area of the patch.
     pub area: f64,
     pub(super) nodes: Range<usize>,
 }
 
-/// How a primitive is divided; the elements of the front from `first` on, then those of the back.
+/// Division of a primitive; the elements of the front start at index `first`, followed by those of
+/// the back.
 #[derive(Clone, Debug)]
 enum Division {
-    /// Black: light that arrives there goes nowhere.
+    /// Black: arriving light is absorbed.
     Black,
     Triangle {
         corners: [DVec3; 3],
-        /// Parts of each edge.
+        /// Number of parts of each edge.
         parts: u32,
         first: usize,
     },
     Sphere {
         sphere: Sphere,
-        /// Columns and first element of each band, from the upper end.
+        /// Number of columns and first element of each band, from the upper end.
         bands: Vec<(usize, usize)>,
-        /// Elements of one side.
+        /// Number of elements of one side.
         count: usize,
     },
 }
 
-/// The patches of a scene.
+/// Patches of a scene.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     pub(super) elements: Vec<Element>,
     pub(super) nodes: Vec<Node>,
     divisions: Vec<Division>,
-    /// The area of patches that was aimed at.
+    /// Target area of patches.
     pub(super) target: f64,
 }
 
 impl Mesh {
-    /// Divides the surfaces of a scene that reflect. Triangles are divided into n² equal ones,
+    /// Divides the reflecting surfaces of a scene. Triangles are divided into n² equal ones,
     /// spheres along circles of latitude and meridians. Nodes are the points at which the mean of a
     /// quadratic over the patch is exact: three of a triangle (Hammer and Stroud 1956), 2 × 2 Gauss
     /// points of a sphere's patch in height and azimuth.
@@ -117,12 +118,12 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Every side of every patch.
+    /// Returns both sides of all patches.
     pub fn elements(&self) -> &[Element] {
         &self.elements
     }
 
-    /// How many points irradiance is computed at.
+    /// Returns the number of points at which irradiance is computed.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
     }
@@ -189,8 +190,8 @@ impl Mesh {
         });
     }
 
-    /// The element that a ray hit, and the weights of its nodes at the point: linear on triangles,
-    /// bilinear in height and azimuth on spheres. `None` on black surfaces.
+    /// Returns the element that a ray hit, and the interpolation weights of its nodes at the point:
+    /// linear on triangles, bilinear in height and azimuth on spheres. `None` on black surfaces.
     pub(super) fn locate(&self, hit: &Hit, ray: &Ray) -> Option<(&Element, [f64; 4])> {
         let front = hit.normal.dot(ray.direction) < 0.0;
         match &self.divisions[hit.primitive as usize] {
@@ -227,18 +228,19 @@ impl Mesh {
     }
 }
 
-/// More patches than this are refused before they are made.
+/// Number of patches above which a mesh is refused before it is built.
 const HOPELESS: u64 = 100_000;
 
-/// Refuses what radiosity cannot do.
+/// Refuses scenes and meshes that radiosity does not support.
 fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
     if fineness.patches == 0 || fineness.halvings > 8 {
         return Err(Error::Option(format!(
-            "{} patches, halved {} times, are no mesh: take at least one patch and at most 8 halvings",
+            "{} patches halved {} times: a mesh needs at least one patch and at most 8 halvings",
             fineness.patches, fineness.halvings
         )));
     }
-    // Far beyond what fits, already the mesh would not: a patch has about half a node of its own.
+    // Far beyond this limit the mesh itself would not fit: a patch has about half a node of its
+    // own.
     let patches = u64::from(fineness.patches) << (2 * fineness.halvings);
     if patches > HOPELESS {
         crate::integrator::radiosity::refuse_memory(patches / 2, patches)?;
@@ -247,7 +249,7 @@ fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
         Err(Error::Scene {
             scene: scene.name().to_owned(),
             message: format!(
-                "radiosity takes Lambert and black surfaces in the dark only, and this scene has {what}"
+                "radiosity supports only Lambert and black surfaces and a black background; this scene has {what}"
             ),
         })
     };
@@ -272,14 +274,14 @@ fn area(geometry: &Geometry) -> f64 {
     }
 }
 
-/// Inclinations of the upper and lower end of a sphere's zone.
+/// Returns the inclinations of the upper and lower end of a sphere's zone.
 fn inclinations(sphere: &Sphere) -> [f64; 2] {
     let [low, high] = sphere.heights().map(|z| z / sphere.radius);
     [high.acos(), low.acos()]
 }
 
-/// The front (or back) of a sphere's zone as patches of about the area `target`, in bands from the
-/// upper end; then both sides of each are halved so many times.
+/// Divides the front (or back) of a sphere's zone into patches of about the area `target`, in bands
+/// from the upper end, and halves both sides of each the given number of times.
 pub(super) fn sphere_patches(
     sphere: &Sphere,
     front: bool,
@@ -293,7 +295,7 @@ pub(super) fn sphere_patches(
     let inclination = |share: f64| top + (bottom - top) * share;
     let height = |band: u32| inclination(f64::from(band) / f64::from(bands)).cos();
     let band = |band: u32| {
-        // As many columns as the band has that was halved.
+        // The number of columns of the band that was halved.
         let middle = inclination((f64::from(band >> halvings) + 0.5) / f64::from(coarse));
         let around = TAU * sphere.radius * middle.sin();
         let columns = ((around / side).ceil() as u32).max(3) << halvings;
@@ -310,7 +312,7 @@ pub(super) fn sphere_patches(
     (0..bands).map(band).collect()
 }
 
-/// The n² equal parts of a triangle, row by row along its second edge.
+/// Splits a triangle into n² equal parts, row by row along its second edge.
 fn split([a, b, c]: [DVec3; 3], n: u32) -> Vec<[DVec3; 3]> {
     let step = |k: u32| f64::from(k) / f64::from(n);
     let corner = move |i: u32, j: u32| a + step(i) * (b - a) + step(j) * (c - a);
@@ -326,7 +328,8 @@ fn split([a, b, c]: [DVec3; 3], n: u32) -> Vec<[DVec3; 3]> {
     parts
 }
 
-/// The place of a point's part in the order of [`split`], and the weights of its nodes.
+/// Returns the index of the part that contains a point, in the order of [`split`], and the weights
+/// of its nodes.
 fn locate_in_triangle([a, b, c]: [DVec3; 3], n: u32, point: DVec3) -> (usize, [f64; 4]) {
     let across = (b - a).cross(c - a);
     let squared = across.length_squared();

@@ -1,9 +1,9 @@
-//! Radiosity: the light of a scene of Lambert surfaces, by finite elements instead of random paths.
+//! Radiosity: global illumination of Lambert surfaces by finite elements instead of random paths.
 //!
-//! Direct light is computed where it is asked for. Light that has met at least one surface is
-//! solved for on a mesh, with the radiance that leaves a patch constant over it and irradiance
-//! linear, and read from the mesh. Nothing is random: the error is that of the mesh, and refining
-//! the mesh shows it.
+//! Direct light is computed where it is needed. Light that has been reflected at least once is
+//! solved for on a mesh, with radiosity constant over each patch and irradiance linear, and read
+//! from the mesh. The method is deterministic: its error is that of the mesh, and refining the mesh
+//! shows it.
 
 mod direct;
 mod mesh;
@@ -28,19 +28,19 @@ use crate::scene::Scene;
 use direct::Light;
 use mesh::Node;
 
-/// The radiance that leaves a Lambert surface, B/π of [`crate::equation::RADIOSITY`].
+/// Returns the radiance that leaves a Lambert surface, B/π of [`crate::equation::RADIOSITY`].
 #[inline]
 pub fn leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
     emitted + lambert(albedo) * irradiance
 }
 
-/// The solution is good enough when no patch's radiance is further than this from what it should
-/// be, relative to the largest.
+/// Largest residual of a converged solution: the deviation of a patch's radiance, relative to the
+/// largest radiance.
 pub const RESIDUAL: f64 = 1e-6;
-/// After so many sweeps without coming that near, the work ends: the albedo of a closed scene is 1
-/// or all but that.
+/// Maximum number of sweeps without convergence; only needed if the albedo of a closed scene is 1
+/// or very close.
 const MOST_SWEEPS: u32 = 10_000;
-/// The most memory that form factors may take, in bytes.
+/// Largest memory of the form factors, in bytes.
 pub const MOST_MEMORY: u64 = 3 << 30;
 
 /// A form factor from a node to an element.
@@ -50,16 +50,16 @@ struct Link {
     factor: f32,
 }
 
-/// The form factors from every node of a mesh to every element that it sees.
+/// Form factors from every node of a mesh to every element that it sees.
 #[derive(Clone, Debug)]
 pub struct FormFactors {
     rows: Vec<Box<[Link]>>,
 }
 
 impl FormFactors {
-    /// Computes them: each pair in closed form where it is flat, times the visibility of one point
-    /// in the midst of what is seen. `row_done` is called after each node with 1, from any thread;
-    /// when it returns false, the work ends.
+    /// Computes the form factors: each pair in closed form where it is flat, times the visibility
+    /// of one point in the middle of the visible part. `row_done` is called after each node with 1,
+    /// from any thread; if it returns false, the computation stops.
     ///
     /// # Errors
     /// [`Error::Option`] before any work if they may take more than [`MOST_MEMORY`];
@@ -82,13 +82,13 @@ impl FormFactors {
         Ok(Self { rows })
     }
 
-    /// F from a node to every element that it sees, as the element's index and the factor.
+    /// Iterates over the elements that a node sees: index and form factor F.
     fn of_node(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let pair = |link: &Link| (link.element as usize, f64::from(link.factor));
         self.rows[node].iter().map(pair)
     }
 
-    /// F from an element to every element: the mean of its nodes'.
+    /// Returns F from an element to every element: the mean over its nodes.
     pub fn of_element(&self, mesh: &Mesh, element: usize) -> Vec<f64> {
         let mut factors = vec![0.0; mesh.elements.len()];
         let nodes = mesh.elements[element].nodes.clone();
@@ -99,7 +99,7 @@ impl FormFactors {
         factors
     }
 
-    /// The irradiance that a node receives from elements of these radiances, divided by π.
+    /// Returns the irradiance at a node from elements with these radiances, divided by π.
     fn gather(&self, node: usize, radiances: &[DVec3]) -> DVec3 {
         self.of_node(node)
             .map(|(element, factor)| factor * radiances[element])
@@ -130,8 +130,8 @@ fn row<P: FiniteElements + NextEvent + Scattering>(
         .collect()
 }
 
-/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]: of the four pairs of sides
-/// of two patches one at most sees the other, unless a patch is cut by the plane of the other.
+/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]. Of the four pairs of sides
+/// of two patches at most one can see the other, unless a patch is cut by the plane of the other.
 ///
 /// # Errors
 /// [`Error::Option`].
@@ -140,7 +140,7 @@ pub fn check_memory(mesh: &Mesh) -> Result<(), Error> {
     refuse_memory(nodes, elements)
 }
 
-/// [`check_memory`] by the numbers of nodes and elements on one side.
+/// Implements [`check_memory`], from the numbers of nodes and elements on one side.
 fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
     let bytes = nodes
         .saturating_mul(elements)
@@ -156,24 +156,25 @@ fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where the light that has met a surface is computed when it is asked for.
+/// Where indirect light is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReadOut {
     /// At the nodes of the mesh, and interpolated.
     #[default]
     Interpolated,
-    /// At the very point, from every patch that it sees ("final gather"): as costly as a node.
+    /// At the shading point, from every patch that it sees ("final gather"): as expensive as a
+    /// node.
     Gathered,
 }
 
-/// A scene whose light is solved for. As an estimator it draws no random numbers; it must be given
-/// the scene that it was made for.
+/// Radiosity solution of a scene. As an estimator it draws no random numbers; it must be used with
+/// the scene for which it was computed.
 #[derive(Clone, Debug)]
 pub struct Radiosity<P = Standard> {
     parts: P,
     mesh: Mesh,
     lights: Vec<Light>,
-    /// Radiance that every element sends to others, without what it emits.
+    /// Radiance that every element sends to others, without its emission.
     exchanged: Vec<DVec3>,
     /// Irradiance at every node: direct, and from other elements.
     direct: Vec<DVec3>,
@@ -187,8 +188,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     /// Solves for the light of a scene; `row_done` as for [`FormFactors::new`].
     ///
     /// # Errors
-    /// What [`Mesh::new`] and [`FormFactors::new`] refuse; [`Error::Scene`] for one whose light
-    /// does not settle.
+    /// Those of [`Mesh::new`] and [`FormFactors::new`]; [`Error::Scene`] if the solution does not
+    /// converge.
     pub fn new(
         parts: P,
         scene: &Scene,
@@ -218,19 +219,20 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         Ok(solution)
     }
 
-    /// The same solution read in another way.
+    /// Returns the same solution with another read-out.
     pub fn read(self, read_out: ReadOut) -> Self {
         Self { read_out, ..self }
     }
 
-    /// Gauss-Seidel: each sweep renews every element from the newest radiances of the others. The
-    /// errors shrink at least as the largest albedo's powers.
+    /// Solves by Gauss-Seidel iteration: each sweep updates every element from the newest radiances
+    /// of the others. The errors shrink at least as the powers of the largest albedo.
     fn solve(&mut self, scene: &Scene, factors: &FormFactors) -> Result<(), Error> {
         while !self.parts.solved(self.residual, self.sweeps) {
             if self.sweeps == MOST_SWEEPS || self.residual.is_nan() {
                 return Err(Error::Scene {
                     scene: scene.name().to_owned(),
-                    message: "its light does not settle: some albedo is too near 1".to_owned(),
+                    message: "the solution does not converge: some albedo is too close to 1"
+                        .to_owned(),
                 });
             }
             for i in 0..self.exchanged.len() {
@@ -247,7 +249,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         Ok(())
     }
 
-    /// Refuses irradiances that are no numbers, which maxima pass over; overflow is the residual's.
+    /// Refuses irradiances that are NaN, which maxima ignore; overflow is detected by the residual.
     fn check_numbers(&self) -> Result<(), Error> {
         let mut nodes = self.mesh.nodes.iter().zip(&self.direct).zip(&self.indirect);
         match nodes.find(|((_, direct), indirect)| (**direct + **indirect).is_nan()) {
@@ -259,8 +261,8 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         }
     }
 
-    /// What an element sends if its nodes have this irradiance from others: that of the whole patch
-    /// is the nodes' mean.
+    /// Returns the radiance that an element sends if its nodes have this irradiance from others;
+    /// its irradiance is the mean over the nodes.
     fn renewed(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
         let Element {
             albedo,
@@ -282,25 +284,25 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             largest = largest.max(sent.max_element());
         }
         match largest {
-            // Of numbers beyond the largest there is no telling.
+            // With infinite radiance the relative error is undefined.
             f64::INFINITY => f64::NAN,
             0.0 => 0.0,
             _ => error / largest,
         }
     }
 
-    /// The largest difference between the two sides of (radiosity), relative to the largest
+    /// Returns the largest difference between the two sides of (radiosity), relative to the largest
     /// radiance.
     pub fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// How many sweeps it took.
+    /// Returns the number of sweeps.
     pub fn sweeps(&self) -> u32 {
         self.sweeps
     }
 
-    /// Every side of every patch, with its mean irradiance.
+    /// Iterates over both sides of every patch, with their mean irradiance.
     pub fn irradiances(&self) -> impl Iterator<Item = (&Element, DVec3)> {
         self.mesh.elements.iter().map(|element| {
             let nodes = element.nodes.clone();
@@ -309,7 +311,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         })
     }
 
-    /// The irradiance at a point that a ray hit; zero on black surfaces.
+    /// Returns the irradiance at a point that a ray hit; zero on black surfaces.
     pub fn irradiance(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> DVec3 {
         let Some((element, weights)) = self.mesh.locate(hit, ray) else {
             return DVec3::ZERO;
@@ -323,7 +325,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             ReadOut::Interpolated => {
                 let nodes = element.nodes.clone().zip(weights);
                 let sum: DVec3 = nodes.map(|(node, w)| w * self.indirect[node]).sum();
-                // Where light ends abruptly a line through the nodes can fall below zero.
+                // At light boundaries linear extrapolation from the nodes can fall below zero.
                 sum.max(DVec3::ZERO)
             }
             ReadOut::Gathered => {
@@ -337,7 +339,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     }
 }
 
-/// The irradiance from all emitters.
+/// Returns the irradiance from all emitters.
 fn arriving<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
@@ -366,41 +368,41 @@ impl<P: FiniteElements + NextEvent + Scattering> Estimator for Radiosity<P> {
     }
 }
 
-/// The replaceable parts of radiosity.
+/// Replaceable parts of radiosity.
 pub trait FiniteElements: Sync {
-    /// The form factor of a polygon above the horizon, relative to the receiver.
+    /// Returns the form factor of a polygon above the horizon, relative to the receiver.
     #[inline]
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
         form_factor::polygon(normal, corners)
     }
-    /// How much a point of an emitter counts in the share of it that is seen: its geometry term, by
+    /// Returns the weight of a point of an emitter in its visible fraction: the geometry term, from
     /// the receiver's cosine and the solid angle per area.
     #[inline]
     fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
         cosine * solid_angle
     }
-    /// Whether a part of a sphere is so near for its area that it is divided.
+    /// Returns whether a part of a sphere is so close, for its area, that it is divided.
     #[inline]
     fn is_near(&self, area: f64, distance_squared: f64) -> bool {
         is_near(area, distance_squared)
     }
-    /// The part of a polygon above the horizon.
+    /// Returns the part of a polygon above the horizon.
     #[inline]
     fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
         polygon.above(normal)
     }
-    /// The radiance that leaves a Lambert surface.
+    /// Returns the radiance that leaves a Lambert surface.
     #[inline]
     fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
         leaving(albedo, emitted, irradiance)
     }
-    /// What patches send each other of the radiance that leaves them: all but what they emit, which
-    /// arrives as direct light.
+    /// Returns the part of the leaving radiance that patches exchange: all except emission, which
+    /// is direct light.
     #[inline]
     fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
         leaving - emitted
     }
-    /// Whether the radiosities are good enough after so many sweeps.
+    /// Returns whether the solution has converged after this number of sweeps.
     #[inline]
     fn solved(&self, residual: f64, _sweeps: u32) -> bool {
         residual <= RESIDUAL

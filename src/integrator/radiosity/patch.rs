@@ -12,11 +12,11 @@ use crate::material::Scattering;
 /// One side of a piece of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Patch {
-    /// A polygon, counter-clockwise from its side.
+    /// A polygon, counter-clockwise seen from its side.
     Flat {
-        /// Its corners.
+        /// Corners.
         polygon: Polygon,
-        /// The unit normal of its side.
+        /// Unit normal of its side.
         normal: DVec3,
     },
     /// A part of a sphere.
@@ -26,11 +26,11 @@ pub enum Patch {
 /// A part of a sphere between two circles of latitude and two meridians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePatch {
-    /// The sphere's centre.
+    /// Centre of the sphere.
     pub centre: DVec3,
-    /// Its radius.
+    /// Radius of the sphere.
     pub radius: f64,
-    /// Upper and lower height over the centre as shares of the radius.
+    /// Upper and lower height above the centre as fractions of the radius.
     pub heights: [f64; 2],
     /// Azimuths of the meridians, radians.
     pub azimuths: [f64; 2],
@@ -38,31 +38,42 @@ pub struct SpherePatch {
     pub outward: bool,
 }
 
-/// What a point receives from a patch if nothing hides it.
+/// Unoccluded view of a patch from a point.
 pub(super) struct Sight {
-    /// The form factor.
+    /// Form factor.
     pub factor: f64,
-    /// A point in the midst of what is seen, and its normal.
+    /// A point in the middle of the visible part, and its normal.
     pub target: (DVec3, DVec3),
 }
 
-/// A point this near to a patch's plane, relative to its distance, is in the plane.
+/// The parts of a sphere's patch that have been added up.
+struct PartialSight {
+    /// Sum of the form factors.
+    factor: f64,
+    /// Largest form factor of a part.
+    largest: f64,
+    /// Midpoint of that part, and its normal.
+    target: (DVec3, DVec3),
+}
+
+/// Distance from a patch's plane, relative to the point's distance, below which a point is in the
+/// plane.
 const IN_PLANE: f64 = 1e-9;
-/// Form factors below this are rounding: those of slivers at the horizon.
+/// Form factors below this are rounding errors of slivers at the horizon.
 const FAINTEST: f64 = 1e-12;
-/// Parts of a sphere's patch that are larger than this share of their squared distance are divided.
+/// Ratio of area to squared distance above which parts of a sphere's patch are divided.
 const NEAR: f64 = 1.0 / 16.0;
-/// Whether a part of this area at this squared distance is divided.
+/// Returns whether a part with this area at this squared distance is divided.
 #[inline]
 pub fn is_near(area: f64, distance_squared: f64) -> bool {
     area > NEAR * distance_squared
 }
 
-/// How often at most: what is nearer is seen coarsely.
+/// Maximum depth of division; closer parts are integrated coarsely.
 const DIVISIONS: u32 = 3;
 
 impl Patch {
-    /// The front (or back) of a triangle or of a parallelogram.
+    /// Creates the front (or back) of a triangle or a parallelogram.
     pub(super) fn flat<const N: usize>(mut corners: [DVec3; N], front: bool) -> Self {
         if !front {
             corners.reverse();
@@ -76,7 +87,7 @@ impl Patch {
         }
     }
 
-    /// The unit normal at a point of the patch.
+    /// Returns the unit normal at a point of the patch.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         match self {
             Self::Flat { normal, .. } => *normal,
@@ -84,7 +95,7 @@ impl Patch {
         }
     }
 
-    /// The area: that of the sphere itself for its patches.
+    /// Returns the area; for a sphere's patch that of the curved surface.
     pub fn area(&self) -> f64 {
         match self {
             Self::Flat { polygon, .. } => {
@@ -96,7 +107,8 @@ impl Patch {
         }
     }
 
-    /// What a point with a unit normal sees of the patch; `None` if one is behind the other.
+    /// Returns the unoccluded view of the patch from a point with a unit normal; `None` if one is
+    /// behind the other.
     #[inline]
     pub(super) fn sight<P: FiniteElements + NextEvent + Scattering>(
         &self,
@@ -118,7 +130,7 @@ impl Patch {
                     return None;
                 }
                 let factor = parts.form_factor(normal, seen.corners());
-                // What is no number must not pass for what is too faint.
+                // NaN must not count as faint.
                 let faint = factor <= FAINTEST;
                 (!faint).then(|| Sight {
                     factor,
@@ -136,14 +148,15 @@ impl SpherePatch {
         if self.outward { outward } else { -outward }
     }
 
-    /// R² times height times azimuth (Archimedes).
+    /// Returns R² times height times azimuth (Archimedes).
     fn area(&self) -> f64 {
         let [high, low] = self.heights;
         let [from, to] = self.azimuths;
         self.radius * self.radius * (high - low) * (to - from)
     }
 
-    /// The point at shares of the height (from above) and of the azimuth: uniform in area.
+    /// Returns the point at fractions of the height (from above) and of the azimuth, uniform in
+    /// area.
     fn point(&self, down: f64, around: f64) -> DVec3 {
         let [high, low] = self.heights;
         let [from, to] = self.azimuths;
@@ -153,13 +166,13 @@ impl SpherePatch {
         self.centre + self.radius * DVec3::new(rho * cos, rho * sin, z)
     }
 
-    /// The 2 × 2 Gauss points.
+    /// Returns the 2 × 2 Gauss points.
     pub(super) fn nodes(&self) -> [DVec3; 4] {
         let [low, high] = gauss();
         [[low, low], [low, high], [high, low], [high, high]].map(|[s, t]| self.point(s, t))
     }
 
-    /// The weights of the nodes in the bilinear interpolation at a height and azimuth.
+    /// Returns the nodes' weights of bilinear interpolation at a height and azimuth.
     pub(super) fn weights(&self, height: f64, azimuth: f64) -> [f64; 4] {
         let share = |[from, to]: [f64; 2], x: f64| (x - from) / (to - from);
         let [low, high] = gauss();
@@ -174,7 +187,7 @@ impl SpherePatch {
         ]
     }
 
-    /// Four parts of equal area.
+    /// Splits the patch into four parts of equal area.
     fn quarters(&self) -> [Self; 4] {
         let middle = |[a, b]: [f64; 2]| 0.5 * (a + b);
         let [z, phi] = [middle(self.heights), middle(self.azimuths)];
@@ -190,7 +203,7 @@ impl SpherePatch {
         })
     }
 
-    /// The form factor by the midpoint rule, exact from the sphere's own inside, where the
+    /// Computes the form factor by the midpoint rule, exact from the sphere's own inside, where the
     /// integrand is constant.
     fn sight<P: FiniteElements + NextEvent + Scattering>(
         &self,
@@ -202,19 +215,24 @@ impl SpherePatch {
         if self.outward && distance <= self.radius * (1.0 + IN_PLANE) {
             return None;
         }
-        let mut found = (0.0, 0.0, (DVec3::ZERO, DVec3::ZERO));
-        self.add(parts, (point, normal), DIVISIONS, &mut found);
-        let (factor, _, target) = found;
+        let mut found = PartialSight {
+            factor: 0.0,
+            largest: 0.0,
+            target: (DVec3::ZERO, DVec3::ZERO),
+        };
+        self.add(parts, point, normal, DIVISIONS, &mut found);
+        let PartialSight { factor, target, .. } = found;
         (factor > FAINTEST).then_some(Sight { factor, target })
     }
 
-    /// Adds a part's form factor; `found` holds the sum, the largest part and where it is.
+    /// Adds the form factor of a part, which is divided if it is near.
     fn add<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
-        (point, normal): (DVec3, DVec3),
+        point: DVec3,
+        normal: DVec3,
         divisions: u32,
-        found: &mut (f64, f64, (DVec3, DVec3)),
+        found: &mut PartialSight,
     ) {
         let y = self.point(0.5, 0.5);
         let area = self.area();
@@ -222,7 +240,7 @@ impl SpherePatch {
         let distance_squared = offset.length_squared();
         if divisions > 0 && parts.is_near(area, distance_squared) {
             for quarter in self.quarters() {
-                quarter.add(parts, (point, normal), divisions - 1, found);
+                quarter.add(parts, point, normal, divisions - 1, found);
             }
             return;
         }
@@ -232,15 +250,15 @@ impl SpherePatch {
         let across = parts.cosine(own, -direction);
         let factor =
             cosine * parts.solid_angle_per_area(across, distance_squared) * area * FRAC_1_PI;
-        found.0 += factor;
-        if factor > found.1 {
-            found.1 = factor;
-            found.2 = (y, own);
+        found.factor += factor;
+        if factor > found.largest {
+            found.largest = factor;
+            found.target = (y, own);
         }
     }
 }
 
-/// The Gauss points of two in [0, 1].
+/// Returns the two Gauss points in [0, 1].
 fn gauss() -> [f64; 2] {
     let half = 0.5 / 3f64.sqrt();
     [0.5 - half, 0.5 + half]

@@ -3,29 +3,29 @@
 use crate::material::{Bsdf, OrenNayar, OrenNayarForm};
 use crate::scene::Surface;
 
-/// A surface by its numbers and kinds.
+/// Material parameters of a surface and the bits of its kinds.
 pub(crate) struct Material {
-    /// The index of glass, A and B of (15), and α of section 2.6.2.
+    /// Refractive index of glass, A and B of (15), and α of section 2.6.2.
     pub numbers: [f64; 4],
-    /// A bit for each of the kinds below.
+    /// Bitwise or of the kinds below.
     pub kinds: u16,
 }
 
-/// Light leaves in all directions.
+/// The BSDF is not a Dirac distribution.
 pub(crate) const NON_DELTA: u16 = 1;
-/// Light leaves in all directions, which are not sampled by the cosine.
+/// The BSDF is not a Dirac distribution and not cosine-sampled.
 pub(crate) const MODEL: u16 = 2;
 pub(crate) const MIRROR: u16 = 4;
 pub(crate) const GLASS: u16 = 8;
-/// (14) as it is printed.
+/// Oren-Nayar by (14) as printed.
 pub(crate) const PRINTED: u16 = 16;
 /// f_r is evaluated lane by lane.
 pub(crate) const ONE_BY_ONE: u16 = 32;
-/// It emits light, whatever it is made of.
+/// The surface emits light, whatever its BSDF.
 pub(crate) const EMITTER: u16 = 64;
-/// It is no triangle.
+/// The primitive is a sphere, not a triangle.
 pub(crate) const SPHERE: u16 = 128;
-/// Light goes on behind it in all directions.
+/// Rough glass, which also scatters light to its far side.
 pub(crate) const ROUGH_GLASS: u16 = 256;
 
 impl Material {
@@ -34,7 +34,7 @@ impl Material {
             bsdf, absorption, ..
         }: &Surface,
     ) -> Self {
-        // (14) is (13) with these.
+        // (14) is (13) with these constants.
         let (mut index, mut oren_nayar) = (1.0, OrenNayar { a: 1.0, b: 0.0 });
         let kinds = match bsdf {
             Bsdf::Black => 0,

@@ -1,6 +1,6 @@
-//! Packet intersection: in a small scene all lanes test the list of primitives that any of them may
-//! meet, of many walls only the one by which each leaves; in a larger one they go through its
-//! hierarchy, together or one after the other.
+//! Packet intersection: linear lists of primitives in small scenes, hull exit walls where the hull
+//! decides which triangle is hit, and otherwise traversal of the hierarchy, as a packet or ray by
+//! ray.
 
 pub(crate) mod material;
 mod rays;
@@ -26,62 +26,63 @@ use walls::Walls;
 
 pub use rays::{EightRays, LaneRays};
 
-/// A primitive that lanes have hit.
+/// Intersection and shading data of a primitive.
 pub(crate) struct PrimitiveData<T> {
-    /// Three corners of a triangle, of which the first is the centre of a sphere; the normal of a
-    /// triangle's front; the margin of a triangle for [`inner_point`](crate::geometry::offsets::inner_point),
-    /// or the radius of a sphere, negative if its normal points to its centre; the colour and the
-    /// numbers of its [`Material`]; how far above it rays start. The others fill the row.
+    /// Three corners of a triangle, the first of which is the centre of a sphere; the normal of a
+    /// triangle's front; the margin of a triangle for
+    /// [`inner_point`](crate::geometry::offsets::inner_point), or the radius of a sphere, negative
+    /// if its normal points to its centre; the colour and the numbers of its [`Material`]; the
+    /// height above it at which rays start. The remaining entries are padding.
     pub numbers: Row<T, 24>,
-    /// Those of its material, and more.
+    /// Kinds of its material, with [`EMITTER`] and [`SPHERE`].
     pub kinds: u16,
-    /// The features of a triangle, for the film.
+    /// Features of a triangle, for the film.
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
-    /// The [specular casters](Scene::bodies) by which it reflects and refracts.
+    /// Indices of the [specular casters](Scene::bodies) by which it reflects and refracts.
     pub casters: [u8; 2],
 }
 
-/// How near to a primitive and to its edges rays start.
+/// Distances that rays keep from a primitive and its edges.
 #[derive(Clone, Copy)]
 struct Heights {
-    /// [`EDGE_MARGIN`] or its like, of a triangle.
+    /// Margin at the edges of a triangle: [`EDGE_MARGIN`], or its counterpart in single precision.
     margin: f64,
-    /// The height above it.
+    /// Height above the primitive at which rays start.
     offset: f64,
 }
 
-/// A primitive against which the rays of all lanes are tested.
+/// A primitive in a list that all lanes test.
 struct Target<T, S> {
-    /// Its place among those of the scene.
+    /// Index among the primitives of the scene.
     id: T,
-    /// Whether some shadow rays pass it.
+    /// Whether it is glass, which some shadow rays ignore.
     is_glass: bool,
     shape: S,
 }
 
-/// A triangle by its vertices among those of the scene, and by its edges.
+/// Indices of a triangle's vertices and edges.
 struct Triangle<T> {
     vertices: [u8; 3],
-    /// Opposite to each vertex.
+    /// Edges opposite to each vertex.
     edges: [u8; 3],
-    /// -1 for those that run in the other direction, else 1.
+    /// -1 for edges stored in the opposite direction, else 1.
     signs: [T; 3],
-    /// Which edges run in the other direction.
+    /// Whether each edge is stored in the opposite direction.
     turns: [bool; 3],
 }
 
-/// The triangles of a small scene, or some of them.
+/// Triangles of a small scene with shared vertices and edges.
 #[derive(Default)]
 struct Triangles<T> {
     vertices: Vec<[T; 3]>,
-    /// The vertices of each edge, which the triangles on both sides of it share.
+    /// Vertices of each edge, shared by the triangles on both sides.
     edges: Vec<[u8; 2]>,
     targets: Vec<Target<T, Triangle<T>>>,
 }
 
-/// A specular caster in the precision of lanes.
+/// A specular caster in the precision of the lanes.
 pub(crate) struct CasterData<T> {
     pub kind: Kind,
     pub numbers: Row<T, 16>,
@@ -105,23 +106,23 @@ impl<T: Scalar> CasterData<T> {
     }
 }
 
-/// A scene in the precision of lanes.
+/// Scene data in the precision of the lanes.
 pub(crate) struct SceneData<T> {
-    /// Rays are tested together against all primitives, not by way of the hierarchy.
+    /// Whether rays are tested against lists of all primitives, not through the hierarchy.
     is_small: bool,
-    // The next five are empty without a list.
+    // The next five are empty unless `is_small`.
     triangles: Triangles<T>,
-    /// Those that are no walls of its hull.
+    /// Triangles that are not walls of the hull.
     within: Triangles<T>,
     walls: Option<Walls<T>>,
-    /// Those that `walls` does not tell apart.
+    /// Triangles that `walls` does not resolve.
     others: Triangles<T>,
     spheres: Vec<Target<T, Sphere>>,
-    /// In the order of the scene's primitives.
+    /// Data of the scene's primitives, in their order.
     primitives: Vec<PrimitiveData<T>>,
-    /// All kinds of primitives that there are.
+    /// Union of the kinds of all primitives.
     pub(crate) kinds: u16,
-    /// In the order of the scene's specular casters.
+    /// Data of the scene's specular casters, in their order.
     pub casters: Vec<CasterData<T>>,
 }
 
@@ -131,36 +132,36 @@ impl<T> fmt::Debug for SceneData<T> {
     }
 }
 
-/// A scene as the rays of all lanes see it.
+/// A scene with its data for lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct LaneScene<'a, R: Wide<N>, const N: usize> {
     pub scene: &'a Scene,
     pub data: &'a SceneData<R::Scalar>,
 }
 
-/// Buffers for the rays of all lanes, made when they are first needed.
+/// Buffers for intersection, allocated when first needed.
 pub(crate) struct IntersectionScratch<R, const N: usize> {
-    /// For small scenes.
+    /// Projected vertices and edges of small scenes.
     projected: Option<Box<ProjectedScene<R, N>>>,
-    /// For rays that go through the hierarchy together.
+    /// Stack of packet traversal.
     stack: Option<Box<PacketStack<N>>>,
 }
 
-/// Vertices and edges as rays see them. It has as many places as there are indices.
+/// Vertices and edges projected along rays; as many entries as 8-bit indices.
 struct ProjectedScene<R, const N: usize> {
     vertices: [Projected<R>; PLACES],
     edges: [R; PLACES],
-    /// For each vertex the lanes that have it behind them, and `N` bits further up those for which
-    /// it is too far.
+    /// Bits of the lanes that have each vertex behind them, and `N` bits higher those for which it
+    /// is too far.
     outside: [u32; PLACES],
-    /// For each edge the lanes that pass on its negative side, and `N` bits further up those on its
-    /// positive side; then the same of the edge in the other direction.
+    /// Bits of the lanes that pass each edge on its negative side, and `N` bits higher those on its
+    /// positive side; then both for the opposite direction of the edge.
     sides: [[u32; 2]; PLACES],
-    /// Triangles by their places, and the lanes that may meet them; one more than there can be.
+    /// Triangles that rays may hit, with bits of these lanes; one entry more than needed.
     candidates: [(u8, u32); SMALL + 1],
 }
 
-/// How many vertices or edges 8 bits can tell apart; [`SMALL`] triangles have fewer.
+/// Number of vertices or edges that 8 bits can index; [`SMALL`] triangles have fewer.
 const PLACES: usize = 256;
 
 impl<T: Scalar> SceneData<T> {
@@ -206,7 +207,7 @@ impl<T: Scalar> SceneData<T> {
         };
         let primitives: Vec<_> = (0..)
             .zip(scene.parts())
-            .map(|(id, part)| PrimitiveData::new(scene, (id, part), heights(part)))
+            .map(|(id, part)| PrimitiveData::new(scene, id, part, heights(part)))
             .collect();
         let kinds = primitives
             .iter()
@@ -240,13 +241,13 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         }
     }
 
-    /// The primitive of this number.
+    /// Returns the primitive with this index.
     #[inline]
     pub(crate) fn primitive(self, number: u32) -> &'a PrimitiveData<R::Scalar> {
         &self.data.primitives[number as usize]
     }
 
-    /// The nearest hits of the `active` lanes.
+    /// Finds the nearest hits of the `active` lanes.
     #[inline]
     pub fn closest(
         self,
@@ -269,20 +270,20 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         let projected = scratch.projected();
         let mut left = active;
         if let (Some(walls), Some(hull)) = (&data.walls, scene.hull())
-            && let Some(exit) = walls.exit(hull, &data.primitives, ray, (&shear, active))
+            && let Some(exit) = walls.exit(hull, &data.primitives, ray, &shear, active)
         {
             left = active & !exit.decided;
             nearest.or(exit.primitive, &exit.hit);
             data.others.project(&shear, None, projected);
             data.others
-                .hits((&shear, projected), (exit.decided, false), |ids, hit| {
+                .hits(&shear, projected, exit.decided, false, |ids, hit| {
                     nearest.or(ids, hit);
                 });
         }
         if left.any() {
             data.triangles.project(&shear, None, projected);
             data.triangles
-                .hits((&shear, projected), (left, false), |ids, hit| {
+                .hits(&shear, projected, left, false, |ids, hit| {
                     nearest.or(ids, hit);
                 });
         }
@@ -305,8 +306,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         }
     }
 
-    /// In which of the `active` lanes two surface points with unit normals see each other, as
-    /// [`Scene::visible`].
+    /// Returns the `active` lanes in which two surface points with unit normals are mutually
+    /// visible, as [`Scene::visible`].
     #[inline]
     pub fn visible(
         self,
@@ -354,7 +355,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         for (triangles, asking) in [(&data.within, within), (&data.triangles, active & !within)] {
             if asking.any() {
                 triangles.project(&shear, Some(one), projected);
-                triangles.hits((&shear, projected), (asking, through_glass), |_, hit| {
+                triangles.hits(&shear, projected, asking, through_glass, |_, hit| {
                     free = free & !hit.t.below(one);
                 });
             }
@@ -369,15 +370,15 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         free
     }
 
-    /// Whether all lanes test all of its primitives, and these are triangles.
+    /// Returns whether all lanes test a list of all primitives, and these are triangles.
     pub fn has_few_triangles(self) -> bool {
         self.data.is_small && self.data.spheres.is_empty()
     }
 }
 
-/// Whether rays go through a hierarchy together, which as a rule is faster than alone if in two of
-/// three directions all head for the same side. In single precision they always do: alone they are
-/// followed in double precision, and what a ray hits must not depend on the others.
+/// Returns whether rays traverse a hierarchy as a packet. This is usually faster if their
+/// directions agree in sign along two of three axes. In single precision they always do: single
+/// rays are traced in double precision, and a ray's hit must not depend on the other rays.
 #[inline]
 fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
@@ -394,7 +395,7 @@ fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask
             >= 2
 }
 
-/// The ray of each lane.
+/// Returns the ray of each lane.
 #[inline]
 fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
     let [origins, directions] = [ray.origin, ray.direction].map(|v| v.components().map(R::lanes));
@@ -425,7 +426,7 @@ impl<T: Scalar> Triangles<T> {
         });
     }
 
-    /// Projects vertices and edges for rays that end at `limit`, if they do.
+    /// Projects vertices and edges along rays, which may end at `limit`.
     #[inline]
     fn project<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
@@ -435,7 +436,7 @@ impl<T: Scalar> Triangles<T> {
     ) {
         let zero = R::splat(0.0);
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
-        // The distance of a hit is a mean of those of the vertices, but for some roundings.
+        // The distance of a hit is a weighted mean of its vertices' distances, up to rounding.
         let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
         for ((vertex, projected), outside) in self
             .vertices
@@ -461,20 +462,22 @@ impl<T: Scalar> Triangles<T> {
         }
     }
 
-    /// Tells the hits of the `active` lanes, and on which primitives, in portions of at most one
-    /// per lane.
+    /// Calls `tell` with the primitives and hits of the `active` lanes, in batches of at most one
+    /// hit per lane.
     #[inline]
     fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (shear, seen): (&LaneShear<R>, &mut ProjectedScene<R, N>),
-        (active, through_glass): (R::Mask, bool),
+        shear: &LaneShear<R>,
+        seen: &mut ProjectedScene<R, N>,
+        active: R::Mask,
+        through_glass: bool,
         mut tell: impl FnMut(R, &TriangleHit<R>),
     ) {
         let zero = R::splat(0.0);
-        // What has no area is not hit.
+        // Triangles without area are not hit.
         let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
         let mut taken = 0;
-        let count = self.list_candidates((active, through_glass), seen);
+        let count = self.list_candidates(active, through_glass, seen);
         for &(place, lanes) in &seen.candidates[..count] {
             let Target { id, shape, .. } = &self.targets[usize::from(place)];
             if taken & lanes != 0 {
@@ -502,12 +505,14 @@ impl<T: Scalar> Triangles<T> {
         }
     }
 
-    /// Lists the triangles that a ray in an `active` lane may meet, and returns how many they are:
-    /// its line passes through, and the vertices are neither all behind it nor all too far.
+    /// Lists the triangles that a ray in an `active` lane may hit, and returns their number: the
+    /// ray's line passes through, and the vertices are neither all behind it nor all beyond its
+    /// limit.
     #[inline]
     fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
-        (active, through_glass): (R::Mask, bool),
+        active: R::Mask,
+        through_glass: bool,
         seen: &mut ProjectedScene<R, N>,
     ) -> usize {
         let active = active.bits();
@@ -529,15 +534,13 @@ impl<T: Scalar> Triangles<T> {
 impl<T: Scalar> PrimitiveData<T> {
     fn new(
         scene: &Scene,
-        (
-            id,
-            &Part {
-                surface,
-                emitter,
-                shape,
-                ..
-            },
-        ): (u32, &Part),
+        id: u32,
+        &Part {
+            surface,
+            emitter,
+            shape,
+            ..
+        }: &Part,
         heights: Heights,
     ) -> Self {
         let ([a, b, c], normal, radius) = match shape {
@@ -617,7 +620,7 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
         }
     }
 
-    /// The lanes that surely miss a triangle.
+    /// Returns bits of the lanes that certainly miss a triangle.
     #[inline]
     fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
         let side =
@@ -631,7 +634,7 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
     }
 }
 
-/// The place of a value in a list to which it is added if it is new.
+/// Returns the index of a value in a list, to which it is added if missing.
 fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
     let place = list
         .iter()

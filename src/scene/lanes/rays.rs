@@ -1,4 +1,4 @@
-//! The nearest hits of several rays, for those who measure the search for them.
+//! Nearest hits of ray packets, public for benchmarks.
 
 use std::fmt;
 
@@ -8,13 +8,13 @@ use crate::math::real::Mask;
 use crate::math::simd::{LANES, Lanes, Wide};
 use crate::scene::Scene;
 
-/// A small scene of triangles, against which several rays are tested at once.
+/// A small scene of triangles against which a packet of rays is tested.
 pub struct LaneRays<'a, R: Wide<N>, const N: usize> {
     scene: LaneScene<'a, R, N>,
     scratch: IntersectionScratch<R, N>,
 }
 
-/// The same for eight rays in double precision.
+/// [`LaneRays`] for eight rays in double precision.
 pub type EightRays<'a> = LaneRays<'a, Lanes, LANES>;
 
 impl<R: Wide<N>, const N: usize> fmt::Debug for LaneRays<'_, R, N> {
@@ -26,8 +26,8 @@ impl<R: Wide<N>, const N: usize> fmt::Debug for LaneRays<'_, R, N> {
 }
 
 impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
-    /// `None` for a scene of more than 64 primitives, in which rays go through the hierarchy, and
-    /// for one with spheres.
+    /// Prepares a scene; `None` if it has more than 64 primitives, so that rays traverse the
+    /// hierarchy, or any spheres.
     pub fn new(scene: &'a Scene) -> Option<Self> {
         let scene = LaneScene::new(scene);
         scene.has_few_triangles().then(|| Self {
@@ -36,8 +36,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
         })
     }
 
-    /// How far each ray's nearest hit is, in units of its direction's length; infinite where there
-    /// is none.
+    /// Returns the distance to each ray's nearest hit, in units of its direction's length; infinite
+    /// without a hit.
     pub fn closest(&mut self, ray: &Ray<R::Vector>) -> R {
         self.scene
             .closest(ray, R::Mask::splat(true), &mut self.scratch)

@@ -1,9 +1,9 @@
-//! Walls as half-spaces: of the triangles in the surface of a scene's convex hull a ray from within
-//! can meet one alone, which its exit from the hull tells.
+//! Walls as half-spaces: a ray from within the convex hull can hit only one of the triangles in the
+//! hull's surface, determined by where it leaves the hull.
 //!
-//! Rays that leave near to where two walls, or two triangles of one, meet are not decided here. How
-//! near that is lies so far above all roundings that the one triangle is hit or missed as it is
-//! where all triangles are tested.
+//! Rays that leave close to an edge between walls, or between triangles of one wall, are left to
+//! the general test. The margin lies far above all rounding errors, so that a decided triangle is
+//! hit or missed exactly as if all triangles were tested.
 
 use glam::DVec3;
 
@@ -16,53 +16,78 @@ use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Row, Scalar, Wide};
 use crate::scene::{PartShape, Scene};
 
-/// How near to an edge a ray may leave the hull and still be decided, relative to the largest
-/// coordinate of the scene; much more than rounding can move it, if it leaves at [`STEEP`] or
-/// steeper.
+/// Distance from edges below which an exit is not decided, relative to the largest coordinate of
+/// the scene; far above rounding errors of rays that leave at a cosine of [`STEEP`] or more.
 const MARGIN: f64 = OFFSET;
-/// The same in single precision, 2⁻¹⁵.
+/// [`MARGIN`] in single precision, 2⁻¹⁵.
 const SINGLE_MARGIN: f64 = 2.0 * SINGLE_EDGE_MARGIN;
-/// The least cosine between a ray and the normal of a wall that is decided.
+/// Least cosine between a ray and the normal of a wall at which an exit is decided.
 const STEEP: f64 = 1.0 / 32.0;
-/// To test fewer triangles one by one takes as long.
+/// Least number of resolved triangles; for fewer a list of all is as fast.
 const WORTH: usize = 12;
-/// How many triangles of a wall are told apart.
+/// Maximum number of triangles resolved per wall.
 const MOST: usize = 4;
 
-/// The walls of a small scene.
+/// Walls of a small scene.
 pub(super) struct Walls<T> {
     walls: Vec<Wall<T>>,
-    /// The largest coordinate of the scene.
+    /// Largest coordinate of the scene.
     extent: f64,
 }
 
-/// Triangles in a plane, told apart by lines: what lies on the negative side of the first line may
-/// be in the first triangle alone, what of the rest lies on the negative side of the second line in
+/// Triangles in a plane, separated by lines: a point on the negative side of the first line can
+/// only lie in the first triangle, otherwise one on the negative side of the second line only in
 /// the second, and so on.
 ///
-/// Normals and heights of three lines, then four triangles by their places among the scene's
+/// Stores normals and heights of three lines, then the indices of four triangles among the scene's
 /// primitives.
 struct Wall<T>(Row<T, 16>);
 
-/// A triangle of a wall: its place among the scene's primitives, and its corners.
-type Piece = (usize, [DVec3; 3]);
+/// A triangle of a wall.
+#[derive(Clone, Copy)]
+struct Triangle {
+    /// Index among the scene's primitives.
+    id: usize,
+    corners: [DVec3; 3],
+}
 
-/// A line in a wall: its normal, and its height along that.
-type Line = (DVec3, f64);
+/// A line in a wall.
+#[derive(Clone, Copy)]
+struct Line {
+    normal: DVec3,
+    /// Height along the normal.
+    height: f64,
+}
 
-/// Where rays leave the hull.
+impl Line {
+    /// A line at infinity, which has every point on its negative side.
+    const INFINITE: Self = Self {
+        normal: DVec3::ZERO,
+        height: f64::INFINITY,
+    };
+}
+
+/// A triangle, and the line that separates it from the triangles after it.
+#[derive(Clone, Copy)]
+struct Separated {
+    triangle: Triangle,
+    line: Line,
+}
+
+/// Exits of rays from the hull.
 pub(super) struct Exit<R: Real> {
-    /// The rays of which this is certain.
+    /// Lanes whose exit is decided.
     pub decided: R::Mask,
-    /// The triangle there.
+    /// Index of the only triangle that the ray can hit.
     pub primitive: R,
-    /// How they hit it, if they do.
+    /// Hits on these triangles; infinite distance for a miss.
     pub hit: TriangleHit<R>,
 }
 
 impl<T: Scalar> Walls<T> {
-    /// The walls of a scene with this hull, and which of its primitives they are; `None` if these
-    /// are too few. Triangles that overlap with those of a wall, or are too many, are left out.
+    /// Builds the walls of a scene with this hull, and returns which of its primitives they
+    /// resolve; `None` if these are too few. Triangles that overlap others of a wall, or exceed
+    /// [`MOST`], are left out.
     pub fn new(scene: &Scene, hull: &Hull) -> Option<(Self, Vec<bool>)> {
         let (mut walls, mut is_told) = (Vec::new(), vec![false; scene.parts().len()]);
         for slab in &hull.slabs {
@@ -71,16 +96,19 @@ impl<T: Scalar> Walls<T> {
                     PartShape::Triangle { vertices, .. } => Some(scene.corners(vertices)),
                     PartShape::Sphere(_) => None,
                 });
-                let pieces = corners
-                    .enumerate()
-                    .filter_map(|(id, corners)| Some((id, corners?)));
+                let triangles = corners.enumerate().filter_map(|(id, corners)| {
+                    Some(Triangle {
+                        id,
+                        corners: corners?,
+                    })
+                });
                 let told = tell_apart(
-                    pieces
-                        .filter(|(_, corners)| slab.is_in_end(side, corners))
+                    triangles
+                        .filter(|triangle| slab.is_in_end(side, &triangle.corners))
                         .collect(),
                     slab,
                 );
-                told.iter().for_each(|&((id, _), _)| is_told[id] = true);
+                told.iter().for_each(|of| is_told[of.triangle.id] = true);
                 walls.push(Wall::new(&told));
             }
         }
@@ -96,15 +124,16 @@ impl<T: Scalar> Walls<T> {
         })
     }
 
-    /// Where the `active` rays leave the hull, of walls whose data are among the `parts` of the
-    /// scene; `None` if none of them starts within.
+    /// Finds where the `active` rays leave the hull; `parts` are the data of the scene's
+    /// primitives. `None` if no ray starts within.
     #[inline]
     pub fn exit<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         hull: &Hull,
         parts: &[PrimitiveData<T>],
         ray: &Ray<R::Vector>,
-        (shear, active): (&LaneShear<R>, R::Mask),
+        shear: &LaneShear<R>,
+        active: R::Mask,
     ) -> Option<Exit<R>> {
         let within = active & hull.holds(ray.origin);
         if !within.any() {
@@ -115,7 +144,8 @@ impl<T: Scalar> Walls<T> {
         let [x, y, z] = ray.direction.components().map(R::abs);
         let scale = x.at_least(y).at_least(z);
         let steep = scale * STEEP;
-        // Between `early` and `late` it leaves by the `wall`, and by no other before `other`.
+        // Each ray leaves through `wall` between `early` and `late`, and through no other before
+        // `other`.
         let (mut wall, mut early, mut late, mut other) = (zero, never, never, never);
         for (number, slab) in hull.slabs.iter().enumerate() {
             let normal = R::Vector::splat_vector(slab.normal);
@@ -172,35 +202,34 @@ impl<T: Scalar> Walls<T> {
 }
 
 impl<T: Scalar> Wall<T> {
-    /// Of at most [`MOST`] triangles, each with the line that tells it from those after it.
-    fn new(told: &[(Piece, Line)]) -> Self {
+    /// Packs at most [`MOST`] triangles, each with the line that separates it from those after it.
+    fn new(told: &[Separated]) -> Self {
         let mut numbers = [T::rounded(0.0); 16];
         for line in 0..MOST - 1 {
-            // What lies on the negative side of a line at infinity is everything.
-            let (normal, height) = told
-                .get(line)
-                .map_or((DVec3::ZERO, f64::INFINITY), |&(_, line)| line);
+            let Line { normal, height } = told.get(line).map_or(Line::INFINITE, |of| of.line);
             let [x, y, z] = normal.to_array();
             numbers[4 * line..][..4].copy_from_slice(&[x, y, z, height].map(T::rounded));
         }
-        for (number, ((id, _), _)) in numbers[4 * (MOST - 1)..].iter_mut().zip(told) {
-            *number = T::rounded(*id as f64);
+        for (number, of) in numbers[4 * (MOST - 1)..].iter_mut().zip(told) {
+            *number = T::rounded(of.triangle.id as f64);
         }
         Self(Row(numbers))
     }
 }
 
-/// At most [`MOST`] of these triangles in a plane that lines tell apart, the largest first, with
-/// those lines.
-fn tell_apart(mut pieces: Vec<Piece>, slab: &Slab) -> Vec<(Piece, Line)> {
-    let area = |(_, [a, b, c]): &Piece| (b - a).cross(c - a).length();
-    pieces.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let mut told = Vec::new();
-    for piece in pieces {
-        let more: Vec<Piece> = told
+/// Selects at most [`MOST`] triangles of a plane that lines can separate, largest first, and
+/// returns them with these lines.
+fn tell_apart(mut triangles: Vec<Triangle>, slab: &Slab) -> Vec<Separated> {
+    let area = |&Triangle {
+                    corners: [a, b, c], ..
+                }: &Triangle| (b - a).cross(c - a).length();
+    triangles.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    let mut told: Vec<Separated> = Vec::new();
+    for triangle in triangles {
+        let more: Vec<Triangle> = told
             .iter()
-            .map(|&(piece, _)| piece)
-            .chain([piece])
+            .map(|of| of.triangle)
+            .chain([triangle])
             .collect();
         if more.len() <= MOST
             && let Some(apart) = in_order(more, slab)
@@ -211,19 +240,19 @@ fn tell_apart(mut pieces: Vec<Piece>, slab: &Slab) -> Vec<(Piece, Line)> {
     told
 }
 
-/// The triangles in an order in which each has an edge with all that come after on its other side;
-/// the last needs none.
-fn in_order(mut pieces: Vec<Piece>, slab: &Slab) -> Option<Vec<(Piece, Line)>> {
+/// Orders triangles so that all later ones lie beyond an edge of each; the last needs no line.
+/// `None` if there is no such order.
+fn in_order(mut triangles: Vec<Triangle>, slab: &Slab) -> Option<Vec<Separated>> {
     let mut order = Vec::new();
-    while pieces.len() > 1 {
+    while triangles.len() > 1 {
         let of = |i: usize| {
-            let (_, corners) = pieces[i];
+            let Triangle { corners, .. } = triangles[i];
             let others = || {
-                pieces
+                triangles
                     .iter()
                     .enumerate()
                     .filter(move |&(k, _)| k != i)
-                    .flat_map(|(_, (_, corners))| corners)
+                    .flat_map(|(_, other)| &other.corners)
             };
             (0..3).find_map(|k| {
                 let [from, to, opposite] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
@@ -236,16 +265,20 @@ fn in_order(mut pieces: Vec<Piece>, slab: &Slab) -> Option<Vec<(Piece, Line)>> {
                 let height = across.dot(from);
                 let separates =
                     others().all(|corner| across.dot(*corner) >= height - slab.tolerance());
-                separates.then_some((i, (across, height)))
+                let line = Line {
+                    normal: across,
+                    height,
+                };
+                separates.then_some((i, line))
             })
         };
-        let (first, line) = (0..pieces.len()).find_map(of)?;
-        order.push((pieces.swap_remove(first), line));
+        let (first, line) = (0..triangles.len()).find_map(of)?;
+        let triangle = triangles.swap_remove(first);
+        order.push(Separated { triangle, line });
     }
-    order.extend(
-        pieces
-            .pop()
-            .map(|last| (last, (DVec3::ZERO, f64::INFINITY))),
-    );
+    order.extend(triangles.pop().map(|triangle| Separated {
+        triangle,
+        line: Line::INFINITE,
+    }));
     Some(order)
 }

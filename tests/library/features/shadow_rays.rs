@@ -101,7 +101,7 @@ impl Watch<'_> {
             let takes = |body: &SceneBody| {
                 body.kind.bounces() == events.between
                     && body
-                        .routes((start, hit.point))
+                        .routes(start, hit.point)
                         .any(|(_, route)| route.direction.distance(direction) < 1e-5)
             };
             let by_bodies = !rough_glass && self.scene.bodies().all().iter().any(takes);

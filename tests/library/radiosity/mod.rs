@@ -287,7 +287,7 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         fineness(1_000_000, 0),
         "of 1000000 patches take up to 3725.3 GiB",
     );
-    refused(&furnace(1.0), fineness(12, 0), "settle");
+    refused(&furnace(1.0), fineness(12, 0), "does not converge");
     assert!(matches!(
         Radiosity::new(Standard, &cube, default, &|_| false),
         Err(Error::Interrupted)

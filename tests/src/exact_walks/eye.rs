@@ -54,7 +54,7 @@ impl Eye {
             }))),
             Self::Photons(lookup) => {
                 let map =
-                    PhotonMapping::new(parts, scene, lookup, (PARTICLES, EVERYWHERE), (seed, 0))?;
+                    PhotonMapping::new(parts, scene, lookup, PARTICLES, EVERYWHERE, (seed, 0))?;
                 let radiance = |ray: &Ray, rng: &mut Stream| {
                     map.radiance(scene, ray, scene.intersect(ray), rng)
                 };

@@ -51,9 +51,14 @@ impl Property for SameRadiance {
         };
         let mut index = 0;
         let maps = Values::collect(centre, context.n(self.maps), || {
-            let map = (self.particles, self.radius);
-            let Ok(photons) = PhotonMapping::new(setup.parts, scene, lookup, map, (seed, index))
-            else {
+            let Ok(photons) = PhotonMapping::new(
+                setup.parts,
+                scene,
+                lookup,
+                self.particles,
+                self.radius,
+                (seed, index),
+            ) else {
                 return f64::NAN;
             };
             let samples = (0..self.rays).map(|ray| sample(stream(seed, index, ray as u32)));

@@ -82,8 +82,14 @@ impl Replication for Mapping {
     const SUBJECT: &'static str = "estimator::PhotonMapping";
 
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64 {
-        let (map, name) = ((self.particles, self.radius), (seed, index));
-        let Ok(photons) = PhotonMapping::new(parts, &self.scene, self.lookup, map, name) else {
+        let Ok(photons) = PhotonMapping::new(
+            parts,
+            &self.scene,
+            self.lookup,
+            self.particles,
+            self.radius,
+            (seed, index),
+        ) else {
             return f64::NAN;
         };
         let sample = |(number, &ray)| Sample {
