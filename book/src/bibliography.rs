@@ -1,4 +1,4 @@
-//! The works that the book cites, from one TOML file.
+//! The bibliography of the book, from one TOML file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,14 +13,14 @@ use whitefurnace::suggest::hint;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Work {
-    /// How the text calls it, such as "Kajiya 1986".
+    /// Short name in the text, such as "Kajiya 1986".
     pub label: String,
     pub authors: String,
     pub title: String,
     /// Journal, volume and pages; proceedings; publisher.
     pub venue: String,
     pub year: u16,
-    /// Its digital object identifier, printed as text.
+    /// Digital object identifier, printed as text.
     pub doi: Option<String>,
 }
 
@@ -31,7 +31,7 @@ pub struct Bibliography {
 }
 
 impl Bibliography {
-    /// Reads the file; a missing file holds none.
+    /// Reads the file; a missing file is an empty bibliography.
     pub fn load(file: &Path) -> Result<Self, Error> {
         if !file.exists() {
             return Ok(Self::default());
@@ -53,7 +53,7 @@ impl Bibliography {
         })
     }
 
-    /// The list of all works as HTML, by key, which begins with the first author's name.
+    /// Returns the list of all works as HTML, by key, which begins with the first author's name.
     pub fn list(&self) -> String {
         let mut html = String::from("<ul class=\"bibliography\">");
         for (key, work) in &self.works {

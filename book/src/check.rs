@@ -8,7 +8,7 @@ use roxmltree::Document;
 use crate::error::{Error, Problem};
 use crate::links::{Target, line};
 
-/// Whether every page that `SUMMARY.md` names exists.
+/// Checks that every page that `SUMMARY.md` names exists.
 pub fn summary(pages: &Path) -> Result<(), Error> {
     let file = pages.join("SUMMARY.md");
     let text = std::fs::read_to_string(&file).map_err(Error::io(&file))?;
@@ -28,7 +28,7 @@ pub fn summary(pages: &Path) -> Result<(), Error> {
     fail_if(problems)
 }
 
-/// Whether the ids that links name exist on the written pages.
+/// Checks that the ids that links name exist on the written pages.
 pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for target in targets {
@@ -44,7 +44,7 @@ pub fn targets(targets: &[Target], out: &Path) -> Result<(), Error> {
     fail_if(problems)
 }
 
-/// Whether the written pages load nothing from outside and link to nothing that does not exist.
+/// Checks that the written pages load nothing from outside and link only to existing files.
 pub fn output(out: &Path) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files(out)? {
@@ -65,7 +65,10 @@ pub fn output(out: &Path) -> Result<(), Error> {
             ],
             _ => &[("url(", ')'), ("@import ", ';')],
         };
-        for (at, address) in marks.iter().flat_map(|mark| addresses(&text, *mark)) {
+        for (at, address) in marks
+            .iter()
+            .flat_map(|&(start, end)| addresses(&text, start, end))
+        {
             if let Some(message) = wrong(&file, &text, address)? {
                 problems.push(Problem::new(&file, line(&text, at), message));
             }
@@ -75,8 +78,8 @@ pub fn output(out: &Path) -> Result<(), Error> {
     fail_if(problems)
 }
 
-/// Whether browsers can show these pictures. They show nothing of an SVG that is not well-formed,
-/// and one without a size at a size of their own.
+/// Checks that browsers can show these pictures. They do not show an SVG that is not well-formed,
+/// and choose a size for one without.
 pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), Error> {
     let mut problems = Vec::new();
     for file in files {
@@ -91,7 +94,7 @@ pub fn pictures<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), 
     fail_if(problems)
 }
 
-/// The line of what is wrong with an SVG, and what that is.
+/// Returns the line and the description of an error in an SVG.
 fn svg(bytes: &[u8]) -> Option<(usize, String)> {
     let text = String::from_utf8_lossy(bytes);
     let document = match Document::parse(&text) {
@@ -121,12 +124,12 @@ fn svg(bytes: &[u8]) -> Option<(usize, String)> {
     })
 }
 
-/// Whether this begins and ends as a PNG does.
+/// Returns true if the bytes begin and end like a PNG.
 fn is_png(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(b"IEND\xaeB`\x82")
 }
 
-/// Every file below `folder`.
+/// Returns every file below `folder`.
 pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
@@ -141,19 +144,20 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// The text between every `mark.0` and the next `mark.1`, with its place.
+/// Returns the text between every `start` and the next `end`, with its position.
 fn addresses<'a>(
     text: &'a str,
-    mark: (&'static str, char),
+    start: &'static str,
+    end: char,
 ) -> impl Iterator<Item = (usize, &'a str)> {
-    text.match_indices(mark.0).map(move |(at, found)| {
+    text.match_indices(start).map(move |(at, found)| {
         let rest = &text[at + found.len()..];
-        let end = rest.find(mark.1).unwrap_or(rest.len());
+        let end = rest.find(end).unwrap_or(rest.len());
         (at, rest[..end].trim_matches(['"', '\'', ' ']))
     })
 }
 
-/// What is wrong with an address in `file`, whose text is `text`.
+/// Returns the error in an address in `file`, whose text is `text`; `None` if the address is right.
 fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error> {
     if address.starts_with("data:") {
         return Ok(None);
@@ -181,14 +185,14 @@ fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error
             id,
         )
     };
-    Ok((!found).then(|| format!("nothing with the id of address {address}")))
+    Ok((!found).then(|| format!("no element with the id of address {address}")))
 }
 
 fn has_id(html: &str, id: &str) -> bool {
     html.contains(&format!("id=\"{id}\""))
 }
 
-/// Tells all problems, if there are any.
+/// Returns all problems as an error, if there are any.
 pub(crate) fn fail_if(problems: Vec<Problem>) -> Result<(), Error> {
     if problems.is_empty() {
         Ok(())

@@ -1,14 +1,14 @@
-//! The directives that exist.
+//! The list of directives.
 
 use whitefurnace::suggest::hint;
 
 /// A directive that pages may use.
 pub struct Kind {
-    /// The word after `#`.
+    /// Name after `#`.
     pub name: &'static str,
-    /// What follows it.
+    /// Arguments, as in the usage line.
     pub arguments: &'static str,
-    /// Whether it belongs into running text; the others stand alone on their lines.
+    /// True if it belongs in running text; the others stand alone on their lines.
     pub inline: bool,
 }
 
@@ -45,7 +45,7 @@ const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind
 }
 
 impl Kind {
-    /// How it is written.
+    /// Returns the usage line.
     pub fn usage(&self) -> String {
         let text = format!("{} {}", self.name, self.arguments);
         format!("{{{{#{}}}}}", text.trim_end())

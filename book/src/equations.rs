@@ -14,7 +14,8 @@ pub fn find(id: &str) -> Result<&'static Equation, String> {
     })
 }
 
-/// How the text calls an equation: its number, its section, or its title if the report lacks it.
+/// Returns the short name of an equation: its number, its section, or its title if the report lacks
+/// it.
 pub fn label(equation: &Equation) -> String {
     match equation.number {
         "" => equation.title.to_lowercase(),
@@ -23,12 +24,12 @@ pub fn label(equation: &Equation) -> String {
     }
 }
 
-/// The fragment of the place that shows an equation.
+/// Returns the HTML id of an equation.
 pub fn fragment(id: &str) -> String {
     format!("eq-{id}")
 }
 
-/// The box that shows an equation with our verdict; one line of HTML.
+/// Returns the box that shows an equation with our verdict; one line of HTML.
 pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
     let (name, place, badge) = (
         name(equation.verdict),
@@ -63,7 +64,7 @@ pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
     Ok(html)
 }
 
-/// The table of all equations. `place` gives the address of the page that shows one.
+/// Returns the table of all equations. `place` returns the address of the page that shows one.
 pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut html = String::from(
         "<table class=\"matrix\"><thead><tr><th class=\"col-number\">No.</th>\
@@ -95,7 +96,7 @@ pub fn matrix(math: &Math, place: impl Fn(&str) -> Option<String>) -> Result<Str
     Ok(html)
 }
 
-/// How many equations have each verdict, as a table row of counts.
+/// Returns a table row with the number of equations for each verdict.
 pub fn tally() -> String {
     let item = |(verdict, _, meaning): (Assessment, &str, &str)| {
         let count = ALL.iter().filter(|e| e.verdict == verdict).count();
@@ -108,7 +109,7 @@ pub fn tally() -> String {
     format!("<ul class=\"tally\">{items}</ul>")
 }
 
-/// The verdict as a coloured word.
+/// Returns the verdict as a coloured word.
 fn badge(verdict: Assessment) -> String {
     let name = name(verdict);
     format!("<span class=\"badge badge-{name}\">{name}</span>")

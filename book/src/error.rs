@@ -1,21 +1,21 @@
-//! What can go wrong while weaving: always a file, a line where there is one, and one sentence.
+//! Errors of weaving: each has a file, a line where there is one, and one sentence.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// One fault of the book's sources.
+/// One error in the book's sources.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Problem {
-    /// The file to mend.
+    /// File with the error.
     pub file: PathBuf,
     /// Its line, from 1.
     pub line: usize,
-    /// What is wrong and, where it can be guessed, what was meant.
+    /// The error and, where it can be guessed, the likely intention.
     pub message: String,
 }
 
 impl Problem {
-    /// A fault at a line of a file.
+    /// Returns an error at a line of a file.
     pub fn new(file: impl Into<PathBuf>, line: usize, message: impl Into<String>) -> Self {
         Self {
             file: file.into(),
@@ -37,10 +37,10 @@ impl fmt::Display for Problem {
     }
 }
 
-/// Why no book was woven.
+/// Reason why no book was woven.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The sources have faults; every one that was found, by file and line.
+    /// The sources have errors: all that were found, by file and line.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<Problem>),
     /// A file could not be read or written.
@@ -48,7 +48,7 @@ pub enum Error {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The output folder holds something that is not a book.
@@ -56,16 +56,16 @@ pub enum Error {
         "{}: is not empty and holds no woven book; choose another folder with --out", .0.display()
     )]
     Occupied(PathBuf),
-    /// The folder of a run holds none.
+    /// The folder of a run has no results.
     #[error("{}: holds no results of a run; cargo run --release writes them to out", .0.display())]
     NoRun(PathBuf),
-    /// mdBook refused.
+    /// An error of mdBook.
     #[error("mdBook: {0}")]
     Mdbook(String),
 }
 
 impl Error {
-    /// For `map_err` after an operation on `path`.
+    /// Returns a function for `map_err` after an operation on `path`.
     pub fn io(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         |source| Self::Io { path, source }

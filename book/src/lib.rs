@@ -11,7 +11,7 @@
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
-//! | `{{#run}}` | where the page stands that sets the reader's own run beside the record |
+//! | `{{#run}}` | a link to the page that compares the reader's own run with the record |
 //! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
@@ -41,23 +41,23 @@ mod weaver;
 
 pub use error::{Error, Problem};
 
-/// What to weave, and where to.
+/// Inputs and output of a weave.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The folder with `book.toml`, `bibliography.toml` and the pages.
+    /// Folder with `book.toml`, `bibliography.toml` and the pages.
     pub book: PathBuf,
     /// The project's folder, from which code is taken.
     pub sources: PathBuf,
-    /// The folder of recorded results.
+    /// Folder of recorded results.
     pub results: PathBuf,
-    /// The folder of a reader's own run, for a page that sets it beside the record.
+    /// Folder of a reader's own run, for a page that compares it with the record.
     pub run: Option<PathBuf>,
-    /// The folder to write. What a former weave left there is removed.
+    /// Output folder. The files of an earlier weave are removed.
     pub out: PathBuf,
 }
 
 impl Default for Options {
-    /// This project's book with its recorded results, into `out/book`.
+    /// Returns the options for this project's book with its recorded results, in `out/book`.
     fn default() -> Self {
         let book = Path::new(env!("CARGO_MANIFEST_DIR"));
         Self {
@@ -70,8 +70,8 @@ impl Default for Options {
     }
 }
 
-/// Weaves the book and returns the path of its first page. Whatever is wrong with the sources is
-/// told at once, and nothing is written then, unless only the written pages showed the fault.
+/// Weaves the book and returns the path of its first page. All errors in the sources are reported
+/// together, and nothing is written then, except for errors that only the written pages show.
 pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     let mdbook = |error: mdbook_driver::errors::Error| Error::Mdbook(format!("{error:#}"));
     let book = brief(&options.book);
@@ -95,7 +95,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     if let Some(own) = &own {
         let (text, figures) = run::page(&results, own);
         weaver.figures.extend(figures);
-        // After the introduction, which tells what it is.
+        // After the introduction, which says what it is.
         let chapter = Chapter::new(run::TITLE, text, run::SOURCE, Vec::new());
         let items = &mut mdbook_book.book.items;
         items.insert(items.len().min(1), BookItem::Chapter(chapter));
@@ -113,7 +113,7 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     Ok(options.out.join("index.html"))
 }
 
-/// The results of a reader's own run.
+/// Loads the results of a reader's own run.
 fn own(folder: &Path) -> Result<results::Results, Error> {
     let own = results::Results::load(&brief(folder))?;
     if own.all().next().is_none() {
@@ -135,7 +135,7 @@ fn refuse_strangers(out: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// `path` relative to the current folder where that is shorter, for messages.
+/// Returns `path` relative to the current folder where that is shorter, for messages.
 fn brief(path: &Path) -> PathBuf {
     std::env::current_dir()
         .ok()

@@ -12,17 +12,16 @@ use whitefurnace::suggest::hint;
 pub struct Target {
     pub file: PathBuf,
     pub line: usize,
-    /// The page it leads to, relative to the pages.
+    /// Page it leads to, relative to the pages.
     pub page: PathBuf,
-    /// The id after `#`.
+    /// Id after `#`.
     pub id: String,
 }
 
-/// Checks the links and images of one page as far as the sources tell.
+/// Checks the links and images of one page as far as the sources show.
 ///
 /// `path` is the page relative to the folder `pages`, `text` its source, `known` all pages of the
-/// book. What must wait for the written pages is returned; what is wrong already goes to
-/// `problems`.
+/// book. Links that can only be checked on the written pages are returned; errors go to `problems`.
 pub fn check(
     pages: &Path,
     path: &Path,
@@ -65,17 +64,17 @@ pub fn check(
     targets
 }
 
-/// The line of a byte, from 1.
+/// Returns the line of a byte, from 1.
 pub fn line(text: &str, at: usize) -> usize {
     1 + text[..at].matches('\n').count()
 }
 
-/// `../` once per folder above the page.
+/// Returns `../` once per folder above the page.
 pub fn to_root(page: &Path) -> String {
     "../".repeat(page.components().count().saturating_sub(1))
 }
 
-/// The relative address of an id on another page.
+/// Returns the relative address of an id on another page.
 pub fn address(from: &Path, page: &Path, id: &str) -> String {
     format!(
         "{}{}#{id}",
@@ -84,7 +83,7 @@ pub fn address(from: &Path, page: &Path, id: &str) -> String {
     )
 }
 
-/// `file` relative to `folder`, with `..` resolved.
+/// Returns `file` relative to `folder`, with `..` resolved.
 fn join(folder: &Path, file: &str) -> PathBuf {
     let mut path = folder.to_owned();
     for part in file.split('/') {

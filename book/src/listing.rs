@@ -1,8 +1,8 @@
-//! Takes items out of the project's Rust sources, so that no code is typed into the book.
+//! Extracts items from the project's Rust sources, so that no code is typed into the book.
 //!
-//! The sources are formatted by rustfmt (CI insists), and that is all this relies on: an item
-//! starts at the line that declares its name and ends at the first line of the same indentation
-//! that ends with `}` or `;`.
+//! It relies only on the sources being formatted by rustfmt, which CI enforces: an item starts at
+//! the line that declares its name and ends at the first line of the same indentation that ends
+//! with `}` or `;`.
 
 use std::path::{Component, Path};
 
@@ -13,11 +13,11 @@ use whitefurnace::suggest::hint;
 pub struct Listing {
     /// Documentation, attributes and code.
     pub code: String,
-    /// The line of its declaration, from 1.
+    /// Line of its declaration, from 1.
     pub line: usize,
 }
 
-/// The words that declare something.
+/// Keywords that declare an item.
 const KEYWORDS: [&str; 8] = [
     "fn", "struct", "enum", "trait", "const", "static", "type", "mod",
 ];
@@ -41,7 +41,7 @@ pub fn read(root: &Path, path: &str) -> Result<String, String> {
     })
 }
 
-/// The Rust files in the folder of `relative`.
+/// Returns the Rust files in the folder of `relative`.
 fn siblings(root: &Path, relative: &Path) -> Vec<String> {
     let folder = relative.parent().unwrap_or(Path::new(""));
     let Ok(entries) = std::fs::read_dir(root.join(folder)) else {
@@ -56,8 +56,8 @@ fn siblings(root: &Path, relative: &Path) -> Vec<String> {
     names
 }
 
-/// The item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl` or
-/// trait.
+/// Returns the item `name` of `source`: `reflectance`, or `OrenNayar::new` for an item of an `impl`
+/// or trait.
 pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     let lines: Vec<&str> = source.lines().collect();
     let starts: Vec<usize> = match name.split_once("::") {
@@ -91,7 +91,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
     }
 }
 
-/// The item that starts at line `start`, with the documentation and attributes above it.
+/// Returns the item that starts at line `start`, with the documentation and attributes above it.
 fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
     let end = end(lines, start).ok_or_else(|| format!("item \"{name}\" has no end"))?;
     let above = lines[..start]
@@ -113,7 +113,7 @@ fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
     })
 }
 
-/// The last line of the item that starts at `start`.
+/// Returns the last line of the item that starts at `start`.
 fn end(lines: &[&str], start: usize) -> Option<usize> {
     let outer = indentation(lines[start]);
     (start..lines.len()).find(|&at| {
@@ -126,7 +126,7 @@ fn indentation(line: &str) -> usize {
     line.len() - line.trim_start_matches(' ').len()
 }
 
-/// The name that a line declares.
+/// Returns the name that a line declares.
 pub(crate) fn declared(line: &str) -> Option<&str> {
     let mut words = line.split_whitespace().peekable();
     while let Some(word) = words.next() {
@@ -145,7 +145,7 @@ pub(crate) fn declared(line: &str) -> Option<&str> {
     None
 }
 
-/// The identifier at the start of `text`.
+/// Returns the identifier at the start of `text`.
 fn identifier(text: &str) -> Option<&str> {
     let end = text
         .find(|c: char| !c.is_alphanumeric() && c != '_')
@@ -153,7 +153,7 @@ fn identifier(text: &str) -> Option<&str> {
     (end > 0).then(|| &text[..end])
 }
 
-/// Whether the line opens an `impl` of `owner`, or the trait `owner`.
+/// Returns true if the line opens an `impl` of `owner`, or the trait `owner`.
 fn is_block_of(line: &str, owner: &str) -> bool {
     if line.starts_with("impl") {
         let target = line.rsplit(" for ").next().unwrap_or(line);

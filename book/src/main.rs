@@ -8,7 +8,7 @@ use book::{Options, weave};
 
 const HELP: &str = include_str!("help.txt");
 
-/// What the command line asks for; `None` for help.
+/// Parses the command line; `None` for help.
 fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>, String> {
     let mut options = Options::default();
     let mut arguments = arguments.into_iter();
@@ -47,7 +47,7 @@ fn main() -> ExitCode {
     });
     match outcome {
         Ok(text) => {
-            // That nobody reads it any more (`book --help | head`) is no error.
+            // A closed pipe (`book --help | head`) is no error.
             let _ = writeln!(std::io::stdout(), "{text}");
             ExitCode::SUCCESS
         }

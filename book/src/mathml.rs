@@ -7,7 +7,7 @@ pub struct Math {
 }
 
 impl Math {
-    /// A formula as MathML on one line, for an HTML block.
+    /// Returns a formula as MathML on one line, for an HTML block.
     pub fn block(&self, latex: &str, display: bool) -> Result<String, String> {
         let mode = if display {
             MathDisplay::Block
@@ -30,8 +30,8 @@ impl Math {
         }
     }
 
-    /// A formula for running Markdown text: as [`Self::block`], with every character that Markdown
-    /// would read again written as a character reference.
+    /// Returns a formula for running Markdown text: as [`Self::block`], with every character that
+    /// Markdown would interpret written as a character reference.
     pub fn inline(&self, latex: &str, display: bool) -> Result<String, String> {
         let mut out = String::new();
         for character in self.block(latex, display)?.chars() {
@@ -51,7 +51,7 @@ impl Math {
 }
 
 impl Default for Math {
-    /// A converter without macros.
+    /// Returns a converter without macros.
     fn default() -> Self {
         // Only macro definitions can fail, and there are none.
         Self {
@@ -60,7 +60,7 @@ impl Default for Math {
     }
 }
 
-/// Text for HTML content and quoted attributes.
+/// Escapes text for HTML content and quoted attributes.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -68,7 +68,7 @@ pub fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// The registry's plain text as HTML with the signs of print: minus signs, ranges of pages.
+/// Converts the registry's plain text to HTML with typographic signs: minus signs, ranges of pages.
 pub fn typeset(text: &str) -> String {
     let characters: Vec<char> = text.replace(" - ", " − ").chars().collect();
     let is_digit = |at: Option<usize>| {
@@ -89,7 +89,7 @@ pub fn typeset(text: &str) -> String {
     raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
 }
 
-/// `a^(b+1)` with its exponent raised.
+/// Raises the exponent of `a^(b+1)`.
 fn raised(text: &str) -> String {
     match text
         .split_once("^(")

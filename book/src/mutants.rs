@@ -1,5 +1,5 @@
-//! The record of mutation testing: what cargo-mutants found in each source file, and why survivors
-//! live.
+//! The record of mutation testing: the results of cargo-mutants in each source file, and why
+//! survivors live.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,33 +9,33 @@ use serde::{Deserialize, Serialize};
 use crate::mathml::typeset;
 use crate::registry::{code, row, table};
 
-/// The file in the folder of recorded results.
+/// Name of the file in the folder of recorded results.
 pub const FILE: &str = "mutants.json";
 
-/// What became of the mutants of every source file that was tried.
+/// Results for the mutants of every source file that was tried.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// The program and its version.
+    /// Name and version of the program.
     pub tool: String,
-    /// By source file.
+    /// Counts by source file.
     pub files: BTreeMap<String, Counts>,
     /// Mutants that no test kills, in the order of the files.
     pub survivors: Vec<Survivor>,
 }
 
-/// How many mutants of a file ended how.
+/// Counts of a file's mutants by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// A test failed.
     pub caught: usize,
-    /// The tests did not end in time: caught, too.
+    /// The tests did not end in time, which counts as caught.
     pub timeout: usize,
     /// The tests passed.
     pub missed: usize,
-    /// It did not compile: no mutant.
+    /// The mutant did not compile, and does not count.
     pub unviable: usize,
-    /// How many mutants the file has, where only a sample was tried; written by hand, as reasons
-    /// are.
+    /// Number of mutants of the file, where only a sample was tried; written by hand, like the
+    /// reasons.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_of: Option<usize>,
 }
@@ -43,19 +43,19 @@ pub struct Counts {
 /// A mutant that no test kills.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Survivor {
-    /// Its name: `path:line:column: what is replaced by what`.
+    /// Name of the mutant: `path:line:column: what is replaced by what`.
     pub mutant: String,
-    /// Why it may live; formulas as on the pages.
+    /// Reason why it may live; formulas as on the pages.
     pub reason: String,
 }
 
 impl Counts {
-    /// Mutants that compile.
+    /// Returns the number of mutants that compile.
     pub fn viable(&self) -> usize {
         self.caught + self.timeout + self.missed
     }
 
-    /// Mutants that some test kills.
+    /// Returns the number of mutants that some test kills.
     pub fn killed(&self) -> usize {
         self.caught + self.timeout
     }
@@ -71,7 +71,7 @@ impl Counts {
     }
 }
 
-/// A mutant's name without line and column, which any change above moves.
+/// Returns a mutant's name without line and column, which change with any edit above.
 fn what(mutant: &str) -> String {
     let mut parts = mutant.splitn(4, ':');
     match [parts.next(), parts.next(), parts.next(), parts.next()] {
@@ -89,7 +89,7 @@ impl Record {
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// All files together.
+    /// Returns the sum of the counts of all files.
     pub fn total(&self) -> Counts {
         self.files
             .values()
@@ -97,7 +97,8 @@ impl Record {
             .fold(Counts::default(), Counts::add)
     }
 
-    /// Replaces what is known of a file; survivors keep the reasons of mutants that are alike.
+    /// Replaces the counts and survivors of a file; survivors keep the reasons of mutants with the
+    /// same text.
     pub fn replace(&mut self, file: &str, counts: Counts, missed: &[String]) {
         let of_file = |survivor: &Survivor| survivor.mutant.starts_with(&format!("{file}:"));
         let known: Vec<Survivor> = self
@@ -123,7 +124,7 @@ impl Record {
         self.files.insert(file.to_owned(), counts);
     }
 
-    /// The table of files and, below it, that of the survivors, as HTML.
+    /// Returns the table of files and, below it, that of the survivors, as HTML.
     pub fn tables(&self) -> String {
         let counted = |name: &str, counts: &Counts| {
             let Counts {

@@ -1,14 +1,14 @@
-//! Numbers as the book prints them.
+//! Formats numbers for the book.
 
-/// Significant digits without a format.
+/// Number of significant digits without a format.
 const DIGITS: usize = 4;
 /// Below this, integers are printed digit by digit.
 const LARGEST_INTEGER: f64 = 1e15;
 
-/// `value` in `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits, `%.1%` per
-/// cent, `%d` an integer in groups of three. Without one, integers as with `%d` and others with
-/// four significant digits. Powers of ten come as HTML. Refuses other formats, and `%d` for a
-/// fraction.
+/// Formats `value` by `format`: `%.3f` fixed, `%.3e` powers of ten, `%.3g` significant digits,
+/// `%.1%` per cent, `%d` an integer in groups of three. Without one, integers as with `%d` and
+/// others with four significant digits. Powers of ten are HTML. Other formats, and `%d` for a
+/// fraction, are errors.
 pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     let integer = value.fract() == 0.0 && value.abs() < LARGEST_INTEGER;
     let Some(format) = format else {
@@ -44,7 +44,7 @@ pub fn format(value: f64, format: Option<&str>) -> Result<String, String> {
     }
 }
 
-/// `digits` significant digits, in powers of ten outside of [1e-4, 1e6).
+/// Formats with `digits` significant digits, in powers of ten outside of [1e-4, 1e6).
 fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -62,7 +62,7 @@ fn significant(value: f64, digits: usize) -> String {
     signed(&format!("{value:.decimals$}"))
 }
 
-/// 1.23 × 10⁻⁴, with the exponent as HTML.
+/// Formats like 1.23 × 10⁻⁴, with the exponent as HTML.
 fn scientific(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -73,7 +73,7 @@ fn scientific(value: f64, digits: usize) -> String {
     )
 }
 
-/// An integer with narrow spaces between groups of three, from five digits on.
+/// Formats an integer with narrow spaces between groups of three, from five digits on.
 fn grouped(value: f64) -> String {
     let digits = format!("{:.0}", value.abs());
     let mut text = String::new();
@@ -90,7 +90,7 @@ fn grouped(value: f64) -> String {
     }
 }
 
-/// With a minus sign instead of a hyphen, and none before zero.
+/// Replaces a hyphen by a minus sign, and removes it before zero.
 fn signed(text: &str) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.contains(|c: char| ('1'..='9').contains(&c)) => format!("−{rest}"),

@@ -1,10 +1,11 @@
-//! Recorded numbers in a Markdown file that is not woven, each as
-//! `<!--EXPERIMENT.KEY FORMAT-->number<!---->`.
+//! Recorded numbers in a Markdown file that is not woven, each as `<!--EXPERIMENT.KEY
+//! FORMAT-->number<!---->`.
 
 use crate::number;
 use crate::results::Results;
 
-/// The text with every such number as it is recorded. Refuses what is not recorded, or not ended.
+/// Returns the text with every such number replaced by the recorded one. A number that is not
+/// recorded, or a missing end mark, is an error.
 pub fn with_numbers(text: &str, results: &Results) -> Result<String, String> {
     let mut pieces = text.split("<!--");
     let mut woven = pieces.next().unwrap_or_default().to_owned();

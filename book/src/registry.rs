@@ -1,4 +1,4 @@
-//! The registry of trials as HTML: trials, faults, and the way from equation to chapter.
+//! The registry of trials as HTML: trials, faults, and the trace from equation to chapter.
 
 use std::path::Path;
 
@@ -9,8 +9,8 @@ use crate::results::Results;
 use crate::trace::Sources;
 use whitefurnace::suggest::hint;
 
-/// The table of all trials. `equation` gives an equation's number as a link, `recorded` a number
-/// that the experiment `trials` found.
+/// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a
+/// number that the experiment `trials` recorded.
 pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Option<f64>) -> String {
     let rows: Vec<String> = all()
         .iter()
@@ -35,7 +35,7 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
     table(&["equation", "property", "statistic", "n", "δ"], &rows)
 }
 
-/// The name of a trial, checked against the registry.
+/// Returns the name of a trial, checked against the registry.
 pub fn trial(name: &str) -> Result<String, String> {
     let trials = all();
     if trials.iter().any(|trial| trial.name == name) {
@@ -47,12 +47,12 @@ pub fn trial(name: &str) -> Result<String, String> {
     ))
 }
 
-/// The place of a trial on the page that lists them.
+/// Returns the HTML id of a trial on the page that lists them.
 pub fn trial_fragment(name: &str) -> String {
     format!("trial-{}", name.replace(['/', '.'], "-"))
 }
 
-/// The table of faults: what is wrong, and the trials that must reject it.
+/// Returns the table of faults: the error that each makes, and the trials that must reject it.
 pub fn faults() -> String {
     let rows: Vec<String> = all_faults()
         .iter()
@@ -74,8 +74,8 @@ pub fn faults() -> String {
     table(&["fault", "what is wrong", "trials"], &rows)
 }
 
-/// The matrix equation → code → trials and tests → experiments → chapter, from the project in
-/// `sources` and the recorded `results`.
+/// Returns the matrix equation → code → trials and tests → experiments → chapter, from the project
+/// in `sources` and the recorded `results`.
 pub fn traceability(
     sources: &Path,
     results: &Results,
@@ -107,12 +107,12 @@ pub fn traceability(
     ))
 }
 
-/// A row of cells that are HTML already.
+/// Returns a table row of cells that are HTML.
 pub fn row<const N: usize>(cells: [&str; N]) -> String {
     format!("<tr><td>{}</td></tr>", cells.join("</td><td>"))
 }
 
-/// A table of at most five columns, with rows that are HTML already. Narrow windows show the cells
+/// Returns a table of at most five columns, with rows that are HTML. Narrow windows show the cells
 /// of a row below each other, each with its column's name.
 pub fn table(columns: &[&str], rows: &[String]) -> String {
     let head: String = columns.iter().map(|c| format!("<th>{c}</th>")).collect();
@@ -127,7 +127,7 @@ pub fn table(columns: &[&str], rows: &[String]) -> String {
     )
 }
 
-/// Code, whose long names may break after signs.
+/// Formats code, whose long names may break after signs.
 pub fn code(text: &str) -> String {
     let text = ["/", "_", "::"].iter().fold(escape(text), |text, sign| {
         text.replace(sign, &format!("{sign}<wbr>"))
@@ -135,7 +135,7 @@ pub fn code(text: &str) -> String {
     format!("<code>{text}</code>")
 }
 
-/// With a capital first letter.
+/// Returns the text with a capital first letter.
 fn upper(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {

@@ -10,68 +10,68 @@ use crate::check::fail_if;
 use crate::error::{Error, Problem};
 use whitefurnace::suggest::hint;
 
-/// What an experiment leaves behind, on disk as `result.json`.
+/// Result of an experiment, stored as `result.json`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ExperimentResult {
-    /// The experiment's name, also its folder's.
+    /// Name of the experiment and of its folder.
     pub id: String,
-    /// Its title.
+    /// Title of the experiment.
     pub title: String,
-    /// The version that it declared.
+    /// Version that the experiment declared.
     pub version: u32,
     /// `quick` or `full`.
     pub tier: String,
     /// The master seed.
     pub seed: u64,
-    /// By what counts and pixels were divided.
+    /// Divisor of counts and pixels.
     pub shrink: u32,
-    /// The command that repeats it.
+    /// Command that repeats the run.
     pub command: String,
     /// Ids of the equations that it bears on.
     pub equations: Vec<String>,
-    /// Every number, by name.
+    /// All recorded numbers, by name.
     pub numbers: BTreeMap<String, f64>,
-    /// Files for a person, beside this one.
+    /// Figures and other files to look at, beside this one.
     pub figures: Vec<String>,
-    /// The table.
+    /// Lines of the table.
     pub findings: Vec<Finding>,
-    /// SHA-256 of each file that was in the folder at the end, so that only what is as it was is
-    /// kept.
+    /// SHA-256 of each file that was in the folder at the end, so that results are kept only if
+    /// their files are unchanged.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub digests: BTreeMap<String, String>,
-    /// Identifies program and options, so that only results of this very program are kept.
+    /// Hash of program and options, so that only results of the same program are kept.
     pub fingerprint: String,
 }
 
 /// One line of an experiment's table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Finding {
-    /// What was measured.
+    /// Name of the measured quantity or claim.
     pub what: String,
     /// The number with its unit and error.
     pub value: String,
-    /// What the run says of a claim about it; `None` where nothing is claimed.
+    /// Judgement of a claim about it; `None` where nothing is claimed.
     pub verdict: Option<Judgement>,
-    /// Whether it belongs to the last line above that is no detail; tables show details on request
+    /// True if it belongs to the last line above that is no detail; tables show details on request
     /// only.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub detail: bool,
 }
 
-/// What a run says of a claim.
+/// Judgement of a claim by a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Judgement {
-    /// It holds.
+    /// The claim holds.
     Holds,
-    /// It does not.
+    /// The claim fails.
     Fails,
     /// The run is too small to tell.
     Undecided,
 }
 
 impl Judgement {
-    /// "holds", "fails" or "undecided".
+    /// Returns "holds", "fails" or "undecided".
     pub fn word(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -105,7 +105,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads every `*/result.json` of `folder`; a missing folder holds none.
+    /// Reads every `*/result.json` of `folder`; a missing folder has no results.
     pub fn load(folder: &Path) -> Result<Self, Error> {
         let mut results = Self {
             folder: folder.to_owned(),
@@ -134,17 +134,17 @@ impl Results {
         Ok(results)
     }
 
-    /// Where they were read from.
+    /// Returns the folder that they were read from.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Every experiment, by name.
+    /// Returns every experiment, by name.
     pub fn all(&self) -> impl Iterator<Item = &ExperimentResult> {
         self.by_id.values()
     }
 
-    /// The experiment with this name.
+    /// Returns the experiment with this name.
     pub fn experiment(&self, id: &str) -> Result<&ExperimentResult, String> {
         let found = self.by_id.get(id);
         found.ok_or_else(|| {
@@ -155,7 +155,7 @@ impl Results {
         })
     }
 
-    /// The number `EXPERIMENT.KEY`; the key may itself have dots.
+    /// Returns the number `EXPERIMENT.KEY`; the key may itself have dots.
     pub fn number(&self, name: &str) -> Result<f64, String> {
         let (id, key) = name
             .split_once('.')
@@ -171,8 +171,8 @@ impl Results {
         numbers.get(key).copied().ok_or_else(unknown)
     }
 
-    /// The experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a large
-    /// picture from the top.
+    /// Returns the experiment and the files of the figure `EXPERIMENT/NAME`: one, or the bands of a
+    /// large picture from the top.
     pub fn figure(&self, name: &str) -> Result<(&ExperimentResult, Vec<PathBuf>), String> {
         let (id, file) = name
             .split_once('/')
@@ -202,7 +202,7 @@ impl Results {
     }
 }
 
-/// One `result.json`.
+/// Reads one `result.json`.
 fn read(file: &Path, folder: &str) -> Result<ExperimentResult, Problem> {
     let text = std::fs::read_to_string(file)
         .map_err(|error| Problem::new(file, 1, format!("cannot be read: {error}")))?;

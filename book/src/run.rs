@@ -1,4 +1,4 @@
-//! The page that sets a reader's own run beside the record: claims, numbers that differ beyond
+//! The page that compares a reader's own run with the record: claims, numbers that differ beyond
 //! their noise, and figures side by side.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,17 +9,17 @@ use crate::registry::code;
 use crate::results::{ExperimentResult, Finding, Judgement, Results};
 use crate::{number, registry};
 
-/// The page's source, as far as links are concerned.
+/// Source path of the page, for links.
 pub const SOURCE: &str = "run.md";
-/// The written page, beside the book's first.
+/// File name of the written page, beside the book's first.
 pub const PAGE: &str = "run.html";
-/// The id under which the record keeps the time of a default run, which is no experiment.
+/// Id under which the record keeps the time of a default run, which is no experiment.
 pub const DEFAULT_RUN: &str = "default-run";
-/// What the page is called.
+/// Title of the page.
 pub const TITLE: &str = "Your run beside the record";
 
-/// The page as Markdown, and the figures that it shows: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`,
-/// and file.
+/// Returns the page as Markdown, and its figures: `EXPERIMENT/NAME` or `run/EXPERIMENT/NAME`, and
+/// file.
 pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBuf>) {
     let mut figures = BTreeMap::new();
     let rows: String = run
@@ -50,7 +50,7 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
     (text, figures)
 }
 
-/// How many standard errors count as the half width of an interval.
+/// Number of standard errors that count as the half width of an interval.
 const STANDARD_ERRORS: f64 = 5.0;
 
 /// A number in the record and in the run.
@@ -65,21 +65,21 @@ impl Pair<'_> {
         (self.values[1] - self.values[0]).abs()
     }
 
-    /// Whether the numbers differ beyond the noise that both state.
+    /// Returns true if the numbers differ beyond the noise that both state.
     fn beyond(&self) -> bool {
-        // Room for rounding, where noise is nil.
+        // Tolerance for rounding, where noise is zero.
         let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
         self.halves
             .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
     }
 }
 
-/// Half the width of a number's interval, if the experiment states one.
+/// Returns the half width of a number's interval, if the experiment states one.
 pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
     let get = |name: String| numbers.get(&name).copied();
     let between =
         |stem: &str| Some(0.5 * (get(format!("{stem}.high"))? - get(format!("{stem}.low"))?).abs());
-    // An estimate's or a difference's interval may carry the name of what it belongs to.
+    // The interval of an estimate or a difference may be named after its subject.
     let stem = [".estimate", ".difference"]
         .iter()
         .find_map(|end| key.strip_suffix(end));
@@ -88,12 +88,12 @@ pub fn half_width(numbers: &BTreeMap<String, f64>, key: &str) -> Option<f64> {
         .or_else(|| stem.and_then(|stem| get(format!("{stem}.half"))))
         .or_else(|| stem.and_then(between))
         .or_else(|| get(format!("{key}_error")).map(|error| STANDARD_ERRORS * error))
-        // What has no noise has no interval: it is exact, or rounding.
+        // A width of 0 means an exact number, or rounding.
         .filter(|half| *half > 0.0)
 }
 
-/// Whether both estimate the same: of a trial with many measures each run gives the one that comes
-/// nearest to its limit, and their references tell them apart.
+/// Returns true if both estimate the same quantity: of a trial with many measures each run records
+/// the one closest to its limit, and their references tell them apart.
 fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     let Some(stem) = key.strip_suffix(".estimate") else {
         return true;
@@ -116,7 +116,8 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
     both.collect()
 }
 
-/// The numbers of a run that differ from the record beyond the noise that both state, a line each.
+/// Returns the numbers of a run that differ from the record beyond the noise that both state, a
+/// line each.
 pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec<String> {
     let beyond = pairs(recorded, ours).into_iter().filter(Pair::beyond);
     let line = |pair: Pair<'_>| {
@@ -129,7 +130,7 @@ pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec
     beyond.map(line).collect()
 }
 
-/// One line of the table of all experiments.
+/// Returns one line of the table of all experiments.
 fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let [their_options, their_counts, beyond] = match recorded {
         None => ["not recorded", "–", "–"].map(str::to_owned),
@@ -156,12 +157,12 @@ fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     ])
 }
 
-/// A row of a table, on a line of its own.
+/// Returns a row of a table, on its own line.
 fn line<const N: usize>(cells: [&str; N]) -> String {
     registry::row(cells) + "\n"
 }
 
-/// Tier, seed and shrink.
+/// Describes tier, seed and shrink.
 fn options(recorded: &ExperimentResult) -> String {
     format!(
         "{}, {}, {}",
@@ -171,7 +172,7 @@ fn options(recorded: &ExperimentResult) -> String {
     )
 }
 
-/// How many claims hold, fail and are undecided.
+/// Counts the claims that hold, fail and are undecided.
 fn counts(recorded: &ExperimentResult) -> String {
     let count = |what| {
         recorded
@@ -216,7 +217,7 @@ fn section(
     text
 }
 
-/// A table that is open or under a line that opens it; nothing if it has no rows.
+/// Returns a table that is open or under a line that opens it; nothing if it has no rows.
 fn table(summary: &str, open: bool, head: &str, rows: &[String]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -278,7 +279,8 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
     )
 }
 
-/// Claims in the record and in the run: those that fail or are judged differently first.
+/// Returns the claims in the record and in the run: those that fail or are judged differently
+/// first.
 fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
     let both: [Vec<(&Finding, Judgement)>; 2] = [recorded, Some(ours)].map(|from| {
         from.into_iter()
@@ -308,7 +310,7 @@ fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> Strin
     }
     let head = "<tr><th>claim</th><th>record</th><th>your run</th></tr>";
     let [a, b] = [first.len(), rest.len()];
-    // Where a whole tier lies between the two, hundreds may be undecided: not in the reader's way.
+    // Where a whole tier lies between the two, hundreds may be undecided, so the table is closed.
     table(
         &format!("Claims that fail or are judged differently ({a})"),
         a <= 12,
@@ -317,7 +319,7 @@ fn claims(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> Strin
     ) + &table(&format!("Claims judged alike ({b})"), false, head, &rest)
 }
 
-/// Figures side by side: the record's on the left.
+/// Returns figures side by side, the record's on the left.
 fn pictures(
     record: &Results,
     run: &Results,

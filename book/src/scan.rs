@@ -1,4 +1,4 @@
-//! Reads one page: where its directives, formulas, links and code are.
+//! Scans one page for directives, formulas, links and code.
 
 use std::ops::Range;
 
@@ -9,41 +9,41 @@ use mdbook_markdown::pulldown_cmark::{
 /// A directive `{{#name arguments}}` outside of code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Directive {
-    /// From the opening to the closing braces.
+    /// Range from the opening to the closing braces.
     pub span: Range<usize>,
-    /// The word after `#`.
+    /// Name after `#`.
     pub name: String,
     /// Words, and quoted texts without their quotes.
     pub arguments: Vec<String>,
-    /// Whether nothing else stands on its lines.
+    /// True if nothing else stands on its lines.
     pub alone: bool,
 }
 
 /// A formula `$…$` or `$$…$$`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Formula {
-    /// With its dollar signs.
+    /// Range in the text, dollar signs included.
     pub span: Range<usize>,
-    /// What is between them.
+    /// LaTeX between the dollar signs.
     pub latex: String,
-    /// Whether it stands on its own line.
+    /// True if it stands on its own line.
     pub display: bool,
 }
 
-/// Everything on a page that the weave touches. Spans are in bytes.
+/// Everything on a page that the weave replaces or checks. Spans are in bytes.
 #[derive(Debug, Default)]
 pub struct Page {
-    /// In order of appearance.
+    /// Directives in order of appearance.
     pub directives: Vec<Directive>,
-    /// In order of appearance, directives' arguments excluded.
+    /// Formulas in order of appearance, without those in directives' arguments.
     pub formulas: Vec<Formula>,
     /// Link and image targets.
     pub links: Vec<(Range<usize>, String)>,
-    /// What is wrong with the Markdown itself.
+    /// Errors in the Markdown itself.
     pub problems: Vec<(usize, String)>,
 }
 
-/// The Markdown options of mdBook's HTML renderer, with formulas.
+/// Returns the Markdown options of mdBook's HTML renderer, with formulas.
 fn options() -> Options {
     Options::ENABLE_TABLES
         | Options::ENABLE_FOOTNOTES
@@ -108,7 +108,7 @@ pub fn page(text: &str) -> Page {
             .any(|mark| line.starts_with(mark))
         {
             page.problems
-                .push((at, "a mark of a merge that was not resolved".to_owned()));
+                .push((at, "an unresolved merge conflict".to_owned()));
         }
         at += line.len();
     }
@@ -121,7 +121,7 @@ pub fn page(text: &str) -> Page {
             .find(|d| d.span.start < end && start < d.span.end)
         {
             None => page.formulas.push(formula),
-            // It is in an argument.
+            // The formula is in an argument.
             Some(d) if d.span.start <= start && end <= d.span.end => {}
             Some(_) => {
                 page.problems.push((
@@ -134,7 +134,7 @@ pub fn page(text: &str) -> Page {
     page
 }
 
-/// Whether a fence's info string says Rust.
+/// Returns true if a fence's info string says Rust.
 fn is_rust(info: &str) -> bool {
     let language = info
         .split([',', ' ', '\t', '{'])
@@ -177,7 +177,7 @@ fn directives(text: &str, code: &[Range<usize>], page: &mut Page) {
     }
 }
 
-/// Where the `}}` outside of quotes is.
+/// Returns the position of the `}}` outside of quotes.
 fn closing(text: &str) -> Option<usize> {
     let mut quoted = false;
     for (at, character) in text.char_indices() {

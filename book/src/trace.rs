@@ -1,6 +1,6 @@
-//! From an equation to its code, trials, tests, experiments and chapter, for the matrix in the book
-//! and the holes that a test reports: code, tests and pages as their files stand, experiments as
-//! they were recorded.
+//! Traces an equation to its code, trials, tests, experiments and chapter, for the matrix in the
+//! book and the missing links that a test reports: code, tests and pages from the current files,
+//! experiments from their recorded results.
 //!
 //! The sources cite equations by the names of their constants, pages by id.
 
@@ -17,7 +17,7 @@ use crate::results::Results;
 /// A source file: its path from the project's folder, and its text.
 type File = (String, String);
 
-/// All that is read.
+/// Source files of the project.
 pub struct Sources {
     /// The library without the registry of equations, the trials and the harness.
     code: Vec<File>,
@@ -25,7 +25,7 @@ pub struct Sources {
     pages: Vec<File>,
 }
 
-/// Where an equation is found.
+/// Places of an equation.
 pub(crate) struct Trace {
     pub equation: &'static Equation,
     /// `path: item` of the library.
@@ -35,7 +35,7 @@ pub(crate) struct Trace {
     pub tests: Vec<String>,
     /// Ids of experiments.
     pub experiments: Vec<String>,
-    /// Whether a page shows it.
+    /// True if a page shows it.
     pub is_shown: bool,
 }
 
@@ -55,7 +55,7 @@ impl Sources {
         })
     }
 
-    /// A row for each equation, in the order of the report.
+    /// Returns a row for each equation, in the order of the report.
     pub(crate) fn matrix(&self, trials: &[Trial], results: &Results) -> Vec<Trace> {
         ALL.iter()
             .map(|equation| {
@@ -76,7 +76,7 @@ impl Sources {
             .collect()
     }
 
-    /// What is missing, a line each.
+    /// Returns the missing links, a line each.
     pub fn holes(&self, trials: &[Trial], results: &Results) -> Vec<String> {
         let mut holes = Vec::new();
         for row in self.matrix(trials, results) {
@@ -101,7 +101,7 @@ impl Sources {
         holes
     }
 
-    /// The items whose documentation cites the equation.
+    /// Returns the items whose documentation cites the equation.
     fn code_of(&self, equation: &Equation) -> Vec<String> {
         let citation = format!("equation::{}", equation.name);
         let mut found = Vec::new();
@@ -140,7 +140,7 @@ impl Sources {
     }
 }
 
-/// The files of a folder with this extension, in order.
+/// Returns the files of a folder with this extension, in order.
 fn files(root: &Path, folder: &str, extension: &str) -> Result<Vec<File>, Error> {
     let mut found = Vec::new();
     for path in check::files(&root.join(folder))? {
@@ -159,7 +159,7 @@ fn files(root: &Path, folder: &str, extension: &str) -> Result<Vec<File>, Error>
     Ok(found)
 }
 
-/// Whether `word` stands in `text` and is not part of a longer name.
+/// Returns true if `word` occurs in `text` as a whole word.
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(word).any(|(at, _)| {

@@ -17,23 +17,23 @@ use crate::results::{ExperimentResult, Results};
 use crate::scan::{Directive, Page};
 use crate::{directives, equations, links, listing, number, registry, run, scan};
 
-/// Where pages of the book are found by what they show.
+/// Pages of the book by their contents.
 #[derive(Debug, Default)]
 struct Places {
     equations: BTreeMap<String, PathBuf>,
-    /// By the name of the directive that makes a list.
+    /// Page with the list that a directive generates, by the directive's name.
     lists: BTreeMap<String, PathBuf>,
 }
 
-/// Everything that pages may refer to, and what was found on them.
+/// Everything that pages may refer to, and the figures and links found on them.
 pub struct Weaver<'a> {
-    /// The folder of the pages, for messages and links.
+    /// Folder of the pages, for messages and links.
     pub pages: &'a Path,
-    /// The project, for code.
+    /// The project's folder, for code.
     pub sources: &'a Path,
     pub results: &'a Results,
     pub bibliography: &'a Bibliography,
-    /// Whether a page sets a run beside the record.
+    /// True if a page compares a run with the record.
     pub has_run: bool,
     math: Math,
     places: Places,
@@ -47,7 +47,7 @@ pub struct Weaver<'a> {
 struct CurrentPage<'a> {
     path: &'a Path,
     text: &'a str,
-    /// The chapter's number such as "4", and how many figures it has so far.
+    /// The chapter's number such as "4", and its number of figures so far.
     chapter: Option<String>,
     figures: usize,
     shown: BTreeSet<String>,
@@ -74,7 +74,7 @@ impl<'a> Weaver<'a> {
         }
     }
 
-    /// Replaces everything in every chapter; faults are collected in `problems`.
+    /// Replaces the directives and formulas of every chapter; errors are collected in `problems`.
     pub fn weave(&mut self, book: &mut Book) {
         let mut scanned: BTreeMap<PathBuf, Page> = BTreeMap::new();
         for chapter in book.chapters() {
@@ -114,7 +114,7 @@ impl<'a> Weaver<'a> {
         self.problems.sort();
     }
 
-    /// Notes what a page shows.
+    /// Notes the lists and equations that a page shows.
     fn place(&mut self, path: &Path, text: &str, page: &Page) {
         for directive in &page.directives {
             let arguments = &directive.arguments;
@@ -143,7 +143,7 @@ impl<'a> Weaver<'a> {
             .push(Problem::new(self.pages.join(path), line(text, at), message));
     }
 
-    /// A page with everything replaced.
+    /// Returns a page with directives and formulas replaced.
     fn page(&mut self, current: &mut CurrentPage<'_>, page: Page) -> String {
         let mut problems = page.problems;
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
@@ -166,7 +166,7 @@ impl<'a> Weaver<'a> {
         replace(current.text, edits, str::to_owned)
     }
 
-    /// What stands in place of a directive.
+    /// Returns the text that replaces a directive.
     fn directive(
         &mut self,
         current: &mut CurrentPage<'_>,
@@ -238,14 +238,14 @@ impl<'a> Weaver<'a> {
         ))
     }
 
-    /// The equation's number with a link to the page that shows it, if one does.
+    /// Returns the equation's number with a link to the page that shows it, if one does.
     fn equation_link(&self, current: &CurrentPage<'_>, id: &str) -> String {
         self.reference(current, id)
             .or_else(|_| equations::find(id).map(equations::label))
             .unwrap_or_default()
     }
 
-    /// The experiment's name with a link to what it recorded, if it did.
+    /// Returns the experiment's name with a link to its recorded results, if there are any.
     fn experiment_link(&self, from: &Path, id: &str) -> String {
         match self.places.lists.get("experiments") {
             Some(page) if self.results.experiment(id).is_ok() => {
@@ -264,7 +264,7 @@ impl<'a> Weaver<'a> {
         ))
     }
 
-    /// A trial's name with a link to its row.
+    /// Returns a trial's name with a link to its row.
     fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
         let place = self.places.lists.get("trials");
@@ -303,16 +303,16 @@ impl<'a> Weaver<'a> {
         ))
     }
 
-    /// Where the reader's own run stands.
+    /// Returns a link to the page with the reader's own run.
     fn run(&self, from: &Path) -> String {
         if self.has_run {
             let (root, page, title) = (to_root(from), run::PAGE, run::TITLE);
-            return format!("<p>Here, this is <a href=\"{root}{page}\">{title}</a>.</p>");
+            return format!("<p>In this book it is <a href=\"{root}{page}\">{title}</a>.</p>");
         }
-        "<p>This book was woven without a run: it has no such page.</p>".to_owned()
+        "<p>This book was woven without a run and has no such page.</p>".to_owned()
     }
 
-    /// The list of all recorded experiments.
+    /// Returns the list of all recorded experiments.
     fn experiments(&self) -> String {
         let sections: String = self.results.all().map(experiment).collect();
         if sections.is_empty() {
@@ -323,7 +323,7 @@ impl<'a> Weaver<'a> {
     }
 }
 
-/// `text` with spans replaced, and what is between them passed through `rest`.
+/// Returns `text` with spans replaced, and the text between them passed through `rest`.
 fn replace(
     text: &str,
     mut edits: Vec<(Range<usize>, String)>,
@@ -341,7 +341,7 @@ fn replace(
     out
 }
 
-/// A formula with the punctuation after it, so that no line begins with the punctuation.
+/// Joins a formula and the punctuation after it, so that no line begins with the punctuation.
 fn keep_together(text: &str, span: Range<usize>, html: &str) -> (Range<usize>, String) {
     let after = &text[span.end..];
     let length = after.len()

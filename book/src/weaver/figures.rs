@@ -1,4 +1,4 @@
-//! Figures: their pictures, captions, numbers, and where they come from.
+//! Figures: their pictures, captions, numbers and sources.
 
 use super::{CurrentPage, Weaver, replace};
 use crate::links::to_root;
@@ -18,7 +18,8 @@ impl<'a> Weaver<'a> {
         })
     }
 
-    /// Two pictures of one size, one over the other, and a slider that shows more of either.
+    /// Returns two pictures of one size, one over the other, with a slider that shows more of
+    /// either.
     pub(super) fn compare(
         &mut self,
         current: &mut CurrentPage<'_>,
@@ -37,7 +38,7 @@ impl<'a> Weaver<'a> {
         })
     }
 
-    /// A recorded picture: its experiment, and the addresses of its files.
+    /// Returns a recorded picture: its experiment, and the addresses of its files.
     fn picture(
         &mut self,
         current: &CurrentPage<'_>,
@@ -59,8 +60,8 @@ impl<'a> Weaver<'a> {
         Ok((recorded, addresses))
     }
 
-    /// A numbered figure with its caption and where it comes from. `body` arranges the pictures of
-    /// these names.
+    /// Returns a numbered figure with its caption and source. `body` arranges the pictures of these
+    /// names.
     fn captioned(
         &mut self,
         current: &mut CurrentPage<'_>,
@@ -110,7 +111,7 @@ impl<'a> Weaver<'a> {
         ))
     }
 
-    /// A caption as HTML: plain text with formulas and the directives of running text.
+    /// Returns a caption as HTML: plain text with formulas and the directives of running text.
     fn caption(&mut self, current: &mut CurrentPage<'_>, text: &str) -> Result<String, String> {
         let page = scan::page(text);
         if let Some((_, message)) = page.problems.into_iter().next() {

@@ -1,4 +1,4 @@
-//! Decides whether two renderers' images agree.
+//! Judges whether the images of two renderers agree.
 
 use std::process::ExitCode;
 

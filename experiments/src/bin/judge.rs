@@ -1,4 +1,4 @@
-//! Decides whether directions follow a density.
+//! Judges whether sampled directions follow a density.
 
 use std::process::ExitCode;
 

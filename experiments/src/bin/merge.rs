@@ -98,7 +98,7 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// Refuses a part that is not finished, or has what another has.
+/// Adds a part to the film; refuses one that is unfinished or overlaps another.
 fn add<'a>(
     read: &mut Vec<(&'a Path, Part)>,
     path: &'a Path,
@@ -106,7 +106,7 @@ fn add<'a>(
 ) -> Result<(), Error> {
     if !film.has_exactly(part.range.end - part.range.start) {
         return refuse(format!(
-            "{} is not finished: go on by render --resume",
+            "{} is not finished: finish it with render --resume",
             path.display()
         ));
     }

@@ -1,4 +1,4 @@
-//! Records what cargo-mutants found in the book's folder.
+//! Records the results of cargo-mutants in the book's folder.
 
 use experiments::say;
 use std::collections::BTreeMap;
@@ -13,11 +13,12 @@ use experiments::run::record;
 use serde::Deserialize;
 use whitefurnace::error::Error;
 
-/// Record what cargo-mutants found, file by file: later outcomes of a mutant replace earlier ones.
+/// Record the results of cargo-mutants, file by file: later outcomes of a mutant replace earlier
+/// ones.
 #[derive(Parser)]
 #[command(name = "record-mutants", version)]
 struct RecordMutants {
-    /// `outcomes.json` of one or more runs; every file of which they speak must be complete
+    /// `outcomes.json` of one or more runs; every source file in them must be complete
     #[arg(value_name = "OUTCOMES.json", required = true)]
     outcomes: Vec<PathBuf>,
     /// The folder of recorded results [default: the book's]
@@ -25,7 +26,7 @@ struct RecordMutants {
     folder: Option<PathBuf>,
 }
 
-/// The part of the tool's file that matters here.
+/// The part of `outcomes.json` that is used.
 #[derive(Deserialize)]
 struct Run {
     cargo_mutants_version: String,
@@ -58,8 +59,8 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
     } else {
         Record::default()
     };
-    // By file and name; names sort by line only within digits of one length, so the order is kept
-    // apart.
+    // By file and name. Names sort by line only among numbers with equally many digits, so the
+    // order is kept separately.
     let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for path in &options.outcomes {
         let run: Run = read_json(path)?;
@@ -84,7 +85,7 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// Counts the ends that the tool knows, and lists the mutants that live.
+/// Counts the mutants by outcome, and lists those that survive.
 fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
     let mut counts = Counts::default();
     let mut missed = Vec::new();

@@ -1,4 +1,4 @@
-//! Renders one image: linear EXR with error bars, and a PNG beside it.
+//! Renders one image: a linear EXR with error bars, and a PNG beside it.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -31,7 +31,7 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
-    // A finished image is never replaced by a part of one.
+    // An unfinished image never replaces a finished one.
     let partial = options.out.with_extension("partial.exr");
     cli::use_threads(options.threads)?;
     let mut previews = options.previews()?;
@@ -65,7 +65,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         Err(error) => return Err(error),
     };
     saves.finish();
-    // With the film that was saved last: files are written without that room.
+    // Free the copy of the film that was saved last: writing the files needs memory.
     drop(saves);
     let exr = if complete { &options.out } else { &partial };
     let png = exr.with_extension("png");
@@ -78,7 +78,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     shown.inspect_err(|_| {
         if partial.exists() {
             eprintln!(
-                "{} holds what was saved: --resume goes on from there",
+                "{} holds the saved samples: --resume continues from there",
                 partial.display()
             );
         }
@@ -92,7 +92,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     }
     if !complete {
         eprintln!(
-            "interrupted: these files hold the samples done so far (channel samples.Y); --resume goes on from there"
+            "interrupted: these files hold the samples done so far (channel samples.Y); --resume continues from there"
         );
         return Ok(Ending::Interrupted);
     }
@@ -104,7 +104,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// The number of samples, where a time or an error is asked for.
+/// Decides the number of samples, where a time or an error is asked for.
 fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> Result<(), Error> {
     let time = options.time.map(|time| Aim::Time(start, time));
     let Some(aim) = time.or(options.target_error.map(Aim::Error)) else {
@@ -117,15 +117,15 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
             .find_map(|line| line.strip_prefix("spp=")?.parse().ok())
     });
     let (spp, how) = match decided {
-        Some(spp) => (spp, "was decided when this run began"),
-        None => (options.job.decide(aim)?, "a pilot says"),
+        Some(spp) => (spp, "decided when this run began"),
+        None => (options.job.decide(aim)?, "decided by a pilot"),
     };
     options.take(spp);
     say!("{how}: --spp {spp}");
     options.job.check()
 }
 
-/// The film that was saved, if it is of this very image.
+/// Returns the saved film if it belongs to this very image.
 fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
     let (here, part) = (
         options.job.provenance(&options.job.camera()?, false),
@@ -136,7 +136,7 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
     match difference(&saved.job, &here).or(parts) {
         None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
         None => Err(Error::Option(format!(
-            "--resume: {} has another size than it says",
+            "--resume: {} has another size than it states",
             path.display()
         ))),
         Some(difference) => Err(Error::Option(format!(
@@ -154,7 +154,8 @@ fn samples(film: &Film) -> u64 {
         .sum()
 }
 
-/// Notes an image so faint that the rounding of its pixels shows, and the factor that mends it.
+/// Returns a note, with a remedy, if the image is so dark that the rounding of its pixels is
+/// visible.
 fn too_faint(film: &Film) -> Option<String> {
     let (mean, error) = (film.mean(), film.rounding_error());
     let rounds = format!("pixels are rounded to multiples of {UNIT:.1e}");
@@ -174,17 +175,18 @@ fn too_faint(film: &Film) -> Option<String> {
     })
 }
 
-/// The share of the mean that rounding may be without a word.
+/// Largest relative rounding error of the mean without a note.
 const MOST_ROUNDED: f64 = 1e-4;
 
-/// Says what the files hold, of which this run took `new` samples.
+/// Prints what the files hold; `new` is the number of samples that this run took.
 fn say(exr: &Path, film: &Film, new: u64, start: Instant) {
     let seconds = start.elapsed().as_secs_f64();
     let error = film.relative_error();
     let error = if error.is_finite() {
         format!("mean relative standard error {:.2} %", 100.0 * error)
     } else {
-        "no standard error: a pixel has fewer than two replications, or all is black".to_owned()
+        "no standard error: a pixel has fewer than two replications, or the image is black"
+            .to_owned()
     };
     let samples = samples(film);
     let earlier = if new < samples {

@@ -1,4 +1,4 @@
-//! The main job: reproduces the report and says what it found.
+//! Reproduces the report and says what it found.
 
 use experiments::say;
 use std::process::ExitCode;
@@ -16,9 +16,9 @@ use whitefurnace::shard::Shard;
 
 /// Reproduce the report: render its figures, measure its claims, say what was found.
 ///
-/// Takes about two minutes on two cores. Everything goes to one folder, with results.json for
-/// machines. A run that was interrupted goes on where it stopped. Experiments on the test suite
-/// itself are left out unless --tier full or --only asks for them; --list shows which.
+/// Takes about two minutes on two cores. All files go to one folder, with results.json for other
+/// programs. An interrupted run continues where it stopped. Experiments on the test suite itself
+/// are left out unless --tier full or --only asks for them; --list shows which.
 ///
 /// Exit codes: 0 if no claim fails, 1 if one does, 2 for a wrong option or a file that cannot be
 /// written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
@@ -116,7 +116,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     Ok(ending)
 }
 
-/// Those of this part: in turn, but experiments that write to the same folder go together.
+/// Returns the experiments of this shard, dealt out in turn; experiments that write to the same
+/// folder stay together.
 fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Experiment>, Error> {
     let name = |experiment: &Experiment| {
         if TOGETHER.contains(&experiment.id) {
@@ -135,7 +136,7 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
     if shard.count as usize > names.len() {
         let (Shard { index, count }, parts) = (shard, names.len());
         let refusal = format!(
-            "--shard {index}/{count}: the experiments are {parts} parts: take as many shards at most"
+            "--shard {index}/{count}: the experiments are {parts} parts: use at most that many shards"
         );
         return Err(Error::Option(refusal));
     }
@@ -148,7 +149,7 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
         .collect())
 }
 
-/// Prints the numbers that differ from the record beyond noise; whether there are any.
+/// Prints the numbers that differ from the record beyond noise; returns true if there are any.
 fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
     let Beside { compared, beyond } = default_run::beside_record(outcomes)?;
     beyond
@@ -161,8 +162,8 @@ fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
     Ok(!beyond.is_empty())
 }
 
-/// Weaves the book from the recorded results, with a page that sets this run beside them, and says
-/// where it begins.
+/// Weaves the book from the recorded results, with a page that compares this run with them, and
+/// prints where it begins.
 fn weave_book(options: &run::Options) -> Result<(), Error> {
     let book = book::Options {
         out: options.out.join("book"),
@@ -178,7 +179,7 @@ fn weave_book(options: &run::Options) -> Result<(), Error> {
     Ok(())
 }
 
-/// The experiments that are named, each once; else all, at the quick tier but for
+/// Returns the named experiments, each once; by default all, at the quick tier except
 /// [`NOT_BY_DEFAULT`].
 fn choose(options: &Reproduce) -> Result<Vec<&'static Experiment>, Error> {
     if options.only.is_empty() {

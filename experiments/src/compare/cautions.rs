@@ -1,5 +1,5 @@
-//! Assumptions about the noise of images that cannot be tested, and the signs that one of them may
-//! fail.
+//! Warnings about assumptions on the noise of images that cannot be tested, and signs that one of
+//! them may fail.
 
 use clap::ValueEnum as _;
 use whitefurnace::error::Error;
@@ -9,7 +9,7 @@ use super::Trial;
 use super::files::Input;
 use crate::render::{EstimatorName, name};
 
-/// The value of a key in the provenance of an image that `render` made.
+/// Returns the value of a key in the provenance of an image that `render` made.
 fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
     let lines = || {
         input
@@ -23,13 +23,13 @@ fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
         .and_then(|_| of(key))
 }
 
-/// Whether `render` made it, which adds samples exactly.
+/// Returns true if `render` made the image; it adds samples exactly.
 pub(super) fn is_ours(input: &Input) -> bool {
     said(input, "estimator").is_some()
 }
 
-/// Refuses a single image whose pixels share paths or photons: its standard errors leave out what
-/// they have in common.
+/// Refuses a single image whose pixels share paths or photons: its standard errors leave out the
+/// common noise.
 pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     let [one] = inputs else { return Ok(()) };
     let estimator =
@@ -46,8 +46,8 @@ pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
 }
 
 impl Trial<'_> {
-    /// Lines on the assumptions about the images, and a warning where a few values carry much of
-    /// the noise.
+    /// Returns lines on the assumptions about the images, and a warning where a few values carry
+    /// much of the noise.
     pub(super) fn cautions(&self) -> Vec<String> {
         let second: &[Input] = if self.exact { &[] } else { self.b };
         let sides = [self.a, second];
@@ -66,7 +66,8 @@ impl Trial<'_> {
             .any(|side| side.len() == 1 && !is_ours(&side[0]) && has_noise(&side[0]))
         {
             lines.push(
-                "taken for granted: pixels of a single image are independent, its standard errors complete".to_owned(),
+                "assumed: pixels of a single image are independent, its standard errors complete"
+                    .to_owned(),
             );
         }
         let all = self.found.brightest.iter().enumerate();

@@ -1,4 +1,4 @@
-//! Which files are compared, and whether they can be.
+//! Reads the images that are compared, and checks that they can be.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,17 @@ use whitefurnace::harness::images::ENOUGH_WITHOUT_NOISE;
 use whitefurnace::image::provenance;
 use whitefurnace::image::read::{Meaning, Picture, decode};
 
-/// An image and where it is from.
+/// An image and its file.
 pub(super) struct Input {
     pub path: PathBuf,
     /// SHA-256 of the file.
     pub digest: String,
     pub picture: Picture,
-    /// How it was made, if `render` made it.
+    /// Provenance that `render` wrote, if it made the image.
     pub provenance: Option<String>,
 }
 
-/// How many there are, in words.
+/// Returns the number of images in words.
 pub(super) fn count(inputs: &[Input]) -> String {
     match inputs {
         [one] => one.path.display().to_string(),
@@ -26,17 +26,17 @@ pub(super) fn count(inputs: &[Input]) -> String {
     }
 }
 
-/// The layer that an option names, and the option, for messages.
+/// A layer given by an option, and the option's name for messages.
 pub(super) struct Layer {
     pub name: Option<String>,
     pub option: &'static str,
 }
 
-/// Reads the files of these names and patterns.
+/// Reads the files that match these names and patterns.
 pub(super) fn read(option: &str, patterns: &[String], layer: &Layer) -> Result<Vec<Input>, Error> {
     let mut inputs = Vec::new();
     for pattern in patterns {
-        // A file may be called a[1].exr.
+        // A file may be called `a[1].exr`.
         if Path::new(pattern).is_file() {
             inputs.push(read_one(Path::new(pattern), layer)?);
             continue;
@@ -80,7 +80,7 @@ pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
     })
 }
 
-/// The channels that were read of the images of a side, each way once.
+/// Lists which channels were read from the images of a side, each combination once.
 pub(super) fn readings(inputs: &[Input]) -> String {
     let mut all: Vec<String> = Vec::new();
     for input in inputs {
@@ -92,7 +92,7 @@ pub(super) fn readings(inputs: &[Input]) -> String {
     all.join("; or ")
 }
 
-/// An error that names two files.
+/// Returns an error that names two files.
 fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
     Err(Error::Option(format!(
         "{} and {} {what}",
@@ -101,7 +101,7 @@ fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
     )))
 }
 
-/// Leaves of all images the part of the frame that all of them have, if they differ there.
+/// Crops all images to the part of the frame that they have in common, if they differ in it.
 ///
 /// # Errors
 /// If they have no part in common, or differ and `common` is not asked for.
@@ -171,8 +171,8 @@ pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<()
     Ok(())
 }
 
-/// Refuses images that cannot be compared: other channels, other primaries, or the same noise
-/// twice.
+/// Refuses images that cannot be compared: different channels, different primaries, or the same
+/// noise twice.
 pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     for (i, input) in all.iter().enumerate() {
@@ -228,11 +228,11 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Lets one image of a side stand for it: by its standard errors, or as one without noise if all
-/// its pixels are the same.
+/// Makes one image of a side usable alone: by its standard errors, or as an image without noise if
+/// all its pixels are equal.
 ///
 /// # Errors
-/// If it is neither.
+/// If it has neither.
 pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> {
     let [Input { path, picture, .. }] = inputs else {
         return Ok(());
@@ -258,7 +258,7 @@ pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> 
     Ok(())
 }
 
-/// Images with the same pixels as an earlier one, each behind that.
+/// Returns the images whose pixels equal those of an earlier one, each with that earlier one.
 fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
     let earlier = |i: usize| {
         all[..i]
@@ -270,9 +270,9 @@ fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
         .collect()
 }
 
-/// Whether an image that is there twice has noise, so that its copies are no evidence of their own.
-/// It has none if all its pixels are the same, or if images of a side vary in no more than [`RARE`]
-/// pixels, where it has the values of most: rare events without a hit.
+/// Returns true if a repeated image has noise, so that its copies are no independent evidence. It
+/// has none if all its pixels are equal, or if the images of a side vary in at most a fraction
+/// [`RARE`] of the pixels and this image has the majority's value there: rare events without a hit.
 fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     let planes = &image.picture.values;
     if image
@@ -313,15 +313,15 @@ fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     varying.len() as f64 > (RARE * pixels as f64).max(4.0) || varying.into_iter().any(is_odd)
 }
 
-/// The share of pixels that rare events may hit.
+/// Largest fraction of pixels that rare events may hit.
 const RARE: f64 = 0.01;
 
-/// Whether all values are the same.
+/// Returns true if all values are equal.
 fn is_plain(plane: &[f64]) -> bool {
     plane.iter().all(|value| *value == plane[0])
 }
 
-/// A note that two images are the same although nothing is wrong with that.
+/// Returns a note if two images are equal without that being an error.
 pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     let (first, second) = repeated(&all)

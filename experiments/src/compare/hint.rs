@@ -1,5 +1,5 @@
-//! A guess at what makes two sides differ: pixels in another order or place, channels swapped, a
-//! factor, a curve.
+//! Guesses a systematic cause of a difference: pixels in another order or place, channels swapped,
+//! a factor, a transfer curve.
 
 use whitefurnace::harness::images::{self, Comparison, Rules};
 use whitefurnace::harness::outcome::Verdict;
@@ -7,18 +7,18 @@ use whitefurnace::image::read::{Meaning, Picture};
 
 use super::sides;
 
-/// A change that may have been made to the images of a side.
+/// A transformation that may have been applied to the images of one side.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     UpsideDown,
     Mirrored,
     Turned,
-    /// Columns as rows.
+    /// Rows and columns exchanged.
     Transposed,
-    /// By so many half pixels to the right and down.
+    /// Moved by this many half pixels to the right and down. At half pixels the first side is
+    /// replaced by the mean of the pixels around.
     Moved([isize; 2]),
-    /// The same, but for halves the second side is the mean of the pixels that they lie between,
-    /// not the first.
+    /// Moved like [`Moved`](Self::Moved), but at half pixels the second side is averaged.
     MovedFrom([isize; 2]),
     RedForBlue,
     Times(f64),
@@ -29,7 +29,7 @@ enum Change {
 }
 
 impl Change {
-    /// All that images of this kind may have.
+    /// Returns all changes that are possible for images of this size and number of channels.
     fn all(picture: &Picture, factor: f64) -> Vec<Self> {
         let mut all = vec![
             Self::UpsideDown,
@@ -70,7 +70,7 @@ impl Change {
             Self::UpsideDown => "the first is flipped upside down".to_owned(),
             Self::Mirrored => "the first is mirrored left to right".to_owned(),
             Self::Turned => "the first is turned by half a turn".to_owned(),
-            Self::Transposed => "the first has its rows for columns".to_owned(),
+            Self::Transposed => "rows and columns of the first are exchanged".to_owned(),
             Self::RedForBlue => "red and blue of the first are swapped".to_owned(),
             Self::Times(factor) => format!("the first is multiplied by {factor:.5}"),
             Self::Gamma(k) => format!("the {} is decoded from gamma 2.2", side(k)),
@@ -90,7 +90,7 @@ impl Change {
         }
     }
 
-    /// An image of a side with this change.
+    /// Returns an image of a side with this change applied.
     fn of(self, picture: &Picture, side: usize) -> Picture {
         let [width, height] = picture.size;
         match (self, side) {
@@ -123,7 +123,7 @@ impl Change {
     }
 }
 
-/// From sRGB to linear.
+/// Converts a value from sRGB to linear.
 fn linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 {
         encoded / 12.92
@@ -132,7 +132,7 @@ fn linear(encoded: f64) -> f64 {
     }
 }
 
-/// All values by a function, and their errors by its slope.
+/// Applies a function to all values, and scales their standard errors by its slope.
 fn mapped(picture: &Picture, change: impl Fn(f64) -> f64) -> Picture {
     let mut result = picture.clone();
     for (channel, values) in result.values.iter_mut().enumerate() {
@@ -148,8 +148,8 @@ fn mapped(picture: &Picture, change: impl Fn(f64) -> f64) -> Picture {
     result
 }
 
-/// The inner part, a pixel less on each side that a move touches, moved by half pixels if it
-/// `moves`: the mean of what the halves lie between.
+/// Returns the part of the image left when each direction of the step loses a pixel on both sides,
+/// moved by half pixels if it `moves`. At half pixels the value is the mean of the neighbours.
 fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
     let size = [0, 1].map(|i| picture.size[i] - 2 * usize::from(step[i] != 0));
     let inner = step.map(|halves| isize::from(halves != 0));
@@ -157,7 +157,7 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
         let [left, top] = [0, 1].map(|i| (inner[i] - if moves { offset[i] } else { 0 }) as usize);
         picture.remapped(size, |x, y| [x + left, y + top])
     };
-    // Half a pixel lies between none and one.
+    // Half a pixel lies between 0 and 1 pixels.
     let ends = step.map(|halves| {
         if halves % 2 == 0 {
             [halves / 2; 2]
@@ -182,7 +182,7 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
                 let squares = corners
                     .iter()
                     .filter_map(|corner| corner.standard_errors.as_ref());
-                // Each twice, where one direction moves by halves.
+                // Each corner counts twice if only one direction moves by half pixels.
                 let share = if step.iter().all(|halves| halves % 2 != 0) {
                     4.0
                 } else {
@@ -199,8 +199,8 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
     result
 }
 
-/// The mean of what squared differences have above noise, relative to noise and a twentieth of the
-/// values.
+/// Returns the mean excess of the squared differences over the noise variance, relative to the
+/// noise and a twentieth of the values.
 fn residual(a: &Picture, b: &Picture) -> f64 {
     let errors = |picture: &Picture, channel: usize, i: usize| {
         picture
@@ -224,8 +224,9 @@ fn residual(a: &Picture, b: &Picture) -> f64 {
     sum / count
 }
 
-/// The change that makes the sides agree, or nearly so, in words: of some the one that leaves
-/// least, if that is less than a quarter of the difference, and what a new comparison says of it.
+/// Describes the change that makes the sides agree, or nearly so, and the verdict of a comparison
+/// after it. Of several it is the one with the smallest residual, if that is less than a quarter of
+/// the original.
 pub(super) fn hint(
     sides_of: [&[&Picture]; 2],
     exact: bool,
@@ -242,7 +243,7 @@ pub(super) fn hint(
                 .map(|places| places.iter().map(value).collect())
                 .collect()
         };
-        // The error of the difference, half of its square on each side.
+        // Standard error of the difference, half of its square on each side.
         let errors = plane(&|place| place.standard_error * 0.5_f64.sqrt());
         Picture {
             values: plane(&|place| place.means[side]),
@@ -284,8 +285,8 @@ pub(super) fn hint(
     );
     let what = match again.verdict {
         Verdict::Holds => "they agree when",
-        Verdict::Undecided { .. } => "nothing differs any more when",
-        Verdict::Fails => "most of the difference goes when",
+        Verdict::Undecided { .. } => "no difference remains when",
+        Verdict::Fails => "most of the difference disappears when",
     };
     Some(format!("{what} {}", best.words()))
 }

@@ -19,22 +19,24 @@ use crate::say;
 use files::{Input, Layer};
 
 /// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with
-/// one bound on the chance of a false alarm for all of these, as far as the images show their
-/// brightest paths.
+/// one bound on the probability of a false alarm for all of these, as far as the images sample
+/// their brightest paths.
 ///
 /// Examples:
-///   compare --a 'a-*.exr' --b 'b-*.exr'               independent renders of two programs, eight
-///   of each compare --a a.exr --b b.exr                       one of each, with standard errors
-///   (channels stderr.R, ...) compare --a 'a-*.pfm' --reference exact.pfm       against an image
-///   without error compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined            by
-///   the name of a layer
+///   compare --a 'a-*.exr' --b 'b-*.exr'            independent renders of two programs, 8 of each
+///   compare --a a.exr --b b.exr                    one of each, with standard errors
+///                                                  (channels stderr.R, ...)
+///   compare --a 'a-*.pfm' --reference exact.pfm    against an image without error
+///   compare --a 'a-*.exr' --b 'b-*.exr' --a-layer ViewLayer.Combined
+///                                                  by the name of a layer
 ///
-/// Images are EXR or PFM. Of an EXR the channels R, G, B are read, else the one layer that can be
-/// the image; the output says which. Differences are in percent of the second. Into the folder
-/// --out go report.html, which needs no other file, and compare.json.
+/// Images are EXR or PFM. Of an EXR the channels R, G, B are read, or else the only layer that can
+/// be the image; the output says which. Differences are in percent of the second side. The folder
+/// --out gets report.html, which needs no other file, and compare.json.
 ///
-/// To agree, no difference may stand out of the noise, and the interval of the image means'
-/// difference must lie within --margin. A difference beyond noise is called one at any size.
+/// Two renderers agree if no difference exceeds the noise, and the confidence interval of the
+/// difference of the image means lies within --margin. A difference beyond noise counts at any
+/// size.
 ///
 /// Exit codes: 0 if they agree, 1 if they differ, 2 if more images are needed to tell, 3 for bad
 /// input.
@@ -47,40 +49,39 @@ pub struct Compare {
     /// Images to compare with
     #[arg(long, num_args = 1.., value_name = "FILES", required_unless_present = "reference")]
     b: Vec<String>,
-    /// An image without error, in place of --b
+    /// An image without error, instead of --b
     #[arg(long, value_name = "FILE", conflicts_with = "b")]
     reference: Option<PathBuf>,
-    /// The layer of an EXR that has several, of both sides; or one or three channels by their full
+    /// Layer of both sides, for an EXR that has several; or one or three channels by their full
     /// names, with commas
     #[arg(long, value_name = "LAYER")]
     layer: Option<String>,
-    /// The layer of the first side
+    /// Layer of the first side
     #[arg(long, value_name = "LAYER")]
     a_layer: Option<String>,
-    /// The layer of the second side, or of the reference
+    /// Layer of the second side, or of the reference
     #[arg(long, value_name = "LAYER")]
     b_layer: Option<String>,
     /// Judge the part of the frame that all images have, where they differ in size or place;
     /// --region counts from its corner
     #[arg(long)]
     common: bool,
-    /// Lay the upper left pixels of all images on one another, whatever place in the frame their
-    /// files state
+    /// Align the upper left pixels of all images, whatever position in the frame their files state
     #[arg(long)]
     ignore_place: bool,
-    /// The margin, percent, within which the interval of the image means' difference must lie to
-    /// agree; a difference beyond noise is one at any size; from 0.000001 to 100
+    /// The margin in percent within which the confidence interval of the difference of the image
+    /// means must lie to agree; a difference beyond noise counts at any size; from 0.000001 to 100
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
     margin: f64,
-    /// The chance that right renderers are called different, as far as their images show their
+    /// Probability of calling correct renderers different, as far as their images sample their
     /// brightest paths; from 0.000000000001 to 0.5
     #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = real(1e-12..=0.5))]
     level: f64,
-    /// The side of a tile in pixels; from 2 to 65536
+    /// Side of a tile in pixels; from 2 to 65536
     #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = whole::<usize>(2..=65_536))]
     tile: usize,
-    /// A region to judge beside nine equal ones: left, top, and the first column and row outside;
-    /// may be repeated
+    /// A region to judge in addition to nine equal ones: left, top, and the first column and row
+    /// outside; may be repeated
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_region)]
     region: Vec<Area>,
     /// Threads; from 1 to 1024 [default: one per core]
@@ -100,7 +101,7 @@ fn parse_region(text: &str) -> Result<Area, String> {
     })
 }
 
-/// The whole program.
+/// Runs the whole program.
 pub fn main() -> ExitCode {
     verdict(run)
 }
@@ -190,7 +191,7 @@ fn run(options: &Compare) -> Result<u8, Error> {
     })
 }
 
-/// Both sides of each channel; the second is without error if it is `exact`.
+/// Returns both sides of each channel; the second is without error if it is `exact`.
 fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
     let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (
         pictures,
@@ -216,7 +217,7 @@ fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
         .collect()
 }
 
-/// All that a report tells.
+/// A comparison and all that its report shows.
 struct Trial<'a> {
     a: &'a [Input],
     b: &'a [Input],
@@ -229,7 +230,7 @@ struct Trial<'a> {
     note: Option<String>,
 }
 
-/// A share in percent, with a sign.
+/// Formats a fraction as a percentage with a sign.
 fn percent(share: f64) -> String {
     let decimals = if share.abs() >= 0.0995 {
         1
@@ -242,7 +243,7 @@ fn percent(share: f64) -> String {
 }
 
 impl Trial<'_> {
-    /// One word.
+    /// Returns the verdict in one word.
     fn word(&self) -> &'static str {
         match self.found.verdict {
             Verdict::Holds => "agree",
@@ -261,7 +262,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Whether no channel has noise.
+    /// Returns true if no channel has noise.
     fn is_noiseless(&self) -> bool {
         self.found.kinds[0]
             .places
@@ -269,25 +270,25 @@ impl Trial<'_> {
             .all(|place| place.noiseless)
     }
 
-    /// The channels that were read of the sides, a line or two.
+    /// Describes the channels that were read of the sides, in one line or two.
     fn readings(&self) -> Vec<String> {
         let [first, second] = [self.a, self.b].map(files::readings);
         if first == second {
-            return vec![format!("read of both: {first}")];
+            return vec![format!("channels of both: {first}")];
         }
         vec![
-            format!("read of the first: {first}"),
-            format!("read of the second: {second}"),
+            format!("channels of the first: {first}"),
+            format!("channels of the second: {second}"),
         ]
     }
 
-    /// The reason of the verdict, a sentence.
+    /// Returns the reason for the verdict, a sentence.
     fn why(&self) -> String {
         let kinds = &self.found.kinds;
         let [means, ..] = kinds;
         match self.found.verdict {
             Verdict::Fails => {
-                // Of what is rejected, the most telling.
+                // Of the rejections, the most telling one.
                 let rejected = kinds
                     .iter()
                     .flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
@@ -297,7 +298,7 @@ impl Trial<'_> {
                 worst.map_or(String::new(), |(kind, place)| {
                     let evidence = match place.noiseless {
                         true => "and neither side has noise".to_owned(),
-                        false => format!("p = {:.1e}, where {:.1e} is enough", place.p, kind.level),
+                        false => format!("p = {:.1e}, threshold {:.1e}", place.p, kind.level),
                     };
                     let within = means.places.iter().all(|mean| {
                         mean.varies()
@@ -332,8 +333,8 @@ impl Trial<'_> {
                 if kinds.iter().any(|kind| kind.rejected().next().is_some()) =>
             {
                 format!(
-                    "the difference is more than noise, but nowhere more than {:.3} %, as 4096 samples that are added one by one \
-                 in single precision may be off: add them in double precision to tell",
+                    "the difference exceeds the noise, but nowhere {:.3} %, the rounding error of 4096 samples added one by one in \
+                 single precision: add them in double precision to tell",
                     100.0 * images::SINGLE_SUMS
                 )
             }
@@ -343,9 +344,9 @@ impl Trial<'_> {
                     .iter()
                     .any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
-                    "no pixel varies between images, and these are too few values to take that for no noise".to_owned()
+                    "no pixel varies between images, but these are too few values to conclude that there is no noise".to_owned()
                 } else if unknown {
-                    "two images do not tell how skewed their noise is: give three or more of a side, at best eight"
+                    "two images do not show how skewed their noise is: give three or more of a side, at best eight"
                         .to_owned()
                 } else {
                     let invalid = means
@@ -365,7 +366,7 @@ impl Trial<'_> {
         }
     }
 
-    /// At most fifteen lines.
+    /// Returns the summary, at most fifteen lines.
     fn summary(&self) -> String {
         let [means, others @ ..] = &self.found.kinds;
         let [width, height] = self.a[0].picture.size;
@@ -391,7 +392,7 @@ impl Trial<'_> {
             };
             let channel = self.channel(place.channel);
             lines.push(format!(
-                "image mean, {channel}: {} (from {low} to {high}), p {:.1e}; {seen} would have been seen{judged}",
+                "image mean, {channel}: {} (from {low} to {high}), p {:.1e}; smallest detectable {seen}{judged}",
                 percent(place.difference()),
                 place.p
             ));

@@ -1,5 +1,4 @@
-//! What a comparison leaves behind: one HTML file without references to others, and the numbers as
-//! JSON.
+//! The report of a comparison: one self-contained HTML file, and the numbers as JSON.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,14 +16,14 @@ use crate::plot::map::{UNKNOWN, diverging};
 use crate::run::record::write_json;
 use crate::run::write_text;
 
-/// The page.
+/// File name of the HTML report.
 pub(super) const HTML: &str = "report.html";
 /// Bins of the histogram of p-values.
 const BINS: usize = 20;
 /// Rows of the table of places.
 const ROWS: usize = 24;
 
-/// Where a place is, in words.
+/// Describes the position of a place in words.
 pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
     let [x0, y0, x1, y1] = place.area;
     match kind.name {
@@ -34,7 +33,7 @@ pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
     }
 }
 
-/// What a kind of places came to.
+/// Summarises the judgement of one kind of places.
 pub(super) fn kind_line(kind: &Kind) -> String {
     let (judged, rejected, varying) = (
         kind.judged().count(),
@@ -44,16 +43,16 @@ pub(super) fn kind_line(kind: &Kind) -> String {
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
     let found = if kind.counts {
         format!(
-            "{rejected} differ, least p {least:.1e} where {:.1e} is enough; {judged} of {varying} judged",
+            "{rejected} differ, least p {least:.1e}, threshold {:.1e}; {judged} of {varying} judged",
             kind.level
         )
     } else {
-        format!("undecided: skewness lets {judged} of {varying} be judged, not half")
+        format!("undecided: too skewed, only {judged} of {varying} can be judged")
     };
     format!("{}s: {found}", kind.name)
 }
 
-/// Writes both files.
+/// Writes the HTML and the JSON file.
 pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
     write_json(&folder.join("compare.json"), &numbers(trial))?;
     write_text(
@@ -62,7 +61,7 @@ pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
     )
 }
 
-/// How many p-values of pixels lie in each bin.
+/// Counts the p-values of pixels in each bin.
 fn histogram(pixels: &Kind) -> Vec<u64> {
     let mut counts = vec![0; BINS];
     for place in pixels.places.iter().filter(|place| place.varies()) {
@@ -71,7 +70,7 @@ fn histogram(pixels: &Kind) -> Vec<u64> {
     counts
 }
 
-/// All numbers but those of single pixels that do not differ.
+/// Returns all numbers except those of single pixels that do not differ.
 fn numbers(trial: &Trial) -> Value {
     let place = |kind: &Kind, place: &Place| {
         json!({
@@ -133,8 +132,8 @@ fn numbers(trial: &Trial) -> Value {
     })
 }
 
-/// The smallest biases that would have been seen: of the image mean in the channel where that is
-/// largest, and of the median tile.
+/// Returns the smallest detectable biases: of the image mean, in the channel where that is largest,
+/// and of the median tile.
 fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
     let [means, _, tiles, _] = &trial.found.kinds;
     let mean = means
@@ -167,7 +166,7 @@ th{font-weight:600}th:first-child,td:first-child,th:nth-child(2),td:nth-child(2)
 svg{width:100%;height:auto;max-width:46rem}svg text{fill:var(--muted);font:12px system-ui,sans-serif}code{font-size:.8rem;overflow-wrap:anywhere}
 ";
 
-/// An image within the page.
+/// Returns an image embedded in the page.
 fn picture(size: [usize; 2], rgb: &[u8], caption: &str) -> Result<String, png::EncodingError> {
     let data = STANDARD.encode(encode_rgb(size.map(|side| side as u32), rgb)?);
     Ok(format!(
@@ -175,7 +174,7 @@ fn picture(size: [usize; 2], rgb: &[u8], caption: &str) -> Result<String, png::E
     ))
 }
 
-/// A map of signed values, with what its colours mean; NaN is grey.
+/// Draws a map of signed values with a colour bar; NaN is grey.
 fn map(
     caption: &str,
     size: [usize; 2],
@@ -204,7 +203,7 @@ fn map(
     ))
 }
 
-/// Of each cell of a kind of places, what a function makes of its channels.
+/// Applies a function to the channels of each cell of a kind of places.
 fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
     (0..count)
@@ -221,7 +220,7 @@ fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
         .collect()
 }
 
-/// The mean image of a side, sRGB, with an exposure.
+/// Draws the mean image of a side in sRGB, with an exposure.
 fn mean_picture(
     trial: &Trial,
     side: usize,
@@ -240,13 +239,13 @@ fn mean_picture(
     picture(pixels.grid, &rgb, caption)
 }
 
-/// Differences relative to the second side, channels taken together.
+/// Returns the difference relative to the second side, summed over channels.
 fn relative(places: &[&Place]) -> f64 {
     let sum = |f: fn(&Place) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
     sum(|place| place.means[0] - place.means[1]) / sum(|place| place.scale)
 }
 
-/// Signed digits of p, of the channel where it is least.
+/// Returns −log₁₀ p with the sign of the difference, for the channel where p is least.
 fn digits(places: &[&Place]) -> f64 {
     let least = places
         .iter()
@@ -257,7 +256,7 @@ fn digits(places: &[&Place]) -> f64 {
     })
 }
 
-/// A round number at or above nine tenths of all magnitudes.
+/// Returns a round number at or above the 90 % quantile of the magnitudes.
 fn bound(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values
         .iter()
@@ -348,9 +347,9 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             [&low, "p = 1", &high],
         )?;
     }
-    html += "</div><p class=\"small\">Full colour in the lower maps is what one level for all places calls a difference.</p>";
+    html += "</div><p class=\"small\">Full colour in the lower maps marks p-values at the threshold that is common to all places.</p>";
     html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
-             <th>to<th>standard errors<th>p<th>would have been seen";
+             <th>to<th>standard errors<th>p<th>smallest detectable";
     for place in &means.places {
         let [low, high] = place.interval(means.level).map(percent);
         let _ = write!(
@@ -368,7 +367,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         );
     }
     html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
-             <th>second<th>difference<th>standard errors<th>p<th>p that is enough<th>";
+             <th>second<th>difference<th>standard errors<th>p<th>threshold of p<th>";
     let all = [means, regions, tiles, pixels]
         .into_iter()
         .flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
@@ -422,7 +421,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         if let Some(seen) = seen {
             let _ = write!(
                 html,
-                "<li>{what}: a bias of {} would be seen in other images like these, but for a chance of 10 %",
+                "<li>{what}: a bias of {} would be detected in other images like these with probability 90 %",
                 percent(seen)
             );
         }
@@ -448,7 +447,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     Ok(html + "</html>\n")
 }
 
-/// The class of a row that is rejected.
+/// Returns the CSS class of a row that is rejected.
 fn bad(kind: &Kind, place: &Place) -> &'static str {
     if kind.rejects(place) {
         " class=\"bad\""
@@ -457,7 +456,7 @@ fn bad(kind: &Kind, place: &Place) -> &'static str {
     }
 }
 
-/// The histogram as a drawing, with a line where it were if it were flat.
+/// Draws the histogram, with a line at the height of a uniform distribution.
 fn bars(counts: &[u64]) -> String {
     let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
     let flat = counts.iter().sum::<u64>() as f64 / counts.len() as f64;

@@ -1,4 +1,4 @@
-//! What pixels gain from numbers of samples of their own, which a pilot tells.
+//! Variance reduction by adaptive sampling, which distributes the samples over pixels by a pilot.
 
 use whitefurnace::render::adaptive::REPLICATIONS;
 
@@ -15,14 +15,14 @@ pub(super) const ADAPTIVE: Experiment = Experiment {
     run,
 };
 
-/// Samples per pixel in the mean, and with those of the pilot.
+/// Samples per pixel on average, and that number including the pilot's.
 const SAMPLES: u32 = 128;
 const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
 
-/// Films whose spread is one estimate of the variance.
+/// Number of films whose spread is one estimate of the variance.
 const GROUP: usize = 4;
 
-/// Of which one claim each is made.
+/// Scenes, with one claim each.
 const ROOMS: [SceneName; 3] = [
     SceneName::Report,
     SceneName::DiffuseRoom,
@@ -85,7 +85,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     maps(&run.figure("samples.svg"), see, [1200, 900], 2, &shown)
 }
 
-/// The mean over pixels and channels of the variance among films.
+/// Returns the mean over pixels and channels of the variance among films.
 pub(super) fn variance(films: &[Film]) -> f64 {
     let pixels = films[0].pixels().len();
     let of = |at: usize, channel: usize| {
@@ -101,7 +101,7 @@ pub(super) fn variance(films: &[Film]) -> f64 {
         / (3.0 * pixels as f64)
 }
 
-/// How many samples the pixels of a film have.
+/// Returns a map of the numbers of samples of a film's pixels.
 fn samples(room: &str, film: &Film) -> Map {
     let size = film.size();
     let [width, height] = size.map(f64::from);

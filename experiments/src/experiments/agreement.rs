@@ -1,5 +1,5 @@
-//! The agreement matrix: every estimator on every scene that it can handle, against closed forms
-//! and the path tracer.
+//! The agreement matrix: every estimator on every scene that it supports, against closed forms and
+//! the path tracer.
 
 mod claims;
 mod judge;
@@ -20,7 +20,7 @@ use crate::plot::map::maps as draw_maps;
 use crate::render::OutlinesName;
 use crate::render::photons::{Gather, Photons};
 
-/// Every estimator against the reference of its scene.
+/// Compares every estimator with the reference of its scene.
 pub const AGREEMENT: Experiment = Experiment {
     id: "agreement",
     title: "estimator × scene: image means agree (accumulates over runs)",
@@ -35,17 +35,17 @@ pub const AGREEMENT: Experiment = Experiment {
     run,
 };
 
-/// Photons per image: each image has its own.
+/// Returns the number of photons per image; each image has its own photons.
 fn photons(run: &Run) -> u32 {
     run.count(4_000) as u32
 }
 
-/// Patches of radiosity.
+/// Returns the number of patches for radiosity.
 fn patches(run: &Run) -> u32 {
     run.count(1_000) as u32
 }
 
-/// What one run renders of a case, image by image.
+/// Results of one run for a case, image by image.
 #[derive(Serialize, Deserialize)]
 struct Images {
     #[serde(with = "state")]
@@ -53,7 +53,7 @@ struct Images {
     maps: Maps,
 }
 
-/// Values as numbers that are stored.
+/// Serialisation of [`Values`] as their state.
 mod state {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
     use whitefurnace::harness::mean::Values;
@@ -71,7 +71,7 @@ mod state {
 #[derive(Clone, Copy)]
 struct Total {
     moments: Moments,
-    /// From how many images on skewness leaves the tail of a t interval valid.
+    /// Number of images from which skewness leaves the tail of a t interval valid.
     valid_from: u64,
 }
 
@@ -102,7 +102,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             .iter()
             .find(|(scene, _)| *scene == case.scene)
             .and_then(|(_, mean)| *mean);
-        // Where there is none, the path tracer's images are the reference.
+        // Without a closed form the path tracer's images are the reference.
         let is_reference =
             |other: &Case| other.scene == case.scene && other.estimator == EstimatorName::Mis;
         let at = cases
@@ -115,7 +115,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         else {
             continue;
         };
-        let square = judge(run, case, &totals[i], (against, lacks[i]), level);
+        let square = judge(run, case, &totals[i], against, lacks[i], level);
         if let Some(at) = at.filter(|&at| at != i) {
             let (tiles, pixels) =
                 note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
@@ -139,11 +139,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let columns: Vec<String> = scenes.iter().copied().map(name).collect();
     squares(
         &run.figure("agreement.svg"),
-        (
-            "Image mean relative to the reference ± half its interval",
-            "Methods without bias agree in every scene; others differ as far as their reasons say.",
-        ),
-        (&rows, &columns),
+        "Image mean relative to the reference ± half its interval",
+        "Methods without bias agree in every scene; others differ as far as their reasons say.",
+        &rows,
+        &columns,
         run.by_tier(
             "not compared: undefined, without finite variance, or at the full tier alone",
             "not compared: undefined, or without finite variance",
@@ -157,17 +156,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )?;
     histograms(
         &run.figure("p-values.svg"),
-        (
-            "p-values of the pixels against the path tracer",
-            "Flat where expectations are equal; high at the left where a method is biased or leaves light out.",
-        ),
+        "p-values of the pixels against the path tracer",
+        "Flat where expectations are equal; high at the left where a method is biased or leaves light out.",
         &panels,
     )?;
     let see = "Noise without a pattern for methods without bias; blue where light is missing.";
     draw_maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &tile_maps)
 }
 
-/// The file that holds the image means of all runs.
+/// Opens the file that holds the image means of all runs.
 fn open(run: &Run, file: &str) -> Result<Accumulated, Error> {
     let (version, seed, photons, patches) =
         (AGREEMENT.version, run.seed(), photons(run), patches(run));
@@ -199,7 +196,7 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
     })
 }
 
-/// What each case's method leaves out, if that is claimed.
+/// Returns the radiance that each case's method leaves out, if such a loss is claimed.
 fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
     let mut counted = Vec::new();
     for (scene, _) in SCENES {
@@ -241,7 +238,7 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
     Ok(cases.iter().map(lack).collect())
 }
 
-/// A mean that is known, or that images tell.
+/// A mean that is known in closed form or measured by images.
 #[derive(Clone, Copy)]
 enum Mean {
     Known(f64),
@@ -259,7 +256,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
             SceneName::FurnaceBox | SceneName::CavityCap => 0.03,
             _ => 0.15,
         },
-        // Shadow rays between walls that meet have no bounded variance.
+        // Shadow rays between walls that meet have unbounded variance.
         gather: match (case.estimator, case.scene) {
             (EstimatorName::Photon, SceneName::FurnaceBox) => Gather::No,
             _ => Gather::Yes,
@@ -280,8 +277,8 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         } else {
             Job::default().patches
         },
-        // Most of the noise of an image's mean is that of pixels on the border of a light, but for
-        // particles.
+        // Most of the noise of an image's mean comes from pixels on the border of a light, except
+        // for estimators that trace particles.
         outlines: OutlinesName::Yes,
         size: SIZE,
         spp: first + count,

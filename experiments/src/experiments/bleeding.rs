@@ -1,5 +1,5 @@
 //! Colour bleeding on the white sphere of the report's room: ratios of the channels along its
-//! girdle, with the coloured walls and with grey ones of the same luminance.
+//! equator, with the coloured walls and with grey ones of the same luminance.
 
 use whitefurnace::scene::room::{Convention, WHITE_SPHERE, Walls, diffuse_with, report_with};
 
@@ -20,16 +20,16 @@ pub(super) const BLEEDING: Experiment = Experiment {
     run,
 };
 
-/// Azimuths along the girdle, degrees from the direction to the camera, positive to the right in
+/// Azimuths along the equator, degrees from the direction to the camera, positive to the right in
 /// the picture.
 const ANGLES: [f64; 17] = [
     -80.0, -70.0, -60.0, -50.0, -40.0, -30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0,
     60.0, 70.0, 80.0,
 ];
-/// Ratios are taken of means over batches, which are nearly normal.
+/// Number of batches: ratios are taken of means over batches, which are nearly normal.
 const BATCHES: u32 = 64;
 
-/// Margins of ratios of irradiance between radiosity and paths, by tier.
+/// Margins of ratios of irradiance between radiosity and path tracing, by tier.
 const TINT: [f64; 2] = [0.05, 0.03];
 
 /// Red and blue over green at a point, each with its standard error.
@@ -70,7 +70,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &profiles, &radiosity)
 }
 
-/// The white sphere in the window of figure 8, in a diffuse room: no caustics hide the tint.
+/// Renders the white sphere in the window of figure 8, in a diffuse room: no caustics hide the
+/// tint.
 fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
     let job = Job {
         window: Some(figures::WHITE_SPHERE),
@@ -81,14 +82,16 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
     let film = render_paths(
         scene,
         Path::default(),
-        (PixelSampling::Random, job.seed),
-        (job.size, job.window),
+        PixelSampling::Random,
+        job.seed,
+        job.size,
+        job.window,
         job.spp,
     )?;
     write_png(&run.figure(file), &film, job.display(0.0), 3)
 }
 
-/// The ray from the camera to a point of the girdle.
+/// Returns the ray from the camera to a point of the equator.
 fn girdle(scene: &Scene, angle: f64) -> Ray {
     let sphere = WHITE_SPHERE;
     let eye = scene.camera().eye;
@@ -97,7 +100,7 @@ fn girdle(scene: &Scene, angle: f64) -> Ray {
     let right = DVec3::Z.cross(towards);
     let (sin, cos) = angle.to_radians().sin_cos();
     let point = sphere.centre + sphere.radius * (cos * towards + sin * right);
-    // From just before the point: what the ray passes on its way does not matter.
+    // Starts just before the point: occluders on the way do not matter.
     let outward = (point - sphere.centre) / sphere.radius;
     let origin = point + 0.01 * outward;
     Ray::new(origin, -outward)
@@ -140,7 +143,7 @@ fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
     Ok(ratios.collect())
 }
 
-/// What the profiles say, at the family-wise level of the experiment.
+/// Judges the profiles at the family-wise level of the experiment.
 fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     let critical = normal_upper(FAMILY / (2.0 * 4.0 * ANGLES.len() as f64));
     let [coloured, grey, diffuse] = profiles else {
@@ -188,7 +191,7 @@ fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
     );
     let value = format!("channels differ by at most {:.1e}", worst(grey));
     run.claim("grey walls do not", value, worst(grey) < 1e-9);
-    // The far and the near end of the interval of each ratio's distance.
+    // Far and near end of the confidence interval of each ratio's distance.
     let [apart, at_least] = [1.0, -1.0].map(|sign| {
         diffuse
             .iter()
@@ -220,7 +223,7 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
             Series::measured(&format!("{ratio}, {label}"), colour, points)
         };
         report.push(measured(&profiles[0], "coloured walls"));
-        // The other ratio's line lies on this one.
+        // The other ratio's line coincides with this one.
         let label = if channel == 0 {
             "both ratios, grey walls"
         } else {

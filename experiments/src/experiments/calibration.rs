@@ -1,4 +1,4 @@
-//! Whether the statistics keep their stated error rates.
+//! Checks that the statistics keep their stated error rates.
 
 use std::collections::BTreeMap;
 
@@ -17,9 +17,10 @@ pub(super) const CALIBRATION: Experiment = Experiment {
     run,
 };
 
-/// The scale at which the registry's trials are repeated.
+/// Scale at which the registry's trials are repeated.
 const SCALE: f64 = 1.0 / 1024.0;
-/// Statistics of continuous variables, whose p-values are uniform rather than only not too small...
+/// Statistics of continuous variables, whose p-values are uniform, not only stochastically larger
+/// than uniform...
 const CONTINUOUS: [&str; 6] = [
     "t",
     "z",
@@ -28,13 +29,13 @@ const CONTINUOUS: [&str; 6] = [
     "Kolmogorov-Smirnov",
     "variance ratio",
 ];
-/// ...from about this many values on.
+/// ...from about this number of values on.
 const LEAST_VALUES: u64 = 900;
 
-/// So many replications are a part that an interrupted run need not do again.
+/// Replications of one part, which an interrupted run need not repeat.
 const PART: usize = 32;
 
-/// The prefixes of names in the accumulated rows.
+/// Prefixes of names in the accumulated rows.
 const STATISTIC: &str = "statistic ";
 const PROMISE: &str = "promise ";
 const TRIAL: &str = "trial ";
@@ -85,7 +86,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &by_name, level)
 }
 
-/// The p-values of the statistics, and whether each promise was broken, in replication k.
+/// Returns the p-values of the statistics, and whether each promise was broken, in replication k.
 fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
     let rng = |name: &str| stream(seed_for(master, name), k as u32, 0);
     let statistics = statistics::continuous().into_iter().map(|statistic| {
@@ -101,11 +102,11 @@ fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
     statistics.chain(promises).collect()
 }
 
-/// Groups whose p-values mean nothing at this scale: the check-ups of whole BSDFs integrate for
+/// Groups whose p-values are meaningless at this scale: the checks of whole BSDFs integrate for
 /// seconds, and the pixels of the images have two replications each.
 const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
 
-/// The trials that have p-values to examine, by a replication of their own.
+/// Returns the trials that have p-values to examine, determined by a separate replication.
 fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
     let examined = parallel(&registry, |trial| {
@@ -118,7 +119,7 @@ fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
         .collect())
 }
 
-/// The p-values of these trials in replication k.
+/// Returns the p-values of these trials in replication k.
 fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String; 2]>, Error> {
     let context = Context::new(seed_for(master, &format!("calibration {k}")), SCALE)?;
     Ok(trials
@@ -127,11 +128,11 @@ fn examine_registry(trials: &[Trial], master: u64, k: u64) -> Result<Vec<[String
         .collect())
 }
 
-/// The p-values of a trial's continuous statistics, with their names.
+/// Returns the p-values of a trial's continuous statistics, with their names.
 fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
     let outcomes = run_trial(trial, context).into_iter().map(|row| row.outcome);
     let continuous = outcomes.filter(|o| {
-        // A furnace that is constant by construction has no p-values to speak of.
+        // A furnace that is constant by construction has no meaningful p-values.
         let varies = o.half_width() > 1e-9 * o.reference.abs();
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
@@ -146,7 +147,7 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
     continuous.map(named).collect()
 }
 
-/// Judges each name at `level`, its share of the look's.
+/// Judges each name at `level`, its share of the look's level.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
     let promises = statistics::promises();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
@@ -246,8 +247,8 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
     )
 }
 
-/// Sorted p-values against their expected quantiles, as differences: of so many stretches of equal
-/// length the largest each.
+/// Returns the differences of sorted p-values from their expected quantiles: the largest of each of
+/// `stretches` intervals of equal length.
 fn deviations(values: &[f64], stretches: usize) -> Vec<[f64; 2]> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

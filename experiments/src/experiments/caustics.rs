@@ -1,5 +1,5 @@
-//! The report's claim that caustics cannot be represented by Monte Carlo ray tracing, put to the
-//! test on a glass sphere between a floor and an area light.
+//! Tests the report's claim that caustics cannot be represented by Monte Carlo ray tracing, on a
+//! glass sphere between a floor and an area light.
 
 use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
@@ -20,18 +20,18 @@ pub(super) const CAUSTICS: Experiment = Experiment {
 
 /// Pixels of an image, by tier.
 const SIZES: [[u32; 2]; 2] = [[40, 30], [240, 180]];
-/// Independent images of each method: they give the intervals, maps and all. The mean over all of
-/// their samples is as skewed for few large images as for many small ones; these are so many that
-/// it is known how skewed: to 0.1, where the level of an interval allows 0.4.
+/// Independent images of each method, photon maps included, from which the confidence intervals
+/// follow. The mean over all of their samples is as skewed for few large images as for many small
+/// ones; with this number the skewness is known to 0.1, where the level of an interval allows 0.4.
 const IMAGES: u64 = 600;
-/// Relative difference within which means must be the same, by tier: that of the full tier leaves
-/// room for the bias of the lookups, that of the quick one for its noise.
+/// Relative margin of equal means, by tier: that of the full tier leaves room for the bias of the
+/// lookups, that of the quick one for its noise.
 const MARGINS: [f64; 2] = [0.08, 0.03];
 const RADIUS: f64 = 0.03;
-/// Methods whose means are compared with path tracing's, glass and no glass.
+/// Number of methods whose means are compared with path tracing's, with and without glass.
 const COMPARISONS: usize = 7;
 
-/// How an image is made.
+/// Rendering method.
 #[derive(Clone, Copy)]
 enum Method {
     Path(Strategy),
@@ -40,7 +40,7 @@ enum Method {
     Sppm,
 }
 
-/// How much is spent on an image.
+/// Work spent on an image.
 #[derive(Clone, Copy)]
 struct Effort {
     size: [u32; 2],
@@ -48,7 +48,7 @@ struct Effort {
     particles: u32,
 }
 
-/// What is made of one scene by one method.
+/// Results of one method in one scene.
 struct Made {
     film: Film,
     /// The first channel's mean over the caustic, a value for each image.
@@ -76,7 +76,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     };
     let mut reference = None;
     for (name, method) in methods {
-        let made = make(run, &caustic(1.5), (name, method), effort)?;
+        let made = make(run, &caustic(1.5), name, method, effort)?;
         write_png(
             &run.figure(&format!("{name}.png")),
             &made.film,
@@ -95,24 +95,25 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 ),
                 made.region.moments.mean() < 0.5 * path.moments.mean(),
             ),
-            _ => same(run, &format!("{name} and mis"), (&made.region, &path)),
+            _ => same(run, &format!("{name} and mis"), &made.region, &path),
         }
     }
     if run.tier() == Tier::Quick {
-        // Glass of index 1 asks for more images: the region is as noisy as a floor under a lamp is.
+        // Glass of index 1 needs more images: the region is as noisy as a floor under a lamp.
         return Ok(());
     }
-    let clear = ("mis, no glass", Method::Path(Strategy::Mis));
-    let clear = make(run, &no_caustic(), clear, effort)?;
+    let path_tracing = Method::Path(Strategy::Mis);
+    let clear = make(run, &no_caustic(), "mis, no glass", path_tracing, effort)?;
     row(run, "no-glass", &clear);
     for (name, method) in [methods[0], methods[3]] {
         let name = format!("{name} at index 1");
-        let made = make(run, &caustic(1.0), (&name, method), effort)?;
+        let made = make(run, &caustic(1.0), &name, method, effort)?;
         row(run, &name.replace(" at ", "-").replace(' ', ""), &made);
         same(
             run,
             &format!("{name} and no glass"),
-            (&made.region, &clear.region),
+            &made.region,
+            &clear.region,
         );
     }
     Ok(())
@@ -142,9 +143,9 @@ fn row(run: &mut Run, name: &str, made: &Made) {
     run.note(name, value);
 }
 
-/// Claims that two means are the same within the margin, by an interval at the experiment's
-/// family-wise level; undecided where their skewness leaves that level invalid.
-fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
+/// Claims that two means are equal within the margin, by an interval at the experiment's
+/// family-wise level; undecided where their skewness makes that level invalid.
+fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
     let margin = run.by_tier(MARGINS[0], MARGINS[1]);
     let level = FAMILY / COMPARISONS as f64;
     let images = a.moments.count();
@@ -171,11 +172,12 @@ fn same(run: &mut Run, what: &str, (a, b): (&Values, &Values)) {
     run.claim(&format!("{what} agree"), value, verdict);
 }
 
-/// Independent images of a scene, and the mean of all.
+/// Renders independent images of a scene, and their mean.
 fn make(
     run: &Run,
     scene: &Scene,
-    (name, method): (&str, Method),
+    name: &str,
+    method: Method,
     effort: Effort,
 ) -> Result<Made, Error> {
     let images = run.count(IMAGES).max(2);
@@ -202,29 +204,29 @@ fn make(
 }
 
 fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result<Film, Error> {
-    let (
-        parts,
-        Effort {
-            size,
-            samples,
-            particles,
-        },
-    ) = (Standard, effort);
-    let (random, frame) = ((PixelSampling::Random, seed), (size, None));
+    let Effort {
+        size,
+        samples,
+        particles,
+    } = effort;
+    let (parts, random) = (Standard, PixelSampling::Random);
     match method {
         Method::Path(strategy) => {
-            render_paths(scene, Path::new(parts, strategy), random, frame, samples)
+            let path = Path::new(parts, strategy);
+            render_paths(scene, path, random, seed, size, None, samples)
         }
         Method::Whitted => render_samples(
             scene,
             &Whitted::new(LightRules::PHYSICAL),
             random,
-            frame,
+            seed,
+            size,
+            None,
             samples,
         ),
         Method::Photon(lookup) => {
             let photons = PhotonMapping::new(parts, scene, lookup, particles, RADIUS, (seed, 0))?;
-            render_samples(scene, &photons, random, frame, samples)
+            render_samples(scene, &photons, random, seed, size, None, samples)
         }
         Method::Sppm => {
             let sppm = Sppm {
@@ -251,7 +253,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
     }
 }
 
-/// The pixels whose middle shows the part of the floor that the caustic covers.
+/// Returns the pixels whose centre shows the part of the floor that the caustic covers.
 fn region(scene: &Scene, size: [u32; 2]) -> Vec<usize> {
     let pixels = 0..size[0] * size[1];
     let shows = |&pixel: &u32| {

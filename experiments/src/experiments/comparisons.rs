@@ -1,4 +1,5 @@
-//! How often `compare` errs: drawn images of many laws of noise, from two to sixteen a side.
+//! Error rates of `compare`: random images with many noise distributions, from two to sixteen a
+//! side.
 
 use std::f64::consts::TAU;
 
@@ -18,24 +19,24 @@ pub(super) const COMPARISONS: Experiment = Experiment {
 
 /// Width and height of the images.
 const SIDE: usize = 24;
-/// Images of the two sides.
+/// Numbers of images of the two sides.
 const NUMBERS: [[usize; 2]; 7] = [[2, 2], [3, 3], [4, 4], [8, 8], [16, 16], [3, 16], [16, 4]];
-/// Samples of a pixel where they are added in single precision.
+/// Samples of a pixel that are added in single precision.
 const SAMPLES: u32 = 4096;
-/// The level at which the images are judged: that of `compare` is finer, and needs more runs to
-/// show.
+/// Level at which the images are judged: the default of `compare` is finer, and would need more
+/// runs.
 const LEVEL: f64 = 0.01;
-/// How much brighter the first side is where differences are to be found.
+/// Brightness of the first side in runs where a difference should be found.
 const BRIGHTER: [(f64, &str); 2] = [(1.1, "tenth"), (2.0, "twice")];
 
 /// An image, row by row.
 type Image = Vec<f64>;
 
-/// A law of images of mean 1 on either side.
+/// A distribution of images of mean 1 on either side.
 struct Law {
     key: &'static str,
     what: &'static str,
-    /// The image of a side.
+    /// Draws an image of a side.
     draw: fn(&mut Stream, usize) -> Image,
     rounding: f64,
 }
@@ -49,24 +50,24 @@ fn normal(rng: &mut Stream) -> f64 {
     (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
 }
 
-/// 1 with this chance, else 0.
+/// Returns 1 with probability `chance`, else 0.
 fn coin(rng: &mut Stream, chance: f64) -> f64 {
     f64::from(u8::from(uniform(rng) < chance))
 }
 
-/// Pixels that are independent, by column and row.
+/// Draws independent pixels, by column and row.
 fn each(rng: &mut Stream, value: impl Fn(&mut Stream, usize, usize) -> f64) -> Image {
     (0..SIDE * SIDE)
         .map(|i| value(rng, i % SIDE, i / SIDE))
         .collect()
 }
 
-/// Pareto's law of this index, with mean 1.
+/// Draws from a Pareto distribution with this index and mean 1.
 fn pareto(rng: &mut Stream, index: f64) -> f64 {
     (1.0 - uniform(rng)).powf(-1.0 / index) * (index - 1.0) / index
 }
 
-/// The mean of squares of 5 × 5 pixels of independent values, as of a wide filter or of photons.
+/// Draws an image of box means over 5 × 5 independent values, as from a wide filter or photons.
 fn blurred(rng: &mut Stream) -> Image {
     let plain = each(rng, |rng, _, _| exponential(rng));
     let at = |x: usize, y: usize| plain[y % SIDE * SIDE + x % SIDE];
@@ -79,7 +80,7 @@ fn blurred(rng: &mut Stream) -> Image {
     (0..SIDE * SIDE).map(mean).collect()
 }
 
-/// The mean of few samples that are nearly 1, added one by one, by the first side in single
+/// Draws means of few distinct samples near 1, added one by one; the first side adds in single
 /// precision.
 fn sums(rng: &mut Stream, side: usize) -> Image {
     each(rng, |rng, _, _| {
@@ -101,7 +102,7 @@ fn sums(rng: &mut Stream, side: usize) -> Image {
     })
 }
 
-/// The nearest 16-bit float of a value of normal size.
+/// Rounds a value of normal size to the nearest 16-bit float.
 fn half(value: f64) -> f64 {
     let unit = (value.log2().floor() - 10.0).exp2();
     (value / unit).round() * unit
@@ -242,7 +243,7 @@ const SINGLE: Law = Law {
     rounding: FLOAT,
 };
 
-/// Compares images drawn from a law, the first side's `factor` times as bright.
+/// Compares images drawn from a distribution, the first side's `factor` times as bright.
 fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdict {
     let [a, b] = [0, 1].map(|side| -> Vec<Image> {
         let factor = if side == 0 { factor } else { 1.0 };
@@ -277,7 +278,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     for (law, numbers) in &cells {
         let key = format!("{}.{}-{}", law.key, numbers[0], numbers[1]);
         let seed = seed_for(run.seed(), &format!("comparisons {key}"));
-        // A law whose draws are dear is drawn less often.
+        // A distribution that is slow to draw from is drawn less often.
         let runs = if law.key == SINGLE.key { less } else { runs };
         let count = |factor: f64,
                      runs: u32,
@@ -296,7 +297,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         };
         let fails = |verdict: &Verdict| *verdict == Verdict::Fails;
         let alarms = count(1.0, runs, 0, fails)?;
-        // Of sides whose difference is just more than the margin.
+        // Sides whose difference is just more than the margin.
         let equal = count(1.0101, less, 1 << 20, |verdict| *verdict == Verdict::Holds)?;
         let rate = alarms as f64 / f64::from(runs);
         kept &= binomial_sf(alarms, runs.into(), LEVEL) >= level;

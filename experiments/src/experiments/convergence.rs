@@ -1,4 +1,4 @@
-//! How the error falls with the number of samples, for independent numbers and Sobol' points.
+//! Convergence of the error with the number of samples, for independent numbers and Sobol' points.
 
 use std::sync::Arc;
 
@@ -17,18 +17,18 @@ pub(super) const CONVERGENCE: Experiment = Experiment {
     run,
 };
 
-/// What is integrated.
+/// An integral to estimate.
 enum Integrand {
-    /// Light of an unoccluded square on a floor, by shadow rays: smooth in two numbers.
+    /// Light of an unoccluded square on a floor, by shadow rays: a smooth integrand of two numbers.
     Smooth(Arc<Scene>),
-    /// A pixel whose half under y − ½ < 0.37 (x − ½) is bright.
+    /// A pixel whose part with y − ½ < 0.37 (x − ½) is bright.
     Edge,
-    /// A pixel of the all-diffuse room, by path tracing; mirrors and glass would add paths so rare
+    /// A pixel of the all-diffuse room, by path tracing. Mirrors and glass would add paths so rare
     /// and bright that the variance itself cannot be estimated.
     Room(Box<Scene>),
 }
 
-/// The pixel of the room: on the floor, where light arrives straight and by other walls.
+/// The pixel of the room: on the floor, with direct and indirect light.
 const PIXEL: [f64; 2] = [512.0, 700.0];
 const FRAME: [u32; 2] = [1024, 768];
 
@@ -53,7 +53,7 @@ impl Integrand {
         }
     }
 
-    /// The mean of N samples of replication `k`: independent streams, or one scramble.
+    /// Returns the mean of N samples of replication `k`: independent streams, or one scramble.
     fn mean(&self, sobol: bool, seed: u64, k: u32, samples: u32) -> f64 {
         let scramble = scramble(seed, samples, k);
         let seed = seed_for(seed, &samples.to_string());
@@ -71,11 +71,11 @@ impl Integrand {
     }
 }
 
-/// Groups of replications: leaving out one after the other gives the error of the slope.
+/// Number of groups of replications; the jackknife over groups gives the error of the slope.
 const GROUPS: u32 = 16;
 /// Replications of a group.
 const REPLICATIONS: u32 = 32;
-/// Slopes in all.
+/// Number of slopes judged.
 const SLOPES: f64 = 6.0;
 
 /// Variances at each number of samples over groups, the slope of their means, and its standard
@@ -88,12 +88,13 @@ struct Fall {
 }
 
 impl Fall {
-    /// Half the width of an interval at this experiment's share of the level, in standard errors.
+    /// Returns the half width of an interval at this experiment's share of the level, in standard
+    /// errors.
     fn critical() -> f64 {
         student_upper(FAMILY / 2.0 / SLOPES, f64::from(GROUPS - 1))
     }
 
-    /// The slope and its interval.
+    /// Returns the confidence interval of the slope.
     fn interval(&self) -> [f64; 2] {
         let half = Self::critical() * self.error;
         [self.slope - half, self.slope + half]
@@ -114,8 +115,8 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
     Ok(fall(sizes.iter().map(|&n| f64::from(n)).collect(), &found))
 }
 
-/// The slope of the variances that groups found at each number of samples, and by the jackknife its
-/// standard error.
+/// Fits the slope of the variances that groups found at each number of samples, and its standard
+/// error by the jackknife.
 fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
     // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased,
     // more so where few samples leave the mean skewed.
@@ -171,7 +172,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     ];
     let mut plots = Vec::new();
     for (key, title, integrand, powers) in &cases {
-        // From 4 on: with fewer points a net has nothing to offer.
+        // From 4 on: with fewer points a net has no advantage.
         let sizes: Vec<u32> = (2..=*powers).map(|m| 1 << m).collect();
         let mut series = Vec::new();
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
@@ -218,7 +219,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     charts(&run.figure("convergence.svg"), see, [900, 1350], &plots)
 }
 
-/// Mean variances with intervals, and the line of the slope through their centre.
+/// Draws mean variances with intervals, and the line of the slope through their centre.
 fn drawn(label: &str, colour: usize, fall: &Fall) -> [Series; 2] {
     let means: Vec<f64> = fall.variances.iter().map(Moments::mean).collect();
     let centre = |values: &[f64]| values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64;
@@ -252,7 +253,7 @@ fn judge(run: &mut Run, key: &str, title: &str, slopes: &[(f64, [f64; 2])]) {
     run.claim(&what, value, around[0] <= -1.0 && -1.0 <= around[1]);
     let value = format!("{sobol:.4}, interval [{:.4}, {:.4}]", net[0], net[1]);
     if key == "room" {
-        // The room is not smooth; what Sobol' points gain there is found, not claimed.
+        // The room is not smooth; the gain of Sobol' points there is reported, not claimed.
         run.note(&format!("{title}: slope of Sobol' points"), value);
     } else {
         run.claim(

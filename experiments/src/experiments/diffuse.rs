@@ -1,4 +1,4 @@
-//! Figure 2 of the report with four diffuse models, and what the models reflect.
+//! Figure 2 of the report with four diffuse models, and the albedos of the models.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -51,19 +51,19 @@ pub(super) const ALBEDO: Experiment = Experiment {
 
 /// σ of the rough models, radians.
 pub(crate) const SIGMA: f64 = 0.5;
-/// Distance of camera and light from the centre of the unit sphere: rays are all but parallel.
+/// Distance of camera and light from the centre of the unit sphere: rays are almost parallel.
 pub(crate) const DISTANCE: f64 = 10_000.0;
 /// Half the side of the square light.
 const HALF: f64 = 5.0;
 /// Half the picture's height, in radii of the sphere.
 pub(crate) const MARGIN: f64 = 1.08;
-/// Single spheres are shown this many times larger than their pixels.
+/// Magnification of single spheres.
 const MAGNIFICATION: u32 = 2;
-/// The inclination at which limb and centre are compared, degrees.
+/// Inclination at which limb and centre are compared, degrees.
 const LIMB: f64 = 85.0;
 
-/// A white unit sphere with a small light at the camera, whose irradiance at normal incidence is π,
-/// so that white Lambert shows the cosine.
+/// Builds a white unit sphere with a small light at the camera, whose irradiance at normal
+/// incidence is π, so that white Lambert shows the cosine.
 fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("moon");
     let white = scene.surface(Surface::new(bsdf));
@@ -72,16 +72,16 @@ fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
     let light = scene.surface(Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance)));
     scene.rectangle(
         DVec3::new(DISTANCE, -HALF, -HALF),
-        // The front looks towards the sphere.
+        // The front faces the sphere.
         [2.0 * HALF * DVec3::Z, 2.0 * HALF * DVec3::Y],
         light,
     );
-    // Just in front of the light, which it would not see through.
+    // Just in front of the light, which would block the view.
     let eye = DVec3::new(DISTANCE - 1e-3, 0.0, 0.0);
     scene.build(Camera::new(eye, DVec3::ZERO, DVec3::Z, MARGIN / DISTANCE))
 }
 
-/// Radiance of the moon at inclination θ: π f_r(θ, θ) cos θ.
+/// Returns the radiance of the moon at inclination θ: π f_r(θ, θ) cos θ.
 fn frontal(bsdf: &Bsdf, theta: f64) -> f64 {
     let w = from_spherical(theta, 0.0);
     PI * bsdf.eval(w, w).x * w.z
@@ -98,8 +98,10 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         let film = render_samples(
             &scene,
             &path,
-            (PixelSampling::Random, run.seed()),
-            ([side, side], None),
+            PixelSampling::Random,
+            run.seed(),
+            [side, side],
+            None,
             spp,
         )?;
         let radiance = |x: f64| frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
@@ -146,8 +148,8 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
 }
 
-/// Radiance of every fourth pixel right of the centre, against the distance of its middle from it
-/// in radii; those that hold the rim are left out.
+/// Returns the radiance of every fourth pixel right of the centre, against the distance of its
+/// middle from it in radii; pixels on the rim are left out.
 fn profile(film: &Film) -> Vec<[f64; 2]> {
     let side = film.size()[0];
     let scale = 2.0 * MARGIN / f64::from(side);
@@ -161,7 +163,8 @@ fn profile(film: &Film) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Radiance at the limb over that at the centre, by the path tracer, against the closed form.
+/// Compares the radiance at the limb over that at the centre, by the path tracer, with the closed
+/// form.
 fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
     let samples = run.count(run.by_tier(4_000, 100_000)) as u32;
     let radiance = |degrees: f64| {
@@ -170,20 +173,21 @@ fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
         let eye = scene.camera().eye;
         let ray = Ray::new(eye, (point - eye).normalize());
         let seed = seed_for(run.seed(), &format!("limb {degrees}"));
-        radiance_along(scene, &Path::default(), &ray, (seed, 0), samples)
+        radiance_along(scene, &Path::default(), &ray, seed, 0, samples)
     };
     let [centre, edge] = [0.0, LIMB].map(radiance);
     let ratio = edge.mean() / centre.mean();
     let expected = frontal(bsdf, LIMB.to_radians()) / frontal(bsdf, 0.0);
     run.number(&format!("{}.limb", name(model)), ratio);
     run.number(&format!("{}.limb.closed", name(model)), expected);
-    // Light and camera are so far that the angles are off by 10⁻⁴ at the limb, 0.11 % of cos 85°.
+    // Light and camera are so far away that the angles are off by 10⁻⁴ at the limb, 0.11 % of cos
+    // 85°.
     let what = format!("limb/centre at {LIMB}°, {}", model.title());
     let value = format!("{ratio:.4}, closed form for parallel light {expected:.4}");
     run.claim(&what, value, (ratio - expected).abs() < 0.005 * expected);
 }
 
-/// Directional albedo with ρ = 1 in closed form, at inclination θ in radians.
+/// Returns the directional albedo with ρ = 1 in closed form, at inclination θ in radians.
 pub(crate) fn closed_form(model: DiffuseName, theta: f64) -> f64 {
     let constants = OrenNayar::new(SIGMA);
     match model {
@@ -244,7 +248,7 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     metals(run, samples)
 }
 
-/// Widths of the slopes' distributions of rough metals.
+/// Roughness α of the rough metals.
 const ALPHA: [f64; 3] = [0.25, 0.5, 1.0];
 
 fn metal(alpha: f64) -> Ggx {
@@ -254,8 +258,8 @@ fn metal(alpha: f64) -> Ggx {
     }
 }
 
-/// What white metals of GGX reflect of a white sky: means of their own samples against quadrature
-/// over facets.
+/// Compares the albedos of white GGX metals: means of their own samples against quadrature over
+/// microfacets.
 fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     let mut series = Vec::new();
     for (colour, alpha) in (0..).zip(ALPHA) {
@@ -298,8 +302,8 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
     frosted(run, samples)
 }
 
-/// What rough glass scatters, from outside and from within: means of its own samples against
-/// quadrature over facets.
+/// Compares the light scattered by rough glass, from outside and from inside: means of its own
+/// samples against quadrature over microfacets.
 fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
     let glass = RoughGlass {
         index: 1.5,
@@ -351,10 +355,10 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
     charts(&run.figure("frosted.svg"), see, [900, 560], &[chart])
 }
 
-/// Inclination of the light of the lobes, degrees.
+/// Inclination of the incident light of the lobes, degrees.
 const INCIDENT: f64 = 60.0;
 
-/// Means of a random `value` at each of [`ANGLES`].
+/// Returns means of a random `value` at each of [`ANGLES`].
 fn sampled(
     seed: u64,
     samples: u64,
@@ -371,7 +375,7 @@ fn sampled(
     parallel(angles, at)
 }
 
-/// A closed form from 0° to `end` in so many steps: quadrature takes its time, on all cores.
+/// Plots a closed form from 0° to `end` in this number of steps, on all cores: quadrature is slow.
 fn closed_curve(
     label: &str,
     colour: usize,
@@ -386,8 +390,8 @@ fn closed_curve(
     Ok(Series::new(label, colour, Mark::Line, points))
 }
 
-/// Claims that the means at [`ANGLES`] are what is `known`, at the level of one of so many
-/// `curves`; returns them with half the widths of their intervals.
+/// Claims that the means at [`ANGLES`] equal `known`, at the level of one of `curves` curves;
+/// returns them with the half widths of their intervals.
 fn compared(
     run: &mut Run,
     what: &str,
@@ -396,7 +400,7 @@ fn compared(
     curves: usize,
 ) -> Result<Vec<[f64; 3]>, Error> {
     let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
-    // Lambert has no spread at all: what is left is rounding.
+    // Lambert has no variance at all: the rest is rounding.
     let known = parallel(ANGLES, known)?;
     let off =
         |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
@@ -415,7 +419,7 @@ fn compared(
         .collect())
 }
 
-/// π f around the half circle as a polar curve.
+/// Returns π f around the half circle as a polar curve.
 fn lobe(bsdf: &Bsdf) -> Vec<[f64; 2]> {
     let wi = from_spherical(INCIDENT.to_radians(), 0.0);
     (-899..=899)

@@ -1,5 +1,5 @@
-//! The size of every finding in the report: closed forms, quadrature, and counts of the very
-//! functions that stand for the printed text.
+//! Size of every finding about the report: closed forms, quadrature, and counts from the functions
+//! that implement the printed text.
 
 mod caustics;
 mod geometry;
@@ -51,10 +51,10 @@ pub(super) const ERRATA: Experiment = Experiment {
 
 /// σ of the rough surface, radians.
 const SIGMA: f64 = 0.5;
-/// The index of the report's glass.
+/// Refractive index of the report's glass.
 const INDEX: f64 = 1.5;
 
-/// (10)-(12): the missing case, and what 1 − R is not.
+/// (10)-(12): the missing case, and the meaning of 1 − R.
 fn glass(run: &mut Run) {
     // cos² of the critical angle: total reflection is below it.
     let border = 1.0 - 1.0 / (INDEX * INDEX);
@@ -77,7 +77,7 @@ fn glass(run: &mut Run) {
         factor,
         "times the radiance outside is the radiance inside glass, but for 1 − R",
     );
-    // A slab passes (1 − R)/(1 + R) of each polarisation, all reflections within it summed.
+    // A slab transmits (1 − R)/(1 + R) of each polarisation, all internal reflections summed.
     let passed = |r: f64| (1.0 - r) / (1.0 + r);
     let cos = INDEX.atan().cos();
     let [s, p] = [fresnel::reflectance_s, fresnel::reflectance_p].map(|r| r(cos, 1.0, INDEX));
@@ -104,7 +104,7 @@ fn oren_nayar(run: &mut Run) {
         [OrenNayarForm::Corrected, OrenNayarForm::Printed].map(|form| at(form, t));
     let what = "relative error of light sent back where it came from at 75°";
     size(run, "oren_nayar.back", printed / right - 1.0, what);
-    // A sphere lit from the eye: radiance goes with cos θ f_r.
+    // A sphere lit from the eye: radiance is proportional to cos θ f_r.
     let t = 85f64.to_radians();
     for (name, form) in [
         ("corrected", OrenNayarForm::Corrected),
@@ -147,7 +147,7 @@ fn oren_nayar(run: &mut Run) {
     );
 }
 
-/// 2.6.2 and 3.1: the cut after seven bounces, roulette without its weight, infinite variance, N
+/// 2.6.2 and 3.1: truncation after seven bounces, roulette without its weight, infinite variance, N
 /// rays.
 fn path_ends(run: &mut Run) {
     for albedo in [0.5, 0.75, 0.9f64] {
@@ -223,7 +223,7 @@ fn noise(run: &mut Run) {
     );
 }
 
-/// Records a number, and what it is.
+/// Records a number and its description.
 fn size(run: &mut Run, key: &str, value: f64, what: &str) {
     run.number(key, value);
     run.note(key, format!("{value:.6} {what}"));

@@ -1,4 +1,4 @@
-//! What `cargo test` runs, under many master seeds: how often a correct build goes red.
+//! False-alarm rate of `cargo test` on a correct build, under many master seeds.
 
 use whitefurnace::harness::tails::binomial_interval;
 
@@ -42,8 +42,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     draw(run, &accumulated)
 }
 
-/// The p-values that are compared are those of exact claims whose tail is valid at this scale: of
-/// an approximate claim the hypothesis of equality need not be true.
+/// Returns the fields of a seed. The p-values compared are those of exact claims whose tail is
+/// valid at this scale: for an approximate claim the hypothesis of equality need not be true.
 fn fields(subjects: &[Measure], mutants: &Mutants) -> Vec<String> {
     let measures = || subjects.iter().chain(&mutants.equivalents);
     let count = |wanted: Judgement| {
@@ -117,7 +117,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         .column("red")
         .filter(|names| !names.is_empty())
         .collect();
-    // With 95 % confidence, and no approximation where none is red.
+    // With 95 % confidence, and without approximation for a count of 0.
     let below = |k: f64, n: f64| binomial_interval(k as u64, n as u64, 0.05)[1];
     let rate = below(names.len() as f64, seeds);
     let each = below(fails, random);
@@ -183,12 +183,12 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     );
 }
 
-/// Each seed's least p-value against the quantile that independent tests would give it.
+/// Draws each seed's least p-value against the quantile that independent tests would give it.
 fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
     let mut least: Vec<f64> = accumulated.numbers("smallest_p").collect();
     least.sort_by(f64::total_cmp);
     let seeds = least.len() as f64;
-    // How many tails are valid differs a little from seed to seed.
+    // The number of valid tails differs a little from seed to seed.
     let random = (accumulated.numbers("random").sum::<f64>() / seeds)
         .round()
         .max(1.0);

@@ -1,4 +1,4 @@
-//! Which trials see which faults.
+//! Matrix of trials and the faults that they reject.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -17,13 +17,13 @@ pub(super) const FAULTS: Experiment = Experiment {
     run,
 };
 
-/// The scale of pairs that the suite does not assert.
+/// Scale of pairs that the suite does not assert.
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     run.bears_on(&registry::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family;
-    // what the suite does not assert at a reduced size, where faults of small effect stay
+    // pairs that the suite does not assert at a reduced size, where faults of small effect stay
     // undecided.
     let mut pairs = registry::matrix();
     pairs.retain(|pair| !pair.fault.equivalent);
@@ -66,13 +66,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// A fault's row of the matrix: faults of different families may have one name.
+/// Returns a fault's row of the matrix: faults of different families may have one name.
 fn label(pair: &Pair) -> String {
     format!("{}: {}", pair.fault.family, pair.fault.name)
 }
 
-/// Rejected if any outcome fails, where the fault names the trial any that it names; a fault that
-/// every outcome lets through is missed.
+/// Judges a pair: rejected if any outcome fails (where the fault names outcomes of the trial, any
+/// of those); missed if every outcome holds.
 fn judge(outcomes: &[&Outcome]) -> Detection {
     let any =
         |wanted: fn(Verdict) -> bool| outcomes.iter().any(|outcome| wanted(outcome.verdict()));
@@ -111,8 +111,8 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     }
 }
 
-/// Figures of several families; each other family has a figure of its own name. Few enough names
-/// stand in each to be read at the width of a page.
+/// Figures that show several families; each other family has a figure of its own name. Each has few
+/// enough names to be readable at the width of a page.
 const TOGETHER: [(&str, &str); 4] = [
     ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
     ("roulette", "roulette, survival"),
@@ -123,8 +123,8 @@ const TOGETHER: [(&str, &str); 4] = [
     ("geometry", "geometry, points, solid-angle"),
 ];
 
-/// The figure that shows a pair. Whole estimators have more trials than one figure holds: theirs
-/// are divided by what the trials look at.
+/// Returns the figure that shows a pair. Whole estimators have more trials than fit one figure:
+/// theirs are divided by the tested quantity.
 fn figure(pair: &Pair) -> String {
     let family = pair.fault.family;
     let name = match family {
@@ -168,7 +168,8 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
         let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
         matrix(
             &run.figure(&file),
-            (&title, see),
+            &title,
+            see,
             &rows,
             &columns,
             |row, column| {
@@ -181,7 +182,7 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
     Ok(())
 }
 
-/// Each name once, in the order of first mention.
+/// Returns each name once, in the order of first occurrence.
 fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen = BTreeSet::new();
     names.filter(|name| seen.insert(name.clone())).collect()

@@ -1,4 +1,4 @@
-//! The report's figures 6 to 9.
+//! Figures 6 to 9 of the report.
 
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, OutlinesName, SamplerName};
@@ -18,7 +18,7 @@ pub(super) const FIG6: Experiment = Experiment {
                 ..Job::report(convention)
             };
             let job = match convention {
-                // Not the report's image, so not by its count of samples, but with little noise.
+                // Not the report's image, hence not its number of samples, but little noise.
                 ConventionName::Physical => Job {
                     spp: run.by_tier(24, 2048),
                     sampler: SamplerName::Sobol,
@@ -61,7 +61,7 @@ pub(super) const FIG8: Experiment = Experiment {
     run: |run| crop(run, WHITE_SPHERE.corner, WHITE_SPHERE.size),
 };
 
-/// The white sphere in figure 6.
+/// Window of the white sphere in figure 6.
 pub const WHITE_SPHERE: Window = Window {
     corner: [490, 300],
     size: [170, 170],
@@ -106,14 +106,15 @@ pub(super) const ROOM: Experiment = Experiment {
     },
 };
 
-/// The conventions, with the names of their pictures.
+/// Conventions, with the names of their pictures.
 pub const CONVENTIONS: [(ConventionName, &str); 3] = [
     (ConventionName::Physical, "physical"),
     (ConventionName::Report, "report"),
     (ConventionName::Published, "published"),
 ];
 
-/// A window of figure 6 under the report's convention: bit for bit what the whole figure has there.
+/// Renders a window of figure 6 under the report's convention, bit for bit equal to that part of
+/// the whole figure.
 fn crop(run: &mut Run, corner: [u32; 2], size: [u32; 2]) -> Result<(), Error> {
     let spp = run.by_tier(64, 512);
     let window = Some(Window { corner, size });

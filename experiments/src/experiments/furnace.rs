@@ -1,5 +1,5 @@
-//! Four diffuse models in the white furnace, rendered: what a model keeps of the light cannot be
-//! told from the background.
+//! Four diffuse models in the white furnace, rendered: a model that conserves energy is
+//! indistinguishable from the background.
 
 use std::f64::consts::PI;
 
@@ -25,11 +25,11 @@ pub(super) const FURNACE: Experiment = Experiment {
 
 /// Bound of the colour scale, per cent.
 const BOUND: f64 = 24.0;
-/// The view is from afar, not from infinity: by how much mean albedos may differ from those of
+/// Tolerance of mean albedos, since the view is from a finite distance and the closed form is for
 /// parallel rays.
 const PARALLEL: f64 = 1e-4;
 
-/// A white unit sphere under a sky of radiance 1, seen by rays that are all but parallel.
+/// Builds a white unit sphere under a sky of radiance 1, seen by almost parallel rays.
 fn scene(model: DiffuseName) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("white-sphere");
     scene.background(DVec3::ONE);
@@ -43,10 +43,10 @@ fn scene(model: DiffuseName) -> Result<Scene, Error> {
     ))
 }
 
-/// Mean albedo over the disc that the sphere covers: ∫ E(asin r) 2r dr.
+/// Returns the mean albedo over the disc that the sphere covers: ∫ E(asin r) 2r dr.
 fn mean_albedo(model: DiffuseName) -> f64 {
     const STEPS: u32 = 100_000;
-    // By equal areas of the disc.
+    // Equal areas of the disc.
     let squares = (0..STEPS).map(|i| (f64::from(i) + 0.5) / f64::from(STEPS));
     squares
         .map(|square| closed_form(model, square.sqrt().asin()))
@@ -61,8 +61,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
         let path = Path::<Standard>::default();
-        let random = (PixelSampling::Random, seed_for(run.seed(), model.title()));
-        let film = render_samples(&scene(model)?, &path, random, ([side, side], None), spp)?;
+        let film = render_samples(
+            &scene(model)?,
+            &path,
+            PixelSampling::Random,
+            seed_for(run.seed(), model.title()),
+            [side, side],
+            None,
+            spp,
+        )?;
         let [mean, half] = over_the_disc(&film).map(|percent| 100.0 * percent);
         let half = critical * half;
         let known = 100.0 * (mean_albedo(model) - 1.0);
@@ -113,8 +120,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
 }
 
-/// Mean deviation from 1 over the sphere's disc, and its standard error. The mean over the picture
-/// is its product with the disc's share, whichever pixels the rim cuts.
+/// Returns the mean deviation from 1 over the sphere's disc, and its standard error. The mean over
+/// the picture is its product with the disc's share of the area, whichever pixels the rim cuts.
 fn over_the_disc(film: &Film) -> [f64; 2] {
     let pixels = film.pixels();
     let n = pixels.len() as f64;

@@ -1,5 +1,5 @@
-//! What the ways of sampling lights gain: by solid angle, variance by distance for each shape, and
-//! in whole scenes; by contribution, variance along a line under several lights.
+//! Variance of the ways of sampling lights: solid-angle sampling by distance for each shape, and in
+//! whole scenes; importance-based light selection along a line under several lights.
 
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub(super) const LIGHTS: Experiment = Experiment {
 struct Shape {
     name: &'static str,
     add: fn(&mut SceneBuilder, f64, SurfaceId),
-    /// Irradiance at the origin per radiance.
+    /// Irradiance at the origin per emitted radiance.
     irradiance: fn(f64) -> f64,
 }
 
@@ -66,7 +66,7 @@ fn triangle(height: f64) -> [DVec3; 3] {
 
 const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-/// What is compared: a label, a strategy, a light sampling.
+/// Compared methods: label, strategy, light sampling.
 const WAYS: [(&str, Strategy, LightSampling); 4] = [
     ("light area", Strategy::Light, LightSampling::Area),
     (
@@ -98,7 +98,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
                 let reference = FRAC_1_PI * (shape.irradiance)(*height);
-                relative_variance((scene, 0.0), &path, seed, samples, reference)
+                relative_variance(scene, 0.0, &path, seed, samples, reference)
             })?;
             for (height, variance) in HEIGHTS.into_iter().zip(&variances) {
                 run.number(
@@ -135,7 +135,7 @@ fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
     })
 }
 
-/// Where three lamps are over a floor; the last one shines upwards.
+/// Positions of three lamps over a floor; the last one shines upwards.
 const LAMPS: [DVec3; 3] = [
     DVec3::new(-4.0, 0.0, 1.0),
     DVec3::new(4.0, 0.0, 1.0),
@@ -143,7 +143,8 @@ const LAMPS: [DVec3; 3] = [
 ];
 const HALF: f64 = 0.5;
 
-/// The variance of direct light on a floor, from one end to beyond the other of a row of lamps.
+/// Records the variance of direct light on a floor, along a line under a row of lamps that extends
+/// beyond both ends.
 fn along_a_line(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(30_000, 1_000_000)) as u32;
     let room = scene("lamps", |s| {
@@ -184,7 +185,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
         let variances = parallel(&places, |&x| {
             let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));
             let reference = FRAC_1_PI * (seen(LAMPS[0]) + seen(LAMPS[1]));
-            relative_variance((&room, x), &path, seed, samples, reference)
+            relative_variance(&room, x, &path, seed, samples, reference)
         })?;
         for (x, variance) in places.iter().zip(&variances) {
             run.number(
@@ -218,10 +219,11 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     charts(&run.figure("picks.svg"), see, [900, 420], &[chart])
 }
 
-/// The variance of one sample of the radiance of the floor at (x, 0, 0) over the square of its
-/// closed form.
+/// Returns the variance of one sample of the radiance of the floor at (x, 0, 0), divided by the
+/// square of its closed form.
 fn relative_variance(
-    (scene, x): (&Scene, f64),
+    scene: &Scene,
+    x: f64,
     path: &Path,
     seed: u64,
     samples: u32,
@@ -229,10 +231,10 @@ fn relative_variance(
 ) -> f64 {
     let down = DVec3::new(0.1, 0.05, -1.0).normalize();
     let ray = Ray::new(x * DVec3::X - 0.02 * down, down);
-    radiance_along(scene, path, &ray, (seed, 0), samples).variance() / (expected * expected)
+    radiance_along(scene, path, &ray, seed, 0, samples).variance() / (expected * expected)
 }
 
-/// Whole images by multiple importance sampling at equal samples.
+/// Compares whole images by multiple importance sampling at equal samples.
 fn scenes(run: &mut Run) -> Result<(), Error> {
     for scene in [SceneName::Report, SceneName::Cornell] {
         let ways = [LightSamplingName::Area, LightSamplingName::SolidAngle];

@@ -1,4 +1,4 @@
-//! Another renderer's images of our scenes, and how long it takes for them.
+//! Comparison with another renderer's images of our scenes, and with its speed.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ pub(super) const MITSUBA: Experiment = Experiment {
     run,
 };
 
-/// What `experiments/mitsuba/compare.py` found, and not this run.
+/// Record of `experiments/mitsuba/compare.py`; not computed by this run.
 #[derive(Deserialize)]
 struct Record {
     renderer: String,
@@ -25,19 +25,19 @@ struct Record {
 #[derive(Deserialize)]
 struct Compared {
     scene: String,
-    /// What Mitsuba's diffuse albedos are multiplied by: 1, or something else that must be noticed.
+    /// Factor on Mitsuba's diffuse albedos: 1, or another in a test that must detect it.
     albedos: f64,
     size: String,
     spp: u32,
-    /// Of each renderer.
+    /// Number of images of each renderer.
     images: u32,
     verdict: String,
-    /// By channel: our image mean less Mitsuba's as a share of Mitsuba's, and the interval in which
-    /// it lies.
+    /// Relative difference of our image mean from Mitsuba's by channel, and its confidence
+    /// interval.
     means: BTreeMap<String, [f64; 3]>,
 }
 
-/// What `experiments/mitsuba/efficiency.py` measured, and not this run.
+/// Record of `experiments/mitsuba/efficiency.py`; not measured by this run.
 #[derive(Deserialize)]
 struct Efficiencies {
     renderer: String,
@@ -48,7 +48,7 @@ struct Efficiencies {
 #[derive(Deserialize)]
 struct Measured {
     scene: String,
-    /// Of each method.
+    /// Number of images of each method.
     images: u32,
     methods: BTreeMap<String, Method>,
 }
@@ -57,8 +57,8 @@ struct Measured {
 struct Method {
     /// Millions of camera samples per second, on all threads.
     rate: f64,
-    /// One over the variance of a pixel, as a share of the squared mean of the image, times CPU
-    /// microseconds per pixel.
+    /// One over the product of a pixel's variance, relative to the squared mean of the image, and
+    /// the CPU microseconds per pixel.
     efficiency: f64,
 }
 
@@ -84,7 +84,7 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
         methods,
     } in record.scenes
     {
-        // The best of a renderer's methods, by each measure. Mitsuba's images have no error bars.
+        // Best of a renderer's methods, by each measure. Mitsuba's images have no error bars.
         let best = |names: &[&str], of: fn(&Method) -> f64| {
             let named = methods
                 .iter()
@@ -102,7 +102,7 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
         ]
         .map(|names| (best(names, |m| m.rate), best(names, |m| m.efficiency)));
         let ratios = [ours.0 / theirs.0, ours.1 / theirs.1];
-        // Scenes that single precision is not for have no such methods.
+        // Scenes that are refused in single precision have no such methods.
         let has_single = single.0 > 0.0;
         if has_single {
             run.numbers(

@@ -1,4 +1,4 @@
-//! The experiments, a module each; `suite_seeds` is what several of them examine.
+//! The experiments, a module each; several use the results of `suite_seeds`.
 
 mod adaptive;
 pub mod agreement;
@@ -34,7 +34,7 @@ mod watertight;
 
 use crate::run::Experiment;
 
-/// Every experiment, in the order in which `reproduce` runs them.
+/// All experiments, in the order in which `reproduce` runs them.
 pub const EXPERIMENTS: &[&Experiment] = &[
     &figures::ROOM,
     &diffuse::FIG2,
@@ -74,9 +74,8 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &false_alarms::FALSE_ALARMS,
 ];
 
-/// Experiments that the default run leaves out: they put the test suite on trial, ask for
-/// differences of variance that only many samples show, or time this machine. `--only ID` runs one,
-/// `--tier full` all.
+/// Experiments that the default run leaves out: they test the test suite, measure differences of
+/// variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
 pub const NOT_BY_DEFAULT: [&str; 11] = [
     "scrambles",
     "adaptive",

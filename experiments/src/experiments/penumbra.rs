@@ -1,4 +1,4 @@
-//! The soft edge of a shadow: what the path tracer finds across a penumbra, and the closed form.
+//! Radiance across the penumbra of a shadow: path tracer against the closed form.
 
 use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
 use whitefurnace::light::emitter::LightSampling;
@@ -14,7 +14,7 @@ pub(super) const PENUMBRA: Experiment = Experiment {
     run,
 };
 
-/// Places across the penumbra, which ends in full shadow at y = 2.
+/// Number of points across the penumbra, which ends in full shadow at y = 2.
 const PLACES: u32 = 42;
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -27,7 +27,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
     let measured = parallel(0..PLACES, |k| {
-        radiance_along(&scene, &path, &to_floor(at(k)), (seed, k), samples)
+        radiance_along(&scene, &path, &to_floor(at(k)), seed, k, samples)
     })?;
     let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! The bias of photon lookups against their radius, and of the mean of passes against their number.
+//! Bias of photon lookups against their radius, and of the mean of passes against their number.
 
 use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
 use whitefurnace::integrator::{ImageEstimator, radius_squared};
@@ -15,15 +15,15 @@ pub(super) const PHOTON_BIAS: Experiment = Experiment {
 };
 
 const RADII: [f64; 7] = [0.04, 0.08, 0.12, 0.2, 0.35, 0.7, 1.5];
-/// The radii between which the slope is measured, by place: where the next order of the bias is
-/// small and the noise is, too.
+/// Indices of the radii between which the slope is measured: the next order of the bias is small
+/// there, and the noise is, too.
 const SLOPE: [usize; 2] = [2, 3];
 /// Particles of a map or pass.
 const PARTICLES: u32 = 1000;
 const PASSES: u32 = 64;
 /// Radius of the first pass.
 const FIRST: f64 = 0.2;
-/// Fewer replications say nothing of a spread.
+/// Least number of replications that estimate a spread.
 const LEAST: u64 = 8;
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -39,14 +39,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )
 }
 
-/// How far the mean of replications may be from its expectation, at the experiment's family-wise
-/// level.
+/// Returns the allowed distance of the mean of replications from its expectation, at the
+/// experiment's family-wise level.
 fn reach(moments: &Moments, family: usize) -> f64 {
     student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0)
         * moments.standard_error()
 }
 
-/// The relative bias −(1 − L_r/L) of lookups at one point, for each radius.
+/// Plots the relative bias −(1 − L_r/L) of lookups at one point, for each radius.
 fn radii(run: &mut Run) -> Result<Chart, Error> {
     let scene = over_floor();
     let point = at_point();
@@ -55,7 +55,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     let mut rows = Vec::new();
     for radius in RADII {
         let seed = seed_for(run.seed(), &format!("radius {radius}"));
-        let values = parallel(0..maps, |index| looked_up(&scene, radius, (seed, index)))?;
+        let values = parallel(0..maps, |index| looked_up(&scene, radius, seed, index))?;
         let moments = values.into_iter().collect::<Result<Moments, Error>>()?;
         let expected = disc_average(radius, f64::INFINITY);
         let bias = 1.0 - moments.mean() / point;
@@ -102,16 +102,23 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     Ok(Chart::new(title, axes, [[0.03, 2.0], [1e-3, 1.5]], series).log([true, true]))
 }
 
-fn looked_up(scene: &Scene, radius: f64, name: (u64, u32)) -> Result<f64, Error> {
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, PARTICLES, radius, name)?;
+fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, Error> {
+    let photons = PhotonMapping::new(
+        Standard,
+        scene,
+        Lookup::Direct,
+        PARTICLES,
+        radius,
+        (seed, index),
+    )?;
     let ray = at_origin();
-    let mut rng = stream(name.0, name.1, 0);
+    let mut rng = stream(seed, index, 0);
     Ok(photons
         .radiance(scene, &ray, scene.intersect(&ray), &mut rng)
         .x)
 }
 
-/// Bias and root-mean-square error of the mean of the first n passes.
+/// Plots bias and root-mean-square error of the mean of the first n passes.
 fn passes(run: &mut Run) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
@@ -159,7 +166,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
             rms.mean().sqrt()
         ));
         closed.push([n, stated]);
-        // All would be too many to tell apart.
+        // All of them would be too many to tell apart.
         if (index + 1).is_power_of_two() {
             bias.push([n, found, reach]);
         }

@@ -1,5 +1,4 @@
-//! Whether the statistics see what they are said to see: by themselves, and in the registry's
-//! trials.
+//! Checks that the statistics have their stated power: on their own, and in the registry's trials.
 
 pub mod graded;
 
@@ -20,12 +19,12 @@ pub(super) const POWER: Experiment = Experiment {
 /// Powers at which the stated curve is checked.
 const CHECKED: [f64; 5] = [0.1, 0.3, 0.5, 0.9, 0.99];
 
-/// What was measured at one effect.
+/// Result at one effect size.
 struct Point {
     stated: f64,
     effect: f64,
     rejected: u64,
-    /// Of the statistic: mean and standard deviation.
+    /// Mean and standard deviation of the statistic.
     values: [f64; 2],
 }
 
@@ -79,10 +78,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// Statistics in each panel of the figure.
 const PER_PANEL: usize = 5;
-/// Effects on the figure, in standard errors.
+/// Range of effects in the figure, in standard errors.
 const REACH: [f64; 2] = [3.0, 17.0];
 
-/// The effect with this power: the curve rises.
+/// Returns the effect with this power, by bisection: the curve is increasing.
 fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
     let (mut low, mut high) = (0.0, 20.0 * statistic.unit);
     for _ in 0..60 {
@@ -93,7 +92,7 @@ fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
             high = middle;
         }
     }
-    // Discrete statistics jump: what is stated is the power at the effect itself.
+    // Discrete statistics jump: the stated power is that at the effect itself.
     high
 }
 
@@ -117,8 +116,8 @@ fn measure(
     })
 }
 
-/// The probability of so many rejections or as far off, on the lower side alone where the stated
-/// power is a bound.
+/// Returns the probability of a count of rejections at least this far from the stated power, on the
+/// lower side alone where that is a bound.
 fn p_of_count(rejected: u64, replications: u64, stated: f64, bound: bool) -> f64 {
     let p = if bound {
         binomial_cdf
@@ -158,7 +157,7 @@ fn report(run: &mut Run, statistic: &Statistic, point: &Point, replications: u64
     );
 }
 
-/// The stated curve, and the measured points with 95 % intervals.
+/// Returns the stated curve, and the measured points with 95 % intervals.
 fn series(
     statistic: &Statistic,
     points: &[Point],
@@ -183,13 +182,13 @@ fn series(
     ]
 }
 
-/// What one random measure of the registry detects, in units of its δ.
+/// Detectable effect of one random measure of the registry, in units of its δ.
 struct Detectable<'a> {
     row: &'a Row,
     ratio: f64,
 }
 
-/// The stated power of every random measure of the registry at its own δ.
+/// Records the stated power of every random measure of the registry at its own δ.
 fn registry(run: &mut Run) -> Result<(), Error> {
     let trials = registry::all();
     run.bears_on(&trials);
@@ -249,8 +248,8 @@ fn registry(run: &mut Run) -> Result<(), Error> {
     draw_registry(run, &measures, scale, limit)
 }
 
-/// Every measure in the order of its ratio, by statistic; those that vary by rounding alone lie
-/// below.
+/// Draws every measure in the order of its ratio, by statistic; measures that vary by rounding
+/// alone lie below.
 fn draw_registry(
     run: &mut Run,
     measures: &[Detectable],

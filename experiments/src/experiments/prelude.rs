@@ -1,5 +1,4 @@
-//! What several experiments use: a run and what it renders, scenes, estimators, trials, random
-//! numbers, charts.
+//! Common imports of experiments: runs, scenes, estimators, trials, random numbers, charts.
 
 pub(super) use glam::DVec3;
 pub(super) use whitefurnace::equation;

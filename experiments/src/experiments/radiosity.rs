@@ -1,5 +1,5 @@
-//! Radiosity in the diffuse room: how the solution moves as patches are halved, and how far it is
-//! from the path tracer.
+//! Radiosity in the diffuse room: convergence of the solution as patches are halved, and its
+//! distance from the path tracer.
 
 use whitefurnace::integrator::radiosity::ReadOut;
 
@@ -17,15 +17,15 @@ pub(super) const RADIOSITY: Experiment = Experiment {
 const SIZE: [u32; 2] = [64, 48];
 /// Patches before they are halved.
 const COARSE: u32 = 60;
-/// Within which image means must agree.
+/// Relative margin of image means.
 const MARGIN: f64 = 0.005;
 
-/// One mesh.
+/// Results of one mesh.
 struct Level {
     patches: f64,
     mean: DVec3,
-    /// Root mean square of the pixels' differences from the path tracer, its noise taken off,
-    /// relative to the mean, and its standard error: interpolated and gathered.
+    /// Root mean square of the pixels' differences from the path tracer without its noise, relative
+    /// to the mean, and its standard error: interpolated and gathered.
     distances: [[f64; 2]; 2],
 }
 
@@ -35,8 +35,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let paths = render_paths(
         &scene,
         Path::default(),
-        (PixelSampling::Centre, run.seed()),
-        (SIZE, None),
+        PixelSampling::Centre,
+        run.seed(),
+        SIZE,
+        None,
         spp.max(2),
     )?;
     let reference = mean(&paths);
@@ -95,17 +97,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
     }
     let errors = paths.pixels().iter().map(|p| p.standard_error().y.powi(2));
     let noise = errors.sum::<f64>().sqrt() / paths.pixels().len() as f64 / reference.y;
-    judge(run, &levels, (reference.y, noise));
-    draw(run, &levels, (reference.y, noise))
+    judge(run, &levels, reference.y, noise);
+    draw(run, &levels, reference.y, noise)
 }
 
-/// An image of the room with every ray through its pixel's centre, so that edges add no noise.
+/// Renders the room with every ray through its pixel's centre, so that edges add no noise.
 fn image<E: Estimator>(run: &Run, scene: &Scene, estimator: &E, spp: u32) -> Result<Film, Error> {
     render_samples(
         scene,
         estimator,
-        (PixelSampling::Centre, run.seed()),
-        (SIZE, None),
+        PixelSampling::Centre,
+        run.seed(),
+        SIZE,
+        None,
         spp,
     )
 }
@@ -115,9 +119,9 @@ fn mean(film: &Film) -> DVec3 {
     pixels.iter().map(|p| p.mean()).sum::<DVec3>() / pixels.len() as f64
 }
 
-/// Root mean square of the pixels' differences, relative to the mean, and its standard error. With
-/// noise of variance s² on a difference t, x = t + e has x² − s² for an unbiased estimate of t²,
-/// whose variance 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
+/// Returns the root mean square of the pixels' differences, relative to the mean, and its standard
+/// error. With noise of variance s² on a difference t, x = t + e has x² − s² for an unbiased
+/// estimate of t², whose variance 4 t² s² + 2 s⁴ is estimated by 4 x² s² − 2 s⁴.
 fn distance(film: &Film, paths: &Film) -> [f64; 2] {
     let pairs = film.pixels().iter().zip(paths.pixels());
     let (mut squares, mut variance) = (0.0, 0.0);
@@ -133,12 +137,12 @@ fn distance(film: &Film, paths: &Film) -> [f64; 2] {
     [distance / scale, error / scale]
 }
 
-/// The order of convergence: how the deviation from the path tracer falls with the side of the
-/// patches, from the coarsest mesh to the finest. Visibility is all or nothing for a node and a
-/// patch, and patches that edges of shadows or of other surfaces cross are as wrong as they are
-/// large: order 1 is what theory leaves, with jumps from mesh to mesh, so that no extrapolation
-/// from three of them (Richardson's) means anything.
-fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
+/// Judges the order of convergence: how the deviation from the path tracer falls with the side of
+/// the patches, from the coarsest mesh to the finest. Visibility between a node and a patch is all
+/// or nothing, and the error of patches crossed by edges of shadows or of other surfaces is of the
+/// order of their size. Theory then leaves order 1, with jumps from mesh to mesh, so that
+/// Richardson extrapolation from three of them is meaningless.
+fn judge(run: &mut Run, levels: &[Level], reference: f64, noise: f64) {
     let [first, .., last] = levels else { return };
     let deviation = |level: &Level| level.mean.y / reference - 1.0;
     let halvings = (levels.len() - 1) as f64;
@@ -168,10 +172,10 @@ fn judge(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) {
     );
 }
 
-/// Error bars reach so many standard errors to either side.
+/// Length of error bars on either side, in standard errors.
 const BARS: f64 = 3.0;
 
-fn draw(run: &mut Run, levels: &[Level], (reference, noise): (f64, f64)) -> Result<(), Error> {
+fn draw(run: &mut Run, levels: &[Level], reference: f64, noise: f64) -> Result<(), Error> {
     let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
         let percent = levels
             .iter()

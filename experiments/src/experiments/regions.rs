@@ -22,7 +22,7 @@ struct Region {
     name: &'static str,
     window: Window,
     published: [f64; 3],
-    /// Grey levels within which the `published` convention must meet it.
+    /// Margin of the `published` convention, in grey levels.
     margin: f64,
 }
 
@@ -43,7 +43,7 @@ const fn region(
     }
 }
 
-/// The white sphere's reconstruction is coarser than the rest.
+/// Margin on the white sphere, whose reconstruction is coarser than the rest.
 const SPHERE: f64 = 6.0;
 const OTHER: f64 = 2.5;
 
@@ -153,22 +153,21 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
         run.number(&format!("{stem}.most"), most);
         panels.push((title, panel));
     }
-    let about = (
-        "What each quirk of the published convention does to the regions",
-        "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
-         the extra cosine the white sphere by up to a hundred grey levels.",
-    );
+    let title = "What each quirk of the published convention does to the regions";
+    let see = "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
+         the extra cosine the white sphere by up to a hundred grey levels.";
     let band = "what the comparison with the published image allows";
     draw(
         &run.figure("quirks.svg"),
-        about,
+        title,
+        see,
         ["change (grey levels)", band],
         &panels,
     )
 }
 
-/// [`region_mean`] of the reconstruction with these quirks. All take the same random numbers, so
-/// that a difference shows the quirk and little noise.
+/// Returns the [`region_mean`] of the reconstruction with these quirks. All variants use the same
+/// random numbers, so that a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region, run.by_tier(16, 512));
     let film = job.render_by(Published { quirks }, region.name)?.whole()?;
@@ -210,14 +209,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
         run.number(&format!("{stem}.within"), within.count() as f64);
         panels.push((stem, panel));
     }
-    let about = (
-        "Regions of figure 6 under three conventions, against the published image",
-        "Under the convention named published all points lie within the bands; under the others many do not.",
-    );
+    let title = "Regions of figure 6 under three conventions, against the published image";
+    let see = "Under the convention named published all points lie within the bands; under the others many do not.";
     let axis = "rendered − published (grey levels)";
     draw(
         &run.figure("regions.svg"),
-        about,
+        title,
+        see,
         [axis, "what is allowed of “published”"],
         &panels,
     )
@@ -231,17 +229,19 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
     }
 }
 
-/// All panels on one scale, with what each region is allowed.
+/// Draws all panels on one scale, with each region's margin.
 fn draw(
     path: &Path,
-    about: (&str, &str),
+    title: &str,
+    see: &str,
     [axis, band]: [&str; 2],
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
     let regions = TABLE.map(|region| (region.name, region.margin));
     differences(
         path,
-        about,
+        title,
+        see,
         &Common {
             regions: &regions,
             axis,
@@ -255,11 +255,11 @@ fn triple([r, g, b]: [f64; 3]) -> String {
     format!("{r:.1} {g:.1} {b:.1}")
 }
 
-/// The mean over the region of floor(255 · min(1, pixel mean)), as the published image was
+/// Returns the mean over the region of floor(255 · min(1, pixel mean)), as the published image was
 /// measured.
 fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result<[f64; 3], Error> {
-    // Large regions need fewer samples; the small ones on the sphere are bright, and grain is cut
-    // at 1.
+    // Large regions need fewer samples; the small ones on the sphere are bright, and noise is
+    // clipped at 1.
     let [width, height] = region.window.size;
     let quick = if width * height > 2_000 { 32 } else { 128 };
     let job = region_job(run, convention, region, run.by_tier(quick, 512));

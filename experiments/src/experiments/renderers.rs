@@ -1,5 +1,4 @@
-//! Renderers with a fault each, and one without, on trial by their images: what `compare` finds of
-//! them.
+//! Judges renderers with one fault each, and one without, by their images with `compare`.
 
 use whitefurnace::harness::images::{Comparison, Rules, Side, compare};
 use whitefurnace::integrator::NextEvent;
@@ -24,7 +23,7 @@ const TILE: usize = 8;
 /// Images of each renderer.
 const IMAGES: u32 = 8;
 
-/// A roulette whose survivors are not divided by their chance to survive.
+/// Russian roulette that does not divide the survivors by their survival probability.
 #[derive(Clone, Copy)]
 struct Weightless;
 
@@ -38,7 +37,7 @@ impl Roulette for Weightless {
 
 /// An image: each channel row by row.
 type Planes = [Vec<f64>; 3];
-/// A renderer: the image of a seed.
+/// A renderer: returns the image of a seed.
 type Renderer<'a> = Box<dyn Fn(u64) -> Result<Planes, Error> + 'a>;
 
 fn planes(film: &Film) -> Planes {
@@ -50,7 +49,7 @@ fn planes(film: &Film) -> Planes {
     })
 }
 
-/// The Cornell box whose walls and boxes have this share of their albedos.
+/// Builds the Cornell box with the albedos of its walls and boxes scaled by `share`.
 fn cornell(share: f64) -> Result<Scene, Error> {
     let mut scene = Description::parse(
         "cornell",
@@ -72,8 +71,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
         render_samples(
             scene,
             &estimator,
-            (PixelSampling::Random, seed),
-            ([SIDE; 2], None),
+            PixelSampling::Random,
+            seed,
+            [SIDE; 2],
+            None,
             samples,
         )
     };
@@ -99,12 +100,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "survivors of roulette not weighted",
             Box::new(|seed| {
                 let estimator = Path::new(Weightless, Strategy::Mis);
-                let of = (PixelSampling::Random, seed);
                 Ok(planes(&render_samples(
                     &scene,
                     &estimator,
-                    of,
-                    ([SIDE; 2], None),
+                    PixelSampling::Random,
+                    seed,
+                    [SIDE; 2],
+                    None,
                     samples,
                 )?))
             }),
@@ -216,7 +218,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &panels)
 }
 
-/// What `compare` says of two sets of images.
+/// Returns the result of `compare` on two sets of images.
 fn judge(a: &[Planes], b: &[Planes]) -> Comparison {
     let sides: Vec<_> = (0..3)
         .map(|channel| [side(a, channel), side(b, channel)])

@@ -1,5 +1,5 @@
-//! Among how many scrambles a pixel's samples are shared: what long sequences gain, and what error
-//! bars from few of them are worth.
+//! Number of scrambles that share a pixel's samples: the gain of long sequences against the quality
+//! of error bars from few of them.
 
 use crate::experiments::prelude::*;
 use crate::render::SamplerName;
@@ -14,25 +14,26 @@ pub(super) const SCRAMBLES: Experiment = Experiment {
 };
 
 const SAMPLES: u32 = 64;
-/// The last are of one point each: independent numbers.
+/// Numbers of scrambles. The last have one point each: independent numbers.
 const COUNTS: [u32; 6] = [1, 2, 4, 8, 16, SAMPLES];
-/// Among so many `render` shares them.
+/// Index of the default of `render`.
 const OURS: usize = 2;
-/// How often an interval should hold the pixel's mean.
+/// Nominal coverage of the intervals.
 const LEVEL: f64 = 0.9;
-/// Less often than intervals of independent samples hold, by so much, is not as honest.
+/// Largest loss of coverage, compared with intervals of independent samples, at which error bars
+/// count as honest.
 const MARGIN: f64 = 0.05;
 
-/// Films of which each is held against the others' mean.
+/// Number of films, each of which is compared with the mean of the others.
 const GROUP: usize = 4;
 
-/// What films of one room with so many scrambles show, a value for each group of them.
+/// Results of films of one room with a number of scrambles, a value for each group of films.
 struct Found {
-    /// The variance of a pixel.
+    /// Variance of a pixel.
     variance: Moments,
-    /// The share of intervals that hold the mean of the others.
+    /// Fraction of intervals that contain the mean of the other films.
     coverage: Moments,
-    /// Half the width of an interval.
+    /// Half width of an interval.
     half_width: Moments,
 }
 
@@ -50,11 +51,11 @@ impl Found {
         }
     }
 
-    /// Means over all pixels, and of the last two over those that differ: an emitter that fills one
-    /// has no error to speak of.
+    /// Returns the mean variance over all pixels, and the means of coverage and half width over the
+    /// pixels that vary: an emitter that fills a pixel leaves no error.
     fn of_group(films: &[Film], replications: u32) -> [f64; 3] {
         let n = films.len() as f64;
-        // Infinite of one replication, whose error bar is.
+        // With one replication the error bar is infinite.
         let critical = student_upper(0.5 * (1.0 - LEVEL), f64::from(replications.max(2) - 1));
         let (mut sums, mut differ) = ([0.0; 3], 0.0);
         for i in 0..films[0].pixels().len() {
@@ -66,7 +67,7 @@ impl Found {
             sums[0] += values.variance();
             for pixel in films.iter().map(|film| &film.pixels()[i]) {
                 let reach = critical * pixel.standard_error().y;
-                // From the mean of the others, which has an error as well.
+                // Difference from the mean of the other films, which has an error as well.
                 let off = (pixel.mean().y - values.mean()) * n / (n - 1.0);
                 let holds = off.abs() <= reach * (1.0 + 1.0 / (n - 1.0)).sqrt();
                 sums[1] += f64::from(u8::from(holds)) / n;
@@ -142,7 +143,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let named = ["variance", "coverage", "half_width"]
                 .into_iter()
                 .zip(&shown);
-            // A scramble alone has no error bar.
+            // A single scramble has no error bar.
             for (what, values) in named.filter(|_| scrambles > 1) {
                 run.number(&format!("{room}.{scrambles}.{what}"), values[k][0]);
             }
@@ -208,7 +209,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )
 }
 
-/// Whether sequences of which four share the samples gain, and whether their error bars are as
+/// Claims that four sequences per pixel reduce the variance, and that their error bars are as
 /// honest as those of independent samples.
 fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
     let critical = |n: u64| student_upper(FAMILY / 2.0 / 8.0, n as f64 - 1.0);
@@ -235,7 +236,8 @@ fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
     );
 }
 
-/// The first mean over the second, and half the width of its logarithm's interval at a level.
+/// Returns the first mean over the second, and the half width of its logarithm's interval at a
+/// level.
 pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
     let relative = |m: &Moments| m.standard_error() / m.mean();
     let critical = student_upper(level / 2.0, a.count() as f64 - 1.0);
@@ -245,7 +247,8 @@ pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
     )
 }
 
-/// Claims that the second of two variances is the smaller; returns how many times.
+/// Claims that the second of two variances is smaller; returns the ratio of the first to the
+/// second.
 pub(super) fn gains(run: &mut Run, what: &str, variances: [&Moments; 2], level: f64) -> f64 {
     let (gain, half) = ratio(variances, level);
     let [low, high] = [-half, half].map(|off| gain * off.exp());
@@ -254,7 +257,7 @@ pub(super) fn gains(run: &mut Run, what: &str, variances: [&Moments; 2], level: 
     gain
 }
 
-/// Whether a value, of which an interval is known, lies above a limit.
+/// Judges whether a value with this confidence interval lies above a limit.
 pub(super) fn above([low, high]: [f64; 2], limit: f64) -> Judgement {
     if low > limit {
         Judgement::Holds

@@ -1,4 +1,4 @@
-//! The report's claim that photon mapping would improve the rendering time because it reduces the
+//! The report's claim that photon mapping would reduce the rendering time because it reduces the
 //! number of shadow rays: rays are counted, and errors compared at equal numbers of them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,20 +21,20 @@ pub(super) const SHADOW_RAYS: Experiment = Experiment {
 };
 
 const SIZE: [u32; 2] = [64, 48];
-/// Samples per pixel of photon mapping; path tracing gets as many as have the same number of rays.
+/// Samples per pixel of photon mapping; path tracing gets as many as use the same number of rays.
 const SAMPLES: u32 = 16;
 const PARTICLES: u32 = 50_000;
 const RADIUS: f64 = 0.2;
 
-/// The standard parts with a count of rays.
+/// The standard parts of an estimator, with counters of rays.
 struct Counted<'a>(&'a Rays);
 
-/// Rays so far, but for one per camera sample.
+/// Numbers of rays so far, without the camera rays.
 #[derive(Default)]
 struct Rays {
     shadow: AtomicU64,
     onward: AtomicU64,
-    /// Points picked on emitters: once for each particle, and once at each vertex that sends a
+    /// Points sampled on emitters: one for each particle, and one at each vertex that sends a
     /// shadow ray.
     picks: AtomicU64,
 }
@@ -64,7 +64,7 @@ impl Scattering for Counted<'_> {}
 
 impl Photons for Counted<'_> {}
 
-/// What images by one method cost per camera sample, and what they miss.
+/// Cost of a method's images per camera sample, and their error.
 #[derive(Clone, Copy)]
 struct Cost {
     shadow: f64,
@@ -75,7 +75,8 @@ struct Cost {
 }
 
 impl Cost {
-    /// For photons: a point on an emitter starts a particle or goes with a gathering ray.
+    /// Adds the sampled emitter points to the rays: with photon mapping each starts a particle or
+    /// belongs to a gathering ray.
     fn with_picks(self) -> Self {
         Self {
             rays: self.rays + self.picks,
@@ -92,8 +93,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let reference = render_paths(
         scene,
         Path::default(),
-        (PixelSampling::Centre, seed),
-        (SIZE, None),
+        PixelSampling::Centre,
+        seed,
+        SIZE,
+        None,
         reference,
     )?;
 
@@ -113,7 +116,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let trace = |name, images, samples, make: &dyn Fn(&Rays, u64) -> Result<Film, Error>| {
         measure(
             seed_for(master, name),
-            (images, samples),
+            images,
+            samples,
             &reference,
             &bar,
             make,
@@ -152,10 +156,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// Makes images with seeds of their own and compares them with the reference.
+/// Renders images with different seeds and compares them with the reference.
 fn measure(
     seed: u64,
-    (images, samples): (u32, u32),
+    images: u32,
+    samples: u32,
     reference: &Film,
     bar: &Bar,
     make: &dyn Fn(&Rays, u64) -> Result<Film, Error>,
@@ -209,13 +214,16 @@ fn film<E: Estimator>(
     render_samples(
         scene,
         estimator,
-        (PixelSampling::Centre, seed),
-        (SIZE, None),
+        PixelSampling::Centre,
+        seed,
+        SIZE,
+        None,
         samples,
     )
 }
 
-/// Mean squared difference of the pixels, relative to the square of the reference's mean.
+/// Returns the mean squared difference of the pixels, relative to the square of the reference's
+/// mean.
 fn difference(film: &Film, reference: &Film) -> f64 {
     let pairs = film.pixels().iter().zip(reference.pixels());
     let sum: f64 = pairs
@@ -230,14 +238,14 @@ mod tests {
 
     use super::*;
 
-    /// Between black walls that shine a sample is its camera ray: they send none on.
+    /// Emitting black walls scatter nothing, so a sample is its camera ray.
     #[test]
     fn a_camera_ray_counts() {
         let scene = &furnace_box(0.0).expect("a scene");
         let reference = film(scene, &Path::<Standard>::default(), 1, 1).expect("a film");
         let make =
             |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
-        let cost = measure(1, (2, 2), &reference, &Bar::new("", 1, ""), &make).expect("a cost");
+        let cost = measure(1, 2, 2, &reference, &Bar::new("", 1, ""), &make).expect("a cost");
         assert_eq!([cost.rays, cost.shadow], [1.0, 0.0]);
     }
 }

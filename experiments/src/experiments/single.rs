@@ -1,5 +1,5 @@
-//! Where single precision is seen: the same paths in both precisions, in scenes of things ever
-//! smaller.
+//! Error of single precision: the same paths in both precisions, in scenes whose smallest things
+//! shrink.
 
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
 use whitefurnace::sampling::Sampling;
@@ -19,12 +19,12 @@ pub(super) const SINGLE: Experiment = Experiment {
 };
 
 const SIZE: [u32; 2] = [64, 48];
-/// Tiles have so many pixels a side.
+/// Side of a tile in pixels.
 const TILE: u32 = 8;
 const SAMPLES: u32 = 64;
-/// In scenes that are taken no tile is off by more, relative to its radiance.
+/// Largest relative error of a tile in accepted scenes.
 const MOST: f64 = 0.005;
-/// How many times as far as their smallest thing scenes reach: all but the last two are taken.
+/// Ratios of a scene's extent to the size of its smallest thing: all but the last two are accepted.
 const RATIOS: [u32; 6] = [10, 100, 1_000, 4_000, 65_536, 1_000_000];
 
 /// A ball and a box of size 1 on a plane under a bright sky, near the origin.
@@ -48,8 +48,8 @@ const ON_A_PLANE: &str = r#"
     faces = { grey = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]] }
 "#;
 
-/// A ball of radius 1 in the corner of a closed room, far from the origin, under a lamp that is the
-/// ceiling's.
+/// A ball of radius 1 in the corner of a closed room, far from the origin, under a lamp that
+/// belongs to the ceiling.
 const IN_A_CORNER: &str = r#"
     camera = { eye = [EYE, EYE, NEAR], target = [AT, AT, AT], up = [0, 0, 1], fov_deg = 40 }
     materials.grey = { model = "lambert", albedo = 0.7 }
@@ -90,7 +90,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             worst.measure(run, &format!("{place}.{ratio}"), &scene)?;
         }
     }
-    // A room of another unit.
+    // The room in another unit of length.
     for (name, unit) in [
         ("micro", "1e-6"),
         ("milli", "1e-3"),
@@ -120,7 +120,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// How far the worst tile is off in scenes that are taken, and in those that are refused.
+/// Largest error of a tile in accepted scenes, and in refused ones.
 #[derive(Default)]
 struct Worst {
     taken: f64,
@@ -128,8 +128,8 @@ struct Worst {
 }
 
 impl Worst {
-    /// Records how far the image in single precision is off as a whole and in the worst tile, and
-    /// whether the scene is taken.
+    /// Records the error of the image in single precision, overall and in the worst tile, and
+    /// whether the scene is accepted.
     fn measure(&mut self, run: &mut Run, key: &str, scene: &Scene) -> Result<(), Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
@@ -198,7 +198,7 @@ impl Worst {
     }
 }
 
-/// The mean radiance of each tile.
+/// Returns the mean radiance of each tile.
 fn tiles(film: &Film) -> Vec<f64> {
     let [across, down] = SIZE.map(|pixels| pixels / TILE);
     let mut tiles = vec![0.0; (across * down) as usize];

@@ -1,4 +1,5 @@
-//! What shadow rays by way of mirrors and balls of glass gain, and that the mean stays.
+//! Variance reduction by specular next-event estimation through mirrors and glass spheres, and
+//! equality of the means.
 
 use super::adaptive::variance;
 use super::scrambles::{above, gains, ratio};
@@ -16,9 +17,9 @@ pub(super) const SPECULAR: Experiment = Experiment {
 
 /// Samples per pixel, by tier.
 const SAMPLES: [u32; 2] = [32, 128];
-/// Films whose spread is one estimate of the variance.
+/// Number of films whose spread is one estimate of the variance.
 const GROUP: usize = 4;
-/// The means may differ by this share, by tier.
+/// Relative margins of the means, by tier.
 const MARGINS: [f64; 2] = [0.005, 0.001];
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -80,7 +81,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// Claims that the means are the same within the margin.
+/// Claims that the means are equal within the margin.
 fn same(run: &mut Run, [without, with]: &[Moments; 2], level: f64) {
     let (quotient, half) = ratio([with, without], level);
     let apart = quotient - 1.0;

@@ -1,5 +1,5 @@
-//! How fast the estimators and their kernels are on this machine, and what that depends on. Times
-//! decide nothing: they are numbers only.
+//! Speed of the estimators and their kernels on this machine, and its dependence on sizes. Times
+//! are recorded as numbers; no claim depends on them.
 
 pub(super) mod growth;
 mod kernels;
@@ -23,9 +23,9 @@ pub(super) const SPEED: Experiment = Experiment {
     run,
 };
 
-/// The samples of figure 6: its pixels, 512 times.
+/// Number of camera samples of figure 6: its pixels, 512 times.
 const FIGURE_6: f64 = 1024.0 * 768.0 * 512.0;
-/// Each time is the least of this many: what else the machine does only adds.
+/// Number of measurements, of which the least counts: other load on the machine only adds time.
 const ROUNDS: u32 = 3;
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -49,7 +49,8 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
     };
     for scene in [SceneName::Report, SceneName::DiffuseRoom] {
         for &estimator in EstimatorName::value_variants() {
-            // One takes no number of samples, the other is measured by the rules of its own room.
+            // Radiosity takes no number of samples, and the report's estimator uses other rules in
+            // its own room.
             if matches!(estimator, EstimatorName::Radiosity | EstimatorName::Report) {
                 continue;
             }
@@ -61,9 +62,9 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             if matches!(estimator, EstimatorName::Photon | EstimatorName::Sppm) {
                 job.photons.photons = base.size[0] * base.size[1];
             } else {
-                sobol(run, &pools, (&name(scene), &name(estimator)), job)?;
+                sobol(run, &pools, &name(scene), &name(estimator), job)?;
             }
-            image(run, &pools, (&name(scene), &name(estimator)), job)?;
+            image(run, &pools, &name(scene), &name(estimator), job)?;
         }
         let mis = Job {
             scene: scene.into(),
@@ -73,20 +74,20 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             engine: EngineName::Single,
             ..mis
         };
-        image(run, &pools, (&name(scene), "mis-single"), single)?;
-        sobol(run, &pools, (&name(scene), "mis-single"), single)?;
+        image(run, &pools, &name(scene), "mis-single", single)?;
+        sobol(run, &pools, &name(scene), "mis-single", single)?;
         let outlines = Job {
             outlines: OutlinesName::Yes,
             ..mis
         };
-        image(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
-        sobol(run, &pools, (&name(scene), "mis-outlines"), outlines)?;
+        image(run, &pools, &name(scene), "mis-outlines", outlines)?;
+        sobol(run, &pools, &name(scene), "mis-outlines", outlines)?;
         if scene == SceneName::Report {
             let straight = Job {
                 specular_shadow_rays: SpecularName::No,
                 ..outlines
             };
-            sobol(run, &pools, (&name(scene), "mis-straight"), straight)?;
+            sobol(run, &pools, &name(scene), "mis-straight", straight)?;
         }
     }
     let report = Job {
@@ -94,12 +95,13 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         estimator: EstimatorName::Report,
         ..base
     };
-    let rate = image(run, &pools, ("seven-segments", "report"), report)?;
+    let rate = image(run, &pools, "seven-segments", "report", report)?;
     run.number("figure-6.seconds", FIGURE_6 / rate);
     let rate = image(
         run,
         &pools,
-        ("seven-segments", "report-single"),
+        "seven-segments",
+        "report-single",
         Job {
             engine: EngineName::Single,
             ..report
@@ -114,28 +116,31 @@ fn pool(threads: usize) -> Result<ThreadPool, Error> {
     pool.map_err(|error| Error::Option(format!("{threads} threads cannot be started: {error}")))
 }
 
-/// Records the same with Sobol' points, on one thread: what they change is the worth of a sample.
+/// Records speed and efficiency with Sobol' points, on one thread: they change the efficiency of a
+/// sample.
 fn sobol(
     run: &mut Run,
     pools: &[(&str, ThreadPool); 2],
-    (scene, method): (&str, &str),
+    scene: &str,
+    method: &str,
     job: Job,
 ) -> Result<(), Error> {
     let job = Job {
         sampler: SamplerName::Sobol,
         ..job
     };
-    image(run, &pools[..1], (scene, &format!("{method}.sobol")), job)?;
+    image(run, &pools[..1], scene, &format!("{method}.sobol"), job)?;
     Ok(())
 }
 
-/// Records millions of camera samples per second with each pool, maps of photons and all, and the
-/// efficiency: one over the product of a sample's variance, as a share of the squared mean of the
+/// Records millions of camera samples per second with each thread pool, including photon maps, and
+/// the efficiency: one over the product of a sample's variance, relative to the squared mean of the
 /// image, and its time in microseconds. Returns samples per second with the last pool.
 fn image(
     run: &mut Run,
     pools: &[(&str, ThreadPool)],
-    (scene, method): (&str, &str),
+    scene: &str,
+    method: &str,
     job: Job,
 ) -> Result<f64, Error> {
     let mut rate = 0.0;
@@ -157,21 +162,22 @@ fn record_rate(run: &mut Run, key: &str, rate: f64) {
     run.note(key, format!("{:.3} million samples/s", rate / 1e6));
 }
 
-/// A job's image, and the seconds that it takes these threads.
+/// Renders a job's image and returns it with the seconds that these threads took.
 fn rendered(run: &Run, pool: &ThreadPool, job: Job, label: &str) -> Result<(Film, f64), Error> {
     let job = run.prepared(job);
     least_seconds(run, || pool.install(|| run.render(&job, label)))
 }
 
-/// The samples of all pixels.
+/// Returns the number of samples of all pixels.
 fn samples(film: &Film) -> f64 {
     f64::from(film.replications())
         * f64::from(film.samples_per_replication())
         * film.pixels().len() as f64
 }
 
-/// Mean squared standard error of a pixel's channel: the variance of a sample over their number.
-/// Not the whole error of methods whose pixels share photons or whose lookups are biased.
+/// Returns the mean squared standard error of a pixel's channel: the variance of a sample over
+/// their number. It is not the whole error of methods whose pixels share photons or whose lookups
+/// are biased.
 fn squared_error(film: &Film) -> f64 {
     let sum: f64 = film
         .pixels()
@@ -181,8 +187,8 @@ fn squared_error(film: &Film) -> f64 {
     sum / (3.0 * film.pixels().len() as f64)
 }
 
-/// What the work makes, and the least seconds of [`ROUNDS`]: of fewer where they are long, which
-/// the rest of the machine disturbs less.
+/// Runs the work up to [`ROUNDS`] times and returns its result and the least duration in seconds.
+/// Long work, which other load disturbs less, is repeated less often.
 fn least_seconds<T>(
     run: &Run,
     mut work: impl FnMut() -> Result<T, Error>,
@@ -202,10 +208,10 @@ fn least_seconds<T>(
     }
 }
 
-/// What other renderers reach, from a record and not from this run.
+/// Recorded speeds of other renderers, not measured by this run.
 #[derive(Deserialize)]
 struct Peers {
-    /// Where and how it was measured.
+    /// Place and method of the measurement.
     source: String,
     peers: Vec<Peer>,
 }
@@ -215,9 +221,9 @@ struct Peers {
 struct Peer {
     name: String,
     title: String,
-    /// With at most seven bounces.
+    /// Rate with at most seven bounces.
     seven: Option<f64>,
-    /// Without a limit, by roulette.
+    /// Rate without a limit, with Russian roulette.
     unlimited: Option<f64>,
 }
 

@@ -1,9 +1,8 @@
-//! The whole suite under fresh master seeds at a reduced scale: what `false-alarms` counts and
-//! `power` measures.
+//! The whole suite under fresh master seeds at a reduced scale, for `false-alarms` and `power`.
 //!
-//! What a seed gives is a function of the program, the run's seed and the scale. It is kept beside
-//! the experiments, so that each is paid once; `power` does without mutants, which take as long
-//! again.
+//! The result of a seed is a function of the program, the run's seed and the scale. It is stored
+//! beside the experiments, so that each is computed once; `power` does without mutants, which take
+//! as long again.
 
 use registry::equivalents;
 use registry::faults::Pair;
@@ -14,53 +13,54 @@ use crate::experiments::prelude::*;
 use crate::run::unfinished::Unfinished;
 use registry::statistics::is_bound;
 
-/// The scale of sample sizes. Exact identities keep their arguments.
+/// Scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
 
-/// Faults are as dear as right subjects: they are run under every so many-th seed.
+/// Faults, which cost as much as right subjects, are run under every seed with an index divisible
+/// by this.
 pub const FAULTS_EVERY: u64 = 4;
 
 /// Powers at which graded controls are counted.
 pub const POWERS: [f64; 2] = [0.5, 0.9];
 
-/// What the suite found of mutants under one master seed.
+/// Results of the suite on mutants under one master seed.
 #[derive(Serialize, Deserialize)]
 pub struct Mutants {
-    /// Of those that are equivalent.
+    /// Outcomes of equivalent mutants.
     pub equivalents: Vec<Measure>,
-    /// Of faults; empty under most seeds ([`FAULTS_EVERY`]).
+    /// Answers to faults; empty under most seeds ([`FAULTS_EVERY`]).
     pub faults: Vec<(String, Answer)>,
 }
 
-/// What is kept of an outcome of a right subject or an equivalent mutant.
+/// Stored outcome of a right subject or an equivalent mutant.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Measure {
     /// "trial: outcome".
     pub name: String,
-    /// The statistic.
+    /// Name of the statistic.
     pub statistic: String,
     /// The verdict.
     pub verdict: Judgement,
-    /// Whether chance has a part.
+    /// True if the outcome is random.
     pub random: bool,
-    /// Whether it is claimed to be within a margin only.
+    /// True if only equality within a margin is claimed.
     pub approximate: bool,
-    /// The p-value; 0 where it is none.
+    /// The p-value; 0 for NaN.
     pub p: f64,
-    /// Independent values.
+    /// Number of independent values.
     pub n: u64,
-    /// The least number of values for which the tail at the suite's level is valid.
+    /// Least number of values for which the tail at the suite's level is valid.
     pub valid_from: u64,
-    /// Whether the stated power is a lower bound only.
+    /// True if the stated power is only a lower bound.
     pub bound: bool,
-    /// The graded controls of an exact claim.
+    /// Graded controls of an exact claim.
     pub graded: Vec<Graded>,
 }
 
-/// What is kept of a graded control.
+/// Stored graded control.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Graded {
-    /// Whether its values are too large, or too small.
+    /// True if its values are too large, false if too small.
     pub up: bool,
     /// The p-value.
     pub p: f64,
@@ -68,26 +68,26 @@ pub struct Graded {
     pub levels: [[f64; 2]; 2],
 }
 
-/// What the outcomes that must reject a fault say together.
+/// Joint result of the outcomes that must reject a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Answer {
     /// All of them reject it.
     Rejected,
-    /// Not yet at this scale.
+    /// Not all of them reject it at this scale.
     Undecided,
-    /// Red in `cargo test` at any scale: one accepts it, or rejects it for a number that is none.
+    /// An error in `cargo test` at any scale: one accepts the fault, or rejects it because of NaN.
     Red,
 }
 
-/// The experiments that draw on them: one shard runs both, since the parts in the folder are
-/// written by one at a time.
+/// Experiments that use the stored seeds. They belong to one shard, since only one program at a
+/// time may write the parts in the folder.
 pub const TOGETHER: [&str; 2] = ["power", "false-alarms"];
 
-/// The seeds of a run.
+/// Seeds of a run.
 pub struct Seeds {
     parts: Unfinished,
     master: u64,
-    /// The scale of sample sizes.
+    /// Scale of sample sizes.
     pub scale: f64,
     /// The registry.
     pub trials: Vec<Trial>,
@@ -95,7 +95,7 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// The seeds of this run's master seed, at its scale.
+    /// Opens the seeds of this run's master seed, at its scale.
     pub fn open(run: &Run) -> Result<Self, Error> {
         let scale = run.scale(SCALE);
         Ok(Self {
@@ -107,7 +107,7 @@ impl Seeds {
         })
     }
 
-    /// What the suite finds of right subjects under seed number `k`.
+    /// Returns the suite's outcomes on right subjects under seed number `k`.
     pub fn subjects(&self, k: u64) -> Result<Vec<Measure>, Error> {
         self.parts.part(&format!("subjects-{k}"), || {
             let context = self.context(k)?;
@@ -121,7 +121,7 @@ impl Seeds {
         })
     }
 
-    /// What it finds of mutants.
+    /// Returns the suite's outcomes on mutants under seed number `k`.
     pub fn mutants(&self, k: u64) -> Result<Mutants, Error> {
         self.parts.part(&format!("mutants-{k}"), || {
             let context = self.context(k)?;
@@ -167,7 +167,7 @@ fn answer(trial: &Trial, control: &Control, context: &Context) -> Answer {
     }
 }
 
-/// A p-value; 0, the least there is, for NaN.
+/// Returns a p-value; 0, the smallest, for NaN.
 fn number(p: f64) -> f64 {
     if p.is_nan() { 0.0 } else { p }
 }

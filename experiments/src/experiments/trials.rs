@@ -17,7 +17,7 @@ pub(super) const TRIALS: Experiment = Experiment {
     run,
 };
 
-/// More lines do not fit on one figure.
+/// Largest number of lines that fit on one figure.
 const LINES_PER_FIGURE: usize = 45;
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -54,7 +54,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// One line for an equation: what its trials say together.
+/// Adds a line for an equation: the joint verdict of its trials.
 fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)]) {
     let what = match equation.number {
         "" => equation.title.to_owned(),
@@ -73,7 +73,7 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
     );
 }
 
-/// One line for a trial: the measure that comes nearest to its limit.
+/// Adds a line for a trial: the measure closest to its limit.
 fn report(
     run: &mut Run,
     trial: &Trial,
@@ -110,7 +110,7 @@ fn report(
     run.numbers(&trial.name, numbers);
 }
 
-/// "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".
+/// Formats evidence as in "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".
 fn evidence(row: &Row) -> String {
     let o = &row.outcome;
     if !o.is_random() {
@@ -137,7 +137,7 @@ fn evidence(row: &Row) -> String {
     format!("{name} {estimate:.6} in [{low:.6}, {high:.6}], should be {reference:.6} ± {delta:.1e}")
 }
 
-/// How far the interval reaches from the reference, in units of δ.
+/// Returns the largest distance of the interval's ends from the reference, in units of δ.
 fn reach(row: &Row) -> f64 {
     let o = &row.outcome;
     let far = o.interval.map(|end| (end - o.reference).abs());
@@ -147,7 +147,7 @@ fn reach(row: &Row) -> f64 {
     }
 }
 
-/// The counts, and the level at which they were made.
+/// Records the counts of verdicts, and the level at which they were made.
 fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     let rows: Vec<&Row> = found.iter().flatten().collect();
     let count = |word: &str| rows.iter().filter(|row| row.verdict.word() == word).count();
@@ -172,7 +172,7 @@ fn totals(run: &mut Run, found: &[Vec<Row>], scale: f64) {
     run.note("in all", value);
 }
 
-/// The figures of each group of trials: the first one's name, by group.
+/// Draws the figures of each group of trials and returns the first one's name, by group.
 fn draw(
     run: &mut Run,
     trials: &[Trial],
@@ -196,7 +196,7 @@ fn draw(
             };
             let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
             let see = "Zero is the reference. An interval within the band about it holds.";
-            forest(&run.figure(&file), (&title, see), part)?;
+            forest(&run.figure(&file), &title, see, part)?;
             figures.entry(group.clone()).or_insert(file);
         }
         figures
@@ -206,7 +206,7 @@ fn draw(
     Ok(figures)
 }
 
-/// A row in units of its δ; nothing where no size is claimed.
+/// Converts a row to units of its δ; `None` where no effect size is claimed.
 fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
     let o = &row.outcome;
     if o.claim == Claim::Test || o.claim.size() <= 0.0 {
@@ -225,7 +225,7 @@ fn line(trial: &Trial, group: &str, row: &Row) -> Option<Line> {
     ))
 }
 
-/// What the last recorded full run says of a trial, as a clause.
+/// Returns the verdict of the last recorded full run on a trial, as a clause.
 fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
     let recorded = recorded.filter(|recorded| recorded.version == TRIALS.version);
     let verdict = recorded.and_then(|recorded| {

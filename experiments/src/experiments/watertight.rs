@@ -1,4 +1,4 @@
-//! No ray leaves the closed room.
+//! Watertightness: no ray leaves the closed room.
 
 use rand::Rng;
 use rand_distr::{Distribution, UnitSphere};
@@ -16,7 +16,7 @@ pub(super) const WATERTIGHT: Experiment = Experiment {
     run,
 };
 
-/// Where the first ray of a walk is aimed.
+/// Target of the first ray of a walk.
 #[derive(Clone, Copy)]
 enum Aim {
     Anywhere,
@@ -29,7 +29,7 @@ const AIMS: [(Aim, &str); 3] = [
     (Aim::Edge, "edges"),
     (Aim::Corner, "corners"),
 ];
-/// Rays of one walk: the first from a random point, each later one from where the last one arrived.
+/// Rays of one walk: the first from a random point, each later one from the last hit.
 const WALK: u64 = 5;
 /// Walks of one random stream.
 const BATCH: u64 = 20_000;
@@ -63,7 +63,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// A random walk that goes on from each hit into the hemisphere above it; how many rays were lost.
+/// Follows a random walk that continues from each hit into the hemisphere above it; returns the
+/// number of lost rays.
 fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: &mut R) -> u64 {
     let origin = point_inside(rng);
     let target = match aim {
@@ -95,7 +96,8 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
     0
 }
 
-/// A point inside the walls, uniform in volume: the hexagon narrows to a corner at either end.
+/// Samples a point inside the walls, uniform in volume: the hexagon narrows to a corner at either
+/// end.
 fn point_inside<R: Rng>(rng: &mut R) -> DVec3 {
     loop {
         let mut between = |low: f64, high: f64| low + (high - low) * uniform(rng);

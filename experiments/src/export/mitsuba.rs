@@ -1,7 +1,8 @@
-//! Mitsuba 3: one XML file, and a mesh in OBJ for each surface that has triangles.
+//! Mitsuba 3: one XML file, and an OBJ mesh for each surface that has triangles.
 //!
-//! Our surfaces scatter on both sides, as what is `twosided` there; lights emit from the front and
-//! radiance is scaled by the square of the index within glass in both.
+//! Our surfaces scatter on both sides, like Mitsuba's `twosided` BSDFs. In both renderers lights
+//! emit from the front only, and radiance scales with the square of the refractive index inside
+//! glass.
 
 use std::fmt::Write as _;
 
@@ -14,9 +15,10 @@ use super::{Part, Shape, background, is_whole, numbers, parts};
 pub(super) fn files(
     scene: &Scene,
     [width, height]: [u32; 2],
-    (spp, bounces): (u32, Option<u32>),
+    spp: u32,
+    bounces: Option<u32>,
 ) -> Result<Vec<(String, String)>, String> {
-    // Segments, or -1 for no limit.
+    // Mitsuba's `max_depth` counts segments; -1 is no limit.
     let depth = bounces.map_or(-1, |bounces| i64::from(bounces) + 1);
     let camera = scene.camera();
     let ([forward, _, up], half_height) = camera.frame();
@@ -109,7 +111,8 @@ pub(super) fn files(
         .collect())
 }
 
-/// Rays start at the nearer one: it is so small that nothing is lost before it.
+/// Returns the near and far clip distances. Rays start at the near one, which is so small that
+/// nothing is lost in front of it.
 fn distances(scene: &Scene) -> (f64, f64) {
     let eye = scene.camera().eye;
     let extent = parts(scene)

@@ -1,5 +1,5 @@
-//! The program `export`: scenes in the words of other renderers. What another renderer cannot say
-//! is refused by name, never approximated.
+//! The program `export`: writes scenes in the formats of other renderers. A scene that the other
+//! renderer cannot express is refused by name, never approximated.
 
 mod mitsuba;
 mod pbrt;
@@ -19,25 +19,27 @@ use crate::render::{DiffuseName, Job, SceneSource};
 use crate::run::cli::{self, Ending, parse_size, whole};
 use crate::say;
 
-/// Write a scene for another renderer, with the same camera, size of image, and box filter.
+/// Write a scene for another renderer, with the same camera, image size and box filter.
 ///
 /// Examples:
-///   export --scene cornell --to mitsuba --size 256x256    then: mitsuba -m scalar_rgb
-///   out/export/scene.xml export --scene room.toml --to pbrt --out out/room     then: pbrt
-///   out/room/scene.pbrt
+///   export --scene cornell --to mitsuba --size 256x256
+///   mitsuba -m scalar_rgb out/export/scene.xml
 ///
-/// What the other renderer does not have is refused by name: no scene is approximated. `absorption`
-/// is left out, because only the report's own estimator takes it.
+///   export --scene room.toml --to pbrt --out out/room
+///   pbrt out/room/scene.pbrt
+///
+/// A scene with a feature that the other renderer lacks is refused by name, never approximated.
+/// `absorption` is left out, because only the report's own estimator uses it.
 #[derive(Parser)]
 #[command(name = "export", version, verbatim_doc_comment)]
 pub struct Export {
-    /// What to write: a built-in scene, or a scene file that ends in .toml
+    /// The scene: a built-in one, or a scene file that ends in .toml
     #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
     scene: SceneSource,
     /// Diffuse model of the report's white sphere
     #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
     diffuse: DiffuseName,
-    /// For which renderer
+    /// The renderer to write for
     #[arg(long, value_enum)]
     to: Renderer,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
@@ -46,11 +48,10 @@ pub struct Export {
     /// Samples per pixel; from 1 to 4294967295
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
-    /// How often light is scattered at most on its way to the camera; from 0 to 8192 [default: no
-    /// limit]
+    /// Most scattering events between a light and the camera; from 0 to 8192 [default: no limit]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
     bounces: Option<u32>,
-    /// The folder for the scene and its meshes
+    /// Folder for the scene and its meshes
     #[arg(long, value_name = "DIR", default_value = "out/export")]
     out: PathBuf,
 }
@@ -64,7 +65,7 @@ pub enum Renderer {
     Pbrt,
 }
 
-/// The whole program.
+/// Runs the whole program.
 pub fn main() -> ExitCode {
     cli::exit(run(&cli::parse()))
 }
@@ -85,7 +86,7 @@ fn run(options: &Export) -> Result<Ending, Error> {
         ..Job::default()
     };
     scene.print_notes();
-    let files = files(&job.build_scene()?, to, size, (spp, bounces))?;
+    let files = files(&job.build_scene()?, to, size, spp, bounces)?;
     std::fs::create_dir_all(out).map_err(Error::file("create", out))?;
     for (name, text) in &files {
         let path = out.join(name);
@@ -95,35 +96,35 @@ fn run(options: &Export) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// The files of a scene by name, that of the scene first; `paths` are how many per pixel, and their
-/// bounces at most.
+/// Returns the files of a scene by name, the scene file first. `spp` is the number of paths per
+/// pixel, `bounces` their largest number of bounces, `None` for no limit.
 pub fn files(
     scene: &Scene,
     to: Renderer,
     size: [u32; 2],
-    paths: (u32, Option<u32>),
+    spp: u32,
+    bounces: Option<u32>,
 ) -> Result<Vec<(String, String)>, Error> {
     let files = match scene.coincident_in_singles() {
         Some(coincidence) => Err(format!(
             "it computes in single precision, in which {coincidence}"
         )),
         None => match to {
-            Renderer::Mitsuba => mitsuba::files(scene, size, paths),
-            Renderer::Pbrt => {
-                pbrt::file(scene, size, paths).map(|text| vec![("scene.pbrt".to_owned(), text)])
-            }
+            Renderer::Mitsuba => mitsuba::files(scene, size, spp, bounces),
+            Renderer::Pbrt => pbrt::file(scene, size, spp, bounces)
+                .map(|text| vec![("scene.pbrt".to_owned(), text)]),
         },
     };
     files.map_err(|what| {
         let renderer = crate::render::name(to);
         Error::Option(format!(
-            "--to {renderer} cannot say scene {}: {what}",
+            "--to {renderer} cannot express scene {}: {what}",
             scene.name()
         ))
     })
 }
 
-/// What has one surface: its triangles together, each sphere alone.
+/// Geometry with one surface: all triangles of the surface, or a single sphere.
 struct Part<'s> {
     surface: &'s Surface,
     shape: Shape,
@@ -162,7 +163,7 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
     parts
 }
 
-/// The radiance of a background that is not black.
+/// Returns the radiance of the background, or `None` if it is black.
 fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
     match scene.background() {
         Environment::Uniform(radiance) => Ok((*radiance != DVec3::ZERO).then_some(*radiance)),
@@ -172,12 +173,12 @@ fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
     }
 }
 
-/// Whether it is all of its sphere.
+/// Returns true if the sphere is not clipped.
 fn is_whole(sphere: &Sphere) -> bool {
     sphere.heights() == [-sphere.radius, sphere.radius]
 }
 
-/// Three numbers with a separator, each with all its digits.
+/// Formats three numbers with a separator, each with all its digits.
 fn numbers(v: DVec3, separator: &str) -> String {
     v.to_array().map(|x| x.to_string()).join(separator)
 }

@@ -1,4 +1,4 @@
-//! pbrt-v4: one text. Its camera is left-handed, hence the mirrored axis.
+//! pbrt-v4: one text file. pbrt's camera is left-handed, hence the mirrored axis.
 
 use std::fmt::Write as _;
 
@@ -8,19 +8,20 @@ use whitefurnace::scene::Scene;
 
 use super::{Part, Shape, background, numbers, parts};
 
-/// More reflections than any path has.
+/// Bounce limit larger than the number of bounces of any path.
 const DEPTH: u32 = 1_000_000;
 
 pub(super) fn file(
     scene: &Scene,
     [width, height]: [u32; 2],
-    (spp, bounces): (u32, Option<u32>),
+    spp: u32,
+    bounces: Option<u32>,
 ) -> Result<String, String> {
     let depth = bounces.unwrap_or(DEPTH);
     let camera = scene.camera();
     let ([forward, _, up], half_height) = camera.frame();
     let [eye, target, up] = [camera.eye, camera.eye + forward, up].map(|v| numbers(v, " "));
-    // Its angle is that of the image's shorter side.
+    // pbrt's field of view is that of the image's shorter side.
     let half = half_height * f64::from(width.min(height)) / f64::from(height);
     let degrees = 2.0 * half.atan().to_degrees();
     let mut text = format!(
@@ -78,8 +79,8 @@ WorldBegin
     Ok(text)
 }
 
-/// A colour whose channels are equal: of others it makes a spectrum, and products of spectra are
-/// not those of channels.
+/// Returns a colour whose channels are equal, as pbrt takes it. pbrt turns other colours into
+/// spectra, and products of spectra differ from products of RGB channels.
 fn grey(name: &str, colour: DVec3) -> Result<String, String> {
     if colour == DVec3::splat(colour.x) {
         return Ok(format!("\"rgb {name}\" [ {} ]", numbers(colour, " ")));

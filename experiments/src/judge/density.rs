@@ -1,4 +1,4 @@
-//! The densities that have names.
+//! The named densities.
 
 use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
@@ -70,7 +70,7 @@ impl FromStr for Named {
                 "ALPHA must be from 0.01 to 1, DEGREES from 0 to 89",
             ),
             _ => Err(format!(
-                "no such density, or not with so many numbers; there are {NAMES}"
+                "unknown density, or wrong number of parameters; there are {NAMES}"
             )),
         }
     }

@@ -1,5 +1,4 @@
-//! The program `judge`: a sampler in any language on trial by the directions that it writes to a
-//! file.
+//! The program `judge`: tests a sampler in any language by the directions that it writes to a file.
 
 mod density;
 mod npy;
@@ -26,26 +25,25 @@ use density::Named;
 use precision::{AllSeen, Asked, words};
 use read::{Digits, Row};
 
-/// Decide whether directions follow a density: chi-square over few and many cells, means, and what
-/// the sampler itself says of weights and pdfs.
+/// Decide whether directions follow a density: chi-square over few and many cells, means, and the
+/// sampler's own weights and pdfs.
 ///
 /// Examples:
-///   judge --samples directions.csv --density cosine                 a Lambert sampler judge
-///   --samples reflected.npy --density ggx:0.3,60              GGX by visible normals, seen from 60
-///   degrees judge --samples sky.npy --table sky.csv --domain sphere         against a table
+///   judge --samples directions.csv --density cosine         a Lambert sampler
+///   judge --samples reflected.npy --density ggx:0.3,60      GGX visible normals, viewed at 60 deg
+///   judge --samples sky.npy --table sky.csv --domain sphere against a table
 ///
-/// A file of samples has a row for each: x, y, z, and, if the sampler has them, its weight f
-/// cos/pdf and its pdf (1/sr). It is text, with commas, semicolons, tabs or blanks between numbers
-/// and a header or none, or an array of numpy: NPY, or NPZ of one array or of arrays called x, y,
-/// z, weight and pdf (file.npz:name chooses one). The normal is z; with ggx, light goes out in the
-/// x-z plane towards x. A sample that the sampler lost is a row 0,0,0: leave none out. Lines that
-/// begin with # are passed over.
+/// A file of samples has a row for each sample: x, y, z, and optionally its weight f cos/pdf and
+/// its pdf (1/sr). It is text with commas, semicolons, tabs or blanks between numbers, with or
+/// without a header, or a numpy array: NPY, or NPZ of one array or of arrays called x, y, z, weight
+/// and pdf (file.npz:name chooses one). The normal is z; with ggx, light goes out in the x-z plane
+/// towards x. A lost sample is a row 0,0,0: leave none out. Lines that begin with # are skipped.
 ///
 /// Numbers in single precision or with few decimals are judged as such: a direction stands for all
-/// that are rounded to the same numbers, so right samples agree as often as exact ones, and what
-/// rounding hides is not judged.
+/// that are rounded to the same numbers, so correct samples pass as often as exact ones, and
+/// effects hidden by the rounding are not judged.
 ///
-/// Into the folder --out go judge.json and a plot of the cells. Exit codes: 0 if the samples follow
+/// The folder --out gets judge.json and a plot of the cells. Exit codes: 0 if the samples follow
 /// the density, 1 if not, 2 if more samples are needed to tell, 3 for bad input.
 #[derive(Parser)]
 #[command(name = "judge", version, verbatim_doc_comment)]
@@ -58,15 +56,15 @@ pub struct Judge {
     /// visible normals)
     #[arg(long, value_name = "NAME", required_unless_present = "table")]
     density: Option<Named>,
-    /// In its place text or an array of at most a million numbers in proportion to the pdf: a row
-    /// for each band of equal height from z = 1 down, a column for each sector by azimuth from x by
-    /// way of y
+    /// Text or an array of at most a million numbers in proportion to the pdf, in place of
+    /// --density: a row for each band of equal height from z = 1 down, a column for each sector of
+    /// azimuth from x towards y
     #[arg(long, value_name = "FILE", conflicts_with = "density")]
     table: Option<PathBuf>,
-    /// What a table covers
+    /// The directions that a table covers
     #[arg(long, value_enum, default_value_t = Covered::Hemisphere, requires = "table")]
     domain: Covered,
-    /// The columns, of x, y, z, weight, pdf and - for one that does not matter [default: the file's
+    /// The columns, of x, y, z, weight, pdf and - for one that is ignored [default: the file's
     /// names, or these in order]
     #[arg(
         long,
@@ -75,16 +73,15 @@ pub struct Judge {
         value_name = "NAMES"
     )]
     columns: Vec<String>,
-    /// What the mean weight should be, lost samples counted as 0: the directional albedo; from 1e-9
-    /// to 1e9
+    /// Expected mean weight, lost samples counted as 0: the directional albedo; from 1e-9 to 1e9
     #[arg(long, allow_hyphen_values = true, value_parser = real(1e-9..=1e9))]
     mean_weight: Option<f64>,
-    /// The precision of the numbers: auto (what they show), double, single, half, or how many
-    /// decimals, from 2 to 15
+    /// The precision of the numbers: auto (as the numbers show), double, single, half, or the
+    /// number of decimals, from 2 to 15
     #[arg(long, value_name = "WHICH", default_value = "auto")]
     precision: Asked,
-    /// How far a cell's probability and the mean weight may be off, percent, and means of
-    /// quantiles, hundredths; from 0.01 to 50
+    /// Tolerance of a cell's probability and of the mean weight in percent, and of means of
+    /// quantiles in hundredths; from 0.01 to 50
     #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = real(0.01..=50.0))]
     margin: f64,
     /// Folder for the report
@@ -92,7 +89,7 @@ pub struct Judge {
     out: PathBuf,
 }
 
-/// What a table covers.
+/// Directions that a table covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Covered {
     /// Directions with z of at least 0
@@ -101,12 +98,12 @@ pub enum Covered {
     Sphere,
 }
 
-/// The most numbers of a table.
+/// Largest number of entries of a table.
 const LARGEST_TABLE: usize = 1_000_000;
-/// The columns of samples.
+/// Names of the columns of samples.
 const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
 
-/// The whole program.
+/// Runs the whole program.
 pub fn main() -> ExitCode {
     verdict(run)
 }
@@ -140,7 +137,7 @@ fn run(options: &Judge) -> Result<u8, Error> {
     report(options, &precision, &directions, &outcomes)
 }
 
-/// Hands each row of samples to `each`, with the places of its columns.
+/// Calls `each` with each row of samples and the indices of its columns.
 fn each_row(
     path: &Path,
     mut columns: Option<Columns>,
@@ -163,7 +160,7 @@ fn each_row(
     }
 }
 
-/// The precision of a file as its numbers show it.
+/// Measures the precision of a file from its numbers.
 fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
     let mut seen = AllSeen::default();
     each_row(path, columns, &mut |columns, row| {
@@ -184,7 +181,7 @@ fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
     Ok(seen)
 }
 
-/// The density of a name and its parameters, as after `--density`.
+/// Returns the density of a name and its parameters, as after `--density`.
 ///
 /// # Errors
 /// An error that says which name or parameter is wrong.
@@ -192,7 +189,7 @@ pub fn named(name: &str) -> Result<Density, String> {
     name.parse::<Named>().map(|named| named.density())
 }
 
-/// A table's density.
+/// Reads a table's density.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
@@ -235,7 +232,7 @@ pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
     Ok(Density::of_table(domain, &table))
 }
 
-/// Where in a row each of [`NAMES`] stands.
+/// Index in a row of each of [`NAMES`].
 #[derive(Clone, Debug)]
 struct Columns {
     places: [Option<usize>; NAMES.len()],
@@ -243,7 +240,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// By names; nothing if there are none.
+    /// Finds the columns by names; `None` if there are none.
     fn named(names: &[String]) -> Result<Option<Self>, String> {
         if names.is_empty() {
             return Ok(None);
@@ -255,10 +252,10 @@ impl Columns {
         for (place, name) in names.iter().enumerate().filter(|(_, name)| *name != "-") {
             match NAMES.iter().position(|known| known == name) {
                 Some(which) if columns.places[which].replace(place).is_none() => {}
-                Some(_) => return Err(format!("the column {name} is there twice")),
+                Some(_) => return Err(format!("the column {name} occurs twice")),
                 None => {
                     return Err(format!(
-                        "no column is called {name}: there are {}, and - for others (--columns)",
+                        "no column is called {name}: there are {}, and - for ignored ones (--columns)",
                         NAMES.join(", ")
                     ));
                 }
@@ -270,7 +267,7 @@ impl Columns {
         }
     }
 
-    /// By a header, or in order.
+    /// Finds the columns by a header, or in order.
     fn found(header: Option<&[String]>, count: usize) -> Result<Self, String> {
         if let Some(columns) = Self::named(header.unwrap_or_default())? {
             return Ok(columns);
@@ -287,7 +284,7 @@ impl Columns {
         })
     }
 
-    /// Whether a row has so many numbers.
+    /// Checks that a row has the expected number of columns.
     fn check(&self, count: usize) -> Result<(), String> {
         if count == self.count {
             return Ok(());
@@ -331,7 +328,7 @@ impl Columns {
     }
 }
 
-/// What many numbers in a row may mean.
+/// Suggests a transposition if a row has many numbers; else empty.
 fn side_by_side(count: usize) -> &'static str {
     if count > 2 * NAMES.len() {
         "; if each column is a sample, transpose them: a row for each is needed"
@@ -340,7 +337,7 @@ fn side_by_side(count: usize) -> &'static str {
     }
 }
 
-/// Writes judge.json and the plot, prints what was found; the exit code.
+/// Writes judge.json and the plot, prints the result, and returns the exit code.
 fn report(
     options: &Judge,
     precision: &Precision,
@@ -388,10 +385,10 @@ fn report(
     });
     write_json(&options.out.join("judge.json"), &numbers)?;
     let why = match telling {
-        None => "the samples follow the density, as finely as is said below".to_owned(),
+        None => "the samples follow the density, within the precision stated below".to_owned(),
         Some(outcome) if needed(outcome) > 0 => {
             let how_many = match needed(outcome) {
-                u64::MAX => "cannot tell by more samples".to_owned(),
+                u64::MAX => "cannot be decided by more samples".to_owned(),
                 needed => format!("needs about {needed} samples"),
             };
             format!("nothing differs, but {} {how_many}", subject(outcome))
@@ -406,20 +403,20 @@ fn report(
     let how = if options.precision == Asked::Auto {
         "as the numbers show; --precision sets another"
     } else {
-        "as is asked"
+        "as asked"
     };
     say!("directions: {}, {how}", words(&precision.direction));
     for outcome in outcomes {
         say!("{}", line(outcome));
     }
     if let (Some([mean, error]), None) = (directions.mean_weight(), options.mean_weight) {
-        say!("mean weight: {mean:.6} ± {error:.1e}, which --mean-weight would judge");
+        say!("mean weight: {mean:.6} ± {error:.1e}; --mean-weight tests it");
     }
     say!("{}", plot.display());
     Ok(code)
 }
 
-/// How many samples would decide; 0 for what is decided.
+/// Returns the number of samples that would decide; 0 if the outcome is decided.
 fn needed(outcome: &Outcome) -> u64 {
     match outcome.verdict() {
         Verdict::Undecided { needed } => needed,
@@ -427,7 +424,7 @@ fn needed(outcome: &Outcome) -> u64 {
     }
 }
 
-/// What an outcome is about, as the subject of a clause.
+/// Returns the tested quantity as the subject of a clause.
 fn subject(outcome: &Outcome) -> String {
     match outcome.statistic {
         "chi-square" => format!("the histogram of {}", outcome.name),
@@ -435,12 +432,12 @@ fn subject(outcome: &Outcome) -> String {
     }
 }
 
-/// A number that is not −0.
+/// Formats a number, with 0 for −0.
 fn plain(value: f64) -> String {
     format!("{value:.6}").replace("-0.000000", "0.000000")
 }
 
-/// What one statistic found.
+/// Describes the result of one statistic.
 fn line(outcome: &Outcome) -> String {
     let Outcome {
         name,
@@ -466,7 +463,7 @@ fn line(outcome: &Outcome) -> String {
         _ => {
             let seen = outcome.minimum_detectable_effect();
             format!(
-                "{name}: {word}, p {p:.1e}; {}, should be {}; {seen:.1e} would be seen",
+                "{name}: {word}, p {p:.1e}; {}, should be {}; smallest detectable difference {seen:.1e}",
                 plain(*estimate),
                 plain(*reference)
             )

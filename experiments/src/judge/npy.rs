@@ -1,4 +1,4 @@
-//! Rows of numbers from numpy's arrays: one in a file, or several in an archive.
+//! Reads rows of numbers from numpy arrays: one in a file, or several in an archive.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -9,20 +9,20 @@ use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 use super::read::{Each, Row};
 use super::{NAMES, text};
 
-/// Numbers at the same place in every element of an array.
+/// A number at the same position in every element of an array.
 struct Column {
     name: Option<String>,
-    /// Bytes before it in a row.
+    /// Offset in bytes from the start of the row.
     offset: usize,
     number: fn(&[u8]) -> f64,
     size: usize,
 }
 
-/// Hands each row of an array of two dimensions, or of structures, to `each`; the file has so many
-/// `bytes`.
+/// Calls `each` with each row of a two-dimensional array, or an array of structures; the file has
+/// `bytes` bytes.
 ///
 /// # Errors
-/// What is wrong, with the index of the row.
+/// The problem, with the index of the row.
 pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> {
     let header = NpyHeader::from_reader(&mut file).map_err(|error| {
         format!(
@@ -103,8 +103,8 @@ pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> 
     Ok(())
 }
 
-/// The columns of an element: a number, or a structure of numbers, of which three together are x,
-/// y, z.
+/// Returns the columns of an element: a number, or a structure of numbers, of which three together
+/// are x, y, z.
 fn columns(dtype: &DType) -> Result<Vec<Column>, String> {
     let DType::Record(fields) = dtype else {
         let DType::Plain(kind) = dtype else {
@@ -129,7 +129,7 @@ fn columns(dtype: &DType) -> Result<Vec<Column>, String> {
                 field.name.escape_debug()
             ));
         };
-        // Bytes between the numbers of a structure have no name.
+        // Padding of a structure has no name.
         let padding = kind.type_char() == TypeChar::RawData && field.name.is_empty();
         for name in names.into_iter().filter(|_| !padding) {
             columns.push(Column {
@@ -153,7 +153,7 @@ fn size(kind: &TypeStr) -> usize {
     kind.num_bytes().unwrap_or(0)
 }
 
-/// How the bytes of a number are read.
+/// Returns the function that decodes a number's bytes.
 fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
     macro_rules! either {
         ($number:ty) => {
@@ -187,7 +187,7 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
     })
 }
 
-/// The value of a number of 16 bits.
+/// Converts a 16-bit float.
 fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
     let size = match exponent {
@@ -206,11 +206,11 @@ struct Member {
     bytes: Vec<u8>,
 }
 
-/// Hands each row of an archive's only array to `each`, of the `chosen` one, or of arrays whose
-/// names say what they are: x, y, z, weight and pdf, and one of shape (n, 3) for x, y, z.
+/// Calls `each` with each row of an archive: of its only array, of the `chosen` one, or of arrays
+/// named x, y, z, weight and pdf, or of shape (n, 3) for x, y, z.
 ///
 /// # Errors
-/// What is wrong, and what may be chosen.
+/// The problem, and the arrays that may be chosen.
 pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Result<(), String> {
     let mut members = Vec::new();
     for (name, bytes) in
@@ -236,7 +236,7 @@ pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Re
             chosen.unwrap_or_default()
         )),
         [] => Err(
-            "a zip archive without arrays of numpy: save the numbers as CSV, or by numpy.save"
+            "a zip archive without numpy arrays: save the numbers as CSV, or by numpy.save"
                 .to_owned(),
         ),
         [one] => array(one.bytes.as_slice(), one.bytes.len() as u64, each),
@@ -255,8 +255,8 @@ pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Re
     }
 }
 
-/// The files in a zip archive, with their names: stored, or compressed by deflate; `None` if it is
-/// damaged.
+/// Returns the files in a zip archive with their names, stored or compressed by deflate; `None` if
+/// the archive is damaged.
 ///
 /// Offsets in records are those of PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16.
 fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
@@ -269,7 +269,7 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
                 .fold(0, |sum, &byte| sum << 8 | usize::from(byte)),
         )
     };
-    // The last record says where the directory is.
+    // The last record gives the position of the directory.
     let end = file.windows(4).rposition(|bytes| bytes == b"PK\x05\x06")?;
     let (count, mut entry) = (number(end + 10, 2)?, number(end + 16, 4)?);
     let mut files = Vec::new();
@@ -311,7 +311,7 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     Some(files)
 }
 
-/// The rows of arrays whose names say what they are; `None` if they do not.
+/// Joins arrays whose names are those of columns into rows; `None` if the names are others.
 fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
     let rows = *members[0].shape.first()?;
     let mut names: Vec<String> = Vec::new();
@@ -352,7 +352,7 @@ fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
     }))
 }
 
-/// All numbers of a member, row by row.
+/// Returns all numbers of a member, row by row.
 fn numbers(member: &Member) -> Result<Vec<f64>, String> {
     let mut numbers = Vec::new();
     let mut keep = |row: &Row| {

@@ -1,4 +1,4 @@
-//! The precision of a sampler's numbers, as the option says or as the numbers show.
+//! Precision of a sampler's numbers, as the option states or as the numbers show.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use whitefurnace::harness::directions::{Precision, Rounding};
 
 use super::read::Digits;
 
-/// What `--precision` asks for.
+/// Value of `--precision`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
     Auto,
@@ -34,16 +34,17 @@ impl FromStr for Asked {
     }
 }
 
-/// What numbers that belong together show of their precision.
+/// Observed precision of one group of numbers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seen {
-    /// How many were printed, and the most decimals and significant digits.
+    /// Number of printed values, and their largest number of decimals and significant digits.
     printed: u64,
     decimals: i32,
     significant: i32,
-    /// The most bits of a significand; of a printed number, of the shortest that is printed so.
+    /// Largest number of significand bits; for a printed number, of the shortest value that prints
+    /// the same.
     bits: u32,
-    /// Numbers other than 0, 1 and -1: the others have no digits to show.
+    /// Number of values other than 0, 1 and -1, which show no digits.
     telling: u64,
 }
 
@@ -99,8 +100,8 @@ impl Seen {
         }
     }
 
-    /// As if numbers had been printed with the digits of others, too: those of short numbers say
-    /// nothing, as of 0.5.
+    /// Adds the digits of another group if this one has short numbers only, such as 0.5, which show
+    /// no precision.
     fn with(self, other: &Self) -> Self {
         if self.decimals >= 3 || self.printed == 0 {
             return self;
@@ -114,7 +115,7 @@ impl Seen {
     }
 }
 
-/// What all numbers of a file show: directions, weights, pdfs.
+/// Observed precision of all numbers of a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AllSeen {
     pub(super) direction: Seen,
@@ -132,7 +133,7 @@ impl AllSeen {
     }
 }
 
-/// A precision in words.
+/// Describes a precision in words.
 pub(super) fn words(rounding: &Rounding) -> String {
     match *rounding {
         Rounding::DOUBLE => "double precision".to_owned(),

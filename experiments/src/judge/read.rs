@@ -1,4 +1,4 @@
-//! Rows of numbers from files of text and of numpy's arrays.
+//! Reads rows of numbers from text files and numpy arrays.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read as _};
@@ -8,27 +8,27 @@ use whitefurnace::error::Error;
 
 use super::{npy, text};
 
-/// A row of numbers as it stands in a file.
+/// A row of numbers as it is in a file.
 pub struct Row<'a> {
-    /// The names of the columns in lower case, if the file has them; - for a column without.
+    /// Names of the columns in lower case, if the file has them; - for a column without.
     pub names: Option<&'a [String]>,
-    /// The numbers.
+    /// The values.
     pub numbers: &'a [f64],
     /// Their digits, if they are printed.
     pub digits: Option<&'a [Digits]>,
 }
 
-/// The digits of a printed number.
+/// Digits of a printed number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Digits {
-    /// Digits behind the decimal point, less the exponent.
+    /// Digits after the decimal point, minus the exponent.
     pub decimals: i32,
     /// Digits from the first that is not 0.
     pub significant: i32,
 }
 
 impl Digits {
-    /// The digits of a number with a decimal point.
+    /// Counts the digits of a number with a decimal point.
     pub fn of(text: &str) -> Self {
         let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
         let behind = digits
@@ -46,12 +46,11 @@ impl Digits {
     }
 }
 
-/// What is done with a row.
+/// Callback for each row.
 pub type Each<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
 
-/// Hands each row of a file to `each`. What that finds wrong is told with the file and the line of
-/// a text, or the index of a row of an array. An array of several in `file.npz` is chosen by
-/// `file.npz:name`.
+/// Calls `each` with each row of a file. Its errors are reported with the file and the line of a
+/// text, or the index of a row of an array. `file.npz:name` chooses an array of an archive.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
@@ -93,16 +92,14 @@ pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
         return text::rows(Cursor::new(decoded), each).map_err(wrong);
     }
     if start.contains(&0) {
-        return Err(wrong(format!(
-            "neither text nor an array of numpy: {REMEDY}"
-        )));
+        return Err(wrong(format!("neither text nor a numpy array: {REMEDY}")));
     }
     text::rows(BufReader::new(open()?), each).map_err(wrong)
 }
 
 const REMEDY: &str = "save the numbers as text (CSV), or by numpy.save";
 
-/// Files that people have, by their first bytes.
+/// First bytes of common files of other formats, and what they are.
 const KNOWN: [(&[u8], &str); 9] = [
     (
         b"\x1f\x8b",
@@ -121,7 +118,7 @@ const KNOWN: [(&[u8], &str); 9] = [
     (b"\x89PNG", "an image in PNG"),
 ];
 
-/// The file, and the array in it that stands behind a colon.
+/// Splits a path into the file and the array's name after a colon.
 fn array_of(path: &Path) -> (PathBuf, Option<String>) {
     match path.to_str().and_then(|name| name.rsplit_once(':')) {
         Some((file, array)) if !path.exists() && Path::new(file).is_file() => {
@@ -131,7 +128,7 @@ fn array_of(path: &Path) -> (PathBuf, Option<String>) {
     }
 }
 
-/// How two bytes make a character of a text that begins so, if it is UTF-16.
+/// Returns how two bytes make a character of a text that starts with these bytes, if it is UTF-16.
 fn utf16(start: &[u8]) -> Option<fn([u8; 2]) -> u16> {
     match start {
         [0xff, 0xfe, 0, 0, ..] => None,

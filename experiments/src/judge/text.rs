@@ -1,14 +1,14 @@
-//! Rows of numbers from text: separated by commas, semicolons, tabs or blanks, with decimal points
-//! or commas.
+//! Reads rows of numbers from text: separated by commas, semicolons, tabs or blanks, with decimal
+//! points or commas.
 
 use std::io::BufRead;
 
 use super::read::{Digits, Each, Row};
 
-/// Hands each row of numbers to `each`.
+/// Calls `each` with each row of numbers.
 ///
 /// # Errors
-/// What is wrong, with the line.
+/// The problem, with the line.
 pub fn rows(mut file: impl BufRead, each: Each) -> Result<(), String> {
     let (mut text, mut bytes) = (Text::default(), Vec::new());
     loop {
@@ -40,7 +40,7 @@ pub fn rows(mut file: impl BufRead, each: Each) -> Result<(), String> {
     }
 }
 
-/// What is known of a text so far.
+/// State of the parser: what the text has shown so far.
 #[derive(Default)]
 struct Text {
     line: usize,
@@ -48,12 +48,12 @@ struct Text {
     style: Option<Style>,
     numbers: Vec<f64>,
     digits: Vec<Digits>,
-    /// The decimals of the last number of each line, as long as they are all the same, and in how
-    /// many lines.
+    /// Decimals of the last number of each line as long as they are all equal, and the number of
+    /// lines.
     fixed: Option<(i32, usize)>,
 }
 
-/// How numbers are separated and written.
+/// Separator and decimal mark of numbers.
 #[derive(Clone, Copy, PartialEq)]
 struct Style {
     separator: Separator,
@@ -68,7 +68,7 @@ enum Separator {
 }
 
 impl Separator {
-    /// The separator of a line: the first of these that is there.
+    /// Returns the separator of a line: the first of these that occurs.
     fn of(line: &str) -> Self {
         [';', '\t', ',', '|']
             .into_iter()
@@ -152,7 +152,7 @@ impl Text {
     }
 }
 
-/// Whether a line has words and no number.
+/// Returns true if a line has words and no number.
 fn is_header(line: &str) -> bool {
     let styles = [false, true].map(|decimal_comma| Style {
         separator: Separator::Blank,
@@ -162,7 +162,7 @@ fn is_header(line: &str) -> bool {
     line.contains(char::is_alphabetic) && !Separator::of(line).fields(line).iter().any(is_number)
 }
 
-/// Whether commas both separate numbers and stand in them: as in 0,6,0,0,0,8.
+/// Returns true if commas could be separators as well as decimal marks, as in 0,6,0,0,0,8.
 fn is_ambiguous(style: Style, line: &str) -> bool {
     let fields = style.fields(line);
     let whole = |field: &&str| {
@@ -174,7 +174,7 @@ fn is_ambiguous(style: Style, line: &str) -> bool {
     style.separator == Separator::Character(',') && fields.len() >= 6 && fields.iter().all(whole)
 }
 
-/// The names in a header, in lower case, without quotes and units.
+/// Returns the names in a header, in lower case, without quotes and units.
 pub(super) fn names(line: &str) -> Vec<String> {
     Separator::of(line.trim())
         .fields(line.trim())
@@ -183,7 +183,7 @@ pub(super) fn names(line: &str) -> Vec<String> {
         .collect()
 }
 
-/// A column's name in lower case, without quotes and units; - for none.
+/// Returns a column's name in lower case, without quotes and units; - for none.
 pub(super) fn name(field: &str) -> String {
     let field = plain(field);
     let name = field
@@ -199,13 +199,13 @@ pub(super) fn name(field: &str) -> String {
     }
 }
 
-/// A field without quotes.
+/// Returns a field without quotes.
 fn plain(field: &str) -> &str {
     field.trim().trim_matches(['"', '\'']).trim()
 }
 
 impl Style {
-    /// The style of a line of numbers.
+    /// Detects the style of a line of numbers.
     fn of(line: &str) -> Self {
         let separator = Separator::of(line);
         let points = Self {
@@ -244,7 +244,7 @@ impl Style {
 
     fn number(self, field: &str) -> Result<(f64, Digits), String> {
         let field = plain(field);
-        let wrong = |hint: &str| format!("“{}” is no number{hint}", field.escape_debug());
+        let wrong = |hint: &str| format!("“{}” is not a number{hint}", field.escape_debug());
         let mixed = || {
             Err(wrong(
                 ": some lines have decimal commas, others decimal points",

@@ -1,21 +1,21 @@
-//! The agreement matrix, and the histograms of p-values behind it.
+//! Plots of the agreement matrix, and of the histograms of p-values behind it.
 
 use super::*;
 
-/// What a cell of the matrix says.
+/// Result shown in a cell of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
     /// Within the margin of methods without bias.
     Agrees,
     /// Within the wider margin of a bias of known cause.
     Biased,
-    /// Different by what the reason that is stated takes or adds.
+    /// Different by the amount that the stated cause predicts.
     Explained,
     /// Too few samples to say.
     Undecided,
-    /// Outside the margin, and nothing explains it.
+    /// Outside the margin without an explanation.
     Differs,
-    /// What the others are compared with.
+    /// The reference of the scene.
     Reference,
 }
 
@@ -24,20 +24,23 @@ pub enum Standing {
 pub struct Square {
     /// The number, such as "+0.02 ± 0.10 %"; lines end with line feeds.
     pub text: String,
-    /// How it stands.
+    /// Result, shown by colour and border.
     pub standing: Standing,
 }
 
 const CELL: [f64; 2] = [138.0, 44.0];
-/// Distance of the lines of a cell.
+/// Line spacing in a cell, pixels.
 const LINE: f64 = 17.0;
 const LEFT: f64 = 100.0;
 
-/// Draws rows × columns. A cell that is `None` is struck through: `blank` says why.
+/// Draws rows × columns. A cell that is `None` is struck through; the legend explains it by
+/// `blank`.
 pub fn squares(
     path: &Path,
-    (title, see): (&str, &str),
-    (rows, columns): (&[String], &[String]),
+    title: &str,
+    see: &str,
+    rows: &[String],
+    columns: &[String],
     blank: &str,
     square: impl Fn(usize, usize) -> Option<Square>,
 ) -> Result<(), Error> {
@@ -93,7 +96,7 @@ pub fn squares(
 /// An entry of the legend and its upper left corner.
 type Entry<'a> = (Option<Standing>, &'a str, Point);
 
-/// The legend, in as many lines as it takes to end before `right`.
+/// Lays out the legend in as many lines as it takes to end before `right`.
 fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
     let entries = [
         (Some(Standing::Reference), "reference"),
@@ -116,7 +119,7 @@ fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
     })
 }
 
-/// Fills and borders can be told apart without colour.
+/// Draws a cell's fill and border, which can be told apart without colour.
 fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
     let [left, top, right, bottom] = frame;
     let fill = match standing {
@@ -162,10 +165,12 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
 const PANEL: [f64; 2] = [178.0, 108.0];
 const ACROSS: usize = 5;
 
-/// Histograms of p-values in equal bins of [0, 1], a small panel each, relative to a flat one.
+/// Draws histograms of p-values in equal bins of [0, 1], a small panel each, relative to a uniform
+/// one.
 pub fn histograms(
     path: &Path,
-    (title, see): (&str, &str),
+    title: &str,
+    see: &str,
     panels: &[(String, Vec<u64>)],
 ) -> Result<(), Error> {
     let rows = panels.len().div_ceil(ACROSS).max(1);
@@ -195,7 +200,7 @@ fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) 
     let (right, base, top) = (x + PANEL[0] - 16.0, y + 94.0, y + 22.0);
     canvas.text(name, [x, y + 8.0], Anchor::Left, 12.0);
     let flat = counts.iter().sum::<u64>() as f64 / counts.len().max(1) as f64;
-    // A flat histogram reaches half of the height.
+    // A uniform histogram reaches half of the height.
     let scale = 0.5 * (base - top) / flat.max(1.0);
     let bin = (right - x) / counts.len().max(1) as f64;
     for (k, &count) in counts.iter().enumerate() {

@@ -1,21 +1,21 @@
-//! Axes: where values lie, and which are labelled.
+//! Axes: positions of values, and the labelled ones.
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Division {
     Linear,
     Logarithmic,
-    /// By asinh: evenly about zero, by logarithms far from it on either side.
+    /// asinh scale: linear about zero, logarithmic far from it on either side.
     Signed,
 }
 
-/// An axis over a stretch of the drawing.
+/// An axis over an interval of the drawing.
 #[derive(Clone)]
 pub(super) struct Axis {
     ends: [f64; 2],
-    /// Where the ends are in the drawing.
+    /// Positions of both ends in the drawing, pixels.
     place: [f64; 2],
     division: Division,
-    /// The values that are labelled.
+    /// Values that are labelled.
     pub ticks: Vec<f64>,
     /// Decimals of a linear axis' labels.
     decimals: usize,
@@ -25,8 +25,8 @@ pub(super) struct Axis {
 const ROOM: f64 = 46.0;
 
 impl Axis {
-    /// With labels at round numbers: on a linear axis as many as fit, up to ten; on a logarithmic
-    /// one powers of ten, and 2 and 5 times these if it spans few.
+    /// Creates an axis with labels at round numbers: on a linear axis as many as fit, up to ten; on
+    /// a logarithmic one powers of ten, and 2 and 5 times these if it spans few.
     pub fn new([low, high]: [f64; 2], division: Division, place: [f64; 2]) -> Self {
         let most = ((place[1] - place[0]).abs() / ROOM).clamp(2.0, 10.0);
         let mut decimals = 0;
@@ -71,7 +71,7 @@ impl Axis {
         axis
     }
 
-    /// Where a value lies in the drawing; outside of the axis if the value is.
+    /// Returns the position of a value in the drawing; outside the axis if the value is.
     pub fn at(&self, value: f64) -> f64 {
         let scaled = |value: f64| match self.division {
             Division::Linear => value,
@@ -83,19 +83,19 @@ impl Axis {
         self.place[0] + share * (self.place[1] - self.place[0])
     }
 
-    /// Whether a value lies on the axis, up to rounding.
+    /// Returns true if a value lies on the axis, up to rounding.
     pub fn shows(&self, value: f64) -> bool {
         let [low, high] = self.reach();
         (low - 0.01..=high + 0.01).contains(&self.at(value))
     }
 
-    /// Where the axis ends, least first.
+    /// Returns the ends of the axis in the drawing, least first.
     pub fn reach(&self) -> [f64; 2] {
         let [a, b] = self.place;
         [a.min(b), a.max(b)]
     }
 
-    /// What a labelled value is called.
+    /// Formats a labelled value.
     pub fn label(&self, value: f64) -> String {
         let decimals = self.decimals;
         let most = self.ends[0].abs().max(self.ends[1].abs());

@@ -1,4 +1,4 @@
-//! A drawing in SVG: shapes at decimal coordinates, with a title and a description for those who
+//! A drawing in SVG: shapes at decimal coordinates, with a title and a description for readers who
 //! cannot see it. Lengths are in pixels, y points down.
 
 use std::io;
@@ -17,7 +17,7 @@ use whitefurnace::error::Error;
 use super::{INK, Rgb};
 use crate::run::write_text;
 
-/// Across and down.
+/// A position: x to the right, y down.
 pub(super) type Point = [f64; 2];
 
 /// Left, top, right and bottom.
@@ -27,12 +27,12 @@ pub(super) type Area = [f64; 4];
 pub(super) struct Pen {
     pub colour: Rgb,
     pub width: f64,
-    /// Lengths of strokes and gaps; empty for a line without gaps.
+    /// Lengths of strokes and gaps; empty for a solid line.
     pub dash: &'static [f64],
 }
 
 impl Pen {
-    /// A line without gaps.
+    /// Returns a pen for a solid line.
     pub const fn new(colour: Rgb, width: f64) -> Self {
         Self {
             colour,
@@ -42,7 +42,7 @@ impl Pen {
     }
 }
 
-/// The shape of a mark. Each can be told from the others without colour.
+/// Shape of a mark. Shapes can be told apart without colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     Disc,
@@ -55,7 +55,7 @@ pub(super) enum Shape {
     Bar,
 }
 
-/// A drawing in the making.
+/// A drawing under construction.
 pub(super) struct Canvas {
     size: Point,
     title: String,
@@ -64,7 +64,7 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// A white page. `title` says what it shows, `see` what there is to see.
+    /// Returns a white page. `title` is its title, `see` its description.
     pub fn new(size: Point, title: &str, see: &str) -> Self {
         Self {
             size,
@@ -74,7 +74,7 @@ impl Canvas {
         }
     }
 
-    /// Adds what `draw` draws, with attributes that plotters does not know.
+    /// Adds what `draw` draws, with SVG attributes that plotters does not support.
     fn draw(
         &mut self,
         attributes: &str,
@@ -96,7 +96,7 @@ impl Canvas {
         }
     }
 
-    /// A filled rectangle.
+    /// Fills a rectangle.
     pub fn fill(&mut self, [left, top, right, bottom]: Area, colour: Rgb) {
         let corners = [place([left, top]), place([right, bottom])];
         self.draw("", |page| {
@@ -104,7 +104,7 @@ impl Canvas {
         });
     }
 
-    /// The border of a rectangle.
+    /// Draws the border of a rectangle.
     pub fn frame(&mut self, [left, top, right, bottom]: Area, pen: Pen) {
         self.line(
             &[
@@ -140,9 +140,9 @@ impl Canvas {
         lines.iter().for_each(|line| self.line(line, pen));
     }
 
-    /// Marks of one shape and colour, each about `radius` in all directions.
+    /// Draws marks of one shape and colour, each of about this `radius`.
     pub fn marks(&mut self, at: &[Point], shape: Shape, radius: f64, colour: Rgb) {
-        // A thin white rim keeps marks apart that overlap.
+        // A thin white rim separates marks that overlap.
         let rim = if radius > 2.0 { RIM } else { "" };
         for &[x, y] in at {
             let at = |&[dx, dy]: &Point| [x + radius * dx, y + radius * dy];
@@ -167,12 +167,12 @@ impl Canvas {
         }
     }
 
-    /// A text whose middle is at the height of the point.
+    /// Draws a text, centred vertically on the point.
     pub fn text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64) {
         self.turned(text, at, anchor, size, 0);
     }
 
-    /// A text turned by `degrees` about its point, clockwise.
+    /// Draws a text turned by `degrees` about its point, clockwise.
     pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
         let (x, y) = place(at);
         let turn = match degrees {
@@ -187,7 +187,7 @@ impl Canvas {
         self.draw(&turn, |page| page.draw_text(text, &style, (x, y)));
     }
 
-    /// A picture, stretched over a rectangle: plotters has none that stretches.
+    /// Draws a picture stretched over a rectangle, which plotters does not support.
     pub fn picture(&mut self, [left, top, right, bottom]: Area, png: &[u8]) {
         let [x, y, width, height] = [left, top, right - left, bottom - top].map(fine);
         let data = STANDARD.encode(png);
@@ -213,15 +213,15 @@ impl Canvas {
     }
 }
 
-/// About how wide a text is.
+/// Estimates the width of a text, pixels.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     0.59 * size * text.chars().count() as f64
 }
 
-/// The rim of a mark.
+/// Attributes of the rim of a mark.
 const RIM: &str = "stroke=\"#fff\" stroke-width=\"60\"";
 
-/// Plotters draws at whole coordinates: hundredths of a pixel are finer than any screen shows.
+/// Converts a length to hundredths of a pixel: plotters draws at whole coordinates.
 fn fine(length: f64) -> i32 {
     (100.0 * length).round() as i32
 }
@@ -231,7 +231,8 @@ fn place([x, y]: Point) -> (i32, i32) {
 }
 
 impl Shape {
-    /// The corners of a mark of radius 1; of crosses the ends of both strokes; of a disc none.
+    /// Returns the corners of a mark of radius 1; for crosses the ends of both strokes; for a disc
+    /// none.
     fn corners(self) -> &'static [Point] {
         match self {
             Self::Disc => &[],

@@ -1,15 +1,15 @@
-//! A plain chart: lines, points and error bars over linear or logarithmic axes.
+//! A chart with lines, points and error bars over linear or logarithmic axes.
 
 use super::axis::Division;
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::*;
 
-/// How a series is drawn.
+/// Style of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// A line through the points.
     Line,
-    /// Marks, of a shape that belongs to the colour.
+    /// Marks, with a shape that follows from the colour.
     Points,
     /// Dots, for scatter.
     Dots,
@@ -20,11 +20,11 @@ pub enum Mark {
 /// Points with a name.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// For the legend; empty for none.
+    /// Text for the legend; empty for none.
     pub label: String,
-    /// Index into the palette. Series of one colour have one shape and one dash, too.
+    /// Index into the palette. Series of one colour share shape and dash.
     pub colour: usize,
-    /// How it is drawn.
+    /// Style in which the points are drawn.
     pub mark: Mark,
     /// x and y.
     pub points: Vec<[f64; 2]>,
@@ -33,7 +33,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// A series without error bars.
+    /// Returns a series without error bars.
     pub fn new(
         label: &str,
         colour: usize,
@@ -50,7 +50,7 @@ impl Series {
         }
     }
 
-    /// The line of a function at `steps` + 1 places from one end of a range to the other.
+    /// Returns the line of a function at `steps` + 1 places from one end of a range to the other.
     pub fn curve(
         label: &str,
         colour: usize,
@@ -62,7 +62,7 @@ impl Series {
         Self::new(label, colour, Mark::Line, x.map(|x| [x, f(x)]))
     }
 
-    /// Marks with error bars: x, y and how far the bar of y reaches to either side.
+    /// Returns marks with error bars from x, y and the half length of the bar of y.
     pub fn measured(
         label: &str,
         colour: usize,
@@ -76,7 +76,7 @@ impl Series {
         series
     }
 
-    /// The same points with these bars.
+    /// Returns the series with these error bars.
     pub fn with_bars(self, bars: Vec<[f64; 2]>) -> Self {
         Self { bars, ..self }
     }
@@ -85,20 +85,20 @@ impl Series {
 /// A chart; several are drawn one below the other.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// What it shows.
+    /// Title of the panel.
     pub title: String,
     /// Labels of the axes, with units.
     pub axes: [String; 2],
     /// Ranges of the axes, before the logarithm.
     pub ranges: [[f64; 2]; 2],
-    /// Which axes are logarithmic.
+    /// True for each axis that is logarithmic.
     pub log: [bool; 2],
-    /// What is drawn, in this order.
+    /// Series, in drawing order.
     pub series: Vec<Series>,
 }
 
 impl Chart {
-    /// A chart with even axes.
+    /// Returns a chart with linear axes.
     pub fn new(
         title: impl Into<String>,
         axes: [&str; 2],
@@ -115,19 +115,18 @@ impl Chart {
         }
     }
 
-    /// The same with logarithmic axes where `log` says so.
+    /// Makes the axes logarithmic where `log` is true.
     pub fn log(self, log: [bool; 2]) -> Self {
         Self { log, ..self }
     }
 }
 
-/// Draws charts, one below the other, `size` in pixels for all together. `see` says what there is
-/// to see.
+/// Draws charts one below the other; `size` is that of the figure in pixels, `see` its description.
 pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
     rows(path, see, size, 1, charts)
 }
 
-/// Draws charts in rows of `columns`, `size` in pixels for all together.
+/// Draws charts in rows of `columns`; `size` is that of the figure in pixels.
 pub fn rows(
     path: &Path,
     see: &str,
@@ -144,7 +143,7 @@ pub fn rows(
     canvas.write(path)
 }
 
-/// How colours are told apart without colour: the order in which the series of a figure bring them.
+/// Dashes and shapes of colours: the colours in the order in which a figure's series use them.
 struct Looks(Vec<usize>);
 
 impl Looks {
@@ -152,7 +151,7 @@ impl Looks {
         let mut colours = Vec::new();
         for series in charts.iter().flat_map(|chart| &chart.series) {
             let styled = !matches!(series.mark, Mark::Faint | Mark::Dots);
-            // Black is for references: always a full line.
+            // Black is for references: always a solid line.
             if styled && series.colour != BLACK && !colours.contains(&series.colour) {
                 colours.push(series.colour);
             }
@@ -178,7 +177,7 @@ impl Looks {
     }
 }
 
-/// Of the palette.
+/// Index of black in the palette.
 const BLACK: usize = 6;
 
 fn colour(series: &Series) -> Rgb {
@@ -188,7 +187,7 @@ fn colour(series: &Series) -> Rgb {
 /// Room right of the plotted area and below it, pixels.
 const RIGHT: f64 = 26.0;
 const BOTTOM: f64 = 60.0;
-/// Height of a line of the legend.
+/// Height of a line of the legend, pixels.
 const LINE: f64 = 22.0;
 const RADIUS: f64 = 4.2;
 
@@ -240,7 +239,7 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
     }
 }
 
-/// Names the series above the plot, where they hide nothing; returns how many lines that takes.
+/// Draws the legend above the plot, where it hides nothing; returns the number of its lines.
 fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks: &Looks) -> usize {
     let start = left + LEFT;
     let (mut x, mut lines) = (start, 0);
@@ -275,7 +274,7 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
     lines
 }
 
-/// The parts of a line that lie within the ranges, cut where it leaves them.
+/// Returns the parts of a line that lie within the ranges, cut where it leaves them.
 fn runs(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = Vec::new();
     for ends in points.windows(2) {
@@ -290,7 +289,7 @@ fn runs(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
     runs
 }
 
-/// The part of a segment within a rectangle (Liang and Barsky 1984).
+/// Returns the part of a segment within a rectangle (Liang and Barsky 1984).
 fn clipped(a: Point, b: Point, ranges: [[f64; 2]; 2]) -> Option<[Point; 2]> {
     let along = [b[0] - a[0], b[1] - a[1]];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);

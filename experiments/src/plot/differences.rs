@@ -1,19 +1,19 @@
-//! Differences of regions, channel by channel, in panels on one scale.
+//! Plots differences of regions, channel by channel, in panels on one scale.
 
 use super::axis::Division;
 use super::panel::{LEFT, areas, axes, frame, heading};
 use super::*;
 
-/// Differences of red, green and blue for each region, under a title.
+/// A title, and the differences of red, green and blue for each region.
 pub type Panel<'a> = (&'a str, Vec<[f64; 3]>);
 
-/// What the panels have in common.
+/// Settings shared by all panels.
 pub struct Common<'a> {
-    /// The regions, and the greatest difference of either sign that is allowed: a band.
+    /// Regions, and the largest absolute difference allowed in each: the band.
     pub regions: &'a [(&'a str, f64)],
-    /// What the differences are, with their unit.
+    /// Label of the axis, with its unit.
     pub axis: &'a str,
-    /// What the band is.
+    /// Name of the band in the legend.
     pub band: &'a str,
 }
 
@@ -25,11 +25,12 @@ const CHANNELS: [(&str, Rgb, Shape); 3] = [
 const BAND: Rgb = Rgb(224, 232, 240);
 const RADIUS: f64 = 4.6;
 
-/// Draws the panels one below the other, all on one scale: even about zero, logarithmic farther
+/// Draws the panels one below the other, all on one scale: linear about zero, logarithmic farther
 /// from it.
 pub fn differences(
     path: &Path,
-    (title, see): (&str, &str),
+    title: &str,
+    see: &str,
     common: &Common<'_>,
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
@@ -82,7 +83,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
         let [from, to] = [-0.5, 0.5].map(|half| middle(i) + half * step);
         canvas.fill([from, y.at(allowed), to, y.at(-allowed)], BAND);
     }
-    // No labels across but the regions' names.
+    // The horizontal axis has the regions' names for labels.
     x.ticks.clear();
     frame(
         canvas,

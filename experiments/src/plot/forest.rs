@@ -1,25 +1,25 @@
-//! A forest plot: estimates with intervals, a line each, in units of the effect that must be seen.
+//! A forest plot: estimates with intervals, a line each, in units of the claimed effect size δ.
 
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::Row;
 
 use super::*;
 
-/// One line.
+/// An estimate with its interval.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// What is estimated.
+    /// Name of the estimated quantity.
     pub label: String,
     /// Estimate minus reference, in units of δ.
     pub estimate: f64,
-    /// The interval of the same.
+    /// Confidence interval of `estimate`.
     pub interval: [f64; 2],
     /// The verdict.
     pub verdict: Verdict,
 }
 
 impl Line {
-    /// A row of a trial in units of its δ.
+    /// Converts a row of a trial to units of its δ.
     pub fn of(label: String, row: &Row) -> Self {
         let o = &row.outcome;
         let units = |x: f64| (x - o.reference) / o.claim.size();
@@ -33,14 +33,14 @@ impl Line {
     }
 }
 
-/// What a line's mark says.
+/// Result shown by a line's mark.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mark {
     Holds,
     Fails,
     /// The interval reaches out of the band.
     Wide,
-    /// The interval lies within the band, but so few samples leave its tails unsure.
+    /// The interval lies within the band, but with so few samples its tails are not reliable.
     Few,
 }
 
@@ -71,7 +71,7 @@ impl Mark {
         }
     }
 
-    /// Dots where nothing may be read from the interval.
+    /// Returns the pen of the interval: dotted if nothing may be concluded from it.
     fn pen(self) -> Pen {
         Pen {
             dash: if self == Self::Few { &[2.0, 3.0] } else { &[] },
@@ -79,7 +79,7 @@ impl Mark {
         }
     }
 
-    /// Shape and colour say the same: disc, cross, hollow squares and diamonds.
+    /// Draws the mark. Shape and colour agree: disc, cross, hollow squares and diamonds.
     fn draw(self, canvas: &mut Canvas, at: [f64; 2]) {
         let colour = self.colour();
         let hollow = |canvas: &mut Canvas, shape, radius| {
@@ -95,17 +95,17 @@ impl Mark {
     }
 }
 
-/// The plot reaches to ± this many δ; what lies outside gets an arrowhead.
+/// The plot covers ± this many δ; values outside get an arrowhead.
 const REACH: f64 = 3.0;
 const LEFT: f64 = 462.0;
 const WIDTH: f64 = 900.0;
 const ROW: f64 = 20.0;
 const TOP: f64 = 92.0;
-/// Size of the lines' labels.
+/// Font size of the lines' labels, pixels.
 const NAME: f64 = 13.0;
 
-/// Draws the lines from top to bottom.
-pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result<(), Error> {
+/// Draws the lines from top to bottom under `title`; `see` is the figure's description.
+pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
     let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);
     let x = |value: f64| {
@@ -157,7 +157,7 @@ pub fn forest(path: &Path, (title, see): (&str, &str), lines: &[Line]) -> Result
     canvas.write(path)
 }
 
-/// The marks that occur, and what they mean; the band.
+/// Draws the legend: the marks that occur, and the band.
 fn legend(canvas: &mut Canvas, lines: &[Line]) {
     let mut x = 20.0;
     for (mark, label) in Mark::ALL {
@@ -172,7 +172,7 @@ fn legend(canvas: &mut Canvas, lines: &[Line]) {
     canvas.text(band, [44.0, 71.0], Anchor::Left, NAME);
 }
 
-/// Labels must fit beside the plot.
+/// Shortens a label to fit beside the plot.
 fn shortened(label: &str) -> String {
     const MOST: usize = 62;
     if label.chars().count() <= MOST {

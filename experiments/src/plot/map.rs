@@ -1,5 +1,4 @@
-//! Maps of a signed quantity: cells in a diverging scale of colours, with a bar that says what they
-//! mean.
+//! Maps of a signed quantity: cells in a diverging colour scale, with a colour bar.
 
 use glam::DVec3;
 use whitefurnace::image::{encode_rgb, srgb};
@@ -11,7 +10,7 @@ use super::*;
 /// A map; several share a file.
 #[derive(Clone, Debug)]
 pub struct Map {
-    /// What it shows.
+    /// Title of the panel.
     pub title: String,
     /// Labels of the axes, with units.
     pub axes: [String; 2],
@@ -19,16 +18,16 @@ pub struct Map {
     pub ranges: [[f64; 2]; 2],
     /// Columns and rows of cells.
     pub size: [u32; 2],
-    /// The cells, row by row from the top; what is not a number is grey.
+    /// Values of the cells, row by row from the top; NaN is grey.
     pub values: Vec<f64>,
-    /// Values from here on, of either sign, have the full colour; larger ones are marked.
+    /// Absolute value from which the colour is saturated; cells with larger ones are marked.
     pub bound: f64,
-    /// What the values are, with their unit.
+    /// Name of the values, with their unit.
     pub unit: String,
 }
 
-/// The middle of the scale and its ends, in Oklab (Ottosson 2020): lightness, green to red, blue to
-/// yellow. The ends, a blue and a vermilion, are equally dark and equally far from the middle, and
+/// Middle and ends of the scale in Oklab (Ottosson 2020): lightness, green to red, blue to yellow.
+/// The ends, a blue and a vermilion, are equally dark and equally far from the middle, and
 /// colour-blind readers can tell them apart.
 const MIDDLE: DVec3 = DVec3::new(0.97, 0.0, 0.0);
 const ENDS: [DVec3; 2] = [
@@ -36,8 +35,8 @@ const ENDS: [DVec3; 2] = [
     DVec3::new(0.45, 0.108, 0.083),
 ];
 
-/// The colour of a share of the bound, 8-bit sRGB. Equal steps of the share are equal steps in
-/// Oklab.
+/// Returns the colour of a value given as a fraction of the bound, 8-bit sRGB. Equal steps of the
+/// fraction are equal steps in Oklab.
 pub fn diverging(share: f64) -> [u8; 3] {
     let end = ENDS[usize::from(share > 0.0)];
     let [l, a, b] = MIDDLE.lerp(end, share.abs().min(1.0)).to_array();
@@ -55,8 +54,7 @@ pub fn diverging(share: f64) -> [u8; 3] {
     .map(|linear| (255.0 * srgb(linear.clamp(0.0, 1.0))).round() as u8)
 }
 
-/// Draws maps in rows of `columns`, `size` in pixels for all together. `see` says what there is to
-/// see.
+/// Draws maps in rows of `columns`; `size` is that of the figure in pixels, `see` its description.
 pub fn maps(
     path: &Path,
     see: &str,
@@ -81,14 +79,14 @@ pub fn maps(
 const BAR: f64 = 16.0;
 const GAP: f64 = 14.0;
 const LABELS: f64 = 74.0;
-/// The colour of cells that are not numbers: none of the scale.
+/// Colour of cells that are NaN, outside the scale.
 pub const UNKNOWN: [u8; 3] = [150, 150, 150];
-/// Colours of the bar.
+/// Number of colours of the bar.
 const STEPS: u32 = 64;
-/// A map of cells has at least so many pixels on its longer side: whoever smooths them shows cells
-/// still.
+/// Least number of pixels on the longer side of a map, so that cells stay visible where a viewer
+/// smooths the picture.
 const SHARP: u32 = 480;
-/// Cells that are at least so large, in pixels, are marked where their values are off the scale.
+/// Least size of a cell, in pixels, at which values off the scale are marked.
 const MARKED: f64 = 9.0;
 
 fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
@@ -127,7 +125,7 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
     Ok(())
 }
 
-/// The cells as a PNG: a rectangle for each would take many times the room.
+/// Encodes the cells as a PNG, which is far smaller than a rectangle for each.
 fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let [width, height] = map.size;
     let times = SHARP.div_ceil(width.max(height).max(1));
@@ -151,13 +149,13 @@ fn cells(map: &Map) -> Result<Vec<u8>, String> {
     encode_rgb([width * times, height * times], &pixels).map_err(|error| error.to_string())
 }
 
-/// The scale, from +bound at the top to −bound; arrowheads where values go on beyond it.
+/// Draws the colour bar from +bound at the top to −bound, with arrowheads if values lie beyond it.
 fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
     let at = |share: f64| bottom + 0.5 * (share + 1.0) * (top - bottom);
     for step in 0..STEPS {
         let share = 1.0 - (2.0 * f64::from(step) + 1.0) / f64::from(STEPS);
         let [r, g, b] = diverging(share);
-        // To the bottom, under the next: no seams show.
+        // Each step extends to the bottom, under the next, so that no seams show.
         let upper = at(1.0 - 2.0 * f64::from(step) / f64::from(STEPS));
         canvas.fill([left, upper, right, bottom], Rgb(r, g, b));
     }

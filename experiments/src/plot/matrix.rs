@@ -1,8 +1,8 @@
-//! A matrix of verdicts: which trial rejects which fault.
+//! A matrix of results: which trial rejects which fault.
 
 use super::*;
 
-/// What a cell says.
+/// Result of a trial under a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detection {
     /// The trial rejects the fault.
@@ -14,10 +14,10 @@ pub enum Detection {
 }
 
 impl Detection {
-    /// All of them.
+    /// All results.
     pub const ALL: [Self; 3] = [Self::Rejected, Self::Missed, Self::Undecided];
 
-    /// What the legend calls it.
+    /// Returns the word in the legend.
     pub fn word(self) -> &'static str {
         match self {
             Self::Rejected => "rejected",
@@ -28,14 +28,15 @@ impl Detection {
 }
 
 const CELL: f64 = 17.0;
-/// Size of the names of rows and columns.
+/// Font size of the names of rows and columns, pixels.
 const NAME: f64 = 13.0;
 
-/// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row that say the
-/// same are drawn as one.
+/// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row with the same
+/// result are drawn as one.
 pub fn matrix(
     path: &Path,
-    (title, see): (&str, &str),
+    title: &str,
+    see: &str,
     rows: &[String],
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
@@ -94,7 +95,7 @@ pub fn matrix(
     canvas.write(path)
 }
 
-/// Dark; pale with a cross; grey: told apart without colour, too.
+/// Draws cells, dark, pale with a cross, or grey, so that they can be told apart without colour.
 fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     let right = x + count as f64 * CELL;
     let colour = match seen {

@@ -1,5 +1,5 @@
-//! The look of all plots: SVG, one typeface, colours that colour-blind readers can tell apart, and
-//! shapes and dashes that say the same without colour.
+//! Common style of all plots: SVG, one typeface, colours that colour-blind readers can tell apart,
+//! and shapes and dashes that carry the same information without colour.
 
 pub mod agreement;
 mod axis;
@@ -12,14 +12,14 @@ pub mod matrix;
 mod panel;
 pub mod trial_cells;
 
-// What all plots draw with.
+// Names that all plots use.
 use std::path::Path;
 
 use canvas::{Anchor, Area, Canvas, Pen, Point, Shape, width};
 use plotters::style::RGBColor as Rgb;
 use whitefurnace::error::Error;
 
-/// A colour mixed with white: a `share` of 1 is the colour itself.
+/// Mixes a colour with white; a `share` of 1 is the colour itself.
 fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
     let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
     Rgb(mix(r), mix(g), mix(b))
@@ -40,8 +40,8 @@ const OKABE_ITO: [Rgb; 8] = [
 const INK: Rgb = Rgb(40, 40, 40);
 const FAINT: Rgb = Rgb(215, 215, 215);
 
-/// What tells series apart without colour, in the order in which they appear: dashes of lines and
-/// shapes of marks.
+/// Dashes of lines and shapes of marks that tell series apart without colour, in order of
+/// appearance.
 const STYLES: [(&[f64], Shape); 8] = [
     (&[], Shape::Disc),
     (&[9.0, 4.0], Shape::Square),
@@ -53,7 +53,7 @@ const STYLES: [(&[f64], Shape); 8] = [
     (&[14.0, 3.0, 2.0, 3.0, 2.0, 3.0], Shape::Bar),
 ];
 
-/// Sizes of letters in pixels: titles of figures, titles of panels, and all else.
+/// Font sizes in pixels: titles of figures, titles of panels, and all else.
 const TITLE: f64 = 18.0;
 const HEADING: f64 = 16.5;
 const LABEL: f64 = 14.0;

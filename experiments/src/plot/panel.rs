@@ -1,4 +1,4 @@
-//! Panels of a figure: where each lies, its title, and its axes with labels and a grid.
+//! Panels of a figure: position, title, and axes with labels and a grid.
 
 use super::axis::{Axis, Division};
 use super::*;
@@ -7,7 +7,8 @@ use super::*;
 pub(super) const LEFT: f64 = 84.0;
 pub(super) const TOP: f64 = 38.0;
 
-/// A page of `size` pixels for panels of these titles, and where they lie: in rows of `columns`.
+/// Returns a page of `size` pixels for panels with these titles, in rows of `columns`, and the
+/// areas of the panels.
 pub(super) fn page(
     see: &str,
     size: [u32; 2],
@@ -21,7 +22,7 @@ pub(super) fn page(
     )
 }
 
-/// Equal parts of a drawing, row by row.
+/// Divides a drawing into equal areas, row by row.
 pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec<Area> {
     let rows = count.div_ceil(columns).max(1);
     let [w, h] = [width / columns as f64, height / rows as f64];
@@ -32,7 +33,7 @@ pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec
         .collect()
 }
 
-/// The axes along the lower and the left side of the plotted area.
+/// Returns the axes along the lower and the left side of the plotted area.
 pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) -> [Axis; 2] {
     let [left, top, right, bottom] = plot;
     [
@@ -41,7 +42,7 @@ pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) 
     ]
 }
 
-/// The title of a panel, over the middle of its plot.
+/// Draws the title of a panel, centred over its plot.
 pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, title: &str) {
     canvas.text(
         title,
@@ -51,7 +52,7 @@ pub(super) fn heading(canvas: &mut Canvas, [left, _, right, _]: Area, top: f64, 
     );
 }
 
-/// The axes with their labels, and a grid.
+/// Draws the axes with their labels, and a grid.
 pub(super) fn frame(
     canvas: &mut Canvas,
     [left, top, right, bottom]: Area,

@@ -1,4 +1,4 @@
-//! Plots the data file that a failing trial leaves behind.
+//! Plots the data file that a failing trial writes.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What of a job makes no sense, and what a file records of it.
+//! Checks of a render job's options, and the provenance that a file records of it.
 
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
@@ -13,14 +13,14 @@ use super::{
 };
 use crate::render::photons::Gather;
 
-/// An option: what it goes with, and the value that a file records.
+/// An option of a job: the options it requires, and the value that a file records.
 struct Setting {
     option: &'static str,
-    /// What it goes with; empty for any others.
+    /// Requirement on other options, in words; empty if there is none.
     with: &'static str,
-    /// Whether it changes anything together with the others.
+    /// Returns true if the option has an effect together with the job's other options.
     applies: fn(&Job) -> bool,
-    /// Empty for what is not recorded.
+    /// Returns the recorded value; empty if it is not recorded.
     value: fn(&Job) -> String,
 }
 
@@ -47,7 +47,7 @@ const fn goes(
     }
 }
 
-/// All that decides the pixels, in the order in which files record it.
+/// All options that decide the pixels, in the order in which files record them.
 const SETTINGS: &[Setting] = &[
     any("scene", |job| job.scene.name()),
     any("scene-sha256", |job| match job.scene {
@@ -61,7 +61,7 @@ const SETTINGS: &[Setting] = &[
         "--estimator mis, bsdf, light, whitted and report",
         Job::has_engines,
         |job| {
-            // The default needs no word.
+            // The default is not recorded.
             if job.engine == EngineName::Single {
                 name(job.engine)
             } else {
@@ -178,7 +178,7 @@ const RADIOSITY: &str = "--estimator radiosity";
 const PHOTONS: &str = "--estimator photon and sppm";
 const CAUSTICS: &str = "--estimator photon and --gather yes";
 
-/// A line of text for an EXR file.
+/// Returns the text as one line for an EXR file, with characters outside Latin-1 escaped.
 fn latin_1(text: &str) -> String {
     let fits = |c: &char| *c <= 'ÿ' && !c.is_control();
     text.chars()
@@ -193,7 +193,7 @@ fn latin_1(text: &str) -> String {
 }
 
 impl Job {
-    /// Refuses what makes no sense, before any work is done.
+    /// Refuses contradictory options before any work is done.
     pub fn check(&self) -> Result<(), Error> {
         let refuse = |message: String| Err(Error::Option(message));
         let (scene, convention, estimator) = (
@@ -207,7 +207,7 @@ impl Job {
                  report"
             ));
         }
-        // Empty: any.
+        // Empty: any estimator.
         let takes: &[EstimatorName] = match self.convention {
             ConventionName::Physical => &[],
             ConventionName::Report => &[EstimatorName::Report, EstimatorName::Whitted],
@@ -268,21 +268,21 @@ impl Job {
         Ok(())
     }
 
-    /// Refuses options of which one is `given` and does nothing together with the others.
+    /// Refuses an option that is `given` and has no effect together with the others.
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
-        // What goes with any others always does something.
+        // An option without a requirement always has an effect.
         let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
         let idle = conditional
             .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
         idle.map_or(Ok(()), |Setting { option, with, .. }| {
             Err(Error::Option(format!(
-                "--{option} changes nothing here: it goes with {with}"
+                "--{option} has no effect here: it needs {with}"
             )))
         })
     }
 
-    /// Key=value lines of all that decides the pixels, for the EXR's attribute, and of the camera.
-    /// What has no place in such lines and in Latin-1 is escaped.
+    /// Returns `key=value` lines of all that decides the pixels, and of the camera, for the EXR's
+    /// attribute. Characters that do not fit such lines or Latin-1 are escaped.
     pub fn provenance(&self, camera: &Camera, complete: bool) -> String {
         let mut text = format!(
             "program=whitefurnace\nversion={}\ncommit={}\n",
@@ -306,7 +306,7 @@ impl Job {
         text + &camera.text() + "complete=" + if complete { "yes" } else { "no" } + "\n"
     }
 
-    /// The camera of its scene.
+    /// Returns the camera of the job's scene.
     pub fn camera(&self) -> Result<Camera, Error> {
         match self.scene {
             SceneSource::File(file) => Ok(file.description.camera),
@@ -321,7 +321,7 @@ impl Job {
         }
     }
 
-    /// Refuses scenes whose light no particle carries, and more photons than fit memory.
+    /// Refuses scenes whose light no particle carries, and more photons than fit in memory.
     fn check_emitters(&self) -> Result<(), Error> {
         let scene = self.build_scene()?;
         if !scene.background().is_black() {
@@ -338,14 +338,14 @@ impl Job {
         Ok(())
     }
 
-    /// Whether more points can tell what lights show.
+    /// Returns true if silhouettes of lights can be supersampled.
     pub(super) fn shows_outlines(&self) -> bool {
         self.convention == ConventionName::Physical
             && matches!(self.pixel, PixelName::Random | PixelName::Jitter)
             && !self.estimator.makes_images()
     }
 
-    /// Whether pixels can have numbers of samples of their own.
+    /// Returns true if the number of samples can vary from pixel to pixel.
     pub(super) fn adapts(&self) -> bool {
         self.traces_paths() && self.sampler == SamplerName::Sobol
     }
@@ -357,7 +357,7 @@ impl Job {
         )
     }
 
-    /// Whether paths are followed in either precision.
+    /// Returns true if the estimator has a double-precision and a single-precision engine.
     pub(super) fn has_engines(&self) -> bool {
         match self.estimator {
             EstimatorName::Bsdf
@@ -381,17 +381,18 @@ impl Job {
         matches!(self.pixel, PixelName::Grid | PixelName::Jitter)
     }
 
-    /// Whether [`rays`](Self::rays) are followed from each diffuse hit.
+    /// Returns true if the estimator sends [`rays`](Self::rays) from each diffuse hit.
     fn splits(&self) -> bool {
         self.estimator == EstimatorName::Report && self.convention != ConventionName::Published
     }
 
-    /// Whether all samples share their photons.
+    /// Returns true if all samples share one photon map.
     pub(super) fn keeps_one_map(&self) -> bool {
         self.estimator == EstimatorName::Photon
     }
 
-    /// Whether photons are looked up at the second diffuse surface, and caustics apart.
+    /// Returns true if photons are gathered at the second diffuse surface, with a separate caustic
+    /// map.
     fn gathers(&self) -> bool {
         self.keeps_one_map() && self.photons.gather == Gather::Yes
     }

@@ -20,31 +20,31 @@ use crate::run::cli::{real, whole};
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
 ///
 /// Examples:
-///   render                                            the report's room, physically consistent
-///   render --convention report --out out/fig6.exr     what the report's text describes render
-///   --scene cornell --size 512x512 --spp 64    another scene, smaller and noisier render --scene
-///   room.toml                          a scene of your own: the book's page Scene files
+///   render                                           the report's room, physically consistent
+///   render --convention report --out out/fig6.exr    the room as the report's text describes it
+///   render --scene cornell --size 512x512 --spp 64   another scene, smaller and noisier
+///   render --scene room.toml                         a scene file: the book's page Scene files
 ///
-/// The same options give the same bytes, whatever the number of threads. An option that changes
-/// nothing together with the others is refused.
+/// The same options give the same bytes, whatever the number of threads. An option that has no
+/// effect together with the others is refused.
 ///
-/// What is done is saved in NAME.partial.exr every few seconds: --resume goes on from there, to the
-/// bytes of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the pass in
-/// hand of bdpt, bdpt-ends, light-tracer and sppm; photon maps, radiosity and the pilot of
-/// --adaptive are made anew, by each shard, too. Without --resume, a run begins afresh and replaces
-/// the file. Where it cannot be saved, work goes on, and saving is tried again. Several machines
-/// share the work by --shard, and the program merge joins the parts.
+/// The image is saved in NAME.partial.exr every few seconds; --resume continues from there and ends
+/// with the bytes of an uninterrupted run. A kill or a power cut costs at most 10 s of work, or the
+/// current pass of bdpt, bdpt-ends, light-tracer and sppm. Photon maps, radiosity and the pilot of
+/// --adaptive are computed anew, also by each shard. Without --resume a run starts from zero and
+/// replaces the file. If saving fails, rendering continues, and saving is tried again. With --shard
+/// several machines share the work; the program merge joins the parts.
 ///
-/// Ctrl-C, SIGTERM and SIGHUP save what is done, and show it in NAME.partial.png; a second Ctrl-C
-/// saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that cannot be
-/// written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+/// Ctrl-C, SIGTERM and SIGHUP save the samples done so far, and an image in NAME.partial.png; a
+/// second Ctrl-C saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that
+/// cannot be written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
 #[command(name = "render", version, verbatim_doc_comment)]
 pub struct Render {
     #[command(flatten)]
-    /// What to render, and how.
+    /// The image to render.
     pub job: Job,
-    /// Whether the number of samples decides if pixels adapt.
+    /// True if the number of samples decides whether sampling is adaptive.
     #[arg(skip)]
     may_adapt: bool,
     /// Threads; from 1 to 1024 [default: one per core]
@@ -53,27 +53,27 @@ pub struct Render {
     /// Exposure of the PNG in stops, under --convention physical; from -100 to 100
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = real(-100.0..=100.0))]
     pub exposure: f64,
-    /// Take as many samples as fit this time in all, such as 90s, 10m or 1.5h: a pilot tells, whose
-    /// own samples are thrown away; the image is that of --spp with the number that is printed;
-    /// from 1s to 10000h
+    /// Take as many samples as fit in this time, such as 90s, 10m or 1.5h. A pilot run, whose
+    /// samples are thrown away, decides the number; the image is that of --spp with the printed
+    /// number; from 1s to 10000h
     #[arg(long, value_name = "TIME", conflicts_with_all = ["spp", "target_error", "shard"], allow_hyphen_values = true, value_parser = parse_time)]
     pub time: Option<Duration>,
-    /// Take as many samples as should leave the pixels this relative standard error in the mean,
-    /// such as 1%: a pilot tells, as for --time; from 0.0001% to 100%
+    /// Take as many samples as should leave the pixels this mean relative standard error, such as
+    /// 1%; a pilot run decides, as for --time; from 0.0001% to 100%
     #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_share)]
     pub target_error: Option<f64>,
-    /// Go on from NAME.partial.exr, if it is there
+    /// Continue from NAME.partial.exr if it exists
     #[arg(long)]
     pub resume: bool,
-    /// Render part i of n of the samples to a file with sums, which the program merge joins with
-    /// the others
+    /// Render part i of n of the samples to a file of sums, which the program merge joins with the
+    /// others
     #[arg(long, value_name = "i/n", allow_hyphen_values = true, value_parser = Shard::from_str)]
     pub shard: Option<Shard>,
-    /// Show the image in this PNG while it is made: about every second, row by row as samples end
+    /// Write the unfinished image to this PNG about every second
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
-    /// Show the image while it is made in the viewer tev, which listens at 127.0.0.1:14158 unless
-    /// another address is given
+    /// Show the unfinished image in the viewer tev, which listens at 127.0.0.1:14158 unless another
+    /// address is given
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = TEV, value_parser = parse_address)]
     pub tev: Option<String>,
     /// The EXR file; the PNG has the same name
@@ -81,8 +81,8 @@ pub struct Render {
     pub out: PathBuf,
 }
 
-/// Samples per pixel from which on their numbers adapt unasked: a pilot of fewer costs as much as
-/// it gains, or more.
+/// Samples per pixel from which sampling is adaptive by default: with fewer, a pilot costs as much
+/// as it gains, or more.
 const MANY_ENOUGH: u32 = 32;
 
 fn given(matches: &ArgMatches, id: &str) -> bool {
@@ -90,7 +90,7 @@ fn given(matches: &ArgMatches, id: &str) -> bool {
 }
 
 impl Render {
-    /// The options of a command line, with what they imply where it says nothing.
+    /// Reads the options of a command line and fills in the defaults that depend on other options.
     pub fn of(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
         let job = &mut render.job;
@@ -101,7 +101,7 @@ impl Render {
         if !given(matches, "estimator") {
             job.estimator = job.convention.estimator();
         }
-        // The report's own estimator gains nothing: it keeps the report's numbers.
+        // The report's own estimator gains nothing from it and keeps the report's numbers.
         if job.estimator != EstimatorName::Report
             && !job.divides_pixels()
             && !given(matches, "sampler")
@@ -114,13 +114,13 @@ impl Render {
         render.may_adapt = job.adapts() && !given(matches, "adaptive");
         render.take(render.job.spp);
         if render.time.is_some() || render.target_error.is_some() {
-            // Until the pilot.
+            // Placeholder until the pilot decides.
             render.job.spp = render.job.legal(1.0, f64::ceil);
         }
         Ok(render)
     }
 
-    /// Sets the number of samples, and what it implies.
+    /// Sets the number of samples, and the options that depend on it.
     pub fn take(&mut self, spp: u32) {
         self.job.spp = spp;
         if self.may_adapt {
@@ -132,13 +132,13 @@ impl Render {
         }
     }
 
-    /// The replications that are asked for.
+    /// Returns the replications that this run renders.
     pub fn part(&self) -> Result<Part, Error> {
         let of = self.job.all_replications();
         let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
         if count > of {
             return Err(Error::Option(format!(
-                "--shard {index}/{count}: the samples of a pixel are {of} independent parts: take as many shards at most, \
+                "--shard {index}/{count}: the samples of a pixel are {of} independent parts: use at most that many shards, \
                  or more samples or --scrambles"
             )));
         }
@@ -149,7 +149,7 @@ impl Render {
         })
     }
 
-    /// What shows the image while it is made.
+    /// Returns the previews that show the image while it is made.
     pub fn previews(&self) -> Result<Vec<Preview>, Error> {
         let (size, display) = (self.job.size, self.job.display(self.exposure));
         let tev = self
@@ -163,7 +163,7 @@ impl Render {
         tev.into_iter().chain(png).collect()
     }
 
-    /// Refuses options that make no sense together, or do nothing.
+    /// Refuses options that contradict each other or have no effect.
     pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
         self.job.check()?;
         self.job.check_effect(|id| given(matches, id))?;

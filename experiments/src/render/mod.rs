@@ -1,4 +1,4 @@
-//! A render job: what the command line and the experiments ask the library to render.
+//! A render job: the options with which the command line and the experiments call the library.
 
 mod check;
 pub mod command;
@@ -32,20 +32,20 @@ pub use work::{Look, Rendered};
 use crate::run::cli::{parse_size, whole};
 use photons::Photons;
 
-/// Everything that decides the pixels of an image, as options of the command line.
+/// All options of the command line that decide the pixels of an image.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Job {
-    /// What to render: a built-in scene, or a scene file that ends in .toml
+    /// The scene: a built-in one, or a scene file that ends in .toml
     #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
     pub scene: SceneSource,
-    /// How light travels and is shown [default: physical, or report with --estimator report in the
-    /// report's scene]
+    /// Rules of light transport and display [default: physical, or report with --estimator report
+    /// in the report's scene]
     #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
     pub convention: ConventionName,
-    /// How to compute it [default: mis, or report under --convention report and published]
+    /// Estimator [default: mis, or report under --convention report and published]
     #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
     pub estimator: EstimatorName,
-    /// How paths are followed, for --estimator mis, bsdf, light, whitted and report
+    /// Engine that traces the paths, for --estimator mis, bsdf, light, whitted and report
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis
@@ -54,12 +54,12 @@ pub struct Job {
     /// How --estimator mis weights light that is both hit and sampled
     #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
-    /// Whether shadow rays of --estimator mis go by way of flat mirrors and of spheres of mirror
-    /// and glass as well
+    /// Whether shadow rays of --estimator mis also reach lights through specular chains: flat
+    /// mirrors, and spheres of mirror or glass
     #[arg(long, value_enum, default_value_t)]
     pub specular_shadow_rays: SpecularName,
-    /// How often light is scattered at most on its way to the camera, for --estimator mis, bsdf and
-    /// light; 0 leaves what is seen directly; from 0 to 8192 [default: no limit]
+    /// Most scattering events between a light and the camera, for --estimator mis, bsdf and light;
+    /// 0 leaves directly visible light; from 0 to 8192 [default: no limit]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
     pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
@@ -68,22 +68,23 @@ pub struct Job {
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]
     pub rays: u32,
-    /// How photon mapping works.
+    /// Options of photon mapping.
     #[command(flatten)]
     pub photons: Photons,
-    /// About how many patches all surfaces are divided into, for --estimator radiosity; from 1 to
+    /// Approximate number of patches of all surfaces, for --estimator radiosity; from 1 to
     /// 4294967295
     #[arg(long, default_value_t = 2000, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub patches: u32,
-    /// Where in a pixel the rays go
+    /// Positions of the rays in a pixel
     #[arg(long, value_enum, default_value_t = PixelName::Random)]
     pub pixel: PixelName,
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
     #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
     pub grid: u32,
-    /// Whether eight more points per sample tell what lights show directly at their outlines (for
-    /// mis, bsdf and light in mirrors, too), for --convention physical, --pixel random and jitter,
-    /// and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with these]
+    /// Whether the outlines of directly visible lights are supersampled with eight more points per
+    /// sample (for mis, bsdf and light also in mirrors), for --convention physical, --pixel random
+    /// and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with
+    /// these]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub outlines: OutlinesName,
     /// Where random numbers come from [default: sobol; independent with --estimator report and
@@ -95,8 +96,8 @@ pub struct Job {
     /// each]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub scrambles: Option<u32>,
-    /// Whether pixels take more samples where a pilot has seen more noise, for --estimator mis,
-    /// bsdf and light, and --sampler sobol [default: yes with these from 32 samples on]
+    /// Whether noisier pixels, as measured by a pilot, take more samples, for --estimator mis, bsdf
+    /// and light, and --sampler sobol [default: yes with these from 32 samples on]
     #[arg(long, value_enum, default_value_t, hide_default_value = true)]
     pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
@@ -105,7 +106,7 @@ pub struct Job {
     /// The part of the frame to render
     #[arg(skip)]
     pub window: Option<Window>,
-    /// Samples per pixel, in the mean with --adaptive yes; from 1 to 4294967295
+    /// Samples per pixel, on average with --adaptive yes; from 1 to 4294967295
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
     pub spp: u32,
     /// Seed of all random numbers; from 0 to 18446744073709551615
@@ -113,27 +114,28 @@ pub struct Job {
     pub seed: u64,
 }
 
-/// The fewest scrambles of a pixel that are made unasked. The more there are, the fewer points each
-/// has, and the less points gain; but Student's intervals from two or three are several times as
-/// wide (experiment `scrambles`).
+/// Least default number of scrambles per pixel. With more scrambles each has fewer points, which
+/// gain less; but Student's intervals from two or three are several times as wide (experiment
+/// `scrambles`).
 const FEW: u32 = 4;
 
-/// The most points of a scramble that are taken unasked: a signal, or a file that saves what is
-/// done, waits for a pixel to get its scramble.
+/// Largest default number of points per scramble: a signal or a checkpoint waits until a pixel has
+/// finished its scramble.
 const MANY: u32 = 1024;
 
-/// The largest count.
+/// Upper limit of counts without another limit.
 const ANY: u64 = u32::MAX as u64;
 
 impl Default for Job {
-    /// The report's figure 6 under the `physical` convention, by independent numbers.
+    /// Returns the report's figure 6 under the `physical` convention, with independent random
+    /// numbers.
     fn default() -> Self {
         command::Render::parse_from(["render"]).job
     }
 }
 
 impl Job {
-    /// The report's scene under a convention, with the estimator that belongs to it.
+    /// Returns the report's scene under a convention, with that convention's estimator.
     pub fn report(convention: ConventionName) -> Self {
         Self {
             convention,
@@ -142,7 +144,7 @@ impl Job {
         }
     }
 
-    /// How the convention shows radiance; `exposure` in stops, for `physical`.
+    /// Returns the display transform of the convention; `exposure` is in stops, for `physical`.
     pub fn display(&self, exposure: f64) -> Display {
         match self.convention {
             ConventionName::Physical => Display::Srgb { exposure },
@@ -150,9 +152,9 @@ impl Job {
         }
     }
 
-    /// Scrambles of a pixel: as asked, or the fewest that leave each as many points as the others.
-    /// A number of samples that has no such divisor, as a large prime, is so many scrambles of a
-    /// point each.
+    /// Returns the number of scrambles per pixel: as asked, or the fewest that give each the same
+    /// number of points. A number of samples without a suitable divisor, such as a large prime,
+    /// gets one scramble per sample.
     fn scrambles(&self) -> u32 {
         let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= MANY;
         self.scrambles
@@ -179,7 +181,7 @@ impl Job {
         }
     }
 
-    /// The scene of the job.
+    /// Builds the scene of the job.
     pub fn build_scene(&self) -> Result<Scene, Error> {
         let scene = match self.scene {
             SceneSource::Named(scene) => scene,

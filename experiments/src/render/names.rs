@@ -1,4 +1,4 @@
-//! What the command line calls scenes, estimators and their settings.
+//! Names of scenes, estimators and their settings on the command line.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -11,12 +11,12 @@ use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::scene::file::SceneFile;
 
-/// The scenes that programs can name.
+/// Built-in scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SceneName {
     /// The report's final scene
     Report,
-    /// The same room with Lambert surfaces only
+    /// The report's room with Lambert surfaces only
     DiffuseRoom,
     /// White sphere, mirror and glass in a uniform environment: every pixel is 1
     Environment,
@@ -30,12 +30,12 @@ pub enum SceneName {
     Cornell,
 }
 
-/// What a job renders.
+/// Scene of a job.
 #[derive(Clone, Copy, Debug)]
 pub enum SceneSource {
     /// A built-in scene
     Named(SceneName),
-    /// A scene file, which was read once and stays as it was: jobs are copied freely
+    /// A scene file, read once and leaked, so that jobs can be copied
     File(&'static SceneFile),
 }
 
@@ -52,7 +52,7 @@ impl PartialEq<SceneName> for SceneSource {
 }
 
 impl SceneSource {
-    /// The name or path on the command line.
+    /// Returns the name or path as the command line gives it.
     pub fn name(self) -> String {
         match self {
             Self::Named(scene) => name(scene),
@@ -68,7 +68,7 @@ impl SceneSource {
     }
 }
 
-/// Takes the name of a built-in scene, or reads the file if it ends in `.toml`.
+/// Parser that takes the name of a built-in scene, or reads the file if it ends in `.toml`.
 #[derive(Clone)]
 pub struct SceneParser;
 
@@ -110,42 +110,44 @@ impl ValueParserFactory for SceneSource {
     }
 }
 
-/// The estimators that programs can name, in the order of figures and tables.
+/// Estimators, in the order of figures and tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
-    /// Path tracing by directions and shadow rays, combined by multiple importance sampling
+    /// Path tracing by BSDF sampling and next-event estimation, combined by multiple importance
+    /// sampling
     Mis,
-    /// Path tracing that finds lights by the directions of its paths alone
+    /// Path tracing by BSDF sampling alone
     Bsdf,
-    /// Path tracing that finds lights by shadow rays alone
+    /// Path tracing by next-event estimation alone
     Light,
-    /// Particles from the lights, each hit connected to the camera
+    /// Light tracing: particles from the lights, each hit connected to the camera
     LightTracer,
-    /// Bidirectional path tracing: a camera path and a particle, connected in every way
+    /// Bidirectional path tracing: a camera path and a light path, connected in every way
     Bdpt,
     /// Bidirectional path tracing without connections between inner vertices: to lights and to the
     /// camera alone
     BdptEnds,
-    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons that all
+    /// Photon mapping with a kd-tree; its error bars leave out the noise of the photons, which all
     /// pixels share
     Photon,
-    /// Stochastic progressive photon mapping: each sample is a pass with photons of its own and a
+    /// Stochastic progressive photon mapping: each sample is a pass with its own photons and a
     /// smaller radius
     Sppm,
-    /// Finite elements for Lambert surfaces: no noise, but the error of a mesh
+    /// Finite elements for Lambert surfaces: no noise, but discretization error
     Radiosity,
     /// Whitted ray tracing: shadow rays, mirror and glass tree, no indirect light
     Whitted,
-    /// The report's: shadow rays, uniform hemisphere, roulette, at most 7 segments
+    /// The report's estimator: shadow rays, uniform hemisphere sampling, Russian roulette, at most
+    /// 7 segments
     Report,
 }
 
-/// All estimators but those that [make images](EstimatorName::makes_images).
+/// Names of all estimators but those that [make images](EstimatorName::makes_images).
 pub(super) const SINGLE_RAYS: &str =
     "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
-    /// Whether it makes whole images, from random points of pixels.
+    /// Returns true if the estimator renders whole images, from random points of pixels.
     pub(super) fn makes_images(self) -> bool {
         matches!(
             self,
@@ -153,56 +155,56 @@ impl EstimatorName {
         )
     }
 
-    /// Whether pixels share paths or photons, so that their standard errors do not tell that of a
-    /// mean of pixels.
+    /// Returns true if pixels share paths or photons, so that their standard errors do not give
+    /// that of a mean over pixels.
     pub(crate) fn shares_paths(self) -> bool {
         self.makes_images() || self == Self::Photon
     }
 }
 
-/// What follows the paths of estimators of single rays, as programs name it.
+/// Engines that trace the paths of estimators of single rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
     /// Eight paths at a time, in double precision
     #[default]
     Lanes,
-    /// Sixteen in single precision: the same paths, rounded
+    /// Sixteen paths at a time, in single precision: the same paths, rounded
     Single,
 }
 
-/// Whether more points tell what lights show directly, as programs name it.
+/// Whether the outlines of directly visible lights are supersampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum OutlinesName {
-    /// Where the outline of a light crosses a pixel
+    /// Supersample pixels that the outline of a light crosses
     Yes,
-    /// Nowhere: the samples alone tell
+    /// No supersampling
     #[default]
     No,
 }
 
-/// Whether pixels take more samples where a pilot has seen more noise, as programs name it.
+/// Whether noisier pixels take more samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum AdaptiveName {
-    /// The more the larger the noise around them; --spp in the mean, and a pilot's on top
+    /// More samples where a pilot measured more noise; --spp on average, and the pilot's on top
     Yes,
-    /// All the same number
+    /// The same number of samples in all pixels
     #[default]
     No,
 }
 
-/// The light-transport conventions, as programs name them.
+/// Light-transport conventions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ConventionName {
     /// Energy-consistent light transport
     Physical,
-    /// What the report's text describes
+    /// The rules that the report's text describes
     Report,
     /// A hypothesis about the program that made the published figure 6
     Published,
 }
 
 impl ConventionName {
-    /// The estimator that belongs to it.
+    /// Returns the default estimator of the convention.
     pub fn estimator(self) -> EstimatorName {
         match self {
             Self::Physical => EstimatorName::Mis,
@@ -211,7 +213,7 @@ impl ConventionName {
     }
 }
 
-/// The strategies of section 2.7, as programs name them.
+/// Pixel sampling strategies of section 2.7.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PixelName {
     /// Every ray through the pixel's centre
@@ -224,57 +226,57 @@ pub enum PixelName {
     Jitter,
 }
 
-/// Where random numbers come from, as programs name it.
+/// Sources of random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SamplerName {
-    /// A stream of its own for each sample
+    /// An independent stream for each sample
     Independent,
     /// Owen-scrambled Sobol' points, several scrambles per pixel
     Sobol,
 }
 
-/// How shadow rays of path tracing pick points on lights, as programs name it.
+/// How shadow rays of path tracing pick points on lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum LightSamplingName {
     /// Uniform in area
     Area,
-    /// Uniform in the solid angle under which the light is seen
+    /// Uniform in the solid angle that the light subtends
     SolidAngle,
     /// Spheres by solid angle, flat lights in area
     ByShape,
-    /// The same, on lights that are picked by what they may contribute
+    /// As by-shape, on a light picked in proportion to its estimated contribution
     #[default]
     ByContribution,
 }
 
-/// The heuristics of multiple importance sampling, as programs name them.
+/// Heuristics of multiple importance sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum HeuristicName {
-    /// In proportion to the densities
+    /// Weights in proportion to the pdfs
     Balance,
-    /// In proportion to their squares
+    /// Weights in proportion to the squared pdfs
     #[default]
     Power,
 }
 
-/// Whether shadow rays go by way of mirrors and glass as well, as programs name it.
+/// Whether shadow rays also reach lights through mirrors and glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum SpecularName {
-    /// By way of flat mirrors and of spheres of mirror and glass
+    /// Also through specular chains: flat mirrors, and spheres of mirror or glass
     #[default]
     Yes,
-    /// Straight ones alone
+    /// Straight shadow rays only
     No,
 }
 
-/// The models of rough surfaces, as programs name them.
+/// Models of rough surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DiffuseName {
     /// Lambert, equation (13)
     Lambert,
     /// Equation (14) as the report prints it, with sin α sin β
     Printed,
-    /// Equation (14) as Oren and Nayar have it, with sin α tan β
+    /// Equation (14) as in Oren and Nayar's paper, with sin α tan β
     Corrected,
     /// Energy-preserving Oren-Nayar
     Eon,
@@ -283,10 +285,11 @@ pub enum DiffuseName {
 }
 
 impl DiffuseName {
-    /// The diffuse ones, in the order in which figures show them.
+    /// Diffuse models, in the order in which figures show them.
     pub const ALL: [Self; 4] = [Self::Lambert, Self::Printed, Self::Corrected, Self::Eon];
 
-    /// The model with the given albedo and σ in radians; EON gets the roughness of the same shape.
+    /// Returns the model with the given albedo and σ in radians; EON gets the roughness of the same
+    /// shape.
     pub fn bsdf(self, albedo: DVec3, sigma: f64) -> Bsdf {
         match self {
             Self::Lambert => Bsdf::Lambert { albedo },
@@ -303,7 +306,7 @@ impl DiffuseName {
         }
     }
 
-    /// How plots and tables name it.
+    /// Returns the name in plots and tables.
     pub fn title(self) -> &'static str {
         match self {
             Self::Lambert => "Lambert",
@@ -315,7 +318,7 @@ impl DiffuseName {
     }
 }
 
-/// The name that the command line uses for a value.
+/// Returns the name of a value on the command line.
 pub fn name<T: ValueEnum + Copy>(value: T) -> String {
     value
         .to_possible_value()

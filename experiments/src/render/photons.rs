@@ -1,4 +1,4 @@
-//! The options of photon mapping.
+//! Options of photon mapping.
 
 use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
@@ -8,34 +8,34 @@ use whitefurnace::scene::Scene;
 
 use crate::run::cli::{real, whole};
 
-/// Where photons are looked up, as programs name it.
+/// Where photons are looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Gather {
-    /// At the second diffuse surface; the first gets shadow rays and caustic photons
+    /// At the second diffuse surface (final gathering); the first gets shadow rays and caustic
+    /// photons
     #[default]
     Yes,
-    /// At the first diffuse surface, all of whose light comes by photons
+    /// At the first diffuse surface, all of whose light is estimated from photons
     No,
 }
 
-/// The options of the estimators `photon` and `sppm`.
+/// Options of the estimators `photon` and `sppm`.
 #[derive(Clone, Copy, Debug, PartialEq, Args)]
 pub struct Photons {
     /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to
     /// 4294967295
     #[arg(long, default_value_t = Photons::default().photons, allow_hyphen_values = true, value_parser = count())]
     pub photons: u32,
-    /// Radius of lookups in the scene's units, that of the first pass of sppm; from 0.000001 to
-    /// 1000000
+    /// Lookup radius in the scene's units, that of the first pass of sppm; from 0.000001 to 1000000
     #[arg(long, default_value_t = Photons::default().radius, allow_hyphen_values = true, value_parser = radius())]
     pub radius: f64,
-    /// Whether --estimator photon gathers the light of a second diffuse surface
+    /// Whether --estimator photon does a final gather
     #[arg(long, value_enum, default_value_t = Gather::Yes)]
     pub gather: Gather,
-    /// Particles for the caustics of --gather yes; from 1 to 4294967295 [default: as --photons]
+    /// Particles for the caustic map of --gather yes; from 1 to 4294967295 [default: as --photons]
     #[arg(long, allow_hyphen_values = true, value_parser = count())]
     pub caustic_photons: Option<u32>,
-    /// Radius of their lookups; from 0.000001 to 1000000 [default: as --radius]
+    /// Lookup radius of the caustic map; from 0.000001 to 1000000 [default: as --radius]
     #[arg(long, allow_hyphen_values = true, value_parser = radius())]
     pub caustic_radius: Option<f64>,
 }
@@ -49,7 +49,7 @@ fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'sta
 }
 
 impl Default for Photons {
-    /// For the report's room: a lookup finds some tens of photons.
+    /// Returns options for the report's room, where a lookup finds some tens of photons.
     fn default() -> Self {
         Self {
             photons: 200_000,
@@ -62,12 +62,12 @@ impl Default for Photons {
 }
 
 impl Photons {
-    /// Particles and radius.
+    /// Returns particles and radius of the global map.
     pub fn map(&self) -> (u32, f64) {
         (self.photons, self.radius)
     }
 
-    /// Particles and radius for caustics.
+    /// Returns particles and radius of the caustic map.
     pub fn caustic(&self) -> (u32, f64) {
         (
             self.caustic_photons.unwrap_or(self.photons),
@@ -75,7 +75,8 @@ impl Photons {
         )
     }
 
-    /// How photons are looked up: `one_map` for `--estimator photon` rather than `sppm`.
+    /// Returns how photons are looked up; `one_map` is true for `--estimator photon`, false for
+    /// `sppm`.
     pub fn lookup(&self, one_map: bool) -> Lookup {
         match self.gather {
             Gather::Yes if one_map => {
@@ -89,7 +90,7 @@ impl Photons {
         }
     }
 
-    /// Refuses more photons than fit memory.
+    /// Refuses more photons than fit in memory.
     pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
         PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
         match self.lookup(one_map) {

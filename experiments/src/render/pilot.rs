@@ -1,6 +1,6 @@
-//! How many samples a run takes whose time or error is asked for: a pilot tells, whose own samples
-//! are thrown away. So the number depends on no sample of the image, and where it stops biases
-//! nothing.
+//! Decides how many samples a run takes for a given time or error. A pilot run measures, and its
+//! samples are thrown away: the number then depends on no sample of the image, so stopping there
+//! introduces no bias.
 
 use std::time::{Duration, Instant};
 
@@ -9,21 +9,22 @@ use whitefurnace::sampling::rng::seed_for;
 
 use super::{FEW, Job, MANY, SamplerName};
 
-/// What decides the number of samples.
+/// Target from which the number of samples follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
-    /// From this moment on a run takes so long.
+    /// Duration of the run, counted from this moment.
     Time(Instant, Duration),
-    /// This relative standard error of the pixels, in the mean.
+    /// Mean relative standard error of the pixels.
     Error(f64),
 }
 
-/// The longest pilot, and the largest share of the time asked for that it takes: of both, unless
-/// the fewest samples take longer.
+/// Limits of a pilot: its longest duration, and 1/PILOTS_SHARE of the time asked for. Both apply,
+/// unless the fewest samples take longer.
 const LONGEST_PILOT: Duration = Duration::from_secs(8);
 const PILOTS_SHARE: u32 = 10;
 
-/// What is left of the time asked for, as a safeguard, and for each pixel, to write the files.
+/// Share of the time asked for that is kept as a reserve, and time per pixel kept for writing the
+/// files.
 const MARGIN: f64 = 0.02;
 const WRITING: Duration = Duration::from_nanos(1000);
 
@@ -39,7 +40,7 @@ pub fn parse_time(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// Parses "1%".
+/// Parses a percentage such as "1%".
 pub fn parse_share(text: &str) -> Result<f64, String> {
     let found = text
         .strip_suffix('%')
@@ -51,7 +52,7 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 impl Job {
-    /// The next number of samples that makes sense, but never less than an error bar takes.
+    /// Returns the next valid number of samples, but at least as many as an error bar needs.
     pub(super) fn legal(&self, samples: f64, round: fn(f64) -> f64) -> u32 {
         let step = match self.sampler {
             SamplerName::Independent => 2 * self.sampling().pixel.samples_per_replication(),
@@ -62,7 +63,7 @@ impl Job {
         step * round(samples / f64::from(step)).clamp(1.0, f64::from(u32::MAX / step)) as u32
     }
 
-    /// The same with so many samples per pixel, others than its own.
+    /// Returns the job with `spp` samples per pixel and a seed of its own.
     pub fn pilot(&self, spp: u32) -> Self {
         Self {
             seed: seed_for(self.seed, "pilot"),
@@ -71,7 +72,7 @@ impl Job {
         }
     }
 
-    /// The samples per pixel that do what is asked.
+    /// Returns the samples per pixel that reach the target.
     pub fn decide(&self, aim: Aim) -> Result<u32, Error> {
         let (budget, round): (_, fn(f64) -> f64) = match aim {
             Aim::Time(_, time) => (LONGEST_PILOT.min(time / PILOTS_SHARE), f64::floor),
@@ -97,16 +98,17 @@ impl Job {
                     done * time.saturating_sub(spent).as_secs_f64() / took.as_secs_f64()
                 }
                 Aim::Error(target) => {
-                    // The root of an unbiased variance is too small by this in the mean.
+                    // The square root of an unbiased variance is too small by this factor on
+                    // average.
                     let n = f64::from(film.replications());
                     let error = film.relative_error() * (4.0 * n - 3.0) / (4.0 * n - 4.0);
                     if !error.is_finite() {
                         return Err(Error::Option(
-                            "--target-error: the pilot has no relative error, for it saw no light or has one scramble only: take --spp"
+                            "--target-error: the pilot has no relative error, because it found no light or has only one scramble: use --spp"
                                 .into(),
                         ));
                     }
-                    // At least so fast does it fall.
+                    // The error falls at least this fast.
                     done * (error / target).powi(2)
                 }
             };
@@ -119,7 +121,7 @@ impl Job {
             if matches!(aim, Aim::Error(_)) && wanted <= done {
                 return Ok(spp);
             }
-            // The next pilot takes two thirds of what is left.
+            // The next pilot takes two thirds of the remaining time.
             let left = budget.saturating_sub(begin.elapsed()).as_secs_f64();
             let factor = (left / all.as_secs_f64() / 1.5).min(8.0);
             if factor < 2.0 {

@@ -1,4 +1,4 @@
-//! An image is seen while it is made: in a PNG that is refreshed, and by the viewer tev.
+//! Previews of an unfinished image: a PNG that is refreshed, and the viewer tev.
 
 use std::io::{Error as IoError, ErrorKind, Write as _};
 use std::net::{TcpStream, ToSocketAddrs as _};
@@ -13,29 +13,29 @@ use whitefurnace::image::{Display, write_rgb};
 
 use super::work::Look;
 
-/// Shows the mean radiance of all pixels; an error ends that.
+/// Shows the mean radiance of all pixels; after an error the preview stops.
 type Show = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
 
-/// Something that shows an image from time to time, on a thread of its own: while that is at work,
-/// however long, no image waits for it.
+/// Shows an image from time to time on its own thread. Rendering does not wait for it: an image
+/// that comes while it is busy is skipped.
 pub struct Preview {
-    /// `None` while it is at work, and after an error.
+    /// `None` while the thread is busy, and after an error.
     show: Option<Show>,
     at_work: Option<JoinHandle<Option<(Show, Duration)>>>,
     next: Instant,
-    /// How long the last image may take.
+    /// Time that the last image may take.
     patience: Duration,
     name: String,
 }
 
-/// Showing happens at most so often, and takes at most this share of the time of a thread.
+/// Shortest time between two images; showing takes at most 1/SHARE of the time of its thread.
 const EVERY: Duration = Duration::from_secs(1);
 const SHARE: u32 = 10;
 
-/// How long a viewer may take to be reached, and to take the last image.
+/// Time limit for connecting to a viewer, and for sending the last image.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Where tev listens unless it is told otherwise.
+/// Default address of tev.
 pub const TEV: &str = "127.0.0.1:14158";
 
 /// Parses `HOST:PORT`.
@@ -59,7 +59,7 @@ impl Preview {
         }
     }
 
-    /// In a PNG, which is replaced as a whole.
+    /// Shows the image in a PNG, which is replaced as a whole.
     pub fn png(path: PathBuf, size: [u32; 2], display: Display) -> Self {
         let show = move |means: &[DVec3]| {
             let rgb: Vec<u8> = means
@@ -71,7 +71,7 @@ impl Preview {
         Self::new("--preview".to_owned(), Duration::MAX, Box::new(show))
     }
 
-    /// By the tev that listens at this address, as an image of this name.
+    /// Shows the image, under this name, in the tev that listens at this address.
     pub fn tev(address: &str, image: &str, size: [u32; 2]) -> Result<Self, Error> {
         let name = format!("--tev {address}");
         let failed = |what: &'static str, name: &str| {
@@ -81,8 +81,11 @@ impl Preview {
         let mut viewer = connect(address).map_err(failed("no viewer is reached there", &name))?;
         viewer
             .write_all(&create(image, size))
-            .map_err(failed("the viewer takes nothing", &name))?;
-        let (image, gone) = (image.to_owned(), failed("the viewer is gone", &name));
+            .map_err(failed("the viewer accepts nothing", &name))?;
+        let (image, gone) = (
+            image.to_owned(),
+            failed("the viewer has closed the connection", &name),
+        );
         let show = move |means: &[DVec3]| {
             updates(&image, size, means)
                 .try_for_each(|message| viewer.write_all(&message))
@@ -91,7 +94,7 @@ impl Preview {
         Ok(Self::new(name, PATIENCE, Box::new(show)))
     }
 
-    /// Shows what the film is at the end.
+    /// Shows the final state of the film.
     pub fn finish(mut self, film: &Film) {
         let (start, patience, name) = (
             Instant::now(),
@@ -101,7 +104,7 @@ impl Preview {
         let in_time = |at_work: &Option<JoinHandle<_>>| {
             while at_work.as_ref().is_some_and(|work| !work.is_finished()) {
                 if start.elapsed() > patience {
-                    eprintln!("warning: {name}: the last image was not taken in time");
+                    eprintln!("warning: {name}: the last image was not accepted in time");
                     return false;
                 }
                 std::thread::sleep(Duration::from_millis(5));
@@ -138,7 +141,7 @@ impl Look for Preview {
         self.at_work = Some(std::thread::spawn(move || match show(&means) {
             Ok(()) => Some((show, start.elapsed())),
             Err(error) => {
-                eprintln!("warning: {error}; it is shown there no more, and work goes on");
+                eprintln!("warning: {error}; the preview stops, and rendering continues");
                 None
             }
         }));
@@ -156,12 +159,12 @@ fn connect(address: &str) -> Result<TcpStream, IoError> {
     Err(failure)
 }
 
-/// The channels of an image, and pixels of it in a message.
+/// Channels of an image; and number of pixels per message.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 const AT_ONCE: usize = 1 << 16;
 
-/// A message of tev's protocol: its length in bytes, its kind, whether the window comes to the
-/// front, the image's name, and more. Numbers have their lowest byte first, texts end with a zero.
+/// Encodes a message of tev's protocol: its length in bytes, its kind, whether the window comes to
+/// the front, the image's name, and the rest. Numbers are little-endian, texts end with a zero.
 fn message(kind: u8, front: bool, image: &str, rest: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut bytes = vec![0, 0, 0, 0, kind, front.into()];
     put_text(&mut bytes, image);
@@ -179,7 +182,7 @@ fn put(bytes: &mut Vec<u8>, numbers: &[u32]) {
     bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
 }
 
-/// An image of this size: size, number of channels, their names.
+/// Encodes the message that creates an image: size, number of channels, their names.
 fn create(image: &str, [width, height]: [u32; 2]) -> Vec<u8> {
     message(4, true, image, |bytes| {
         put(bytes, &[width, height, CHANNELS.len() as u32]);
@@ -187,8 +190,8 @@ fn create(image: &str, [width, height]: [u32; 2]) -> Vec<u8> {
     })
 }
 
-/// Its pixels, some rows at a time: number of channels, their names, first pixel, size, for each
-/// channel where among the floats it begins, and how far it is from one of its values to the next;
+/// Encodes the messages that send the pixels, some rows at a time: number of channels, their names,
+/// first pixel, size, for each channel the offset and the stride of its values among the floats;
 /// the floats.
 fn updates(image: &str, [width, _]: [u32; 2], means: &[DVec3]) -> impl Iterator<Item = Vec<u8>> {
     let rows = (AT_ONCE / width as usize).max(1);

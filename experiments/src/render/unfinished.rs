@@ -1,4 +1,4 @@
-//! What a run leaves while it works, and goes on from: see [`write_unfinished`].
+//! Checkpoints of an unfinished run, from which it can be resumed: see [`write_unfinished`].
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,12 +13,12 @@ use whitefurnace::render::checkpoint::{Notes, read_unfinished, write_unfinished}
 
 use super::{Job, Look};
 
-/// Replications of a job: those that a film is to have, and how many there are in all.
+/// Replications of a job that one film holds, and the number of all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Those of the film.
+    /// Replications of the film.
     pub range: Range<u32>,
-    /// All.
+    /// Number of all replications.
     pub of: u32,
 }
 
@@ -40,17 +40,17 @@ impl std::fmt::Display for Part {
     }
 }
 
-/// A film that is not finished or a part of a whole, and of what.
+/// A film that is unfinished or a part of a whole, and the job it belongs to.
 pub struct Unfinished {
-    /// The film.
+    /// Accumulated samples.
     pub film: Film,
-    /// The [provenance](Job::provenance) of its job.
+    /// [Provenance](Job::provenance) of the job.
     pub job: String,
-    /// Its replications.
+    /// Replications that the film is to hold.
     pub part: Part,
-    /// How its PNG shows it.
+    /// Display transform of the film's PNG.
     pub display: Display,
-    /// What sees it.
+    /// Camera of the job's scene.
     pub camera: Camera,
 }
 
@@ -91,7 +91,7 @@ impl Unfinished {
         }
     }
 
-    /// The texts that go with the film.
+    /// Returns the attributes that are written with the film.
     pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Notes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
@@ -107,7 +107,7 @@ impl Unfinished {
     }
 }
 
-/// The lines in which two provenances differ, in words.
+/// Describes the lines in which two provenances differ; `None` if there are none.
 pub fn difference(there: &str, here: &str) -> Option<String> {
     let only = |one: &str, other: &str| {
         let lines: Vec<&str> = one
@@ -123,29 +123,29 @@ pub fn difference(there: &str, here: &str) -> Option<String> {
     (there != here).then(|| format!("{} there, {} here", only(there, here), only(here, there)))
 }
 
-/// What a kill may cost at most, of work that is not yet on the disk; less a second for the samples
-/// in hand.
+/// Largest amount of unsaved work that a kill may cost, less a second for the samples in progress.
 const LOSS: Duration = Duration::from_secs(9);
-/// Saving takes this share of the time, where the loss allows it; and happens at most so often.
+/// Saving takes at most 1/SHARE of the time, where LOSS allows it, and happens at most once per
+/// EVERY.
 const SHARE: u32 = 100;
 const EVERY: Duration = Duration::from_secs(1);
 
-/// What was saved, how long it took, and what came of it.
+/// The film that was saved, how long saving took, and its result.
 type Saved = (Film, Duration, Result<(), Error>);
 
-/// Saves a film from time to time, while work goes on.
+/// Saves a film from time to time while rendering continues.
 pub struct Checkpoints {
     path: PathBuf,
     notes: Notes,
     next: Instant,
     saving: Option<JoinHandle<Saved>>,
-    /// The last film, whose memory the next takes.
+    /// The last saved film, whose memory is reused for the next.
     copy: Option<Film>,
     failing: bool,
 }
 
 impl Checkpoints {
-    /// Into this file, with these texts.
+    /// Saves to this file, with these attributes.
     pub fn new(path: PathBuf, notes: Notes) -> Self {
         Self {
             path,
@@ -157,8 +157,8 @@ impl Checkpoints {
         }
     }
 
-    /// Waits for the last file. A disk that is full for a while is no reason to end: what was saved
-    /// stays, and the next file is tried in its time.
+    /// Waits for the last file. A full disk does not end the run: the last file that was saved
+    /// stays, and saving is tried again later.
     pub fn finish(&mut self) -> Duration {
         let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
             return Duration::ZERO;
@@ -174,7 +174,7 @@ impl Checkpoints {
         match result {
             Err(error) if !self.failing => {
                 eprintln!(
-                    "warning: {error}; what was saved before stays, work goes on, and saving is tried again"
+                    "warning: {error}; the last saved file stays, rendering continues, and saving is tried again"
                 );
             }
             _ => {}
@@ -184,7 +184,7 @@ impl Checkpoints {
 }
 
 impl Look for Checkpoints {
-    /// When the last file is written, too.
+    /// Returns true if it is time to save, and the last file has been written.
     fn due(&self) -> bool {
         Instant::now() >= self.next && self.saving.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -192,7 +192,7 @@ impl Look for Checkpoints {
     fn look(&mut self, film: &Film) {
         let took = self.finish();
         let start = Instant::now();
-        // A kill costs what is done until the next file is written.
+        // A kill costs all work since the last file, including the time that writing takes.
         let most = LOSS.saturating_sub(took).max(took);
         self.next = start + (took * SHARE).clamp(EVERY.min(most), most);
         let copy = match self.copy.take() {

@@ -28,33 +28,33 @@ use super::{
 };
 use crate::run::progress::{Bar, interrupted};
 
-/// What renders a job.
+/// The renderer of a job, or an error.
 type Made = Result<Box<dyn Renderer>, Error>;
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 64;
 
-/// So many images of replications are rendered at once.
+/// Number of images of replications rendered at once.
 const AT_ONCE: u32 = 64;
 
-/// What looks at a film from time to time, while work goes on.
+/// Observes a film from time to time while it is rendered.
 pub trait Look: Sync {
-    /// Whether it is time.
+    /// Returns true if it is time to observe.
     fn due(&self) -> bool;
-    /// Looks at the film as it is now.
+    /// Observes the film in its current state.
     fn look(&mut self, film: &Film);
 }
 
-/// A film and whether all the samples that were asked for are on it.
+/// A film, and whether it has all the samples that were asked for.
 pub struct Rendered {
-    /// The film.
+    /// Accumulated samples.
     pub film: Film,
     /// False after a signal to end.
     pub complete: bool,
 }
 
 impl Rendered {
-    /// The film with all its samples; an error after a signal to end.
+    /// Returns the film if it is complete; an error after a signal to end.
     pub fn whole(self) -> Result<Film, Error> {
         if self.complete {
             Ok(self.film)
@@ -72,8 +72,8 @@ impl Job {
         self.whole(&scene, &*self.renderer(&scene, label)?, label)
     }
 
-    /// The same with an estimator of single rays that no name of the program stands for, and equal
-    /// numbers of samples.
+    /// Renders the job with an estimator of single rays that has no name, and equal numbers of
+    /// samples in all pixels.
     pub fn render_by(&self, estimator: impl Estimator, label: &str) -> Result<Rendered, Error> {
         self.check()?;
         let job = Self {
@@ -83,9 +83,9 @@ impl Job {
         job.whole(&self.build_scene()?, &self.by_rays(estimator), label)
     }
 
-    /// Renders each replication of the range as an image of its own and shows it: pixel means row
-    /// by row from the top, of equal numbers of samples. A photon map is made anew for each, so
-    /// that they are independent.
+    /// Renders each replication of the range as an image of its own and hands its pixel means to
+    /// `each`, row by row from the top. All pixels have the same number of samples. A photon map is
+    /// built anew for each, so that the images are independent.
     pub fn replications(&self, range: Range<u32>, each: impl FnMut(&[DVec3])) -> Result<(), Error> {
         self.check()?;
         let label = name(self.estimator);
@@ -104,7 +104,8 @@ impl Job {
         in_order(range, image, each)
     }
 
-    /// The same with an estimator of single rays that no name of the program stands for.
+    /// Renders each replication of the range with an estimator of single rays that has no name; see
+    /// [`replications`](Self::replications).
     pub fn replications_by(
         &self,
         estimator: impl Estimator,
@@ -116,12 +117,12 @@ impl Job {
         in_order(range, |index| self.image(&scene, &renderer, index), each)
     }
 
-    /// How many replications there are.
+    /// Returns the number of replications.
     pub fn all_replications(&self) -> u32 {
         self.spp / self.samples_per_replication()
     }
 
-    /// How many samples each has.
+    /// Returns the number of samples of a replication.
     pub fn samples_per_replication(&self) -> u32 {
         let sampling = self.sampling();
         if self.estimator.makes_images() {
@@ -131,12 +132,13 @@ impl Job {
         }
     }
 
-    /// An empty film for them.
+    /// Returns an empty film for the job.
     pub fn film(&self) -> Result<Film, Error> {
         Film::new(self.size, self.window, self.samples_per_replication())
     }
 
-    /// Adds to the film what it lacks of these replications; others look at it in the meantime.
+    /// Adds to the film the samples that it lacks of these replications; observers look at it in
+    /// the meantime.
     pub fn go_on(
         &self,
         label: &str,
@@ -147,9 +149,11 @@ impl Job {
         self.check()?;
         let scene = self.build_scene()?;
         self.rest(
-            (&scene, &*self.renderer(&scene, label)?),
+            &scene,
+            &*self.renderer(&scene, label)?,
             label,
-            (film, range),
+            film,
+            range,
             looks,
         )
     }
@@ -161,15 +165,17 @@ impl Job {
         label: &str,
     ) -> Result<Rendered, Error> {
         self.rest(
-            (scene, renderer),
+            scene,
+            renderer,
             label,
-            (self.film()?, &(0..self.all_replications())),
+            self.film()?,
+            &(0..self.all_replications()),
             &mut [],
         )
     }
 
-    /// Gives the pixels of a film the numbers of samples that a pilot tells, if they are to have
-    /// such.
+    /// Gives the pixels of a film the numbers of samples that a pilot decides, if the job is
+    /// adaptive.
     fn adapt(&self, scene: &Scene, film: &mut Film) -> Result<(), Error> {
         let sampling = self.sampling();
         let mean = sampling.samples_per_replication();
@@ -193,22 +199,26 @@ impl Job {
             renderer.samples_per_replication(),
         )?;
         let seen = pilot.rest(
-            (scene, &*renderer),
+            scene,
+            &*renderer,
             "pilot",
-            (seen, &(0..adaptive::REPLICATIONS)),
+            seen,
+            &(0..adaptive::REPLICATIONS),
             &mut [],
         )?;
         film.set_sample_counts(adaptive::counts(&seen.whole()?, mean));
         Ok(())
     }
 
-    /// The missing replications of a range, in ranges that double up to a largest one, so that
-    /// error and image are known early.
+    /// Renders the missing replications of a range, in ranges that double up to a largest one, so
+    /// that error and image are known early.
     fn rest(
         &self,
-        (scene, renderer): (&Scene, &dyn Renderer),
+        scene: &Scene,
+        renderer: &dyn Renderer,
         label: &str,
-        (mut film, range): (Film, &Range<u32>),
+        mut film: Film,
+        range: &Range<u32>,
         looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
         self.adapt(scene, &mut film)?;
@@ -239,7 +249,7 @@ impl Job {
         }
     }
 
-    /// The means of the pixels of a replication, on a film of its own.
+    /// Returns the pixel means of one replication, rendered on a film of its own.
     fn image(
         &self,
         scene: &Scene,
@@ -260,7 +270,7 @@ impl Job {
         }
     }
 
-    /// The estimator that the job names, in its scene.
+    /// Builds the estimator that the job names, for its scene.
     pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Made {
         let rules = match self.convention {
             ConventionName::Physical => LightRules::PHYSICAL,
@@ -380,8 +390,8 @@ impl Job {
     }
 }
 
-/// Shows images in their order, of which several are rendered at once: a small one has too few rows
-/// for many threads.
+/// Shows images in order while several are rendered at once: a small image has too few rows for
+/// many threads.
 fn in_order(
     range: Range<u32>,
     image: impl Fn(u32) -> Result<Vec<DVec3>, Error> + Sync,

@@ -1,8 +1,7 @@
 //! A CSV file that grows from run to run, so that evidence accumulates.
 //!
-//! Whoever looks at growing evidence again and again at one level will in the end see anything: n
-//! is not fixed beforehand. So the file counts the looks, and each spends a share of the level of
-//! its own.
+//! Testing growing data again and again at one fixed level rejects a true hypothesis in the end
+//! with certainty. So the file counts the looks, and each look spends its own share of the level.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +10,7 @@ use whitefurnace::error::Error;
 use crate::run::write_text;
 
 /// Rows of this and earlier runs. The first column of a row is the number of its replication; a run
-/// takes the numbers after those that are there.
+/// continues the numbering of the existing rows.
 pub struct Accumulated {
     path: PathBuf,
     key: String,
@@ -20,23 +19,23 @@ pub struct Accumulated {
     rows: Vec<String>,
 }
 
-/// Begins the line that holds the number of looks.
+/// Start of the line that holds the number of looks.
 const LOOKS: &str = "# looks: ";
 
-/// The share of `level` that look number `look` ≥ 1 may spend: 6/(π² k²). All shares together are 1
-/// (Euler's sum), so that tests at these levels, however many looks there will be and whenever they
-/// end, reject a true hypothesis at any of them with probability at most `level` (the union bound
-/// over looks of Darling and Robbins, "Confidence sequences for mean, variance, and median", PNAS
-/// 58(1), 1967).
+/// Returns the share of `level` that look number `look` ≥ 1 may spend: 6/(π² k²). All shares add to
+/// 1 (Euler's sum), so that tests at these levels, however many looks there will be and whenever
+/// they end, reject a true hypothesis at any of them with probability at most `level` (the union
+/// bound over looks of Darling and Robbins, "Confidence sequences for mean, variance, and median",
+/// PNAS 58(1), 1967).
 pub fn level_of_look(level: f64, look: u32) -> f64 {
     let k = f64::from(look) * std::f64::consts::PI;
     6.0 * level / (k * k)
 }
 
 impl Accumulated {
-    /// The rows that earlier runs left in the file `before` under the same `key` (version, seed,
-    /// sizes: all that decides a row beside its number) and columns, to go on in `path`. A file of
-    /// another key starts afresh.
+    /// Takes the rows that earlier runs left in the file `before` under the same `key` (version,
+    /// seed, sizes: all that decides a row besides its number) and columns, to continue in `path`.
+    /// A file with another key starts afresh.
     pub fn continued(before: &Path, path: PathBuf, key: &str, columns: &str) -> Self {
         let text = std::fs::read_to_string(before).unwrap_or_default();
         let (looks, rows) = read(&text, key, columns).unwrap_or_default();
@@ -50,19 +49,19 @@ impl Accumulated {
     }
 
     /// Counts a look at all rows and returns the level that it may spend of `level`. The count is
-    /// written with the rows, when a run has all of its own: one that is interrupted has not
+    /// written with the rows when a run has finished all of its own: an interrupted run has not
     /// looked.
     pub fn look(&mut self, level: f64) -> f64 {
         self.looks += 1;
         level_of_look(level, self.looks)
     }
 
-    /// How many looks there were.
+    /// Returns the number of looks so far.
     pub fn looks(&self) -> u32 {
         self.looks
     }
 
-    /// The number of the next replication.
+    /// Returns the number of the next replication.
     pub fn next(&self) -> u64 {
         let numbers = self
             .rows
@@ -77,12 +76,12 @@ impl Accumulated {
             .push(format!("{replication},{}", fields.join(",")));
     }
 
-    /// All rows: the replication's number and its fields, between commas.
+    /// Returns all rows: the replication's number and its fields, separated by commas.
     pub fn rows(&self) -> &[String] {
         &self.rows
     }
 
-    /// The fields of a column; nothing where a row has none.
+    /// Returns the fields of a column; nothing where a row has none.
     pub fn column(&self, name: &str) -> impl Iterator<Item = &str> + use<'_> {
         let at = self.columns.split(',').position(|column| column == name);
         self.rows
@@ -90,7 +89,7 @@ impl Accumulated {
             .map(move |row| at.and_then(|at| row.split(',').nth(at)).unwrap_or_default())
     }
 
-    /// The same as numbers; NaN for what is none.
+    /// Returns the numbers in a column; NaN for a field that is not a number.
     pub fn numbers(&self, column: &str) -> impl Iterator<Item = f64> + use<'_> {
         self.column(column)
             .map(|field| field.parse().unwrap_or(f64::NAN))
@@ -109,7 +108,7 @@ impl Accumulated {
     }
 }
 
-/// Looks and rows of a file with this key and these columns.
+/// Parses looks and rows of a file with this key and these columns.
 fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<String>)> {
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
     let (looks, rest) = rest

@@ -1,4 +1,4 @@
-//! What all programs do alike at the command line.
+//! Common parts of the programs' command lines.
 
 use std::hint::black_box;
 use std::ops::RangeInclusive;
@@ -12,7 +12,7 @@ use super::{processor, progress, record, signals, summary};
 use crate::experiments::EXPERIMENTS;
 use crate::run::{self, Experiment, ExperimentResult};
 
-/// Prints a line. That nobody reads it any more (`reproduce | head`) is no reason to stop.
+/// Prints a line. A closed pipe (`reproduce | head`) does not stop the program.
 #[macro_export]
 macro_rules! say {
     ($($words:tt)*) => {{
@@ -21,10 +21,10 @@ macro_rules! say {
     }};
 }
 
-/// Does the work of a program, unless this processor lacks what the program is built for: exit code
-/// 2 after one line.
+/// Runs the work of a program, unless this processor lacks a feature that the program is built for:
+/// then exit code 2 after one line.
 ///
-/// Nothing else may stand in `main`, for it could ask for what the processor lacks.
+/// Nothing else may stand in `main`, since it could use an instruction that the processor lacks.
 pub fn start(work: fn() -> ExitCode) -> ExitCode {
     if let Some(missing) = processor::missing() {
         eprintln!(
@@ -33,12 +33,12 @@ pub fn start(work: fn() -> ExitCode) -> ExitCode {
         );
         return ExitCode::from(2);
     }
-    // Hidden, so that it is not made one with the above.
+    // Hidden, so that it is not inlined into the check above.
     black_box(work)()
 }
 
-/// How a program ends: exit code 0; 1 if a claim fails; 2 after one line on standard error; or that
-/// of the signal that ended the work ([`signals::exit_code`]).
+/// Returns the exit code of a program: 0; 1 if a claim fails; 2 after one line on standard error;
+/// or that of the signal that ended the work ([`signals::exit_code`]).
 pub fn exit(result: Result<Ending, Error>) -> ExitCode {
     let code = match result {
         Ok(Ending::Done) => 0,
@@ -54,29 +54,29 @@ pub fn exit(result: Result<Ending, Error>) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// How the work of a program ended.
+/// Ending of a program's work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// All of it is done.
+    /// All work is done.
     Done,
-    /// All of it is done, and a claim does not hold.
+    /// All work is done, and a claim does not hold.
     ClaimFails,
-    /// A signal came, and what was done has been written.
+    /// A signal came, and the results so far have been written.
     Interrupted,
 }
 
-/// From here on signals end the work in hand, and how far it is gets shown.
+/// Catches signals that end the work, and shows progress, from here on.
 pub fn begin() {
     signals::catch();
     progress::show();
 }
 
-/// Says what was found in all: what fails by name, then the counts; and how the program ends by it.
+/// Prints the overall result, failed claims by name and then the counts, and returns the ending.
 pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
     let results = options.out.join(record::RESULTS);
     say!(
-        "\n{} experiments, {figures} figures; for machines: {}",
+        "\n{} experiments, {figures} figures; as JSON: {}",
         outcomes.len(),
         results.display()
     );
@@ -94,13 +94,12 @@ pub fn parse<T: Parser>() -> T {
     or_one_line(T::from_arg_matches(&matches(T::command())))
 }
 
-/// What stands on the command line; a wrong option as by [`parse`].
+/// Parses the command line into matches; a wrong option is handled as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
     or_one_line(tolerant(command).try_get_matches())
 }
 
-/// The whole of a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad
-/// input.
+/// Runs a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad input.
 pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     const BAD_INPUT: u8 = 3;
     let matches = or_exit(tolerant(T::command()).try_get_matches(), BAD_INPUT);
@@ -111,8 +110,8 @@ pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     }))
 }
 
-/// A number after an option with a list of values is its value, be it "-1", so that the refusal
-/// names the option. Another option is not: then the value is missing.
+/// Takes a number after an option with a list of values as its value, even "-1", so that the error
+/// names the option. Another option is not taken: then the value is missing.
 fn tolerant(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
@@ -125,12 +124,12 @@ fn tolerant(command: clap::Command) -> clap::Command {
     })
 }
 
-/// The value, or one line on standard error and exit code 2.
+/// Returns the value, or exits with code 2 after one line on standard error.
 pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
     or_exit(parsed, 2)
 }
 
-/// The value, or one line on standard error and this exit code.
+/// Returns the value, or exits with this code after one line on standard error.
 fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
     match parsed {
         Ok(options) => options,
@@ -164,7 +163,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     })
 }
 
-/// A parser of whole numbers in a range.
+/// Returns a parser of integers in a range.
 pub fn whole<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
@@ -182,7 +181,7 @@ pub fn whole<T: TryFrom<u64>>(
     }
 }
 
-/// A parser of numbers in a range.
+/// Returns a parser of numbers in a range.
 pub fn real(
     range: RangeInclusive<f64>,
 ) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
@@ -192,7 +191,7 @@ pub fn real(
     }
 }
 
-/// What the names of the threads that compute begin with, where their number was chosen.
+/// Prefix of the names of worker threads, if their number was chosen.
 pub const WORKER: &str = "worker";
 
 /// Sets the number of threads for the whole program; all cores if `None`.
@@ -207,7 +206,7 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
         .map_err(|error| Error::Option(format!("--threads {threads} cannot be started: {error}")))
 }
 
-/// The whole program of the experiment whose name the binary has.
+/// Defines the whole program of the experiment whose name the binary has.
 #[macro_export]
 macro_rules! alone {
     () => {
@@ -231,7 +230,7 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
     }))
 }
 
-/// The experiment of this name.
+/// Returns the experiment of this name.
 pub fn find(id: &str) -> Result<&'static Experiment, Error> {
     let found = EXPERIMENTS
         .iter()
@@ -240,7 +239,7 @@ pub fn find(id: &str) -> Result<&'static Experiment, Error> {
     found.ok_or_else(|| {
         let ids: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.id).collect();
         Error::Option(format!(
-            "--only {id} is no experiment: take one of {}",
+            "--only {id} is not an experiment: choose one of {}",
             ids.join(", ")
         ))
     })

@@ -1,4 +1,4 @@
-//! The default run as a whole: how long it takes, and its numbers beside those that were recorded.
+//! The default run as a whole: its duration, and its numbers compared with the record.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,20 @@ use crate::render::name;
 use crate::run::record::{Ran, recorded_folder, result, update_readme, write_json};
 use crate::run::{ExperimentResult, Judgement, Options, read_json};
 
-/// The file with every number of the runs that were recorded, a list each: their spread is the
-/// noise of numbers that state none.
+/// File with every number of the recorded runs, a list each: their spread is the noise of numbers
+/// that state none.
 const NUMBERS: &str = "numbers.json";
-/// Standard deviations of a number between recorded runs by which a run may be off their mean.
+/// Largest distance of a run from the mean of the recorded runs, in their standard deviations.
 const FAR: f64 = 10.0;
-/// Numbers without noise may differ by this share, as mathematical functions of platforms round
+/// Relative tolerance of numbers without noise, since mathematical functions of platforms round
 /// differently.
 const ROUNDING: f64 = 1e-6;
 
-/// The numbers of several runs, by experiment and name.
+/// Numbers of several runs, by experiment and name.
 type Numbers = BTreeMap<String, Vec<f64>>;
 
-/// The times and counts of a whole default run; refused if some of it was kept from an earlier one,
-/// which has no time.
+/// Returns times and counts of a whole default run; an error if a part of it was kept from an
+/// earlier run, which has no time.
 fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
     let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
         return Err(Error::Option(
@@ -58,11 +58,11 @@ fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
     })
 }
 
-/// Records a default run: one of the default seed begins the record anew, one of another seed adds
-/// its numbers.
+/// Records a default run: a run with the default seed starts the record anew, a run with another
+/// seed adds its numbers.
 ///
 /// # Errors
-/// Some of the first was kept from an earlier run, which has no time; a file that cannot be read or
+/// A part of the first was kept from an earlier run, which has no time; a file cannot be read or
 /// written.
 pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
     let folder = recorded_folder().join(DEFAULT_RUN);
@@ -83,7 +83,7 @@ pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
     update_readme()
 }
 
-/// The numbers of a run, by experiment and name.
+/// Returns the numbers of a run, by experiment and name.
 fn of(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
     let named = |outcome: &ExperimentResult| {
         let id = outcome.id.clone();
@@ -96,11 +96,11 @@ fn of(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
     outcomes.iter().flat_map(named)
 }
 
-/// The numbers of a run beside the record.
+/// Comparison of a run's numbers with the record.
 pub struct Beside {
-    /// How many were compared.
+    /// Number of compared numbers.
     pub compared: usize,
-    /// Those that differ beyond noise, a line each.
+    /// Numbers that differ beyond noise, a line each.
     pub beyond: Vec<String>,
 }
 
@@ -139,10 +139,10 @@ pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
     })
 }
 
-/// Whether a value is as far from the mean of others as their spread lets expect.
+/// Returns true if a value is as close to the mean of the others as their spread predicts.
 fn is_near(others: &[f64], value: f64) -> bool {
     let others: Moments = others.iter().copied().collect();
-    // One alone says nothing of its noise.
+    // A single value gives no estimate of the noise.
     let variance = if others.count() > 1 {
         others.variance()
     } else {

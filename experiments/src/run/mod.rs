@@ -33,7 +33,7 @@ use crate::run::record::PROGRAM;
 use crate::run::unfinished::Unfinished;
 use crate::say;
 
-/// How much work a run does.
+/// Amount of work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Tier {
     /// Smaller pictures, fewer samples
@@ -42,13 +42,13 @@ pub enum Tier {
     Full,
 }
 
-/// The options that all experiments share.
+/// Options that all experiments share.
 #[derive(Clone, Debug, Args)]
 pub struct Options {
     /// How much work to do
     #[arg(long, value_enum, default_value_t = Tier::Quick)]
     pub tier: Tier,
-    /// Folder for everything that is made
+    /// Folder for all files
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Seed of all random numbers; from 0 to 18446744073709551615
@@ -57,35 +57,35 @@ pub struct Options {
     /// Threads; from 1 to 1024 [default: one per core]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
     pub threads: Option<usize>,
-    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, to try things
-    /// out; nothing is judged then
+    /// Divide the pixels of every picture and all counts by this, from 1 to 4096, for a trial run;
+    /// nothing is judged then
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
     pub shrink: u32,
-    /// Show every line of the tables, not only what it comes to
+    /// Show every line of the tables, not only the summary
     #[arg(long)]
     pub rows: bool,
 }
 
-/// An experiment: a constant of data and one function.
+/// An experiment: constant data and one function.
 #[derive(Clone, Copy)]
 pub struct Experiment {
-    /// Its name on the command line, its folder and its binary.
+    /// Name on the command line, and of the folder and binary.
     pub id: &'static str,
-    /// What it makes or asks, in a line.
+    /// Task or question, in one line.
     pub title: &'static str,
-    /// Its finding, in a line: `{KEY FORMAT}` stands for a number of the run in a format of
+    /// Finding, in one line: `{KEY FORMAT}` stands for a number of the run in a format of
     /// [`book::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
     pub headline: &'static str,
-    /// Raised when its numbers or figures change on purpose.
+    /// Version, raised when numbers or figures change on purpose.
     pub version: u32,
-    /// The equations that it bears on; those that loop over the registry of trials add theirs by
-    /// [`Run::bears_on`].
+    /// Equations that the experiment bears on; experiments that loop over the registry of trials
+    /// add theirs by [`Run::bears_on`].
     pub equations: &'static [&'static Equation],
     /// Does the work.
     pub run: fn(&mut Run) -> Result<(), Error>,
 }
 
-/// One run of an experiment: what it asks for and what it records.
+/// One run of an experiment: its options and what it records.
 pub struct Run {
     options: Options,
     folder: PathBuf,
@@ -94,7 +94,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Begins a run, or goes on with one that was interrupted.
+    /// Begins a run, or continues one that was interrupted.
     pub(crate) fn new(
         experiment: &Experiment,
         options: &Options,
@@ -131,7 +131,8 @@ impl Run {
         })
     }
 
-    /// A part of the work that an interrupted run need not do again ([`Unfinished::part`]).
+    /// Returns a part of the work; a part that an interrupted run has finished is not repeated
+    /// ([`Unfinished::part`]).
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -140,8 +141,8 @@ impl Run {
         self.unfinished.part(key, make)
     }
 
-    /// Parts that several experiments draw on, in the folder `name` beside theirs: each is made
-    /// once, by whichever asks first. `key` says all that decides them beside the program.
+    /// Returns parts that several experiments use, in the folder `name` beside theirs: each is made
+    /// once, by the first that asks. `key` states all that decides them besides the program.
     pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
         Unfinished::begin(
             self.folder.with_file_name(name),
@@ -149,8 +150,8 @@ impl Run {
         )
     }
 
-    /// The accumulated rows of `file` as earlier runs left them. A run writes them once, when all
-    /// of its own are there.
+    /// Returns the accumulated rows of `file` as earlier runs left them. A run writes them once,
+    /// when all of its own are there.
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.folder.join(file);
         Ok(Accumulated::continued(
@@ -161,12 +162,12 @@ impl Run {
         ))
     }
 
-    /// The tier.
+    /// Returns the tier.
     pub fn tier(&self) -> Tier {
         self.options.tier
     }
 
-    /// `quick` or `full` by the tier.
+    /// Returns `quick` or `full` by the tier.
     pub fn by_tier<T>(&self, quick: T, full: T) -> T {
         match self.options.tier {
             Tier::Quick => quick,
@@ -174,13 +175,13 @@ impl Run {
         }
     }
 
-    /// A count, divided as the options ask; at least 1.
+    /// Returns a count, divided as the options ask; at least 1.
     pub fn count(&self, count: u64) -> u64 {
         (count / u64::from(self.options.shrink)).max(1)
     }
 
-    /// The scale of the trials' sample sizes: `scale`, divided as the options ask, and at least
-    /// 1/1024, below which some statistics are undefined.
+    /// Returns the scale of the trials' sample sizes: `scale`, divided as the options ask, and at
+    /// least 1/1024, below which some statistics are undefined.
     pub fn scale(&self, scale: f64) -> f64 {
         (scale / f64::from(self.options.shrink)).max(1.0 / 1024.0)
     }
@@ -197,12 +198,12 @@ impl Run {
         }
     }
 
-    /// The master seed.
+    /// Returns the master seed.
     pub fn seed(&self) -> u64 {
         self.options.seed
     }
 
-    /// The job with the run's seed and, where asked for, fewer pixels or samples.
+    /// Returns the job with the run's seed and, where asked for, fewer pixels or samples.
     pub fn prepared(&self, job: Job) -> Job {
         let shrink = self.options.shrink;
         let mut job = Job {
@@ -221,7 +222,7 @@ impl Run {
 
     /// Renders a job.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
-        // The experiment is named already.
+        // The experiment is already named.
         job.render(if label == self.outcome.id { "" } else { label })?
             .whole()
     }
@@ -252,14 +253,14 @@ impl Run {
         Ok(())
     }
 
-    /// Registers a file for a person; returns its path.
+    /// Registers a file as a figure of the result; returns its path.
     pub fn figure(&mut self, file: &str) -> PathBuf {
         self.outcome.figures.push(file.to_owned());
         self.folder.join(file)
     }
 
-    /// Copies a picture to the folder of the whole run, where a newcomer looks first, and says
-    /// where it is.
+    /// Copies a picture to the folder of the whole run, where a newcomer looks first, and prints
+    /// its path.
     pub fn first_picture(&self, file: &str) -> Result<(), Error> {
         let to = self.folder.with_file_name(file);
         std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
@@ -267,8 +268,8 @@ impl Run {
         Ok(())
     }
 
-    /// Records a number. JSON knows finite ones only; others are left out. The book's directives
-    /// end names at blanks: they become hyphens, and a colon before one a dot.
+    /// Records a number. JSON has finite numbers only; others are left out. The book's directives
+    /// end names at blanks, so blanks become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
             self.outcome
@@ -286,21 +287,21 @@ impl Run {
 
     /// Adds a line to the table.
     pub fn note(&mut self, what: &str, value: String) {
-        self.finding((what, value), None, false);
+        self.finding(what, value, None, false);
     }
 
     /// Adds a line about a claim to the table: whether it holds, or a verdict. A shrunk run claims
-    /// nothing: claims state the sizes at which they can be judged.
+    /// nothing, since claims state the sizes at which they can be judged.
     pub fn claim(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
-        self.finding((what, value), Some(verdict.into()), false);
+        self.finding(what, value, Some(verdict.into()), false);
     }
 
-    /// The same as a detail of the last line that is none.
+    /// Adds a claim as a detail of the last line that is no detail.
     pub fn detail(&mut self, what: &str, value: String, verdict: impl Into<Judgement>) {
-        self.finding((what, value), Some(verdict.into()), true);
+        self.finding(what, value, Some(verdict.into()), true);
     }
 
-    fn finding(&mut self, (what, value): (&str, String), verdict: Option<Judgement>, detail: bool) {
+    fn finding(&mut self, what: &str, value: String, verdict: Option<Judgement>, detail: bool) {
         let value = if value.contains("inf") || value.contains("NaN") {
             without_infinity(&value)
         } else {
@@ -323,7 +324,7 @@ impl Run {
     }
 }
 
-/// A text in which no number is infinite or none: such a one is not known.
+/// Returns the text with "unknown" in place of numbers that are infinite or NaN.
 fn without_infinity(text: &str) -> String {
     let word = |part: &str| {
         let number = part.trim_matches(|c: char| !c.is_alphanumeric());
@@ -335,10 +336,10 @@ fn without_infinity(text: &str) -> String {
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
-/// Crops are shown this many times larger than their pixels.
+/// Magnification of crops.
 const CROP_MAGNIFICATION: u32 = 3;
 
-/// Makes a folder, in place of an older one and all that is in it.
+/// Creates an empty folder, in place of an older one and its contents.
 fn make_afresh(folder: &Path) -> Result<(), Error> {
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(Error::file("remove", folder))?;
@@ -353,7 +354,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
         .map_err(|error| Error::Option(format!("{}: {error}", path.display())))
 }
 
-/// Writes a text file whole or not at all.
+/// Writes a text file atomically: whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
     write_whole(path, |file| {

@@ -1,4 +1,4 @@
-//! Films of scenes that no program names, and films side by side in one PNG.
+//! Films of scenes without a name on the command line, and films side by side in one PNG.
 
 use std::path::Path;
 
@@ -18,12 +18,14 @@ use whitefurnace::scene::Scene;
 use crate::run::progress::interrupted;
 
 /// Renders the first `samples` samples of every pixel of a frame, or of a window of it, onto a film
-/// of one sample per replication, with independent numbers.
+/// of one sample per replication, with independent random numbers.
 pub fn render_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
-    (pixel, seed): (PixelSampling, u64),
-    (size, window): ([u32; 2], Option<Window>),
+    pixel: PixelSampling,
+    seed: u64,
+    size: [u32; 2],
+    window: Option<Window>,
     samples: u32,
 ) -> Result<Film, Error> {
     let sampling = Sampling {
@@ -42,15 +44,18 @@ pub fn render_samples<E: Estimator>(
     }
 }
 
-/// The same film of a path tracer with its standard parts, several paths at a time.
+/// Renders the film of [`render_samples`] for a path tracer with its standard parts, several paths
+/// at a time.
 ///
 /// # Errors
-/// A scene that lanes do not serve: with rough glass, or shadow rays to an environment map.
+/// A scene that lanes do not support: with rough glass, or shadow rays to an environment map.
 pub fn render_paths(
     scene: &Scene,
     path: PathTracer,
-    (pixel, seed): (PixelSampling, u64),
-    (size, window): ([u32; 2], Option<Window>),
+    pixel: PixelSampling,
+    seed: u64,
+    size: [u32; 2],
+    window: Option<Window>,
     samples: u32,
 ) -> Result<Film, Error> {
     let sampling = Sampling {
@@ -73,13 +78,14 @@ pub fn render_paths(
     }
 }
 
-/// Samples of the first channel along one ray, each with random numbers of its own: sample i takes
-/// those of the stream (seed, place, i).
+/// Returns samples of the first channel along one ray, each with its own random numbers: sample i
+/// takes those of the stream (seed, place, i).
 pub fn radiance_along(
     scene: &Scene,
     path: &PathTracer,
     ray: &Ray,
-    (seed, place): (u64, u32),
+    seed: u64,
+    place: u32,
     samples: u32,
 ) -> Moments {
     let hit = scene.intersect(ray);
@@ -91,7 +97,7 @@ pub fn radiance_along(
         .collect()
 }
 
-/// White pixels between two pictures.
+/// Width of the white gap between two pictures, pixels.
 const GAP: u32 = 6;
 
 /// Writes films of the same size side by side, each pixel as `magnification`² equal ones.

@@ -1,10 +1,10 @@
 //! Refuses a processor for which the program was not built.
 
-/// Something that the program may use and the processor lacks.
+/// Returns a feature that the program may use and the processor lacks.
 ///
-/// `is_x86_feature_detected` does not tell: of what the program is built for it says yes without
-/// asking. The bits are taken one by one because copying a structure could need the very registers
-/// that the processor lacks.
+/// `is_x86_feature_detected` does not work here: for features that the program is built for it
+/// returns true without asking. The bits are copied one by one because copying a structure could
+/// use the very registers that the processor lacks.
 #[cfg(target_arch = "x86_64")]
 pub fn missing() -> Option<&'static str> {
     use raw_cpuid::native_cpuid::cpuid_count;
@@ -26,7 +26,7 @@ pub fn missing() -> Option<&'static str> {
     }
 }
 
-/// Of other architectures nothing is known.
+/// Returns `None`: other architectures are not checked.
 #[cfg(not(target_arch = "x86_64"))]
 pub fn missing() -> Option<&'static str> {
     None

@@ -1,5 +1,5 @@
-//! How far a program is: a line at the foot of a terminal, a line of text every few seconds
-//! elsewhere.
+//! Shows the progress of a program: a line at the foot of a terminal, or else a line of text every
+//! few seconds.
 
 use std::io::IsTerminal as _;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,11 +9,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 pub use crate::run::signals::interrupted;
 
-/// Something that is being done, and the unit of what it counts. Its bar only counts; one of no
-/// length says only for how long.
+/// A task in progress, and the unit it counts. The bar only counts; a bar of length 0 shows the
+/// elapsed time only.
 type Task = (ProgressBar, &'static str);
 
-/// What is in hand, the parts of a task after it; and the line that shows it.
+/// Tasks in progress, sub-tasks last, and the line that shows them.
 struct Shown {
     tasks: Vec<Task>,
     line: Option<ProgressBar>,
@@ -28,16 +28,16 @@ static SHOWN: Mutex<Shown> = Mutex::new(Shown {
 });
 
 const DRAWN_EVERY: Duration = Duration::from_millis(200);
-/// Without a terminal the first line is written so early, the next when none was for so long.
+/// Without a terminal: time until the first line, and longest time between two lines.
 const FIRST_WRITTEN: Duration = Duration::from_secs(1);
 const WRITTEN_EVERY: Duration = Duration::from_secs(9);
 
 fn shown() -> MutexGuard<'static, Shown> {
-    // What is shown decides nothing: a panic elsewhere is no reason for another.
+    // A panic elsewhere does not spoil the display.
     SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From here on what is in hand is shown on standard error.
+/// Shows progress on standard error from here on.
 pub fn show() {
     let terminal = std::io::stderr().is_terminal();
     if terminal {
@@ -66,7 +66,7 @@ pub fn show() {
     });
 }
 
-/// Tells that a line was printed: the next of progress can wait.
+/// Notes that a line was printed: the next line of progress can wait.
 pub fn said() {
     shown().due = Some(Instant::now() + WRITTEN_EVERY);
 }
@@ -79,7 +79,7 @@ fn fresh_line() -> ProgressBar {
     line
 }
 
-/// All labels, and how far the last task is.
+/// Returns all labels, and the progress of the last task.
 fn describe(tasks: &[Task]) -> Option<String> {
     let (last, unit) = tasks.last()?;
     let labels = tasks
@@ -99,8 +99,8 @@ fn describe(tasks: &[Task]) -> Option<String> {
     ))
 }
 
-/// "45 % of 27.0 million samples, 1.20 million/s, 12 s left": the rate is that since the beginning,
-/// and the remaining time what the rest takes at it.
+/// Formats progress, such as "45 % of 27.0 million samples, 1.20 million/s, 12 s left". The rate is
+/// the mean since the beginning; the remaining time follows from it.
 pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
     if size == 0 {
@@ -108,7 +108,7 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     }
     let mut text = format!(
         "{:.0} % of {} {unit}",
-        // Not yet all is not 100 %.
+        // Unfinished work never shows as 100 %.
         (100.0 * done as f64 / size as f64).floor(),
         quantity(size as f64)
     );
@@ -127,7 +127,7 @@ pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     text
 }
 
-/// Three digits and a word.
+/// Formats a number with three digits and a word.
 fn quantity(value: f64) -> String {
     let scales = [
         (1e12, " trillion"),
@@ -157,19 +157,19 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// How far something is, shown once [`show`] was called and as long as this is kept.
+/// Progress of a task, shown after [`show`] was called and until this is dropped.
 pub struct Bar {
     task: ProgressBar,
-    /// When the error was last reckoned.
+    /// When the error was last computed.
     reckoned: Instant,
 }
 
-/// The error over all pixels is costly: it is reckoned about this often.
+/// Interval at which the error over all pixels, which is costly, is computed.
 const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
-    /// For so many of something; for 0, one that says how long it takes already. The label is empty
-    /// where it goes without saying.
+    /// Creates a bar for `size` units; for 0, one that shows the elapsed time. The label may be
+    /// empty.
     pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
         let task = ProgressBar::with_draw_target(Some(size), ProgressDrawTarget::hidden());
         let task = task.with_prefix(label.to_owned());
@@ -209,7 +209,7 @@ impl Drop for Bar {
         if shown.tasks.is_empty()
             && let Some(line) = &mut shown.line
         {
-            // What is printed next stands where the line was.
+            // The next output replaces the line.
             line.finish_and_clear();
             *line = fresh_line();
         }

@@ -25,14 +25,14 @@ use crate::run::{
 };
 use crate::say;
 
-/// The largest file that the book keeps, in bytes.
+/// Size of the largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
-/// The outcomes of a run of experiments.
+/// Outcomes of a run of experiments.
 pub struct Ran {
-    /// The findings of each.
+    /// Findings of each experiment.
     pub outcomes: Vec<ExperimentResult>,
-    /// The wall-clock seconds that each took; `None` for what was kept from an earlier run.
+    /// Wall-clock seconds of each experiment; `None` if it was kept from an earlier run.
     pub seconds: Vec<Option<f64>>,
 }
 
@@ -47,8 +47,9 @@ pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> R
     })
 }
 
-/// Runs experiments one after the other, each in its own folder, and says when one is done; results
-/// of an earlier run of this very program with the same options are kept unless `fresh`.
+/// Runs experiments one after the other, each in its own folder, and prints a line when one is
+/// done. Results of an earlier run of the same program with the same options are kept unless
+/// `fresh`.
 pub fn run_each(
     experiments: &[&Experiment],
     options: &Options,
@@ -95,7 +96,7 @@ pub fn run_each(
             )
         );
         progress::said();
-        // One experiment alone is what its table is about.
+        // A single experiment prints its table.
         if options.rows || experiments.len() == 1 {
             say!("{}", table(&outcome, options.rows));
         }
@@ -106,7 +107,7 @@ pub fn run_each(
     Ok(ran)
 }
 
-/// The file for machines.
+/// File name of the results as JSON.
 pub const RESULTS: &str = "results.json";
 
 fn run_one(
@@ -132,7 +133,7 @@ fn run_one(
     Ok(outcome)
 }
 
-/// The result in a folder if it has this fingerprint and its files are as they were.
+/// Returns the result in a folder if it has this fingerprint and its files are unchanged.
 fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
     let outcome = result(folder)?;
     let there = |file: &String| outcome.digests.contains_key(file);
@@ -140,12 +141,12 @@ fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
     (whole && outcome.fingerprint == fingerprint).then_some(outcome)
 }
 
-/// The result in a folder, if there is one that can be read.
+/// Returns the result in a folder, if there is one that can be read.
 pub fn result(folder: &Path) -> Option<ExperimentResult> {
     read_json(&folder.join("result.json")).ok()
 }
 
-/// SHA-256 of each file of an experiment's folder but the result that lists them.
+/// Returns the SHA-256 of each file of an experiment's folder except the result that lists them.
 fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
     let mut digests = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(Error::file("read", folder))? {
@@ -162,7 +163,7 @@ fn digests(folder: &Path) -> Result<BTreeMap<String, String>, Error> {
     Ok(digests)
 }
 
-/// A hash of the running program's file: any change of code makes earlier results stale.
+/// Hash of the running program's file: any change of code makes earlier results stale.
 pub static PROGRAM: LazyLock<u64> = LazyLock::new(|| {
     let mut hasher = DefaultHasher::new();
     std::env::current_exe()
@@ -177,14 +178,14 @@ struct Results<'a> {
     program: &'static str,
     version: &'static str,
     commit: &'static str,
-    /// Of the last run; each experiment has its own.
+    /// Tier of the last run; each experiment has its own.
     tier: String,
     seed: u64,
     shrink: u32,
     experiments: &'a [ExperimentResult],
 }
 
-/// Writes what all experiments found whose results are in the folder.
+/// Writes the results of all experiments in the folder.
 fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
     let found = EXPERIMENTS
         .iter()
@@ -214,11 +215,11 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
     write_text(path, &(text + "\n"))
 }
 
-/// No line of a table is longer, in characters.
+/// Length of the longest line of a table, in characters.
 pub const LONGEST_LINE: usize = 160;
 
-/// An experiment's findings as text under its title, a line each; long values go on below their
-/// beginning. Details are left out without `rows`, but not those that fail.
+/// Formats an experiment's findings as text under its title, a line each; long values continue
+/// below their beginning. Details are left out without `rows`, except those that fail.
 pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
     let mut text = format!("{}: {}", outcome.id, outcome.title);
     let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
@@ -231,7 +232,7 @@ pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
         .unwrap_or(0);
     for row in &shown {
         let verdict = row.verdict.map(|verdict| match verdict {
-            // To be seen among many.
+            // Upper case, to stand out among many lines.
             Judgement::Fails => "FAILS",
             other => other.word(),
         });
@@ -251,21 +252,21 @@ pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
     }
     let left_out = outcome.findings.len() - shown.len();
     if left_out > 0 {
-        let _ = write!(text, "\n  and {left_out} rows more with --rows");
+        let _ = write!(text, "\n  and {left_out} more rows with --rows");
     }
     text
 }
 
-/// Where the book keeps the results of the last full run.
+/// Returns the folder where the book keeps the results of the last full run.
 pub fn recorded_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../book/recorded")
 }
 
-/// Copies an experiment's result and figures from `from` to `to`, where older files go; large
+/// Copies an experiment's result and figures from `from` to `to` in place of older files; large
 /// pictures in bands by [`split_png`]. Returns the plots that are too large and were left out.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     let mut outcome: ExperimentResult = read_json(&from.join("result.json"))?;
-    // They name a build and files that are not all recorded, which says nothing to a reader.
+    // They identify a build and files that are not all recorded, which means nothing to a reader.
     outcome.fingerprint.clear();
     outcome.digests.clear();
     make_afresh(to)?;
@@ -289,8 +290,8 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     Ok(too_large)
 }
 
-/// Records the results of these experiments in the book's folder and the README, and says what was
-/// left out.
+/// Records the results of these experiments in the book's folder and the README, and prints what
+/// was left out.
 pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(), Error> {
     let folder = recorded_folder();
     for Experiment { id, .. } in experiments {

@@ -1,4 +1,4 @@
-//! Signals that end a program: the work in hand stops, and what is done is kept.
+//! Signals that end a program: the current work stops, and finished work is kept.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -15,20 +15,20 @@ const CAUGHT: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
 #[cfg(not(unix))]
 const CAUGHT: [i32; 2] = [SIGINT, SIGTERM];
 
-/// Whether a signal to end came since [`catch`].
+/// Returns true if a signal to end came since [`catch`].
 pub fn interrupted() -> bool {
     RECEIVED.load(Ordering::Relaxed) != 0
 }
 
-/// The exit code of a program that a signal has ended: 128 and the signal's number, as shells have
-/// it, that is 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
+/// Returns the exit code of a program that a signal has ended: 128 plus the signal's number, as in
+/// shells, that is 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 pub fn exit_code() -> Option<u8> {
     let signal = RECEIVED.load(Ordering::Relaxed);
     (signal != 0).then(|| 128u8.saturating_add(u8::try_from(signal).unwrap_or(127)))
 }
 
-/// From here on Ctrl-C, SIGTERM and SIGHUP end the work in hand, and a second Ctrl-C the program. A
-/// signal that the program was started to ignore (`nohup`) stays ignored.
+/// Makes Ctrl-C, SIGTERM and SIGHUP end the current work, and a second Ctrl-C the program. A signal
+/// that the program was started to ignore (`nohup`) stays ignored.
 pub fn catch() {
     let again = Arc::new(AtomicBool::new(false));
     for signal in CAUGHT.into_iter().filter(|&signal| !ignored(signal)) {
@@ -38,8 +38,8 @@ pub fn catch() {
     }
 }
 
-/// What ends a session sends SIGTERM and SIGHUP together: only a second Ctrl-C is from somebody who
-/// cannot wait.
+/// Registers a signal. A session's end sends SIGTERM and SIGHUP together, so only a second Ctrl-C,
+/// which a person sends, ends the program at once.
 fn register(signal: i32, again: &Arc<AtomicBool>) -> io::Result<()> {
     if signal == SIGINT {
         flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(again))?;
@@ -49,7 +49,8 @@ fn register(signal: i32, again: &Arc<AtomicBool>) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether the program was started with this signal ignored, where the system tells it (proc(5)).
+/// Returns true if the program was started with this signal ignored, where the system tells it
+/// (proc(5)).
 pub fn ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status

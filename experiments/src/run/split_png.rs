@@ -1,4 +1,4 @@
-//! Pictures too large for one recorded file, kept as bands of rows.
+//! Splits pictures that are too large for one recorded file into bands of rows.
 
 use std::fs::File;
 use std::io::{BufReader, Write as _};
@@ -7,13 +7,13 @@ use std::path::Path;
 use whitefurnace::error::Error;
 use whitefurnace::image::{encode_rgb, write_whole};
 
-/// Bands have a multiple of so many rows.
+/// Bands have a multiple of this many rows.
 const ROWS: u32 = 8;
 
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in
-/// the folder `to`: as few bands as keep each file at most `largest` bytes. But for the last one,
-/// bands have a multiple of eight rows, so that a page that shows them at halves or quarters of
-/// their size has no seams between them.
+/// the folder `to`: the fewest bands that keep each file at most `largest` bytes. All bands but the
+/// last have a multiple of eight rows, so that a page that shows them at half or a quarter of their
+/// size has no seams between them.
 pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
     let fault = |message: String| Error::Image {
         action: "divide",

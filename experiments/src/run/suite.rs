@@ -1,4 +1,4 @@
-//! The registry of trials, run in parallel for the experiments.
+//! Runs the registry of trials in parallel for the experiments.
 
 use rayon::prelude::*;
 use whitefurnace::error::Error;
@@ -8,13 +8,13 @@ use whitefurnace::harness::trial::{Context, Row, Trial, run_trial};
 use crate::run::Run;
 use crate::run::progress::{Bar, interrupted};
 
-/// The scale of sample sizes at which experiments repeat the suite: that of the suite itself at the
-/// full tier.
+/// Returns the scale of sample sizes at which experiments repeat the suite: that of the suite
+/// itself at the full tier.
 pub fn scale(run: &Run) -> f64 {
     run.scale(run.by_tier(1.0 / 16.0, 1.0))
 }
 
-/// The family-wise level of an experiment.
+/// Family-wise level of an experiment.
 pub const FAMILY: f64 = 1e-3;
 
 /// Does `work` for every item on all cores; the results are in the items' order.
@@ -36,13 +36,13 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
         .collect()
 }
 
-/// The rows of every trial at that scale, in the trials' order.
+/// Returns the rows of every trial at that scale, in the trials' order.
 pub fn rows(run: &Run, trials: &[Trial]) -> Result<Vec<Vec<Row>>, Error> {
     let context = Context::new(run.seed(), scale(run))?;
     parallel(trials, |trial| run_trial(trial, &context))
 }
 
-/// The verdict on several outcomes together: fails if one does, holds if all do.
+/// Returns the joint verdict on several outcomes: fails if one does, holds if all do.
 pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
     rows.into_iter()
         .fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {

@@ -1,4 +1,4 @@
-//! The one or two lines that a run prints of each experiment, and its verdicts.
+//! Formats the summary that a run prints of each experiment, and its verdicts.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -7,12 +7,12 @@ use book::number;
 
 use crate::run::{Experiment, ExperimentResult, Judgement};
 
-/// The longest line of a summary, characters.
+/// Longest line of a summary, characters.
 pub const WIDTH: usize = 100;
-/// The most undecided claims that are named.
+/// Largest number of undecided claims that are named.
 const NAMED: usize = 5;
 
-/// The findings of an experiment with this verdict.
+/// Counts the findings of an experiment with this verdict.
 fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
     outcome
         .findings
@@ -21,7 +21,7 @@ fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
         .count()
 }
 
-/// The experiment's headline with the numbers of this run.
+/// Returns the experiment's headline with the numbers of this run.
 ///
 /// # Errors
 /// A key that the run did not record, or a format that does not fit the number.
@@ -52,8 +52,8 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
     Ok(text)
 }
 
-/// A sentence on the finding, and where its picture lies, wrapped at [`WIDTH`]; `label` says which
-/// experiment and for how long.
+/// Returns a sentence on the finding and the path of its picture, wrapped at [`WIDTH`]; `label`
+/// names the experiment and its duration.
 pub fn summary(
     experiment: &Experiment,
     outcome: &ExperimentResult,
@@ -90,8 +90,8 @@ pub fn summary(
     text
 }
 
-/// The lines of claims that fail or, if they are few, are undecided, each cut at [`WIDTH`]; then
-/// the counts. The second says whether nothing fails.
+/// Returns the lines of claims that fail or, if they are few, are undecided, each cut at [`WIDTH`];
+/// then the counts. The second value is true if nothing fails.
 pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     let named = |wanted: Judgement| -> Vec<String> {
         let of = |outcome: &ExperimentResult| -> Vec<String> {

@@ -1,9 +1,8 @@
-//! What a run that was interrupted has done: the next one with the same options goes on from there.
+//! Saved parts of an interrupted run, from which the next one with the same options continues.
 //!
-//! A run is a function of its options and of the files that were there when it began. So it is
-//! continued by doing it again: from those files as they were, and with the parts that are done
-//! taken from where they were put. It leaves what a run without interruption leaves, wherever it
-//! was interrupted.
+//! A run is a function of its options and of the files that existed when it began. So it is
+//! continued by repeating it: from those files as they were, with the finished parts read back. The
+//! results are those of a run without interruption, wherever it was interrupted.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -21,7 +20,7 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Begins in this folder, or goes on with what was begun there under the same fingerprint.
+    /// Begins in this folder, or continues what was begun there under the same fingerprint.
     pub fn begin(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
@@ -32,8 +31,8 @@ impl Unfinished {
         Ok(Self { folder })
     }
 
-    /// A part of the run: taken from the folder if it was done, else made and put there. Its key is
-    /// part of the name of a file.
+    /// Returns a part of the run: read from the folder if it was done, else made and saved there.
+    /// `key` is part of the file's name.
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -51,12 +50,12 @@ impl Unfinished {
             &path,
             &text.map_err(|error| Error::Option(format!("{}: {error}", path.display())))?,
         )?;
-        // What was made now goes the way of what was made before.
+        // Read back, so that a new part takes the same path as a saved one.
         read_json(&path)
     }
 
-    /// A copy of a file of the experiment as it was when the run began; an empty one if there was
-    /// none.
+    /// Returns a copy of a file of the experiment as it was when the run began; an empty one if
+    /// there was none.
     pub fn before(&self, file: &Path) -> Result<PathBuf, Error> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let copy = self.folder.join(format!("{name}.before"));
@@ -70,7 +69,7 @@ impl Unfinished {
         Ok(copy)
     }
 
-    /// Ends the run: what it leaves has been written.
+    /// Ends the run, after its results have been written.
     pub fn end(self) -> Result<(), Error> {
         std::fs::remove_dir_all(&self.folder).map_err(Error::file("remove", &self.folder))
     }

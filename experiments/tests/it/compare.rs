@@ -332,7 +332,7 @@ fn what_was_read_is_told() {
     let agree = |options: &str, line: &str| ends(&folder, options, 0, line);
     agree(
         "--a vray-*.exr --b plain-*.exr --out vray",
-        "\nread of the first: rgb.red, rgb.green, rgb.blue as RGB\nread of the second: R, G, B as RGB\n",
+        "\nchannels of the first: rgb.red, rgb.green, rgb.blue as RGB\nchannels of the second: R, G, B as RGB\n",
     );
     let numbers = json(&folder, "vray");
     assert_eq!(
@@ -344,18 +344,18 @@ fn what_was_read_is_told() {
         serde_json::json!(["R", "G", "B"])
     );
     let page = std::fs::read_to_string(folder.join("vray/report.html")).expect("there");
-    assert!(page.contains("read of the first: rgb.red, rgb.green, rgb.blue as RGB."));
+    assert!(page.contains("channels of the first: rgb.red, rgb.green, rgb.blue as RGB."));
     agree(
         "--a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined",
         "ViewLayer.Combined.B as RGB",
     );
     agree(
         "--a blender-*.exr --reference plain-0.exr --b-layer R,G,B --margin 3",
-        "read of the second: R, G, B as RGB",
+        "channels of the second: R, G, B as RGB",
     );
     agree(
         "--a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2",
-        "read of the first: c0, c1, c2 as three channels",
+        "channels of the first: c0, c1, c2 as three channels",
     );
     ends(
         &folder,
@@ -366,13 +366,13 @@ fn what_was_read_is_told() {
     // Y is the same in both, and X and Z are not.
     agree(
         "--a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y",
-        "read of both: Y as luminance; not read: X, Z",
+        "channels of both: Y as luminance; not read: X, Z",
     );
     ends(
         &folder,
         "--a xyz-*.exr --b swapped-*.exr",
         1,
-        "read of both: X, Y, Z as X, Y, Z\n",
+        "channels of both: X, Y, Z as X, Y, Z\n",
     );
     ends(
         &folder,
@@ -524,7 +524,7 @@ fn a_hint_tells_what_makes_them_agree() {
         (
             "columns",
             |x, y, s| plain(y, x, s),
-            "they agree when the first has its rows for columns",
+            "they agree when rows and columns of the first are exchanged",
         ),
         (
             "moved",

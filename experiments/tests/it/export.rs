@@ -258,7 +258,7 @@ fn what_mitsuba_gets_is_the_scene() {
     ];
     for scene in scenes {
         let scene = scene.expect("a scene");
-        let files = files(&scene, Renderer::Mitsuba, [40, 30], (7, Some(2))).expect("files");
+        let files = files(&scene, Renderer::Mitsuba, [40, 30], 7, Some(2)).expect("files");
         let (parts, background, camera) = read_back(&files);
         let own: BTreeSet<String> = scene
             .primitives()
@@ -287,7 +287,7 @@ fn what_mitsuba_gets_is_the_scene() {
 #[test]
 fn what_pbrt_gets_is_the_scene() {
     let text = |scene: Result<Scene, Error>, size| {
-        files(&scene.expect("a scene"), Renderer::Pbrt, size, (7, None))
+        files(&scene.expect("a scene"), Renderer::Pbrt, size, 7, None)
             .expect("a file")
             .remove(0)
             .1

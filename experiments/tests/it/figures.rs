@@ -93,7 +93,7 @@ fn every_figure_says_what_it_shows() {
         size: [1, 1],
         ..map(vec![9.0])
     };
-    let about = ("A < B", see);
+    let title = "A < B";
     let names = ["n".to_owned()];
     let common = Common {
         regions: &[("a region", 2.0)],
@@ -112,23 +112,32 @@ fn every_figure_says_what_it_shows() {
             charts(path, see, [400, 300], &[chart(Vec::new())])
         }),
         drawn("differences", |path| {
-            differences(path, about, &common, &[("panel", vec![[1.0, -50.0, 0.0]])])
+            differences(
+                path,
+                title,
+                see,
+                &common,
+                &[("panel", vec![[1.0, -50.0, 0.0]])],
+            )
         }),
         drawn("forest", |path| {
             forest(
                 path,
-                about,
+                title,
+                see,
                 &[line([-0.5, 0.5], Verdict::Undecided { needed: 9 })],
             )
         }),
         drawn("map", |path| maps(path, see, [400, 300], 1, &[map])),
         drawn("matrix", |path| {
-            matrix(path, about, &names, &names, |_, _| Some(Detection::Missed))
+            matrix(path, title, see, &names, &names, |_, _| {
+                Some(Detection::Missed)
+            })
         }),
         drawn("squares", |path| {
-            squares(path, about, (&names, &names), "blank", square)
+            squares(path, title, see, &names, &names, "blank", square)
         }),
-        drawn("histograms", |path| histograms(path, about, &panels)),
+        drawn("histograms", |path| histograms(path, title, see, &panels)),
     ];
     for svg in figures {
         assert!(
@@ -303,7 +312,7 @@ fn a_narrow_matrix_has_room_for_its_legend() {
         })
     };
     let svg = drawn("narrow", |path| {
-        squares(path, (title, ""), (&names, &names), blank, square)
+        squares(path, title, "", &names, &names, blank, square)
     });
     let svg = parsed(&svg);
     let number = |node: Node<'_, '_>, name| {

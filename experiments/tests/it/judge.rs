@@ -180,7 +180,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         (
             "words.csv",
             b"0,0,1\n0,zero,1\n",
-            "line 2: \u{201c}zero\u{201d} is no number",
+            "line 2: \u{201c}zero\u{201d} is not a number",
         ),
         (
             "short.csv",
@@ -238,7 +238,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
     std::fs::write(folder.join("one.csv"), "0,0,1\n").expect("written");
     for (options, hint) in [
         ("--density cosin", "there are uniform-sphere"),
-        ("--density ggx:0.3", "not with so many numbers"),
+        ("--density ggx:0.3", "wrong number of parameters"),
         ("--density ggx:3,60", "ALPHA must be from 0.01 to 1"),
         (
             "--density cosine --mean-weight 1",

@@ -208,7 +208,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         "{difference}: {line}"
     );
     assert!(
-        line.contains(&format!("p {p:.1e}")) && line.contains(" would have been seen"),
+        line.contains(&format!("p {p:.1e}")) && line.contains("smallest detectable "),
         "{p:e}: {line}"
     );
     assert!(

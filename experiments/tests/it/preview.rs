@@ -195,7 +195,7 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
         &folder,
     );
     drop(listener.accept().expect("a renderer"));
-    render.wait_for("the viewer is gone");
+    render.wait_for("the viewer has closed the connection");
     render.wait_for("% of");
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));
@@ -209,7 +209,7 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     );
     let said = text(&stuck.stderr);
     assert!(
-        stuck.status.success() && said.contains("the last image was not taken in time"),
+        stuck.status.success() && said.contains("the last image was not accepted in time"),
         "{said}"
     );
     renders(&folder, &format!("{options} whole.exr"));

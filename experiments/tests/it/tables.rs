@@ -105,7 +105,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
         short.contains("the claim  1 FAILS") && !short.contains("fine"),
         "{short}"
     );
-    assert!(short.contains("2 rows more with --rows"), "{short}");
+    assert!(short.contains("2 more rows with --rows"), "{short}");
     let long = table(&failing, true);
     assert!(long.contains("fine       1 undecided"), "{long}");
 }

@@ -1,4 +1,4 @@
-//! What is claimed of each estimator on each scene, and how many images that takes.
+//! Claims about each estimator on each scene, and the number of images they need.
 
 use clap::ValueEnum as _;
 use whitefurnace::scene::simple::CAP_SHARE;
@@ -6,7 +6,7 @@ use whitefurnace::scene::simple::CAP_SHARE;
 use super::left_out::Method;
 use crate::experiments::prelude::*;
 
-/// The scenes, with the mean radiance of every pixel where a closed form gives it.
+/// Scenes, with the mean radiance of every pixel where a closed form gives it.
 pub(super) const SCENES: [(SceneName, Option<f64>); 7] = [
     (SceneName::DiffuseRoom, None),
     (SceneName::Report, None),
@@ -17,23 +17,23 @@ pub(super) const SCENES: [(SceneName, Option<f64>); 7] = [
     (SceneName::GlassCube, Some(1.0)),
 ];
 
-/// What is claimed of a case.
+/// Claim about a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Claim {
-    /// Within the margin of the tier.
+    /// Equal within the margin of the tier.
     Equal,
-    /// Within this share, for a reason that is known.
+    /// Equal within this relative bias, for a known reason.
     Biased(f64, &'static str),
-    /// Within the margin of the tier once what it leaves out is added.
+    /// Equal within the margin of the tier once the light that the method leaves out is added.
     Lacks(Lack, &'static str),
 }
 
-/// How it is known what a method leaves out.
+/// Source of the amount of light that a method leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lack {
-    /// In closed form: this much radiance in every pixel.
+    /// Closed form: this radiance in every pixel.
     Known(f64),
-    /// By a walk of its own that counts the paths which the method does not follow.
+    /// Measured by a walk that counts the paths which the method does not sample.
     Counted(Method),
 }
 
@@ -44,15 +44,16 @@ const DIRECT_ONLY: &str =
     "emission and the direct light of the first diffuse surface alone, seven segments";
 const SEVEN: &str = "cut after seven segments";
 
-/// The albedo of the cavity.
+/// Albedo of the cavity.
 const CAVITY: f64 = 0.75;
 
-/// What reaches every point of the cavity by `bounces` reflections or more: a geometric series.
+/// Returns the light that reaches every point of the cavity by `bounces` reflections or more: a
+/// geometric series.
 fn cavity_from(bounces: i32) -> f64 {
     CAP_SHARE * CAVITY.powi(bounces) / (1.0 - CAVITY)
 }
 
-/// What is claimed of an estimator on a scene; `None` where it is not defined or its variance
+/// Returns the claim about an estimator on a scene; `None` where it is not defined or its variance
 /// infinite.
 pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim> {
     use EstimatorName as E;
@@ -65,7 +66,7 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
     };
     Some(match estimator {
         E::Mis | E::Bsdf | E::Bdpt | E::BdptEnds => Claim::Equal,
-        // Points uniform in area on walls that meet: the geometry term has no bound.
+        // Points uniform in area on walls that meet: the geometry term is unbounded.
         E::Light | E::Whitted | E::Report if scene == S::FurnaceBox => return None,
         E::Light => Claim::Equal,
         E::LightTracer | E::Photon | E::Sppm if lit_by_background => return None,
@@ -90,19 +91,19 @@ pub(super) struct Case {
 }
 
 impl Case {
-    /// For lines of the table.
+    /// Returns the name in lines of the table.
     pub fn label(&self) -> String {
         format!("{}: {}", name(self.scene), name(self.estimator))
     }
 
-    /// For names of files and numbers.
+    /// Returns the name in file names and keys of numbers.
     pub fn key(&self) -> String {
         format!("{}.{}", name(self.scene), name(self.estimator))
     }
 }
 
-/// Within which image means must agree. The lights of the Cornell box and the caustics of the
-/// report's room make several times the noise.
+/// Returns the relative margin of image means. The lights of the Cornell box and the caustics of
+/// the report's room make several times the noise.
 pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
     match (tier, scene) {
         (Tier::Quick, _) => 0.01,
@@ -111,11 +112,11 @@ pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
     }
 }
 
-/// The standard deviation of an image's mean in per cent of the reference, as measured: of the
-/// estimators in the order of their names, and of what methods leave out, the largest. It decides
-/// how many images there are, and nothing else. Path tracing under a sky of 1 has nearly none, and
-/// so has what is left out of the glass cube, but skewed: what is here makes up for Chebyshev's
-/// intervals, or for the images that skewness asks for.
+/// Measured standard deviation of an image's mean in per cent of the reference: of the estimators
+/// in the order of their names, and the largest of the light that methods leave out. It only
+/// decides the number of images. Path tracing under a sky of 1 has almost no noise, and so has the
+/// light left out of the glass cube, but with skewness: these entries make up for Chebyshev's
+/// intervals, or for the images that skewness needs.
 #[rustfmt::skip]
 const NOISE: [(SceneName, [f64; 11], f64); 7] = [
     //                          mis  bsdf light l.tr. bdpt  ends phot.  sppm radi. whit. report left out
@@ -128,11 +129,11 @@ const NOISE: [(SceneName, [f64; 11], f64); 7] = [
     (SceneName::GlassCube,   [ 2.0,  2.0,  2.0,  0.0,  0.5,  0.5, 0.0,  0.0, 0.0,  0.0,  0.2], 1.2),
 ];
 
-/// Half an interval in standard errors, at the level of a first look.
+/// Half width of an interval in standard errors, at the level of a first look.
 const HALF: f64 = 4.6;
 
-/// So many images that half the interval of their mean is `half`, in per cent of the reference:
-/// skewness asks for some, whatever the noise.
+/// Returns the number of images for which the half width of their mean's interval is `half`, in per
+/// cent of the reference. Skewness needs a least number, whatever the noise.
 fn images(noise: f64, half: f64, tier: Tier) -> u64 {
     let least = match tier {
         Tier::Quick => 400,
@@ -151,9 +152,9 @@ fn noise(scene: SceneName) -> ([f64; 11], f64) {
         })
 }
 
-/// Images of a case per run: the interval of the difference, of which the reference, the method and
-/// what it leaves out have their parts, is 0.6 of the margin on either side, or about a fifth of a
-/// bias (two fifths at the quick tier).
+/// Returns the images of a case per run. The interval of the difference, to which the reference,
+/// the method and the light it leaves out contribute, is then 0.6 of the margin on either side, or
+/// about a fifth of a bias (two fifths at the quick tier).
 pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
     let margin = 100.0 * margin(case.scene, tier);
     let noise = noise(case.scene).0[case.estimator as usize];
@@ -176,13 +177,13 @@ pub(super) fn replications(case: &Case, tier: Tier) -> u64 {
     }
 }
 
-/// Images of the walk that counts what methods leave out.
+/// Returns the images of the walk that measures the light that methods leave out.
 pub(super) fn replications_left_out(scene: SceneName, tier: Tier) -> u64 {
     images(noise(scene).1, 0.42 * 100.0 * margin(scene, tier), tier)
 }
 
-/// Whether a few hundred images decide the case: not where what is left out is counted path by
-/// path, where an image takes long, or where skewness asks for thousands.
+/// Returns true if a few hundred images decide the case. They do not where left-out light is
+/// measured path by path, where an image takes long, or where skewness needs thousands.
 fn is_quick(scene: SceneName, estimator: EstimatorName) -> bool {
     use EstimatorName as E;
     match scene {
@@ -196,7 +197,7 @@ fn is_quick(scene: SceneName, estimator: EstimatorName) -> bool {
     }
 }
 
-/// Quick: those that few images decide. Full: all.
+/// Returns the cases of a tier: quick, those that few images decide; full, all.
 pub(super) fn cases(tier: Tier) -> Vec<Case> {
     let all = SCENES.iter().flat_map(|&(scene, _)| {
         EstimatorName::value_variants()

@@ -1,4 +1,4 @@
-//! What a case of the matrix says of the image mean.
+//! Judges the image mean of a case of the matrix.
 
 use whitefurnace::harness::mean::welch_satterthwaite;
 
@@ -7,17 +7,18 @@ use super::{Mean, Total};
 use crate::experiments::prelude::*;
 use crate::plot::agreement::{Square, Standing};
 
-/// Intervals narrower than this are rounding, whose skewness says nothing.
+/// Relative half width below which an interval is rounding, whose skewness is meaningless.
 const NOTHING: f64 = 1e-9;
 
-/// Compares a case with its reference, records it, and returns what the matrix shows. To a method
-/// that lacks a part of the light, that part is added before: it has to make up for the whole
+/// Compares a case with its reference, records it, and returns its cell of the matrix. If the
+/// method leaves out light, the expected amount is added first and has to explain the whole
 /// difference.
 pub(super) fn judge(
     run: &mut Run,
     case: &Case,
     total: &Total,
-    (reference, lack): (Mean, Option<Mean>),
+    reference: Mean,
+    lack: Option<Mean>,
     level: f64,
 ) -> Square {
     let own = total.moments;
@@ -61,7 +62,7 @@ pub(super) fn judge(
     let rest = difference - expected;
     let interval = [rest - half, rest + half];
     let verdict = match approximate_verdict(interval, 0.0, size, n) {
-        // More images make skewness matter less.
+        // More images reduce the effect of skewness.
         Verdict::Undecided { .. } if skewed => Verdict::Undecided {
             needed: (n as f64 * skew(&parts).powi(2)).ceil() as u64,
         },
@@ -91,7 +92,7 @@ pub(super) fn judge(
         (Verdict::Fails, _) => Standing::Differs,
         (Verdict::Undecided { .. }, _) => Standing::Undecided,
         (Verdict::Holds, Claim::Lacks(..)) => Standing::Explained,
-        // A bias that may be there and is not to be seen is no difference.
+        // A bias that is claimed but too small to detect counts as agreement.
         (Verdict::Holds, _) if within(interval, margin(case.scene, run.tier())) => Standing::Agrees,
         (Verdict::Holds, _) => Standing::Biased,
     };
@@ -106,7 +107,7 @@ fn within(interval: [f64; 2], margin: f64) -> bool {
     interval.iter().all(|end| end.abs() <= margin)
 }
 
-/// With three decimals and a sign, but for what rounds to zero.
+/// Formats a number with three decimals and a sign, except zero.
 fn signed(value: f64) -> String {
     let text = format!("{value:+.3}");
     match text.trim_start_matches(['+', '-']) {
@@ -115,9 +116,9 @@ fn signed(value: f64) -> String {
     }
 }
 
-/// How far skewness bends the tail of a sum of means, in units of what is allowed. Alone, n values
-/// bend it by √(valid from/n), which goes with their skewness; in a sum with a share w of the
-/// variance by w^(3/2) of that, as third cumulants add.
+/// Returns the distortion of a sum's tail by skewness, relative to the allowed one. The distortion
+/// of n values is √(valid_from/n), in proportion to their skewness; a part with a share w of the
+/// sum's variance contributes w^(3/2) of that, as third cumulants add.
 fn skew(means: &[&Mean; 3]) -> f64 {
     let all = standard_error(means);
     let part = |total: &Total| {
@@ -131,21 +132,21 @@ fn skew(means: &[&Mean; 3]) -> f64 {
         .sum()
 }
 
-/// Whether skewness leaves the tail of Welch's interval of a sum of means unsure, which is more
-/// than rounding of their `scale`.
+/// Returns true if skewness makes the tail of Welch's interval of a sum of means unreliable, unless
+/// the interval is rounding at this `scale`.
 fn skewed(means: &[&Mean; 3], level: f64, scale: f64) -> bool {
     skew(means) > 1.0 && half_width(means, level) / scale > NOTHING
 }
 
-/// Half of Welch's interval of a sum or difference of means.
+/// Returns the half width of Welch's interval of a sum or difference of means.
 fn half_width(means: &[&Mean], level: f64) -> f64 {
     let dof = welch_satterthwaite(variances(means)).max(1.0);
     student_upper(0.5 * level, dof) * standard_error(means)
 }
 
-/// Half of Chebyshev's interval of the same, which holds for any law of this variance. Where it is
-/// that of k rare values among many that are all the same, the interval allows for √(k/level) more
-/// of them: hundreds, if but one was seen.
+/// Returns the half width of Chebyshev's interval of a sum or difference of means, which holds for
+/// any distribution with this variance. If the variance is that of k rare values among many equal
+/// ones, the interval allows for √(k/level) more of them: hundreds, after a single one.
 fn half_of_any_law(means: &[&Mean], level: f64) -> f64 {
     standard_error(means) / level.sqrt()
 }
@@ -157,7 +158,7 @@ fn standard_error(means: &[&Mean]) -> f64 {
         .sqrt()
 }
 
-/// Variances of the means that are measured, and how many images they are of.
+/// Returns the variances of the measured means, and their numbers of images.
 fn variances(means: &[&Mean]) -> impl Iterator<Item = (f64, u64)> {
     let measured = means.iter().filter_map(|mean| mean.measured());
     measured.map(|total| {
@@ -190,7 +191,7 @@ mod tests {
 
     const LEVEL: f64 = 1e-5;
 
-    /// The mean of so many images, every `rare`-th of which is 2 and the others 1.
+    /// Returns the mean of `count` images, every `rare`-th of which is 2 and the others 1.
     fn images(count: u64, rare: u64) -> Mean {
         let mut values = Values::new(1.0);
         (0..count).for_each(|i| values.push(if i % rare == 0 { 2.0 } else { 1.0 }));
@@ -207,10 +208,11 @@ mod tests {
         let is_skewed = |means: [&Mean; 3], scale| skewed(&means, LEVEL, scale);
         assert!(!is_skewed([&even, &known, &known], 1.0));
         assert!(is_skewed([&few, &known, &known], 1.0));
-        // With much else it counts for little, and relative to much it is rounding.
+        // In a sum with larger parts its skewness counts little, and relative to a large mean it is
+        // rounding.
         assert!(!is_skewed([&few, &even, &known], 1.0));
         assert!(!is_skewed([&few, &known, &known], 1e7));
-        // Four were seen: √(4/level) more would be within.
+        // Four were observed: √(4/level) more would be within the interval.
         let more = 40_000.0 * half_of_any_law(&[&few], LEVEL);
         assert!((more / (4.0 / LEVEL).sqrt() - 1.0).abs() < 1e-3, "{more}");
         assert!(half_width(&[&few], LEVEL) < 0.02 * half_of_any_law(&[&few], LEVEL));

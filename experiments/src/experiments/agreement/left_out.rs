@@ -1,6 +1,6 @@
-//! What a method leaves out, counted path by path: a walk from the eye that finds light by hitting
-//! it alone and asks of each path whether the method follows it. It scatters as the estimators do,
-//! and has no shadow rays, no weights between strategies and no limit.
+//! Measures the light that a method leaves out, path by path: a random walk from the eye finds
+//! light by hits alone and tests for each path whether the method samples it. It scatters as the
+//! estimators do, without next-event estimation, MIS weights or length limit.
 
 use whitefurnace::geometry::shape::Hit;
 use whitefurnace::material::Vertex;
@@ -9,7 +9,7 @@ use whitefurnace::sampling::sampler::Sampler;
 use super::SIZE;
 use crate::experiments::prelude::*;
 
-/// Methods that follow a part of the paths only, in the order of the walk's channels.
+/// Methods that sample only a part of the paths, in the order of the walk's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Method {
     Whitted,
@@ -18,7 +18,7 @@ pub(super) enum Method {
 }
 
 impl Method {
-    /// For names of files.
+    /// Returns the name in file names.
     pub fn word(self) -> &'static str {
         match self {
             Self::Whitted => "whitted",
@@ -30,24 +30,24 @@ impl Method {
 
 pub(super) const METHODS: [Method; 3] = [Method::Whitted, Method::Report, Method::LightTracer];
 
-/// Segments from the eye that Whitted's method and the report's follow.
+/// Largest number of segments from the eye in Whitted's method and the report's.
 const LIMIT: u32 = 7;
 
-/// A path from the eye to where it meets light.
+/// A path from the eye to a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Way {
-    /// Segments, the one to the light included.
+    /// Number of segments, including the one to the light.
     pub segments: u32,
     pub diffuse: u32,
     pub diffuse_first: bool,
     pub diffuse_last: bool,
-    /// Whether the light is an emitter, not the background.
+    /// True if the light is an emitter, false if it is the background.
     pub emitter: bool,
 }
 
 impl Way {
     pub fn followed(&self, method: Method) -> bool {
-        // A shadow ray is one segment more than the limit knows of, and finds emitters alone.
+        // A shadow ray is one segment beyond the limit, and finds emitters only.
         let by_shadow_ray = self.diffuse_last && self.emitter;
         let within = self.segments <= LIMIT + u32::from(by_shadow_ray);
         match method {
@@ -58,7 +58,7 @@ impl Way {
     }
 }
 
-/// The walk: the grey radiance of what each of [`METHODS`] leaves out, one in each channel.
+/// The walk: the grey radiance that each of [`METHODS`] leaves out, one per channel.
 struct LeftOut;
 
 impl Estimator for LeftOut {
@@ -99,7 +99,8 @@ impl Estimator for LeftOut {
             way.diffuse += u32::from(way.diffuse_last);
             way.segments += 1;
             throughput *= next.radiance_factor * next.weight;
-            // Most of what the limit cuts comes soon after it: no path ends before.
+            // Most of the light beyond the limit comes soon after it, so Russian roulette starts
+            // later.
             if way.segments > LIMIT + 2 {
                 let survival = throughput.max_element().clamp(0.05, 0.95);
                 if uniform(rng) >= survival {
@@ -112,8 +113,8 @@ impl Estimator for LeftOut {
     }
 }
 
-/// The image means of what each of [`METHODS`] leaves out of a scene, for `count` images from
-/// `first` on.
+/// Returns the image means of the radiance that each of [`METHODS`] leaves out of a scene, for
+/// `count` images from `first` on.
 pub(super) fn left_out(
     run: &Run,
     scene: SceneName,
@@ -141,7 +142,8 @@ pub(super) fn left_out(
 mod tests {
     use super::*;
 
-    /// A path by its surfaces: d for diffuse, s for mirror or glass; the light is an emitter.
+    /// Builds a path from its surfaces: d for diffuse, s for mirror or glass; the light is an
+    /// emitter.
     fn way(surfaces: &str) -> Way {
         Way {
             segments: surfaces.len() as u32 + 1,
@@ -155,7 +157,7 @@ mod tests {
     #[test]
     fn paths_are_told_apart() {
         use Method::{LightTracer, Report, Whitted};
-        // Surfaces in order from the eye, and the methods that follow the path to an emitter.
+        // Surfaces in order from the eye, and the methods that sample the path to an emitter.
         for (surfaces, methods) in [
             ("", &[Whitted, Report, LightTracer][..]),
             ("s", &[Whitted, Report]),

@@ -1,6 +1,6 @@
-//! Tiles and pixels of two sets of images against each other. How far out the tail of a tile's or
-//! pixel's test is valid, its skewness decides, and that is taken from images that the test does
-//! not see: else what is left out would depend on what is found.
+//! Compares two sets of images by tiles and pixels. The skewness decides how far out the tail of a
+//! tile's or pixel's test is valid. It is estimated from pilot images that the test does not use;
+//! otherwise the selection of places would depend on the result.
 
 use serde::{Deserialize, Serialize};
 use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
@@ -12,12 +12,12 @@ use crate::experiments::prelude::*;
 const TILE: usize = 5;
 /// Bins of a histogram of p-values.
 const BINS: usize = 10;
-/// One of so many images goes to the pilot, the rest to the test.
+/// One in this many images goes to the pilot, the rest to the test.
 const PILOT: u64 = 4;
-/// The least share of tiles or pixels that must be judged for anything to be said of all.
+/// Least fraction of tiles or pixels that must be judged for a statement about all.
 const LEAST_SHARE: f64 = 0.5;
 
-/// A tile or pixel: what decides whether it is judged, and what is judged.
+/// A tile or pixel: pilot values, which decide whether it is judged, and tested values.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 struct Place {
     #[serde(with = "super::state")]
@@ -27,14 +27,14 @@ struct Place {
 }
 
 impl Place {
-    /// Whether the skewness of the pilot leaves the tail of the test valid at a level.
+    /// Returns true if the skewness of the pilot leaves the tail of the test valid at a level.
     fn valid_at(&self, level: f64) -> bool {
         self.pilot.moments.count() > 1
             && self.tested.moments.count() >= self.pilot.valid_from_at(level)
     }
 }
 
-/// The tiles and pixels of the images of one run.
+/// Tiles and pixels of the images of one run.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Maps {
     pilot: u64,
@@ -44,7 +44,7 @@ pub(super) struct Maps {
 }
 
 impl Maps {
-    /// For so many images.
+    /// Returns empty maps for this number of images.
     pub fn new(images: u64) -> Self {
         let pixels = (SIZE[0] * SIZE[1]) as usize;
         let empty = Place {
@@ -84,7 +84,8 @@ impl Maps {
     }
 }
 
-/// The Welch map of places that are judged at a level, the others left out; and how many are.
+/// Returns the Welch map of the places that can be judged at a level, without the others, and the
+/// number of judged places.
 fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
     let table = |places: &[Place]| {
         let column =
@@ -100,7 +101,7 @@ fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize)
     });
     let mut map = map(&ours, &reference, width, 1);
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
-        // What is no number is not left out, but fails.
+        // NaN is not left out, but fails.
         let number = map.p[i].is_some_and(|p| !p.is_nan());
         if number && !(a.valid_at(level) && b.valid_at(level)) {
             map.p[i] = None;
@@ -111,8 +112,8 @@ fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize)
     (map, count)
 }
 
-/// Records the least p-value of the tiles, at `share` of the family; where equality is claimed, it
-/// can fail, and it is a claim if enough tiles are judged. Returns the map for drawing, and the
+/// Records the least p-value of the tiles, at `share` of the family-wise level. Where equality is
+/// claimed and enough tiles are judged, it is a claim. Returns the map for drawing, and the
 /// histogram of the pixels' p-values if enough of them are judged as far out as its first bin.
 pub(super) fn note_map(
     run: &mut Run,
@@ -151,7 +152,7 @@ pub(super) fn note_map(
     (drawn(&name(case.estimator), tiles), histogram)
 }
 
-/// Where in the image an estimator differs from the path tracer.
+/// Draws where in the image an estimator differs from the path tracer.
 fn drawn(estimator: &str, tiles: PValueMap) -> Map {
     let size = [tiles.width, tiles.height];
     Map {

@@ -1,15 +1,15 @@
-//! What is lost if nothing counts that a path hits after a diffuse surface.
+//! Light lost if no emission counts that a path hits after a diffuse surface.
 
 use whitefurnace::integrator::Report;
 
 use super::size;
 use crate::experiments::prelude::*;
 
-/// So long that what is cut is nothing: 0.75 to this power.
+/// Limit whose truncation error is negligible: 0.75 to this power.
 const SEGMENTS: u32 = 60;
 
-/// The report's room under physical rules, by the report's estimator without its limit, with and
-/// without caustics: from the same random numbers, so that both follow the same paths.
+/// Compares the report's room under physical rules, by the report's estimator without its limit,
+/// with and without caustics, with the same random numbers, so that both follow the same paths.
 pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     let images = run.count(run.by_tier(400, 6_000)).max(2) as u32;
     let job = Job {

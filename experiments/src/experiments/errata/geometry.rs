@@ -1,4 +1,4 @@
-//! What rounding does to (4) and (7).
+//! Effect of rounding on (4) and (7).
 
 use whitefurnace::geometry::shape::{moller_trumbore, sphere_distances, sphere_distances_printed};
 use whitefurnace::sampling::warp::sphere_zone;
@@ -19,7 +19,7 @@ pub(super) fn edges(run: &mut Run) {
         let [a, b, c, d, from] = [point(), point(), point(), point(), point() * 5.0];
         let target = a + uniform(&mut rng) * (b - a);
         let ray = Ray::new(from, (target - from).normalize());
-        // The two lie on different sides of the edge as the ray sees it, or the ray may rightly
+        // The two lie on different sides of the edge as seen along the ray, or the ray may rightly
         // miss.
         let side = |p: DVec3| (b - a).cross(p - a).dot(ray.direction);
         let other = if side(c) * side(d) < 0.0 {
@@ -38,7 +38,7 @@ pub(super) fn edges(run: &mut Run) {
     size(run, "edge.lost", lost as f64 / rays as f64, what);
     let what = "of rays aimed at a shared edge meet both triangles by (4)";
     size(run, "edge.twice", twice as f64 / rays as f64, what);
-    // P · E₁ is the product of the legs of a right triangle that the ray meets head on.
+    // P · E₁ is the product of the legs of a right triangle that the ray hits perpendicularly.
     let what = "long are the legs of the right triangle whose divisor is 1e-8 at most";
     size(run, "determinant.leg", 1e-8f64.sqrt(), what);
 }
@@ -75,8 +75,8 @@ pub(super) fn far_spheres(run: &mut Run) {
     }
 }
 
-/// The nearer root of the printed (7) for the unit sphere around the origin, in single precision;
-/// not a number where its radicand is negative.
+/// Returns the nearer root of the printed (7) for the unit sphere around the origin, in single
+/// precision; NaN where its radicand is negative.
 fn single_precision(ray: &Ray) -> f64 {
     let [o, l] = [ray.origin, ray.direction].map(|v| v.to_array().map(|x| x as f32));
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -1,4 +1,4 @@
-//! Directions and rays of a pixel: what the samples of 2.6 and 2.7 are, and what they cost.
+//! Directions and rays of a pixel: the samples of sections 2.6 and 2.7, and their variance.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
@@ -21,7 +21,7 @@ pub(super) fn one_number(run: &mut Run) {
     }
 }
 
-/// Radiance by the cosine of its direction.
+/// Radiance as a function of the cosine of its direction.
 type Radiance = fn(f64) -> f64;
 
 const PROFILES: [(&str, Radiance); 4] = [
@@ -31,7 +31,7 @@ const PROFILES: [(&str, Radiance); 4] = [
     ("band", |c| f64::from(u8::from(c < 0.1))),
 ];
 
-/// 2.6.1, repaired by half: uniform directions, divided by the density of cosine-weighted ones.
+/// 2.6.1, half corrected: uniform directions, divided by the pdf of cosine-weighted ones.
 pub(super) fn mixed(run: &mut Run) {
     for (name, radiance) in &PROFILES[..3] {
         let found = along(radiance);
@@ -110,7 +110,7 @@ pub(super) fn slanted_edges(run: &mut Run) {
     );
 }
 
-/// ∫ f(r) dr over [0, 1].
+/// Returns ∫ f(r) dr over [0, 1].
 fn along(f: impl Fn(f64) -> f64) -> f64 {
     integrate(
         Rectangle {

@@ -1,5 +1,5 @@
-//! Graded controls of the registry over many seeds: the right subject's values off by exactly δ,
-//! from each trial's own law and at its own n, rejected as often as stated.
+//! Graded controls of the registry over many seeds: the right subject's values shifted by exactly
+//! δ, with each trial's own distribution and n, rejected as often as stated.
 
 use std::collections::BTreeMap;
 
@@ -10,34 +10,34 @@ use super::p_of_count;
 use crate::experiments::prelude::*;
 use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
 
-/// Fewer seeds judge nothing.
+/// Least number of seeds that are judged.
 const SEEDS: u64 = 200;
 
-/// A level above this says nothing: almost everything is rejected.
+/// Largest level that is judged: above it almost everything is rejected.
 const COARSEST: f64 = 0.9;
 
-/// Skewness may move the power by this much; with 200 seeds, five standard deviations are 0.1 and
-/// more.
+/// Largest error of the power that skewness may cause; with 200 seeds, five standard deviations are
+/// 0.1 and more.
 const LARGEST_BEND: f64 = 0.02;
 
 /// A graded control at one power, over all seeds.
 pub struct Counted {
-    /// The measure: "trial: outcome".
+    /// Name of the measure: "trial: outcome".
     pub name: String,
     statistic: String,
     up: bool,
     bound: bool,
-    /// What is stated at the level.
+    /// Power stated at the level.
     pub power: f64,
-    /// The level: the median of those that the seeds state.
+    /// Median of the levels that the seeds state.
     pub level: f64,
-    /// How many seeds reject it.
+    /// Number of seeds that reject it.
     pub rejected: u64,
     seeds: u64,
 }
 
 impl Counted {
-    /// The p-value of the count.
+    /// Returns the p-value of the count.
     pub fn p(&self) -> f64 {
         p_of_count(self.rejected, self.seeds, self.power, self.bound)
     }
@@ -71,10 +71,10 @@ impl Counted {
     }
 }
 
-/// How far skewness may move the power where the critical value is `z`: to first order, the mean's
-/// skewness g moves it by g (2x² + 1)/6 φ(x) and, by way of the standard error, by g z x/2 φ(x), x
-/// standard errors from the effect; at most g (1 + z)/8. What [`valid_from`](Measure::valid_from)
-/// says of the tail at the suite's own level gives g.
+/// Returns a bound on the change of the power by skewness where the critical value is `z`. To first
+/// order, the mean's skewness g changes it by g (2x² + 1)/6 φ(x) and, through the standard error,
+/// by g z x/2 φ(x), x standard errors from the effect; at most g (1 + z)/8.
+/// [`valid_from`](Measure::valid_from), which describes the tail at the suite's own level, gives g.
 fn bend(measure: &Measure, z: f64) -> f64 {
     if measure.valid_from <= 2 {
         return 0.0;
@@ -84,13 +84,13 @@ fn bend(measure: &Measure, z: f64) -> f64 {
     g * (1.0 + z) / 8.0
 }
 
-/// The value in the middle; of an even number the upper one of the two.
+/// Returns the median; for an even number the upper of the two middle values.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
 
-/// The measures that were not judged at all, by the reason.
+/// Measures that were not judged, by the reason.
 pub type LeftOut = BTreeMap<&'static str, Vec<String>>;
 
 /// Counts the graded controls of the registry; judges them at `family`, the level of all together.
@@ -115,7 +115,7 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
         .values()
         .flat_map(|found| count_all(found, &mut left_out))
         .collect();
-    report(run, &counted, &left_out, (count, seeds.scale, family));
+    report(run, &counted, &left_out, count, seeds.scale, family);
     let line = |c: &Counted| {
         let Counted {
             name,
@@ -138,8 +138,8 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
     draw(run, &counted, seeds.scale)
 }
 
-/// The graded controls of one measure, given its outcome under every seed; where none can be
-/// judged, it is named with the reason.
+/// Counts the graded controls of one measure, given its outcome under every seed; if none can be
+/// judged, the measure is listed in `left_out` with the reason.
 pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     let first = &found[0];
     let mut reason = if first.approximate {
@@ -167,8 +167,8 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
             {
                 reason = "too skewed at this scale";
             } else if level > ALPHA || wanted == POWERS[0] {
-                // Where the effect is seen at the suite's own level, both powers are asked for
-                // there.
+                // An effect that is detected at the suite's own level is judged there for both
+                // powers.
                 counted.push(Counted {
                     name: first.name.clone(),
                     statistic: first.statistic.clone(),
@@ -188,8 +188,14 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
     counted
 }
 
-fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f64, f64)) {
-    let (seeds, scale, family) = size;
+fn report(
+    run: &mut Run,
+    counted: &[Counted],
+    left_out: &LeftOut,
+    seeds: u64,
+    scale: f64,
+    family: f64,
+) {
     let level = family / counted.len().max(1) as f64;
     let weakest = counted.iter().min_by(|a, b| a.p().total_cmp(&b.p()));
     let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
@@ -251,15 +257,16 @@ fn report(run: &mut Run, counted: &[Counted], left_out: &LeftOut, size: (u64, f6
     run.number("graded.not_judged", none as f64);
 }
 
-/// Those counted at this power, and not at the suite's own level.
+/// Returns the controls counted at this power, and not at the suite's own level.
 fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
-    // A count's power jumps, and may be more than what was asked for.
+    // A count's power jumps, and may exceed the one asked for.
     counted
         .iter()
         .filter(move |c| !c.bound && c.level > ALPHA && (c.power - power).abs() < 0.05)
 }
 
-/// How many controls were rejected how often, and how many would be by the binomial law of each.
+/// Draws how many controls were rejected how often, and how many would be by the binomial
+/// distribution of each.
 fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
     let panels = POWERS.map(|power| {
         let near: Vec<&Counted> = at_power(counted, power).collect();

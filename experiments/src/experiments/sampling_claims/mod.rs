@@ -1,4 +1,4 @@
-//! What the report claims of its sampling, with numbers and figures.
+//! The report's claims about its sampling, with numbers and figures.
 
 mod pictures;
 mod residuals;
@@ -41,10 +41,11 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )
 }
 
-/// How many intervals this experiment draws and judges, at most.
+/// Upper bound on the number of intervals that this experiment draws and judges.
 const INTERVALS: f64 = 200.0;
 
-/// Half the width of each interval in standard errors: the family-wise level over all of them.
+/// Returns the half width of each interval in standard errors: the family-wise level over all of
+/// them.
 fn critical() -> f64 {
     normal_upper(FAMILY / 2.0 / INTERVALS)
 }

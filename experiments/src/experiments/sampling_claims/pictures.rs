@@ -3,7 +3,7 @@
 use crate::experiments::prelude::*;
 use crate::render::PixelName;
 
-/// A part of the room in a frame of 400 × 300.
+/// Renders a part of the room in a frame of 400 × 300.
 fn crop(run: &Run, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> Result<Film, Error> {
     let job = Job {
         size: [400, 300],
@@ -14,8 +14,8 @@ fn crop(run: &Run, job: Job, label: &str, corner: [u32; 2], size: [u32; 2]) -> R
     run.render(&job, label)
 }
 
-/// The rim of the white sphere by four strategies: one ray through the centre, then 16 rays each;
-/// the first and the last by themselves, too.
+/// Renders the rim of the white sphere by four strategies: one ray through the centre, then 16 rays
+/// each; the first and the last also as single pictures.
 pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(), Error> {
     let strategies = [
         (PixelName::Centre, 1),
@@ -25,7 +25,7 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
     ];
     let mut films = Vec::new();
     for (pixel, spp) in strategies {
-        // Whitted's estimator has hardly any noise of its own, which would hide the edges'.
+        // Whitted's estimator has almost no noise of its own, which would hide that of the edges.
         let job = Job {
             estimator: EstimatorName::Whitted,
             pixel,
@@ -49,13 +49,13 @@ pub fn antialiasing(run: &mut Run, [file, first, last]: [&str; 3]) -> Result<(),
 /// Samples per pixel of the pictures.
 const SAMPLES: [u32; 4] = [1, 8, 64, 512];
 
-/// "64 samples rather than 512: eight times less": the noise is √8 times less. `few` and `many`
-/// show 8 and 512 samples by themselves.
+/// Tests "64 samples rather than 512: eight times less": the noise is √8 times less. `few` and
+/// `many` show 8 and 512 samples as single pictures.
 pub fn noise(run: &mut Run, [picture, plot, few, many]: [&str; 4]) -> Result<(), Error> {
     let side = run.by_tier(64, 120);
     let (mut films, mut errors) = (Vec::new(), Vec::new());
     for spp in SAMPLES {
-        // Without mirrors and glass: their rare bright paths make a spread of its own.
+        // Without mirrors and glass, whose rare bright paths add noise.
         let job = Job {
             scene: SceneName::DiffuseRoom.into(),
             spp,

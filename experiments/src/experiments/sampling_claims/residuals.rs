@@ -1,4 +1,4 @@
-//! Hemisphere samplers against the densities that they claim: a map of residuals for each.
+//! Hemisphere samplers against their claimed densities: a map of residuals for each.
 
 use whitefurnace::harness::tails::chi_square_sf;
 use whitefurnace::sampling::warp::{cosine_hemisphere_inverse, uniform_hemisphere_inverse};
@@ -8,9 +8,9 @@ use crate::experiments::prelude::*;
 /// Cells of azimuth and of inclination.
 const CELLS: [usize; 2] = [32, 16];
 
-/// A claimed density: its share below a direction's inclination, and the azimuth in turns. Both are
-/// uniform if the claim is right, so that cells of equal size have equal probability. The axis has
-/// a name for the share.
+/// A claimed density: its cumulative probability below a direction's inclination, and the azimuth
+/// in turns. Both are uniform if the claim is right, so that cells of equal size have equal
+/// probability. The text labels the axis of the former.
 type Density = (fn(DVec3) -> [f64; 2], &'static str);
 
 const UNIFORM: Density = (uniform_hemisphere_inverse, "1 − cos θ");
@@ -18,8 +18,7 @@ const COSINE: Density = (cosine_hemisphere_inverse, "sin² θ");
 
 type Sampler = fn(&mut Stream) -> DVec3;
 
-/// Samplers with their names in titles and in keys, the densities that they claim, and whether the
-/// claims are right.
+/// Samplers: names in titles and in keys, claimed densities, and whether the claims are right.
 const SAMPLERS: [(&str, &str, Sampler, Density, bool); 3] = [
     (
         "Uniform, two numbers",
@@ -44,10 +43,10 @@ const SAMPLERS: [(&str, &str, Sampler, Density, bool); 3] = [
     ),
 ];
 
-/// Bound of the scale for samplers that are right, standard deviations.
+/// Bound of the scale for correct samplers, standard deviations.
 const BOUND: f64 = 4.0;
 
-/// Standardised residuals of equally probable cells.
+/// Plots standardised residuals of equally probable cells.
 pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
     let cells = CELLS[0] * CELLS[1];
     let expected = run.count(run.by_tier(200, 20_000)) as f64;
@@ -111,7 +110,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
     maps(&run.figure(file), see, [900, 1050], 1, &panels)
 }
 
-/// The place of a cell, row by row from the horizon, which is at the top, to the pole.
+/// Returns the index of a cell, row by row from the horizon, which is at the top, to the pole.
 fn cell([share, turns]: [f64; 2]) -> usize {
     let at = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
     (CELLS[1] - 1 - at(share, CELLS[1])) * CELLS[0] + at(turns, CELLS[0])

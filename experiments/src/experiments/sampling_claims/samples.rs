@@ -7,7 +7,7 @@ use super::critical;
 use crate::experiments::prelude::*;
 use crate::plot::chart::rows;
 
-/// Directions of three samplers, seen from above.
+/// Draws the directions of three samplers, seen from above.
 pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
     type Sampler = fn(&mut Stream) -> DVec3;
     let samplers: [(&str, Sampler); 3] = [
@@ -41,8 +41,8 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
     rows(&run.figure(file), see, [1080, 348], 3, &panels)
 }
 
-/// Radiance from everywhere alike, and from a band at the horizon: what the trials' profiles leave
-/// out, because a ratio is infinite or takes too many samples to judge finely.
+/// Constant radiance, and a band at the horizon: profiles that the trials leave out because a ratio
+/// is infinite or takes too many samples to judge finely.
 const MORE: [Profile; 2] = [
     Profile {
         name: "1",
@@ -60,7 +60,7 @@ const MORE: [Profile; 2] = [
     },
 ];
 
-/// "Importance sampling reduces noise": it does where light comes from above.
+/// Tests "Importance sampling reduces noise", which holds where light comes from above.
 pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = run.count(run.by_tier(200_000, 4_000_000));
     let mut series = Vec::new();
@@ -86,7 +86,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
                 profile.uniform
             };
             let half = critical() * squares.standard_error();
-            // Constant light has no variance at all; what is left is rounding.
+            // Constant light has no variance at all; the rest is rounding.
             all_hold &= (squares.mean() - known).abs() <= half.max(1e-20);
             run.number(
                 &format!("importance.{}.{label}", profile.name),
@@ -139,7 +139,7 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
     charts(&run.figure(file), see, [900, 500], &[chart])
 }
 
-/// (10)-(12) into glass and out of it, with Brewster's and the critical angle.
+/// Plots (10)-(12) into glass and out of it, with Brewster's and the critical angle.
 pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     let panel = |title: &str, n1: f64, n2: f64, marks: &[f64]| {
         type Reflectance = fn(f64, f64, f64) -> f64;
@@ -176,7 +176,7 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     rows(&run.figure(file), see, [1080, 500], 2, &[into, out])
 }
 
-/// "Combining supersampling and randomisation is best": the error on edges of each strategy,
+/// Tests "Combining supersampling and randomisation is best": the error of each strategy on edges,
 /// against 1/(12N), 1/(6N) and 1/(6N^1.5).
 pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = run.count(run.by_tier(40_000, 400_000));

@@ -1,4 +1,4 @@
-//! Roulette and path length in the abstract furnace.
+//! Russian roulette and path length in the abstract furnace.
 
 use registry::roulette::{CORRECT, WalkParts, variance, walk};
 
@@ -19,7 +19,7 @@ fn walks(run: &Run, label: &str, n: u64, parts: WalkParts, [a, q]: [f64; 2]) -> 
     (values, squares)
 }
 
-/// Vertices of a path: 1 + q + q² + ...
+/// Returns the expected number of vertices of a path: 1 + q + q² + ...
 fn vertices(q: f64) -> f64 {
     1.0 / (1.0 - q)
 }
@@ -28,8 +28,8 @@ fn holds(moments: &Moments, known: f64) -> bool {
     (moments.mean() - known).abs() <= critical() * moments.standard_error()
 }
 
-/// Mean, variance and efficiency against survival: closed forms, and walks where the variance of
-/// the squares is finite, from survival = albedo on.
+/// Plots mean, variance and efficiency against survival: closed forms, and walks where the variance
+/// of the squares is finite, from survival = albedo on.
 pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = run.count(run.by_tier(100_000, 2_000_000));
     let [mut means, mut variances, mut efficiencies] = [const { Vec::new() }; 3];
@@ -130,10 +130,10 @@ fn wall(x: f64, [low, high]: [f64; 2]) -> Series {
     Series::new("", 6, Mark::Faint, [[x, low], [x, high]])
 }
 
-/// The smallest loss that is drawn.
+/// Smallest loss that is drawn.
 const LEAST: f64 = 1e-4;
 
-/// The relative bias of a path cut after b bounces: a^(b+1).
+/// Plots the relative bias of a path truncated after b bounces: a^(b+1).
 pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
     let n = run.count(run.by_tier(200_000, 4_000_000));
     let mut series = Vec::new();
@@ -170,7 +170,7 @@ pub fn truncation(run: &mut Run, file: &str) -> Result<(), Error> {
                     format!("{lost:.2} % of the light is missing, closed form {closed:.2} %");
                 run.note(&format!("seven bounces at albedo {a}"), value);
             }
-            // Below the noise there is nothing to draw on a logarithmic axis.
+            // Values below the noise cannot be drawn on a logarithmic axis.
             if lost > half {
                 found.push([f64::from(b), lost, half]);
             }

@@ -1,4 +1,4 @@
-//! What speed depends on: threads, samples, pixels and triangles.
+//! Dependence of the speed on threads, samples, pixels and triangles.
 
 use std::f64::consts::{PI, TAU};
 
@@ -76,8 +76,8 @@ pub(super) fn with_samples(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// Records how long scenes of so many triangles take to build, what memory the program has then,
-/// and samples per second on one thread by the engines.
+/// Records for scenes with growing numbers of triangles the build time, the program's memory, and
+/// samples per second on one thread by the engines.
 pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
     let pool = pool(1)?;
     let mut rates = [Vec::new(), Vec::new()];
@@ -116,7 +116,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             .into_iter()
             .zip(&mut rates)
         {
-            // Its triangles are too small where they are very many.
+            // With very many triangles they are too small for single precision.
             if engine == "mis-single" && check_singles(&scene).is_err() {
                 continue;
             }
@@ -177,7 +177,7 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 2]) -> Result<(), Error> {
     charts(&run.figure("triangles.svg"), see, [900, 520], &[chart])
 }
 
-/// A wavy sphere of about so many triangles less those of its room.
+/// Returns a wavy sphere with about `triangles` triangles less those of its room.
 pub(crate) fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let wanted = f64::from(triangles.saturating_sub(OF_THE_ROOM).max(10));
     let bands = (wanted / 4.0).sqrt() as u32;
@@ -209,10 +209,10 @@ pub(crate) fn waves(triangles: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (vertices, caps.chain(sides).collect())
 }
 
-/// Walls and a light.
+/// Number of triangles of walls and light.
 const OF_THE_ROOM: u32 = 12 + 2;
 
-/// A mesh in a closed room under a square light.
+/// Builds a closed room with a mesh under a square light.
 pub(crate) fn in_a_room(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("waves");
     let [wall, clay] = [0.5, 0.8].map(|albedo| {

@@ -11,8 +11,8 @@ use whitefurnace::scene::simple::cornell;
 use super::least_seconds;
 use crate::experiments::prelude::*;
 
-/// Records millions of rays per second on one thread: the nearest hit and the shadow ray, from
-/// where camera rays hit the room.
+/// Records millions of rays per second on one thread: the nearest hit and the shadow ray, from the
+/// first hits of camera rays in the room.
 pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
     let scene = room::diffuse()?;
     let bounced = bounced_rays(run, &scene);
@@ -31,7 +31,7 @@ pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
     })
 }
 
-/// Records how many millions of rays eight at a time find what they meet in the Cornell box.
+/// Records millions of rays per second that are intersected eight at a time in the Cornell box.
 pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     let scene = cornell()?;
     let Some(mut eight) = EightRays::new(&scene) else {
@@ -47,8 +47,8 @@ pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     })
 }
 
-/// Records how many millions of these rays, again and again, are asked for per second. `ask` says
-/// for how many it has asked.
+/// Records how many millions of these rays are intersected per second, in a loop. `ask` returns the
+/// number of rays it has processed.
 fn query<R>(
     run: &mut Run,
     key: &str,
@@ -73,7 +73,7 @@ fn query<R>(
     Ok(())
 }
 
-/// Diffuse bounces off the first surfaces that camera rays through random places of the image meet.
+/// Returns diffuse bounces off the first hits of camera rays through random places of the image.
 fn bounced_rays(run: &Run, scene: &Scene) -> Vec<Ray> {
     let seed = seed_for(run.seed(), "speed rays");
     let bounced = |i| {

@@ -1,5 +1,4 @@
-//! How much memory programs take, where the system says so in `/proc`; elsewhere nothing is known
-//! or recorded.
+//! Memory of programs, where the system reports it in `/proc`; elsewhere nothing is recorded.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -8,18 +7,18 @@ use std::{env, fs, process, thread};
 
 use crate::experiments::prelude::*;
 
-/// Records the peak of the program `render` that makes a large image, if it lies beside this
+/// Records the peak memory of the program `render` for a large image, if it lies beside this
 /// program.
 pub(super) fn of_an_image(run: &mut Run) -> Result<(), Error> {
     let [width, height] = run.prepared(Job::default()).size;
     let folder = env::temp_dir().join(format!("whitefurnace-speed-{}", process::id()));
-    // So long that the image is saved in the meantime, as that of any longer run is.
+    // Long enough that the image is saved in the meantime, as in any longer run.
     let time = run.by_tier("2s", "5s");
     let peak = peak_of_render(
         &folder,
         ["--size", &format!("{width}x{height}"), "--time", time],
     )?;
-    // Nothing is there if it could not be started.
+    // The folder does not exist if the program could not be started.
     let _ = fs::remove_dir_all(folder);
     if let Some(peak) = peak {
         run.number("memory.image", peak);
@@ -31,8 +30,8 @@ pub(super) fn of_an_image(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// The most memory that an image by these options takes, in MB; `None` if the program is not there,
-/// fails, or nothing tells.
+/// Returns the peak memory of an image with these options, in MB; `None` if the program is missing,
+/// fails, or the system does not report it.
 fn peak_of_render(folder: &Path, options: [&str; 4]) -> Result<Option<f64>, Error> {
     let program = env::current_exe()
         .map(|own| own.with_file_name(format!("render{}", env::consts::EXE_SUFFIX)));
@@ -52,13 +51,13 @@ fn peak_of_render(folder: &Path, options: [&str; 4]) -> Result<Option<f64>, Erro
     };
     let mut peak = None;
     loop {
-        // The system keeps the maximum itself: all that is missed is what the last moments add.
+        // The system keeps the maximum itself: only growth in the last moments is missed.
         peak = megabytes(child.id(), "VmHWM:").or(peak);
         if let Ok(Some(status)) = child.try_wait() {
             return Ok(peak.filter(|_| status.success()));
         }
         if interrupted() {
-            // That it has ended in the meantime is no error.
+            // The program may have ended in the meantime.
             let _ = child.kill().and_then(|()| child.wait());
             return Err(Error::Interrupted);
         }
@@ -66,12 +65,12 @@ fn peak_of_render(folder: &Path, options: [&str; 4]) -> Result<Option<f64>, Erro
     }
 }
 
-/// The memory that this program has now, in MB.
+/// Returns the current memory of this program, in MB.
 pub(super) fn resident() -> Option<f64> {
     megabytes(process::id(), "VmRSS:")
 }
 
-/// A line of a process's status, in MB.
+/// Returns a line of a process's status, in MB.
 fn megabytes(process: u32, line: &str) -> Option<f64> {
     let status = fs::read_to_string(PathBuf::from(format!("/proc/{process}/status"))).ok()?;
     let value = status.lines().find_map(|text| text.strip_prefix(line))?;
