@@ -1,4 +1,5 @@
-//! From every equation to its code, trial, experiment and chapter: one line per hole.
+//! Traces every equation to its code, trial, experiment and chapter, and lists each gap in one
+//! line.
 
 use book::Options;
 use book::readme::with_numbers;

@@ -1,4 +1,4 @@
-//! The hierarchy against a test of every primitive.
+//! Tests of the bounding volume hierarchy against a test of every primitive.
 
 use whitefurnace::geometry::bvh::{Bvh, PacketStack, Primitive, PrimitiveHit};
 use whitefurnace::geometry::watertight::Shear;
@@ -8,7 +8,7 @@ use whitefurnace::math::simd::{LANES, LaneMask, Lanes, Lanes3};
 use crate::budget::enough;
 use crate::prelude::*;
 
-/// The nearest hit with 0 < t < `t_max`, of several at the same distance the first.
+/// Returns the nearest hit with 0 < t < `t_max`; of several at the same distance, the first.
 fn closest_of_all(primitives: &[Primitive], ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
     let shear = Shear::new(ray);
     let hits = primitives
@@ -35,7 +35,7 @@ fn closest_of_all(primitives: &[Primitive], ray: &Ray, t_max: f64) -> Option<Pri
     hits.min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
-/// Checks all queries for a ray; says whether it hit.
+/// Checks all queries for a ray, and returns whether it hit.
 ///
 /// Primitives are tested by the same operations, so hits agree to the last bit.
 fn check(bvh: &Bvh, primitives: &[Primitive], ray: &Ray, t_max: f64) -> bool {
@@ -53,8 +53,8 @@ fn check(bvh: &Bvh, primitives: &[Primitive], ray: &Ray, t_max: f64) -> bool {
     expected.is_some()
 }
 
-/// Checks that rays hit together what each hits alone, to the last bit, and that lanes left out hit
-/// nothing.
+/// Checks that packet queries return the hits of single rays, to the last bit, and none for lanes
+/// that the mask leaves out.
 fn check_together(bvh: &Bvh, rays: &[Ray]) {
     let mut stack = PacketStack::default();
     let blocks = |primitive: u32| !primitive.is_multiple_of(3);
@@ -63,7 +63,7 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
             Lanes3::from_fn(|i| rays[i].origin),
             Lanes3::from_fn(|i| rays[i].direction),
         );
-        // All of them, and each for itself: then no other ray makes sure that a box is opened.
+        // All lanes, and each lane alone, so that no other ray opens a box for it.
         for active in (0..LANES).map(|i| 1 << i).chain([(1 << LANES) - 1]) {
             let active = LaneMask::from_bits(active);
             let hits = bvh.closest_of_packet::<Lanes, LANES>(&ray, active, &mut stack);
@@ -97,7 +97,7 @@ fn random_triangle<R: Rng>(rng: &mut R, size: f64) -> [DVec3; 3] {
     [0; 3].map(|_| centre + size * in_cube(rng, 1.0))
 }
 
-/// Rays of every awkward kind: random, along an axis, in a coordinate plane, from far away.
+/// Returns rays of every awkward kind: random, along an axis, in a coordinate plane, from far away.
 fn rays<R: Rng>(rng: &mut R, count: usize) -> Vec<Ray> {
     (0..count)
         .map(|i| {
@@ -171,7 +171,7 @@ fn spheres_among_triangles() {
             })
             .collect();
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
-        // Two small primitives may well be missed by all rays; a hundred may not.
+        // Two small primitives may be missed by all rays; a hundred may not.
         if count == 100 {
             enough("mixed", hits);
         }
@@ -193,7 +193,7 @@ fn flat_and_axis_aligned_geometry() {
             flat.push(Primitive::Triangle([corner, corner + x + y, corner + y]));
         }
         enough("flat", check_all(&flat, &rays(&mut rng, 4000)));
-        // Rays within the plane of the faces, and aimed at their corners.
+        // Rays within the plane of the faces, aimed at their corners.
         let bvh = Bvh::new(&flat);
         let corners = flat.iter().filter_map(|primitive| match primitive {
             Primitive::Triangle([a, ..]) => Some(*a),
@@ -217,8 +217,8 @@ fn flat_and_axis_aligned_geometry() {
     }
 }
 
-/// Triangles that end in a plane through the origin, from either side, and rays within it from
-/// there and from nearby.
+/// Tests triangles that touch a plane through the origin from either side, with rays within that
+/// plane that start at the origin or near it.
 #[test]
 fn rays_from_the_origin_along_sides_of_boxes() {
     let mut rng = rng("origin");
@@ -242,7 +242,7 @@ fn rays_from_the_origin_along_sides_of_boxes() {
             ));
         }
         let primitives: Vec<Primitive> = triangles.into_iter().map(Primitive::Triangle).collect();
-        // Each meets the edge that it aims at, halfway to where two of three may end.
+        // Each ray meets the edge that it aims at, halfway to where two of three may end.
         assert!(check_all(&primitives, &rays) > 1000);
     }
 }
@@ -258,7 +258,7 @@ fn scales_and_offsets() {
             let rays: Vec<_> = rays(&mut rng, 2000)
                 .into_iter()
                 .enumerate()
-                // Every other one a segment, as shadow rays are.
+                // Every other ray is a segment, as shadow rays are.
                 .map(|(i, ray)| (ray, if i % 2 == 0 { 1.0 } else { scale }))
                 .map(|(ray, length)| {
                     Ray::new((ray.origin + offset) * scale, ray.direction * length)
@@ -271,16 +271,16 @@ fn scales_and_offsets() {
 
 #[test]
 fn equal_primitives_are_all_there() {
-    // Nothing separates them: a heuristic that insists on a split would not end.
+    // A heuristic that insists on a split would not end: nothing separates them.
     let equal = [Primitive::Triangle([DVec3::ZERO, DVec3::X, DVec3::Y]); 100];
     let bvh = Bvh::new(&equal);
     let ray = Ray::new(DVec3::new(0.25, 0.25, 1.0), -DVec3::Z);
-    // Of several at the same distance the first in the list is hit.
+    // The first of several at the same distance is hit.
     for hit in [bvh.closest(&ray, 2.0), closest_of_all(&equal, &ray, 2.0)] {
         assert_eq!(hit.map(|hit| (hit.t, hit.primitive)), Some((1.0, 0)));
     }
     check_together(&bvh, &[ray; LANES]);
-    // So it is if the box of another is entered first: both are in the plane z = x.
+    // The first is hit even if the box of another is entered first: both are in the plane z = x.
     let inclined =
         |corners: [[f64; 2]; 3]| Primitive::Triangle(corners.map(|[x, y]| DVec3::new(x, y, x)));
     let [near, far] = [
@@ -303,7 +303,7 @@ fn equal_primitives_are_all_there() {
     for id in 0..100 {
         assert!(bvh.occluded(&ray, 2.0, |other| other == id), "lost {id}");
     }
-    // However many there are, the hierarchy is no deeper than what waits has room for.
+    // Many equal primitives make no hierarchy deeper than the traversal stack.
     let many = Bvh::new(&vec![equal[0]; 3000]);
     check_together(&many, &[ray; LANES]);
     for id in [0, 1, 1500, 2999] {
@@ -371,14 +371,14 @@ fn hundred_thousand_triangles() {
     }
 }
 
-/// Whether a triangle on which a ray starts is ahead of it may be a matter of rounding, and is the
-/// same for the hierarchy and for all at once.
+/// Rounding may decide whether a ray that starts on a triangle hits it; the hierarchy decides as
+/// the test of all primitives does.
 #[test]
 fn rays_that_start_on_a_triangle() {
     let mut rng = rng("starts");
     for _ in 0..20_000 {
         let pick = |rng: &mut _, count: usize| between(rng, 0.0, count as f64) as usize;
-        // All but in a plane through the origin.
+        // Nearly all in a plane through the origin.
         let mut size = DVec3::splat([1e-3, 1.0, 1e7][pick(&mut rng, 3)]);
         size[pick(&mut rng, 3)] = [0.0, 1e-300, 1e-23][pick(&mut rng, 3)];
         let triangle = random_triangle(&mut rng, 1.0).map(|v| v * size);

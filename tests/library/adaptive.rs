@@ -1,4 +1,4 @@
-//! Numbers of samples of each pixel: what a pilot makes of them, and films that take them.
+//! Tests of adaptive sampling: sample counts from a pilot, and films with them.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,7 +10,7 @@ use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
 
-/// A film whose pixels have these standard errors, row by row, in all channels.
+/// Returns a film whose pixels have these standard errors, row by row, in all channels.
 fn noisy(width: u32, noise: &[f64]) -> Film {
     let mut film = Film::new([width, noise.len() as u32 / width], None, 1).expect("a film");
     for (pixel, noise) in film.pixels_mut().iter_mut().zip(noise) {
@@ -22,8 +22,8 @@ fn noisy(width: u32, noise: &[f64]) -> Film {
     film
 }
 
-/// What each pixel should get, by the definition: noise is averaged over a square of seven pixels,
-/// twice.
+/// Returns the expected number of samples of each pixel, by the definition: noise is averaged twice
+/// over a square of 7 × 7 pixels.
 fn expected(width: usize, noise: &[f64], mean: u32) -> Vec<f64> {
     let height = noise.len() / width;
     let averaged = |noise: &[f64]| -> Vec<f64> {
@@ -49,15 +49,15 @@ fn expected(width: usize, noise: &[f64], mean: u32) -> Vec<f64> {
             }
         })
         .collect();
-    // What is cut off is divided evenly, as a fifth is.
+    // The samples beyond the clamp are divided evenly, as is a fifth of all samples.
     let even = 1.0 - 0.8 * of_all(&cut);
     cut.iter()
         .map(|noise| 1.0 + f64::from(mean - 1) * (even + 0.8 * noise))
         .collect()
 }
 
-/// What is rounded in one pixel is made up for in the next: no run of pixels from the first on is
-/// off by one.
+/// Asserts that counts are as expected, with rounding errors carried to the next pixel: no sum over
+/// the first pixels is off by more than one half.
 fn assert_counts(width: usize, noise: &[f64], mean: u32) {
     let found = counts(&noisy(width as u32, noise), mean);
     assert_eq!(found.len(), noise.len());
@@ -83,8 +83,7 @@ fn counts_follow_noise() {
             assert_counts(width, &noise[..whole], mean);
         }
     });
-    // One pixel among many does not take what all should have: no more than eight times the mean
-    // counts.
+    // No pixel gets more than eight times the mean.
     let mut one = vec![0.0; 60 * 60];
     one[30 * 60 + 30] = 1e-7;
     assert_counts(60, &one, 100);
@@ -102,7 +101,7 @@ fn counts_follow_noise() {
         most(20_000)
     );
     assert_eq!(counts(&noisy(60, &one), LONGEST), [LONGEST; 60 * 60]);
-    // Where nothing is seen, or all alike, all get the mean.
+    // Where no noise or the same noise is measured everywhere, all pixels get the mean.
     for alike in [0.0, 0.25] {
         assert_eq!(counts(&noisy(9, &[alike; 81]), 16), [16; 81]);
     }
@@ -117,7 +116,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         seed: master(),
         outlines: true,
     };
-    // Samples of a pixel: in one scramble or in several, the pilot has as many.
+    // The pilot has as many samples per pixel, in one scramble or in several.
     for (points, replications, expected) in [
         (1, 4, 1),
         (16, 4, 1),
@@ -146,8 +145,8 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
     );
 }
 
-/// Each pixel is that of an image whose pixels all have as many samples, where rows are taken in
-/// pieces, too.
+/// Each pixel equals that of an image whose pixels all have its number of samples, also where rows
+/// are rendered in pieces.
 #[test]
 fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
@@ -264,7 +263,8 @@ fn each_pixel_needs_a_number() {
         .set_sample_counts(vec![1; 3]);
 }
 
-/// Half of an image is smooth and half has noise: the variance falls, to what the shares say.
+/// Checks that, in an image that is half smooth and half noisy, the variance falls as the sample
+/// counts predict.
 #[test]
 fn noise_gets_the_samples() {
     let samples = 64;

@@ -1,4 +1,4 @@
-//! What is no radiance surfaces as the error it is, with its place, from whatever accumulates it.
+//! Tests that invalid radiance, wherever it is accumulated, ends in an error that names the place.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -12,7 +12,7 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [5, 4];
 
-/// What no accumulator may take.
+/// Radiance values that every accumulator must refuse.
 const BAD: [f64; 5] = [
     f64::NAN,
     f64::INFINITY,
@@ -21,7 +21,7 @@ const BAD: [f64; 5] = [
     2.0 * LARGEST,
 ];
 
-/// Asserts that a result is the error of a radiance, in one line that names the place.
+/// Asserts that a result is a radiance error, in one line that names the place.
 fn assert_surfaces<T>(result: Result<T, Error>, place: &str, what: &str) {
     let Err(error) = result else {
         panic!("{what}: swallowed");
@@ -51,7 +51,7 @@ fn no_accumulator_takes_what_is_no_radiance() {
         }
     }
     assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
-    // Rounding may leave a hair less than nothing, which is nothing.
+    // Rounding may leave a value slightly below zero, which counts as zero.
     let mut pixel = Pixel::default();
     assert!(pixel.push(DVec3::splat(-0.4 * UNIT), 1).is_ok());
     assert_eq!(pixel.mean(), DVec3::ZERO);
@@ -169,7 +169,7 @@ fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
     }
 }
 
-/// Returns 1 but for one of its calls, which returns something else.
+/// Returns 1, except in one of its calls.
 struct Once {
     calls: AtomicU32,
     at: u32,
@@ -183,7 +183,7 @@ impl Estimator for Once {
     }
 }
 
-/// One bad sample among many good ones, whose mean might look right.
+/// One bad sample among many good ones, whose mean might look right, ends a render.
 #[test]
 fn one_bad_sample_ends_a_render() {
     for value in BAD {
@@ -227,20 +227,20 @@ fn one_bad_pixel_ends_the_passes() {
     }
 }
 
-/// The library's parts but for one that gives what is no number.
+/// The standard parts, one of which returns an invalid value.
 #[derive(Clone, Copy)]
 enum Bad {
     /// The BRDF.
     Brdf(f64),
     /// The flux of photons.
     Flux(f64),
-    /// Form factors, the light that patches exchange, and that which leaves them.
+    /// Form factors, the radiance exchanged between patches, and the radiance that leaves them.
     FormFactor,
     Exchanged,
     Leaving,
     /// Importance of the camera.
     Importance(f64),
-    /// Roulette that nobody loses, between walls that absorb nothing: paths have no end.
+    /// Roulette that no path loses, between walls that absorb nothing: paths never end.
     Endless,
 }
 
@@ -306,9 +306,9 @@ impl FiniteElements for Bad {
 
 impl NextEvent for Bad {}
 
-/// So many that of a BRDF that is -1 in one channel some path shows it: one in 64 at least is
-/// reflected just once, so that all 2000 look right with a probability below 1e-13. A bad value
-/// ends a render at once.
+/// Number of replications. If a BRDF is -1 in one channel, some path must show it: at least one
+/// path in 64 is reflected exactly once, so that all 2000 look right with a probability below
+/// 1e-13. A bad value ends a render at once.
 const REPLICATIONS: u32 = 100;
 
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
@@ -325,7 +325,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
     helpers::passes(scene, estimator, FRAME, &[0..REPLICATIONS])
 }
 
-/// Renders with photons, if there is a map.
+/// Renders with photon mapping, if the map can be built.
 fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
     rays(
         scene,
@@ -344,7 +344,7 @@ fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
     )
 }
 
-/// What every estimator that walks makes of these parts.
+/// Renders with every estimator that traces random walks.
 fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
     let path = |strategy| rays(scene, &Path::new(parts, strategy));
     let gather = Lookup::Gather {
@@ -411,8 +411,8 @@ fn bad_parts_do_not_pass_for_a_solution() {
     }
 }
 
-/// A path that never ends is an error after [`LONGEST_PATH`] vertices, by every estimator that
-/// walks.
+/// A path that never ends is an error after [`LONGEST_PATH`] vertices, in every estimator that
+/// traces random walks.
 #[test]
 fn paths_without_end_are_errors() {
     for (name, found) in walks(&furnace(0.9), Bad::Endless) {
@@ -434,7 +434,7 @@ impl Roulette for Counting {
 impl Scattering for Counting {}
 impl NextEvent for Counting {}
 
-/// The longest path that there is counts to its last vertex; its probability is beyond telling.
+/// The longest legal path counts to its last vertex; its probability is too small for a number.
 #[test]
 fn the_longest_path_is_no_error() {
     let scene = furnace(0.5);

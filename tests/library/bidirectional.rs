@@ -1,5 +1,5 @@
-//! Light paths and the camera: densities of whole paths, weights on real paths, and importance
-//! against its definition.
+//! Tests of bidirectional paths: their densities, their MIS weights on real paths, and the
+//! importance of the camera against its definition.
 
 use std::sync::Mutex;
 
@@ -11,7 +11,7 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [12, 9];
 
-/// Keeps every path whose weight is asked for, with its number of light vertices.
+/// Records every path whose weight is asked for, with its number of light vertices.
 #[derive(Default)]
 struct Recorder(Mutex<Vec<(Vec<Density>, usize)>>);
 
@@ -27,7 +27,7 @@ impl Scattering for Recorder {}
 impl Roulette for Recorder {}
 impl NextEvent for Recorder {}
 
-/// The paths of a few passes.
+/// Returns the paths of a few passes.
 fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
     let bdpt = Bdpt::new(Recorder::default());
     for index in 0..8 {
@@ -38,7 +38,7 @@ fn paths(scene: &Scene) -> Vec<(Vec<Density>, usize)> {
 }
 
 /// In a sphere of radius 1 that emits and reflects by Lambert's law, every vertex is uniformly
-/// distributed whatever the one before it: all densities but that of the camera's first hit are
+/// distributed whatever the one before it: all densities except that of the camera's first hit are
 /// 1/4π.
 #[test]
 fn densities_in_a_sphere_are_uniform() {
@@ -53,7 +53,7 @@ fn densities_in_a_sphere_are_uniform() {
     }
     let uniform = 0.25 / PI;
     for (path, _) in &found {
-        // Two vertices nearer than a millionth would round their cosines more than this.
+        // Vertices closer than 1e-6 would round their cosines more than this.
         for vertex in path {
             assert_abs_diff_eq!(vertex.light, uniform, epsilon = 1e-6);
         }
@@ -63,7 +63,7 @@ fn densities_in_a_sphere_are_uniform() {
     }
 }
 
-/// Keeps paths, which go straight on through every surface.
+/// Records paths, which go straight on through every surface.
 #[derive(Default)]
 struct Straight(Recorder);
 
@@ -85,9 +85,8 @@ impl Scattering for Straight {
 impl Roulette for Straight {}
 impl NextEvent for Straight {}
 
-/// From a lamp in glass straight up to paper in air, whichever end a path starts from: of the
-/// densities at the glass, which stand for Dirac distributions, the ratio is that of n² on its two
-/// sides.
+/// From a lamp in glass straight up to paper in air, the densities at the glass, which stand for
+/// Dirac distributions, have the ratio of n² on its two sides, whichever end a path starts from.
 #[test]
 fn densities_at_glass_have_the_ratio_of_squared_indices() {
     let camera = Camera::new(1.5 * DVec3::Z, 2.0 * DVec3::Z, DVec3::X, 0.5);
@@ -97,7 +96,7 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
         square(scene, 9.0, 2.0, false, diffuse(0.9));
     });
     let bdpt = Bdpt::new(Straight::default());
-    // Of a path from the lamp the eye sees where it ends about once in a hundred.
+    // The camera sees the end of about one light path in a hundred.
     for index in 0..200 {
         bdpt.pass(&scene, FRAME, master(), index)
             .expect("legal values");
@@ -122,7 +121,7 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
     }
 }
 
-/// One path, from a point of a lamp to the eye.
+/// Vertices of one path, from a point of a lamp to the camera.
 const WAY: [DVec3; 5] = [
     DVec3::new(0.0, 0.0, 0.0),
     DVec3::new(0.5, 0.3, 1.0),
@@ -131,8 +130,8 @@ const WAY: [DVec3; 5] = [
     DVec3::new(2.3, 0.1, 0.4),
 ];
 
-/// Walks take the one [`WAY`] in either direction, and one strategy of it counts in full, no other
-/// path at all.
+/// Makes walks follow [`WAY`] in either direction, and lets one strategy count it in full and no
+/// other path.
 struct OneWay(Recorder, usize);
 
 impl Bidirectional for OneWay {
@@ -203,8 +202,8 @@ impl Model for Skewed {
     }
 }
 
-/// A lamp and three surfaces where the [`WAY`] turns, seen by a pixel so small that its rays are
-/// one; and maybe a screen in the middle of the way.
+/// A lamp and three surfaces where [`WAY`] turns, seen by a pixel so small that all its rays are
+/// one; optionally with a screen in the middle of the path.
 fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
     scene_from(Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4), |scene| {
         let mut level = |centre: DVec3, up: bool, surface: Surface| {
@@ -230,7 +229,7 @@ fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
     })
 }
 
-/// No strategy makes a path through a screen.
+/// No strategy connects through a screen.
 #[test]
 fn nothing_is_connected_through_a_screen() {
     let scene = along_the_way(
@@ -259,8 +258,8 @@ fn nothing_is_connected_through_a_screen() {
     );
 }
 
-/// Every strategy that makes one path finds the densities of its vertices, and the path's
-/// measurement over the product of those by which the strategy made it.
+/// Every strategy that makes one path finds the densities of its vertices, and a contribution equal
+/// to the path's measurement over the product of the densities that the strategy used.
 #[test]
 fn strategies_of_one_path_agree() {
     let lambert = || Bsdf::Lambert {
@@ -282,12 +281,12 @@ fn strategies_of_one_path_agree() {
         let cosine = |i: usize, j: usize| (WAY[j] - WAY[i]).z.abs() / distance(i, j);
         let per_area = |i: usize, j: usize| cosine(j, i) / distance(i, j).powi(2);
         let specular = |i: usize| i > 0 && matches!(surfaces[i], Bsdf::Mirror { .. });
-        // Normals are ±z: reflected in the surface, the angles are the same.
+        // Normals are ±z, so angles are the same after reflection in the surface.
         let local = |i: usize, j: usize| {
             let way = (WAY[j] - WAY[i]).normalize();
             way.with_z(way.z.abs())
         };
-        // Of a way from i on to j that came from k.
+        // Pdf of the direction from i to j for a path that came from k.
         let pdf = |k: Option<usize>, i: usize, j: usize| match (surfaces[i], k) {
             (Bsdf::Model(model), Some(k)) => model.pdf(local(i, k), local(i, j)),
             _ if specular(i) => cosine(i, j),
@@ -337,7 +336,7 @@ fn strategies_of_one_path_agree() {
                 for (i, (found, known)) in found.iter().zip(&path).enumerate() {
                     assert_relative_eq!(found.light, known.light, max_relative = 1e-3);
                     assert_relative_eq!(found.eye, known.eye, max_relative = 1e-3);
-                    // Of one flat light, shadow rays pick points as particles do.
+                    // On one flat light, shadow rays pick points with the density of particles.
                     let joined = if all || i == 0 || i == 3 {
                         known.joined
                     } else {
@@ -371,8 +370,8 @@ fn strategies_of_one_path_agree() {
     }
 }
 
-/// On the paths of the report's room, through mirror and glass, no strategy connects at them, and
-/// the weights of all that exist sum to one.
+/// On paths of the report's room, with mirror and glass, no strategy connects at specular vertices,
+/// and the weights of all strategies sum to one.
 #[test]
 fn weights_sum_to_one_on_real_paths() {
     let found = paths(&report_room());
@@ -445,9 +444,8 @@ fn passes_fill_whole_films_only() {
     ));
 }
 
-/// A point on a camera ray is seen in the pixel of the ray, and the importance is one over the
-/// solid angle of a small pixel: the area that the ray's direction sweeps when its pixel is
-/// crossed.
+/// A point on a camera ray is seen in the ray's pixel, and the importance is the reciprocal of the
+/// solid angle of a small pixel: the area that the ray's direction sweeps as it crosses the pixel.
 #[test]
 fn the_camera_sees_what_its_rays_meet() {
     let size = [700, 300];
@@ -476,13 +474,13 @@ fn the_camera_sees_what_its_rays_meet() {
             let across = step(0.5, 0.0) - step(-0.5, 0.0);
             let solid_angle = across.cross(step(0.0, 0.5) - step(0.0, -0.5)).length();
             let share = camera.importance(size, ray.direction) * solid_angle;
-            // Central differences over a pixel of at most 2/150 err by its square.
+            // Central differences over a pixel of at most 2/150 have an error of second order.
             assert!((share - 1.0).abs() <= 1e-3, "{share}");
         },
     );
 }
 
-/// Panics where something is to be seen through glass.
+/// Panics when visibility through glass is asked for.
 struct Opaque;
 
 impl NextEvent for Opaque {
@@ -496,7 +494,7 @@ impl Scattering for Opaque {}
 impl Roulette for Opaque {}
 impl Bidirectional for Opaque {}
 
-/// Shadow rays and connections stop at glass: the paths that pass it are followed.
+/// Shadow rays and connections stop at glass; paths are followed through it.
 #[test]
 fn nothing_is_connected_through_glass() {
     let (tracer, bdpt) = (LightTracer { parts: Opaque }, Bdpt::new(Opaque));
@@ -505,11 +503,10 @@ fn nothing_is_connected_through_glass() {
     assert!(bdpt.pass(&scene, FRAME, seed, 0).is_ok());
 }
 
-/// An edge that lies in a surface leaves a density of 0 at both its ends: weights are numbers
-/// still.
+/// An edge that lies in a surface has a density of 0 at both ends; the weights are still numbers.
 #[test]
 fn edges_within_surfaces_leave_weights_that_are_numbers() {
-    // No shadow ray may reach the light, too.
+    // Shadow rays may or may not reach the light.
     for joined in [1.0, 0.0] {
         let density = |light, eye| Density { light, eye, joined };
         let path = [
@@ -523,7 +520,7 @@ fn edges_within_surfaces_leave_weights_that_are_numbers() {
             let weight = Standard.strategy_weight(&path, s);
             assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
         }
-        // Where the eye's walk cannot go, the light's may.
+        // Where the camera's walk cannot go, the light's may.
         let path = [density(1.0, 1.0), density(2.0, 0.0)];
         assert_eq!(
             Standard.strategy_weight(&path, 0),

@@ -1,5 +1,5 @@
-//! Routes of light by way of one mirror or glass body: all of them are found, they obey the laws of
-//! reflection and refraction, and they spread as they do when their ends are moved.
+//! Tests of specular connections through one mirror or glass body: all are found, obey the laws of
+//! reflection and refraction, and have the geometry term that finite differences give.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -34,11 +34,11 @@ impl Case {
         let mut point = || {
             let [r1, r2] = [unit(), unit()];
             let away = from_spherical((1.0 - 2.0 * r1).acos(), 2.0 * PI * r2);
-            // Near and far.
+            // Both near and far.
             centre + away * radius * (1.0 + 10_f64.powf(4.0 * unit() - 3.0))
         };
         let (x, y) = (point(), point());
-        // Often nearly on the other side, where there are three routes.
+        // Often nearly opposite, where there are three connections.
         let y = if unit() < 0.5 {
             let across = centre - (x - centre).normalize() * (y - centre).length();
             let moved = across + (y - centre) * 0.3 * unit();
@@ -65,7 +65,7 @@ impl Case {
         }
     }
 
-    /// The same with y so near to the line through x and the centre.
+    /// Returns the case with y at this offset from the line through x and the centre.
     fn in_line(self, offset: f64) -> Self {
         let Body { centre, .. } = self.body;
         let y = centre + (centre - self.x) + (self.y - centre) * offset;
@@ -79,7 +79,7 @@ impl Case {
             .collect()
     }
 
-    /// X, Y and Θ.
+    /// Returns x, y and Θ of the equation.
     fn seen(&self) -> [f64; 3] {
         let [x, y] = [self.x, self.y].map(|v| v - self.body.centre);
         [
@@ -89,13 +89,13 @@ impl Case {
         ]
     }
 
-    /// f of the equation, by its arc sines.
+    /// Evaluates f of the equation through arc sines.
     fn swept(&self, alpha: f64) -> f64 {
         let ([x, y, _], sin) = (self.seen(), alpha.sin());
         2.0 * alpha - 2.0 * (sin * self.body.bending).asin() - (sin / x).asin() - (sin / y).asin()
     }
 
-    /// The solid angle between the routes to four points around y, per area between these.
+    /// Estimates the solid angle per area between the connections to four points around y.
     fn spread_by_differences(&self, route: &Route<DVec3>, step: f64) -> Option<f64> {
         let frame = Frame::new(route.arriving);
         let moved = |by: DVec3| {
@@ -114,7 +114,7 @@ impl Case {
         Some(across?.cross(along?).length() / (4.0 * step * step))
     }
 
-    /// Where a ray from x leaves the sphere, and in which direction.
+    /// Returns where a ray from x leaves the sphere, and in which direction.
     fn follow(&self, direction: DVec3) -> Option<(DVec3, DVec3)> {
         let sphere = Sphere::new(self.body.centre, self.body.radius);
         let ray = Ray::new(self.x, direction);
@@ -151,7 +151,7 @@ fn every_route_by_a_sphere_is_found() {
                 .filter(|w| (w[0] < target) != (w[1] < target))
                 .count()
         };
-        // Two roots in one step of the grid are not seen there.
+        // Two roots in one step of the grid are not detected.
         let near_fold = targets.iter().any(|target| {
             values
                 .windows(3)
@@ -200,7 +200,7 @@ fn routes_by_a_sphere_obey_its_laws() {
     for case in (0..CASES).flat_map(|i| [Case::new(i), in_line(i)]) {
         for route in case.routes() {
             let Some((last, direction)) = case.follow(route.direction) else {
-                // Grazing.
+                // At grazing incidence.
                 assert!(
                     route.cosine < 1e-5,
                     "misses, cosine {} of {case:?}",
@@ -211,7 +211,7 @@ fn routes_by_a_sphere_obey_its_laws() {
             let towards = case.y - last;
             let miss = towards.cross(direction).length();
             let scale = (case.y - case.x).length() + case.body.radius;
-            // Moving the ray by a rounding moves its end by that over what spreads.
+            // A rounding of the ray moves its end by that over the geometry term.
             let growth = 1.0 + (route.spread * scale * scale).sqrt().recip();
             assert!(
                 miss < 1e-10 * scale * growth,
@@ -244,7 +244,7 @@ fn routes_spread_as_their_ends_move() {
                     .min(gap);
             let differences =
                 [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
-            // Next to a caustic, where they depend on the step, differences say little.
+            // Next to a caustic finite differences depend on the step and say little.
             if let [Some(a), Some(b)] = differences
                 && (a / b - 1.0).abs() < 1e-3
             {
@@ -294,7 +294,8 @@ fn a_flat_mirror_has_a_route_by_its_front() {
     for _ in 0..20_000 {
         let [x, y] = [0, 1].map(|_| in_cube(&mut rng, 1.5));
         let [height_x, height_y] = [x, y].map(|v| (v - corner).dot(normal));
-        // Where the line from x to the image of y meets the plane, along the edges.
+        // Intersection of the line from x to the image of y with the plane, in coordinates along
+        // the edges.
         let image = y - 2.0 * height_y * normal;
         let met = x + (image - x) * (height_x / (height_x + height_y));
         let across = edges.map(|edge| edge - edge.dot(normal) * normal);
@@ -331,8 +332,8 @@ fn a_flat_mirror_has_a_route_by_its_front() {
     );
 }
 
-/// What a ray meets that left a surface, by way of up to two mirrors and glass surfaces, each taken
-/// at random.
+/// Follows a ray that left a surface through up to two mirrors or glass surfaces, whose branches
+/// are sampled at random, and returns their hits and the first hit beyond.
 fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit)> {
     let (mut met, mut ray) = (Vec::new(), *ray);
     loop {
@@ -389,7 +390,7 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             .find(|body| body.kind == kind && is_here(&body.body))
             .expect("a body");
         let (spread, cosine) = spread_of(&body.body, kind, x, w, light.point);
-        // On a caustic two routes are one but for a rounding, and the path's weight is all.
+        // On a caustic two connections merge up to rounding, and the path keeps its full weight.
         if spread > 1e4 {
             continue;
         }
@@ -400,7 +401,7 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
                 .total_cmp(&(b.direction - w).length())
         });
         let near = near.expect("a route");
-        // Of a caustic the direction is known to the root of a rounding.
+        // Near a caustic the direction is known to the square root of a rounding.
         let blur = 1e-9 + 1e-12 * spread;
         assert!(
             (near.direction - w).length() < 1e3 * blur,
@@ -420,8 +421,8 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
     );
 }
 
-/// The mean in all lanes and by functions of one ray over a patch at the origin that faces up, with
-/// parts of a scene around it.
+/// Returns the mean over a patch at the origin that faces up, with parts of a scene around it,
+/// computed in all lanes and by scalar functions.
 fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let camera = Camera::new(DVec3::new(0.0, -0.05, 0.05), DVec3::ZERO, DVec3::Z, 0.1);
     let scene = scene_from(camera, |s| {
@@ -453,16 +454,16 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     alone.mean()
 }
 
-/// What is opaque and stands in all routes, in any part of them, leaves the patch dark, and so do
-/// fewer bounces than any has.
+/// Opaque objects that block every connection, in any segment, leave the patch dark, and so does a
+/// bounce limit below the length of all connections.
 #[test]
 fn every_part_of_a_route_is_tested_for_sight_and_counted() {
     let wall = |corner, edges| move |s: &mut SceneBuilder| panel(s, corner, edges, diffuse(0.0));
     let sphere = |centre, radius, surface: fn() -> Surface| {
         move |s: &mut SceneBuilder| ball(s, Sphere::new(centre, radius), surface())
     };
-    // Through a ball to a light above it: before, within and behind. No light that enters from
-    // outside comes nearer to the centre than 1/1.5.
+    // Through a ball to a light above it, with the blocker before, within and behind the ball. No
+    // light that enters from outside comes nearer to the centre than 1/1.5.
     let centre = DVec3::new(0.0, 0.0, 1.3);
     let lens = sphere(centre, 1.0, || glass(1.5));
     let above = |s: &mut SceneBuilder| square(s, 0.7, 3.2, false, lamp(1.0));
@@ -477,7 +478,7 @@ fn every_part_of_a_route_is_tested_for_sight_and_counted() {
         0.0
     );
     assert_eq!(on_patch(None, &[&lens, &above, &level(2.7)]), 0.0);
-    // By a mirror at the side to a light that looks there: before and behind.
+    // By a mirror at the side to a light that faces it: blocked before and behind.
     let mirror = || reflecting(0.9);
     let flat = |s: &mut SceneBuilder| {
         panel(
@@ -514,7 +515,7 @@ fn every_part_of_a_route_is_tested_for_sight_and_counted() {
     assert_eq!(on_patch(Some(2), &[&lens, &above]), 0.0);
 }
 
-/// Nothing is to be weighted.
+/// Returns NaN for every MIS weight: no path may be weighted.
 #[derive(Clone, Copy, Debug, Default)]
 struct NoWeight;
 
@@ -527,8 +528,8 @@ impl NextEvent for NoWeight {
 impl Roulette for NoWeight {}
 impl Scattering for NoWeight {}
 
-/// A path that enters a ball and then leaves another, which overlaps it, takes no route of shadow
-/// rays: it keeps its weight.
+/// A path that enters a ball and leaves another that overlaps it is no specular connection: it
+/// keeps its weight.
 #[test]
 fn a_path_between_two_overlapping_balls_is_no_route() {
     let scene = scene(|s| {
@@ -541,7 +542,7 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
         for (x, radius) in [(0.0, 1.0), (1.0, 0.6)] {
             ball(s, Sphere::new(DVec3::new(x, 0.0, 0.0), radius), glass(1.5));
         }
-        // In the second, beyond the first.
+        // In the second ball, beyond the first.
         panel(
             s,
             DVec3::new(1.3, -0.3, -0.3),
@@ -565,7 +566,8 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
     assert!(sum > 0.0, "{sum}");
 }
 
-/// The kinds of a scene's bodies, with the radius of a sphere or the area of a flat mirror.
+/// Returns the kinds of a scene's specular bodies, each with the radius of a sphere or the area of
+/// a flat mirror.
 fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(Kind, f64)> {
     let scene = scene_from(
         Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
@@ -598,7 +600,7 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
         ball(1.5, whole),
         [(Kind::Refraction, 2.0), (Kind::Reflection, 2.0)]
     );
-    // A bubble, a ball of air, a shell from within, and a part of a ball.
+    // A bubble, a ball of air, a shell seen from within, and a part of a ball.
     assert_eq!(ball(0.7, whole), []);
     assert_eq!(ball(1.0, whole), []);
     assert_eq!(
@@ -632,8 +634,7 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     sides.push((Kind::Reflection, 2.0));
     assert_eq!(mirrors(0.5), sides);
     assert_eq!(mirrors(0.0), []);
-    // Triangles of another colour or another height are other mirrors, and one of many triangles is
-    // none.
+    // Triangles of another colour or height are separate mirrors; a mesh of many triangles is none.
     let flat = |parts: &[(f64, f64)], count: u32| {
         kinds(|s| {
             for (row, &(reflectance, z)) in (0..).zip(parts) {
@@ -653,7 +654,7 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     assert_eq!(flat(&[(0.5, 0.0), (0.6, 0.0)], 3), [(Kind::Flat, 3.0); 2]);
     assert_eq!(flat(&[(0.5, 0.0)], 8), [(Kind::Flat, 8.0)]);
     assert_eq!(flat(&[(0.5, 0.0)], 9), []);
-    // Of many the largest.
+    // The largest are taken.
     let balls = kinds(|s| {
         let mirror = mirror_surface(s, 0.5);
         for i in 1..=20 {

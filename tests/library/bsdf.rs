@@ -1,4 +1,4 @@
-//! Equations (13)-(15): Lambert and Oren-Nayar in both forms.
+//! Tests of equations (13)-(15): Lambert and Oren-Nayar in both forms.
 
 use glam::DMat3;
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
@@ -13,8 +13,8 @@ fn white(sigma: f64, form: OrenNayarForm) -> Bsdf {
     Bsdf::oren_nayar(DVec3::ONE, sigma, form)
 }
 
-/// ∫ f_r cos θ over the hemisphere of incident directions. The integrand has kinks where the
-/// azimuths are a quarter turn apart and where the inclinations are equal; between them it is
+/// Integrates f_r cos θ over the hemisphere of incident directions. The integrand has kinks where
+/// the azimuths are a quarter turn apart and where the inclinations are equal; between them it is
 /// smooth.
 pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
     let wo = from_spherical(theta_out, 0.0);
@@ -32,7 +32,8 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
         .sum()
 }
 
-/// Values of at most A + B/2 ≤ 1.2 in sums of 15 times 15, each term with some 16 roundings.
+/// Bound on the quadrature error: values of at most A + B/2 ≤ 1.2 in sums of 15 times 15, each term
+/// with some 16 roundings.
 const QUADRATURE: f64 = 128.0 * U;
 
 #[test]
@@ -109,7 +110,7 @@ fn known_values() {
             expected,
             epsilon = 32.0 * U
         );
-        // Across the normal only A is left.
+        // On the other side of the normal only A remains.
         let across = from_spherical(PI / 3.0, 1.0 + PI);
         assert_abs_diff_eq!(
             white(0.5, form).eval(w, across).x * PI,
@@ -124,8 +125,8 @@ fn known_values() {
     }
 }
 
-/// Both forms look the same from the other side and when both directions turn, and are Lambert's
-/// where smooth.
+/// Both forms are reciprocal, invariant under rotation about the normal, and equal to Lambert's
+/// BRDF at σ = 0.
 #[test]
 fn both_forms_are_symmetric() {
     let strategy = (upper(1e-6), upper(1e-6), 0.0..FRAC_PI_2, 0.0..TAU);

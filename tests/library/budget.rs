@@ -1,4 +1,4 @@
-//! The error budget of this target: what chance can turn red in it.
+//! The error budget of this target: the random tests in it, counted.
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
@@ -8,7 +8,7 @@ use crate::harness::{
 };
 use crate::shares::{ENOUGH, OUTSIDE};
 
-/// Asserts that a test of [`ENOUGH`] has compared enough.
+/// Asserts that a test of [`ENOUGH`] has made enough comparisons.
 pub fn enough(name: &str, count: usize) {
     let Some((_, least, _)) = ENOUGH.iter().find(|(test, ..)| *test == name) else {
         panic!("{name} has no share of the error budget: add it to ENOUGH");
@@ -16,7 +16,7 @@ pub fn enough(name: &str, count: usize) {
     assert!(count > *least, "{name}: only {count} were compared");
 }
 
-/// The numbers in the table of shares are those of the modules.
+/// The counts in the table of shares are those of the modules.
 #[test]
 fn the_shares_are_counted() {
     let check_up = assertions(&CheckUp::default());

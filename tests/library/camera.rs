@@ -1,4 +1,4 @@
-//! The pinhole camera, alone and against the landmarks of the published figure 6.
+//! Tests of the pinhole camera, alone and against the landmarks of the published figure 6.
 
 use crate::prelude::*;
 use crate::reference::{fields, number};
@@ -8,8 +8,8 @@ const WHITE: DVec3 = DVec3::new(0.0, 1.5, 0.0);
 const GLASS: DVec3 = DVec3::new(3.25, -0.5, -3.0);
 const MIRROR: DVec3 = DVec3::new(2.5, 4.0, -2.0);
 
-/// Asserts where the rays go through the corners of images of several shapes, and a point of no
-/// symmetry.
+/// Asserts the rays through the corners of images of several shapes, and through a point off all
+/// axes of symmetry.
 pub fn assert_rays(camera: &Camera, [eye, forward, upright]: [DVec3; 3], half: f64) {
     let forward = forward.normalize();
     let right = forward.cross(upright).normalize();
@@ -40,7 +40,7 @@ fn rays_pass_the_image_plane_evenly() {
         500,
         &(point(5.0), point(5.0), 0.1..2.0),
         |(eye, target, half)| {
-            // Straight up and down there is no upright.
+            // For views straight up or down the upright direction is undefined.
             if (target - eye).normalize().truncate().length() > 0.1 {
                 assert_rays(
                     &Camera::new(eye, target, DVec3::Z, half),
@@ -74,7 +74,7 @@ fn the_room_is_where_the_figure_shows_it() {
             assert!(off.abs().max_element() <= 4.0 * U, "{row:?}: {off}");
             continue;
         }
-        // In 64 parts of a pixel.
+        // In 64ths of a pixel.
         let seen = scene
             .camera()
             .project(SIZE.map(|side| 64 * side), place)
@@ -82,7 +82,7 @@ fn the_room_is_where_the_figure_shows_it() {
         for (seen, published) in seen.pixel.into_iter().zip([x, y]) {
             assert_abs_diff_eq!(f64::from(seen) / 64.0, published, epsilon = 1.5);
         }
-        // Three pixels to the inside and to the outside, along the diagonal.
+        // Three pixels inwards and outwards, along the diagonal.
         let [to_x, to_y] = [512.0 - x, 90.0 - y].map(|to| to / f64::hypot(512.0 - x, 90.0 - y));
         let lit = |step: f64| {
             at(&scene, x + step * to_x, y + step * to_y)
@@ -94,7 +94,7 @@ fn the_room_is_where_the_figure_shows_it() {
     assert_eq!(at(&scene, 512.0, 90.0).normal, -DVec3::Z);
 }
 
-/// First and last pixels, in x and y, whose centres show a surface, one past the last.
+/// Returns the first pixel in x and y whose centre shows a surface, and one past the last.
 fn outline(scene: &Scene, of: impl Fn(&Hit) -> bool) -> [[f64; 2]; 2] {
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for y in 0..SIZE[1] {
@@ -110,8 +110,8 @@ fn outline(scene: &Scene, of: impl Fn(&Hit) -> bool) -> [[f64; 2]; 2] {
     bounds
 }
 
-/// First and last x and y of a sphere in the image: its two tangent planes through the eye that are
-/// upright, and the two that are level.
+/// Returns the bounds in x and y of a sphere in the image, from its upright and its level tangent
+/// planes through the eye.
 fn silhouette(centre: DVec3, radius: f64) -> [[f64; 2]; 2] {
     let depth = 12.5 - centre.x;
     let scale = 384.0 / 0.77704;
@@ -135,7 +135,7 @@ fn spheres_are_where_the_figure_shows_them() {
     let glass = outline(&scene, |hit| matches!(bsdf(hit), Bsdf::Glass { .. }));
     let mirror = outline(&scene, |hit| on_sphere(hit, MIRROR, 2.0));
     // The published image is read by its colours. Near the rim of mirror and glass these are the
-    // colours of what is behind, so their outlines are read up to 6 pixels too small.
+    // colours of the background, so their outlines are read up to 6 pixels too small.
     for (found, published, lost, centre, r) in [
         (white, [[513.0, 633.0], [325.0, 444.0]], 1.5, WHITE, 1.5),
         (glass, [[378.0, 593.0], [438.0, 667.0]], 6.5, GLASS, 2.0),
@@ -144,7 +144,7 @@ fn spheres_are_where_the_figure_shows_them() {
         let silhouette = silhouette(centre, r);
         for axis in 0..2 {
             let [low, high] = found[axis];
-            // Pixel centres: half a pixel of either border may be missing.
+            // Pixel centres: half a pixel may be missing at either border.
             assert_abs_diff_eq!(low, silhouette[axis][0], epsilon = 1.0);
             assert_abs_diff_eq!(high, silhouette[axis][1], epsilon = 1.0);
             let inside = [published[axis][0] - low, high - published[axis][1]];
@@ -179,7 +179,7 @@ fn points_are_seen_in_their_pixel_within_the_image_only() {
     };
     for depth in [0.5, 1.0, 4.0] {
         let at = |right: f64, up: f64| seen(depth * DVec3::new(1.0, -right, up));
-        // The first borders belong to the image, the last do not.
+        // The first borders belong to the image; the last do not.
         for (right, up, pixel) in [
             (-0.75, 0.25, [0, 0]),
             (-0.25, -0.25, [1, 1]),
@@ -202,7 +202,7 @@ fn points_are_seen_in_their_pixel_within_the_image_only() {
     for offset in [DVec3::ZERO, DVec3::Y, DVec3::Z] {
         assert_eq!(seen(offset), None);
     }
-    // One over side² cos³.
+    // 1/(side² cos³).
     assert_eq!(camera.importance(size, DVec3::X), 4.0);
     assert_abs_diff_eq!(
         camera.importance(size, DVec3::new(0.5, 0.0, 0.75_f64.sqrt())),

@@ -1,10 +1,10 @@
-//! Red stays red: every estimator, through the loop that renders, treats the three channels alike
-//! and keeps them apart, exactly.
+//! Tests that every estimator, through the rendering loop, treats the three channels alike and
+//! keeps them apart, exactly.
 //!
-//! A scene whose colours are all permuted in the same way has the image with its channels permuted,
-//! to the last bit: roulette asks for the largest channel only. Cyclic permutations and
-//! transpositions together commute with no mix-up of channels, and a light of one channel lights
-//! that channel only, so none is added to another.
+//! A scene whose colours are all permuted in the same way has the same image with its channels
+//! permuted, to the last bit: roulette uses the largest channel only. Cyclic permutations and
+//! transpositions together commute with no mix-up of channels. A light of one channel lights that
+//! channel only, so none is added to another.
 
 use whitefurnace::integrator::{Heuristic, Path, Strategy};
 
@@ -13,17 +13,17 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [8, 6];
 
-/// The library's own model.
+/// The library's own Lambertian BRDF.
 pub fn lambertian(albedo: DVec3) -> Bsdf {
     Bsdf::Lambert { albedo }
 }
 
-/// What is done with every colour of the scene.
+/// Map applied to every colour of the scene.
 pub type Paint = fn(DVec3) -> DVec3;
 
-/// A small room of many colours with paper, a mirror, glass, a sphere as a lamp and a light in the
-/// ceiling; only diffuse polygons if `plain`. `lamp` paints what emits, `paint` everything; walls
-/// are of the model `lambert`.
+/// Returns a small room of many colours with paper, a mirror, glass, a spherical lamp and a light
+/// in the ceiling; only diffuse polygons if `plain`. `lamp` maps emitted radiance, then `paint` all
+/// colours; diffuse walls use the model `lambert`.
 pub fn room(paint: Paint, lamp: Paint, plain: bool, lambert: impl Fn(DVec3) -> Bsdf) -> Scene {
     let mut room = SceneBuilder::new("colours");
     let colour = |r, g, b| paint(DVec3::new(r, g, b));
@@ -147,7 +147,7 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Image {
     image(&helpers::passes(scene, estimator, FRAME, &[0..12]).expect("legal radiance"))
 }
 
-/// The images of a scene by every estimator with physical rules that takes mirrors and glass.
+/// Renders a scene with every estimator that has physical rules and handles mirrors and glass.
 pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     let path = |strategy, lights, heuristic| Path {
         strategy,
@@ -204,7 +204,7 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
     ]
 }
 
-/// The images of every estimator with physical rules.
+/// Renders with every estimator that has physical rules.
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical_images(&room(paint, lamp, false, lambertian));
     let plain = &room(paint, lamp, true, lambertian);
@@ -217,7 +217,7 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     images
 }
 
-/// All estimators, in the conventions of the report as well.
+/// Renders with all estimators, also under the conventions of the report.
 fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical(paint, |light| light);
     let scene = room(paint, |light| light, false, lambertian);
@@ -235,7 +235,7 @@ fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     images
 }
 
-/// Sums of the pixels' means.
+/// Sums the means of the pixels.
 fn total(image: &Image) -> DVec3 {
     image.iter().map(|[mean, ..]| mean).sum()
 }

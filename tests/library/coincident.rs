@@ -1,4 +1,4 @@
-//! Surfaces that lie in the same place: which are refused, and what is seen of those that are not.
+//! Tests of coincident surfaces: which are refused, and which of two permitted ones is visible.
 
 use glam::DQuat;
 use whitefurnace::material::rough_glass::RoughGlass;
@@ -10,27 +10,27 @@ use crate::prelude::*;
 /// Something that can be added to a scene, turned and scaled.
 #[derive(Clone, Copy, Debug)]
 enum Thing {
-    /// A horizontal square around (x, y, z): half its side, whether its front is above.
+    /// A horizontal square around (x, y, z), by half its side and whether its front faces up.
     Sheet([f64; 3], f64, bool),
-    /// A horizontal triangle over half of such a square.
+    /// A horizontal triangle, half of such a square.
     Triangle([f64; 3], f64, bool),
-    /// A closed box from one corner to another, whether its fronts are inside.
+    /// A closed box, by two opposite corners and whether its fronts face inwards.
     Block([f64; 3], [f64; 3], bool),
-    /// The same of six rectangles.
+    /// A closed box of six rectangles, by two opposite corners.
     Panels([f64; 3], [f64; 3]),
-    /// A ball around (x, y, z) of this radius.
+    /// A ball, by centre and radius.
     Ball([f64; 3], f64),
-    /// The part of it from one height to another.
+    /// The part of a ball between two heights.
     Zone([f64; 3], f64, [f64; 2]),
 }
 use Thing::{Ball, Block, Panels, Sheet, Triangle, Zone};
 
-/// A turn that no number comes out of as it was.
+/// A rotation that changes every coordinate.
 fn askew() -> DQuat {
     DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.7).normalize(), 0.83)
 }
 
-/// A scene of things in order, seen from (0.3, −2.1, 0.4), turned, then scaled; the largest
+/// Builds a scene of things in order, seen from (0.3, −2.1, 0.4), rotated, then scaled; the largest
 /// coordinate is about 3.
 fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<Scene, Error> {
     let mut s = SceneBuilder::new("things");
@@ -106,13 +106,13 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
     ))
 }
 
-/// Whether things can be built, in each order, however they are turned and scaled.
+/// Whether things can be built, in either order, however they are rotated and scaled.
 fn is_built(things: &[(Thing, Surface)]) -> bool {
     let reversed: Vec<_> = things.iter().rev().copied().collect();
     let mut found = Vec::new();
     for things in [things, &reversed] {
         for turn in [DQuat::IDENTITY, askew()] {
-            // A zone is not turned.
+            // Zones cannot be rotated.
             if turn != DQuat::IDENTITY && things.iter().any(|(thing, _)| matches!(thing, Zone(..)))
             {
                 continue;
@@ -454,7 +454,7 @@ fn what_no_light_can_tell_apart_is_built() {
     }
 }
 
-/// Just up to the tolerance surfaces coincide, whatever they are.
+/// Surfaces up to the tolerance apart coincide, whatever their kinds.
 #[test]
 fn a_pair_coincides_up_to_the_tolerance() {
     // The camera has the largest coordinate.
@@ -489,7 +489,7 @@ fn a_pair_coincides_up_to_the_tolerance() {
     }
 }
 
-/// A renderer in single precision asks with its own tolerance.
+/// A larger tolerance, as for single precision, finds surfaces that are farther apart.
 #[test]
 fn a_scene_tells_what_coincides_farther_apart() {
     let apart = [
@@ -517,8 +517,8 @@ fn a_scene_tells_what_coincides_farther_apart() {
     );
 }
 
-/// A floor is what is seen from below of a block that stands on it, in either order; and where the
-/// camera moves, too.
+/// A floor is visible from below a block that stands on it, in either order of the two, also after
+/// the camera has moved.
 #[test]
 fn a_sheet_is_seen_where_it_covers_a_block() {
     let floor = (Sheet([0.0; 3], 2.0, true), clay());
@@ -553,7 +553,7 @@ fn a_sheet_is_seen_where_it_covers_a_block() {
     }
 }
 
-/// Who looks from within a block sees what he did not from outside.
+/// A camera within a block sees coincident surfaces that one outside did not.
 #[test]
 fn another_camera_asks_again() {
     let tower = [
@@ -606,12 +606,12 @@ fn the_message_names_both_objects_as_the_file_does() {
         "{message}"
     );
     assert!(!message.contains('\n'));
-    // What it says mends it.
+    // The suggested height is accepted.
     assert!(build("0.999999999993").is_ok());
 }
 
-/// Neighbours are not taken for surfaces that coincide, nor large meshes looked through pair by
-/// pair.
+/// Neighbouring triangles are not taken for coincident surfaces, and large meshes are not searched
+/// pair by pair.
 #[test]
 fn meshes_of_many_triangles_are_built() {
     const N: u32 = 60;

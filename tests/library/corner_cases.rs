@@ -1,5 +1,5 @@
-//! What no built-in scene has: lights without a solid angle to sample, no light at all, limits of
-//! zero, photons without number.
+//! Corner cases that no built-in scene has: lights without a solid angle to sample, no light at
+//! all, limits of zero, no photons or too many.
 
 use whitefurnace::integrator::{Path, Quirks, Strategy};
 use whitefurnace::sampling::roulette::HIGHEST_SURVIVAL;
@@ -11,7 +11,8 @@ const ALBEDO: f64 = 0.6;
 const LIGHT: f64 = 5.0;
 const FRAME: [u32; 2] = [6, 5];
 
-/// A white floor of half side `half` at the origin, seen from above, and what `add` adds.
+/// A white floor of half side `half` at the origin, seen from above, and the things that `add`
+/// adds.
 fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(
         Camera::new(DVec3::new(0.0, -0.1, 0.3), DVec3::ZERO, DVec3::Z, 0.1),
@@ -22,7 +23,7 @@ fn over_floor(half: f64, add: impl FnOnce(&mut SceneBuilder)) -> Scene {
     )
 }
 
-/// A small floor, and what shines above or around it.
+/// A small floor, and the lights that `add` puts above or around it.
 fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
     over_floor(0.5, |scene| {
         let light = lamp(LIGHT);
@@ -31,7 +32,7 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
     })
 }
 
-/// What shadow rays alone find at the origin, one estimate per stream.
+/// Estimates direct light at the origin with shadow rays alone, one estimate per stream.
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     let path = Path {
         lights,
@@ -46,8 +47,8 @@ fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     (0..count).map(estimate).collect()
 }
 
-/// Emitters that have no sampling by solid angle where they are seen from get points uniform in
-/// area: the same paths to the bit, not other light.
+/// Emitters that cannot be sampled by solid angle from some point are sampled uniformly by area
+/// there: the same paths to the bit.
 #[test]
 fn without_solid_angles_lights_are_sampled_by_area() {
     let whole = Sphere::new(DVec3::new(0.1, 0.0, 0.2), 2.0);
@@ -107,8 +108,8 @@ fn radiance<E: Estimator>(scene: &Scene, estimator: &E) -> Vec<DVec3> {
     (0..60).map(look).collect()
 }
 
-/// Where nothing emits there is no light, by any estimator; and only those that follow paths to the
-/// background see its light.
+/// Where nothing emits, every estimator finds no light; a background is seen only by those that
+/// follow paths to it.
 #[test]
 fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
@@ -162,7 +163,8 @@ fn without_emitters_it_is_dark() {
         &dark,
         &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution"),
     ));
-    // A plane under a uniform sky reflects its albedo, of which a survivor of roulette brings this.
+    // A plane under a uniform sky reflects its albedo, and a survivor of roulette carries this
+    // much.
     let path = (
         radiance(&sky, &Path::<Standard>::default()),
         ALBEDO / HIGHEST_SURVIVAL,
@@ -175,8 +177,8 @@ fn without_emitters_it_is_dark() {
     }
 }
 
-/// Of no sample rays, or of a first segment alone, the report has direct light; so has Whitted's
-/// tree.
+/// With no sample rays, or with a first segment alone, the report's estimator and Whitted's tree
+/// return direct light.
 #[test]
 fn limits_of_zero_mean_direct_light() {
     let scene = simple::cornell().expect("a scene");
@@ -209,7 +211,7 @@ fn limits_of_zero_mean_direct_light() {
     }
 }
 
-/// No photons, and radii in which none can lie, are refused and not rendered black.
+/// No photons, and radii in which none can lie, are refused instead of rendered black.
 #[test]
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
@@ -248,8 +250,8 @@ fn photons_without_number_or_radius_are_refused() {
     assert_option_refused(sppm.pass(&scene, FRAME, 1, 0), "at least 1");
 }
 
-/// A wall that absorbs all shows its light; what the quirks leave of it; and never 0/0 of
-/// survival 0. A shadow ray within a sphere finds albedo · L exactly.
+/// Tests a wall that absorbs everything: it shows its emission and what each quirk leaves of it,
+/// and survival 0 never becomes 0/0. A shadow ray within a sphere finds albedo · L exactly.
 #[test]
 fn the_reconstruction_ends_at_walls_that_absorb_all() {
     let wall = diffuse(ALBEDO).emitting(DVec3::splat(LIGHT));

@@ -1,5 +1,5 @@
-//! Scenes that no one would draw: flat, coincident, nested, tiny, huge, not finite. Each is refused
-//! in one line or rendered.
+//! Tests of degenerate scenes: flat, coincident, nested, tiny, huge, not finite. Each is refused in
+//! one line or rendered.
 
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,7 +12,7 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [4, 3];
 
-/// Materials by their place in the list.
+/// Materials, by their index in the list.
 const MATERIALS: &str = r#"
 [materials]
 m0 = { model = "black", emission = [4, 2, 1] }
@@ -24,19 +24,29 @@ m5 = { model = "eon", albedo = 1, roughness = 1 }
 m6 = { model = "oren-nayar", albedo = 0.5, sigma = 1.5 }
 "#;
 
-/// An object by its kind, its material and nine numbers.
+/// An object: index of its kind, index of its material, and nine numbers.
 type Part = (usize, usize, [f64; 9]);
 
-/// Parts, eye and target; and what the builder alone takes beyond a scene file: emission,
-/// background, image height. Last, whether numbers are far apart in size.
-type Drawn = (Vec<Part>, [f64; 3], [f64; 3], [f64; 3], bool);
+/// A random scene. The builder alone takes its emission, background and image height; a scene file
+/// has values of its own.
+#[derive(Clone, Debug)]
+struct Drawn {
+    parts: Vec<Part>,
+    eye: [f64; 3],
+    target: [f64; 3],
+    emission: f64,
+    background: f64,
+    half_height: f64,
+    /// Whether numbers differ widely in size.
+    far_apart: bool,
+}
 
-/// What cannot be printed in a scene file is printed otherwise in Rust.
+/// Formats numbers for a scene file, which spells NaN differently from Rust.
 fn toml(x: &[f64]) -> String {
     format!("{x:?}").replace("NaN", "nan")
 }
 
-/// The scene file of these parts.
+/// Writes the scene file of these parts.
 fn text(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> String {
     let mut text = format!(
         "background = 0.25\ncamera = {{ eye = {}, target = {}, up = [0.1, 0.2, 1], fov_deg = 60 }}\n{MATERIALS}",
@@ -62,19 +72,17 @@ fn text(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> String {
     text
 }
 
-/// The same scene by the builder, which has its own say about numbers.
-fn built(
-    (parts, eye, target, [emission, background, half_height], _): &Drawn,
-) -> Result<Scene, Error> {
+/// Builds the scene with the builder, which checks numbers by itself.
+fn built(drawn: &Drawn) -> Result<Scene, Error> {
     let head = text(&[], &[0.0; 3], &[1.0; 3]);
     let mut scene = SceneBuilder::new("built");
     let surfaces: Vec<_> = Description::parse("head", &head)?
         .materials
         .iter()
-        .map(|(_, surface)| scene.surface(surface.emitting(*emission * surface.emission)))
+        .map(|(_, surface)| scene.surface(surface.emitting(drawn.emission * surface.emission)))
         .collect();
-    scene.background(DVec3::splat(*background));
-    for (kind, material, x) in parts {
+    scene.background(DVec3::splat(drawn.background));
+    for (kind, material, x) in &drawn.parts {
         let ([a, b, c], surface) = (
             [0, 3, 6].map(|i| DVec3::from_slice(&x[i..])),
             surfaces[*material],
@@ -101,14 +109,14 @@ fn built(
     }
     let up = DVec3::new(0.1, 0.2, 1.0);
     scene.build(Camera::new(
-        DVec3::from_array(*eye),
-        DVec3::from_array(*target),
+        DVec3::from_array(drawn.eye),
+        DVec3::from_array(drawn.target),
         up,
-        *half_height,
+        drawn.half_height,
     ))
 }
 
-/// Ordinary numbers, of which half are of a few, and now and then one that is not.
+/// Ordinary numbers, half of them from a short list, and, if `wild`, now and then an extreme one.
 fn number(wild: bool) -> impl Strategy<Value = f64> {
     let ordinary = prop_oneof![2 => prop::sample::select(vec![-1.0, -0.5, 0.0, 0.5, 1.0, 2.0]), 2 => -2.0..2.0];
     let extreme = vec![
@@ -124,8 +132,8 @@ fn number(wild: bool) -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Parts, of which some are there twice, with eye and target; all multiplied by a number that is 1
-/// more often than not.
+/// Generates parts, some of them twice, with eye and target, all multiplied by a factor that is
+/// usually 1.
 fn parts() -> impl Strategy<Value = Drawn> {
     let scene = |wild: bool| {
         let part = (0..4_usize, 0..7_usize, prop::array::uniform9(number(wild)));
@@ -150,7 +158,7 @@ fn parts() -> impl Strategy<Value = Drawn> {
         move |((mut parts, twice, material, kind), eye, target, others, (scale, wild))| {
             if twice {
                 let (old, _, x) = parts[0];
-                // As it is, of another material, or as the camera's own place.
+                // Repeated as it is, with another material, or at the camera's position.
                 parts.push((
                     if kind == 2 { 3 } else { old },
                     if kind == 0 { parts[0].1 } else { material },
@@ -163,19 +171,22 @@ fn parts() -> impl Strategy<Value = Drawn> {
                 .into_iter()
                 .map(|(kind, material, x)| (kind, material, scaled(x)))
                 .collect();
-            (
+            let [emission, background, half_height] = others.map(f64::abs);
+            Drawn {
                 parts,
-                eye.map(|x| x * scale),
-                target.map(|x| x * scale),
-                others.map(f64::abs),
-                wild,
-            )
+                eye: eye.map(|x| x * scale),
+                target: target.map(|x| x * scale),
+                emission,
+                background,
+                half_height,
+                far_apart: wild,
+            }
         },
     )
 }
 
-/// Whether a film is of radiances; a light too bright or a thing too far away for any film is said
-/// in one line.
+/// Returns a film, or `None` if its refusal says in one line that a light is too bright or a thing
+/// too far away.
 fn fits(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
     match film {
         Ok(film) => Some(film),
@@ -185,7 +196,7 @@ fn fits(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
     }
 }
 
-/// Renders by every way there is.
+/// Renders with every estimator.
 fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling {
         pixel: Random,
@@ -221,7 +232,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
             &|_| true,
         );
         let eight = fits(lanes.map(|_| film), "lanes", text);
-        // Where rounding is as large as what is met, each may meet it or not.
+        // Where rounding is as large as the objects, the engines may disagree on hits.
         assert!(
             far_apart || one_by_one == eight,
             "the widths differ\n{text}"
@@ -288,7 +299,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     );
 }
 
-/// Whether a refusal is one line.
+/// Asserts that a refusal is one line.
 fn refused(error: &Error, text: &str) {
     let message = error.to_string();
     assert!(
@@ -303,12 +314,12 @@ fn degenerate_scenes_are_refused_or_rendered() {
     let count = |i: usize| counts[i].fetch_add(1, Ordering::Relaxed);
     let cases = context("").arguments(4000) as u32;
     property("degenerate", cases, &parts(), |drawn| {
-        let text = text(&drawn.0, &drawn.1, &drawn.2);
+        let text = text(&drawn.parts, &drawn.eye, &drawn.target);
         let begun = std::time::Instant::now();
         match Description::parse("drawn", &text).and_then(|scene| scene.build()) {
             Ok(scene) => {
                 count(0);
-                renders(&scene, &text, drawn.4);
+                renders(&scene, &text, drawn.far_apart);
             }
             Err(error) => {
                 count(1);
@@ -318,7 +329,7 @@ fn degenerate_scenes_are_refused_or_rendered() {
         match built(&drawn) {
             Ok(scene) => {
                 count(2);
-                renders(&scene, &format!("{text}\n{:?}", drawn.3), drawn.4);
+                renders(&scene, &format!("{text}\n{drawn:?}"), drawn.far_apart);
             }
             Err(error) => {
                 count(3);
@@ -331,13 +342,13 @@ fn degenerate_scenes_are_refused_or_rendered() {
             begun.elapsed()
         );
     });
-    // Both happen often, by either way.
+    // Both acceptance and refusal happen often, by either route.
     let counts = counts.map(AtomicU32::into_inner);
     println!("{counts:?}");
     assert!(counts.iter().all(|count| *count > cases / 10), "{counts:?}");
 }
 
-/// Rays from within a light that meet it where they start.
+/// Rays that start within a light meet it.
 #[test]
 fn an_eye_within_a_light_sees_it_by_every_estimator() {
     let vertices = [
@@ -351,11 +362,15 @@ fn an_eye_within_a_light_sees_it_by_every_estimator() {
         -1e-15,
         1e-15,
     ];
-    let (eye, target) = (
-        [-5e-16, -5e-16, 1e-15],
-        [1e-15, -5e-16, -1.2511715515027689e-15],
-    );
-    let drawn = (vec![(1, 0, vertices)], eye, target, [0.5, 1.0, 1.0], false);
+    let drawn = Drawn {
+        parts: vec![(1, 0, vertices)],
+        eye: [-5e-16, -5e-16, 1e-15],
+        target: [1e-15, -5e-16, -1.2511715515027689e-15],
+        emission: 0.5,
+        background: 1.0,
+        half_height: 1.0,
+        far_apart: false,
+    };
     renders(
         &built(&drawn).expect("a scene"),
         "an eye within a light",

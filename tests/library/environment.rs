@@ -1,5 +1,5 @@
-//! Environment maps: what they show by hand, how their directions are shared out, and what is
-//! refused.
+//! Tests of environment maps: their radiance by hand, the density of their directions, and
+//! refusals.
 
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::integrator::{Path, Strategy};
@@ -8,7 +8,8 @@ use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
 
 use crate::prelude::*;
 
-/// Four columns and three rows, of which one pixel is black in all and its neighbours are not.
+/// A map of four columns and three rows, with one pixel black in all channels between others that
+/// are not.
 fn uneven() -> EnvironmentMap {
     let pixels = (0..12)
         .map(|i| DVec3::new(f64::from(i), 1.0, 0.5) * f64::from(i % 5))
@@ -22,7 +23,8 @@ fn uneven() -> EnvironmentMap {
     .expect("a map")
 }
 
-/// A direction by its place in an image whose top is z and whose middle is x: to the right is −y.
+/// Returns the direction of a place in an image whose top is z and whose middle is x; to the right
+/// is −y.
 fn towards(u: f64, v: f64) -> DVec3 {
     let (azimuth, inclination) = (TAU * (u - 0.5), PI * v);
     DVec3::new(
@@ -42,7 +44,8 @@ fn centres_show_their_pixels_and_what_is_between_is_linear() {
         (0.125, 0.5, pixel(0, 1)),
         (0.625, 1.0 / 6.0, pixel(2, 0)),
         (0.875, 5.0 / 6.0, pixel(3, 2)),
-        // Half way to the right, a quarter down; across the edge; beyond the outer rows' centres.
+        // Halfway to the right, a quarter down; across the edge; beyond the centres of the outer
+        // rows.
         (0.5, 0.5, 0.5 * (pixel(1, 1) + pixel(2, 1))),
         (0.375, 0.25, 0.75 * pixel(1, 0) + 0.25 * pixel(1, 1)),
         (1e-12, 0.5, 0.5 * (pixel(3, 1) + pixel(0, 1))),
@@ -57,9 +60,9 @@ fn centres_show_their_pixels_and_what_is_between_is_linear() {
     );
 }
 
-/// Every pixel gets the share of directions that its mean radiance and solid angle call for, its
-/// own and its neighbours' by 6/8 and 1/8 along each axis, and within it they are even in azimuth
-/// and height.
+/// Every pixel gets the share of directions that follows from its mean radiance and solid angle,
+/// with weights 6/8 for itself and 1/8 for each neighbour along each axis; within the pixel they
+/// are uniform in azimuth and height.
 #[test]
 fn directions_are_shared_by_radiance_and_solid_angle() {
     const N: u32 = 200;
@@ -98,7 +101,7 @@ fn directions_are_shared_by_radiance_and_solid_angle() {
         let share = f64::from(*count) / f64::from(N * N);
         assert_abs_diff_eq!(share, weight / all, epsilon = 1.0 / f64::from(N));
     }
-    // The last row and column, to their ends.
+    // The last row and column are reached to their ends.
     for edge in DVec3::AXES
         .into_iter()
         .flat_map(|axis| [axis, -axis, axis.with_x(-0.0), (-axis).with_y(-0.0)])
@@ -134,7 +137,7 @@ fn what_is_no_map_is_refused() {
     }
 }
 
-/// Lanes have the bytes of single rays under a map, with and without lamps.
+/// Lanes return the bits of single rays under a map, with and without lamps.
 #[test]
 fn lanes_follow_a_map() {
     let scene = |lit: bool| {

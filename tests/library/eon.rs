@@ -1,4 +1,5 @@
-//! EON: both lobes against reference values, closed forms against quadrature, limits and symmetry.
+//! Tests of EON: both lobes against reference values, closed forms against quadrature, limits,
+//! symmetry.
 
 use whitefurnace::material::eon::{
     AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
@@ -10,11 +11,12 @@ use crate::bsdf::directional_albedo;
 use crate::prelude::*;
 use crate::reference;
 
-/// Values of at most 2 in sums of 15 times 15, each term with some 40 roundings.
+/// Bound on the quadrature error: values of at most 2 in sums of 15 times 15, each term with some
+/// 40 roundings.
 const QUADRATURE: f64 = 256.0 * U;
 
-/// Both lobes in closed form and by quadrature, and the first alone, at each reference value: white
-/// EON reflects all, where both forms of (14) fail.
+/// Compares both lobes, in closed form and by quadrature, and the first alone with each reference
+/// value: white EON reflects all light, where both forms of (14) fail to.
 #[test]
 fn directional_albedos_meet_the_reference() {
     let rows = reference::eon();
@@ -50,9 +52,8 @@ fn averages_are_the_integrals_of_the_albedo() {
     assert_eq!(gain(1.0), 0.0);
 }
 
-/// The paper's polynomial in 1 − cos θ for G/π, of degree 4: where it is used in place of the exact
-/// form, albedos move by up to 6.03e-4, so that a white surface reflects up to that much more or
-/// less.
+/// The paper's polynomial in 1 − cos θ for G/π, of degree 4, changes albedos by up to 6.03e-4 if
+/// used instead of the exact form, so that a white surface reflects up to that much more or less.
 #[test]
 fn the_polynomial_of_the_paper_is_within_its_error() {
     let polynomial = |cos: f64| {

@@ -1,4 +1,4 @@
-//! Estimators, path by path, where every path has the same value or none.
+//! Tests of estimators, path by path, in scenes where every path has the same value or zero.
 
 use whitefurnace::integrator::{Heuristic, Path, Quirks, Strategy};
 use whitefurnace::sampling::roulette::{RAISED, by_throughput};
@@ -8,7 +8,7 @@ use crate::prelude::*;
 
 const LIGHTS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
 
-/// Roulette without its weight: a path has the value that it would have without roulette, or none.
+/// Roulette without its weight: a path has the value that it would have without roulette, or zero.
 #[derive(Clone, Copy, Debug, Default)]
 struct Unweighted;
 
@@ -22,7 +22,7 @@ impl Scattering for Unweighted {}
 impl NextEvent for Unweighted {}
 impl Bidirectional for Unweighted {}
 
-/// Values of paths from the scene's camera through random points of the image.
+/// Returns the values of paths from the scene's camera through random points of the image.
 fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) -> Vec<DVec3> {
     let mut rng = rng(name);
     (0..count)
@@ -34,8 +34,8 @@ fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) 
         .collect()
 }
 
-/// Every value is 0 or `expected`, and more than half are the latter. A path of up to fifty bounces
-/// rounds its throughput eight times per bounce.
+/// Asserts that every value is 0 or `expected`, and more than half are the latter. A path of up to
+/// fifty bounces rounds its throughput eight times per bounce.
 fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
     let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
     for value in values {
@@ -62,7 +62,7 @@ fn paths_in_a_uniform_environment_see_it() {
 
 #[test]
 fn paths_inside_glass_see_the_squared_index() {
-    // Rays straight at the faces leave at once but for R = 4 %.
+    // Rays that meet the faces at right angles leave at once, except for R = 4 %.
     let path = Path::new(Unweighted, Strategy::Mis);
     let scene = simple::glass_cube(true).expect("a scene");
     let mut rng = rng("inside glass");
@@ -74,7 +74,7 @@ fn paths_inside_glass_see_the_squared_index() {
         })
         .collect();
     assert_all_or_nothing("inside glass", &values, 2.25);
-    // The eye's part of two: nothing but the background emits.
+    // Only the camera's half of the bidirectional paths: nothing but the background emits.
     let bdpt = Bdpt::new(Unweighted);
     let pass = |index| bdpt.pass(&scene, [16, 12], master(), index);
     let values: Vec<_> = (0..16)
@@ -93,8 +93,9 @@ fn glass_sphere(index: f64) -> Scene {
 
 #[test]
 fn whitted_trees_lose_only_what_the_limit_cuts() {
-    // From the centre a ray meets the sphere squarely: n² (1 − R) Σ R^k over the inner segments,
-    // with the segment after the last hit one of seven. The report's rules have no radiance factor.
+    // From the centre a ray meets the sphere at right angles: n² (1 − R) Σ R^k over the inner
+    // segments, with the segment after the last hit one of seven. The report's rules have no
+    // radiance factor.
     for index in [1.2, 1.5, 2.4] {
         let scene = glass_sphere(index);
         let mut rng = rng("whitted");
@@ -156,7 +157,7 @@ fn facing_mirrors_end() {
 
 #[test]
 fn direct_light_of_whitted_is_f_cos_over_pdf() {
-    // One emitter far above a floor, and the point that the shadow ray draws is known from the
+    // One emitter far above a floor; the point that the shadow ray samples is known from the
     // stream.
     let albedo = DVec3::new(0.2, 0.5, 0.8);
     let scene = scene(|scene| {
@@ -178,7 +179,7 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     for _ in 0..200 {
         let mut copy = rng.clone();
         let found = Whitted::new(LightRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
-        // The draws: which emitter, then where on it.
+        // The draws: first which emitter, then the point on it.
         let _ = uniform(&mut copy);
         let [s, t] = uniform2(&mut copy);
         let y = DVec3::new(-1.0 + 2.0 * t, -1.0 + 2.0 * s, 2.0);
@@ -188,8 +189,8 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     }
 }
 
-/// A floor under, or within, one lamp of a shape: the numbers of the path say which points shadow
-/// rays pick and in which direction paths go on, and the pdfs of the two how much each counts.
+/// A floor under, or within, one lamp of a shape: the stream says which points shadow rays sample
+/// and in which direction paths continue, and the two pdfs give the MIS weights.
 #[test]
 fn each_strategy_finds_its_share_of_direct_light() {
     let (albedo, light) = (0.6, 5.0);
@@ -224,7 +225,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
         let emitter = scene.emitters()[0];
         let ray = Ray::new(DVec3::new(0.2, 0.1, 0.3), -DVec3::Z);
         let floor = scene.intersect(&ray).expect("the floor");
-        // The pdf, by solid angle, with which a shadow ray picks this point.
+        // The pdf, by solid angle, with which a shadow ray samples this point.
         let pdf = |point: DVec3, normal: DVec3| {
             let to = point - floor.point;
             let by_angle = (lights == LightSampling::SolidAngle)
@@ -281,8 +282,8 @@ fn each_strategy_finds_its_share_of_direct_light() {
     }
 }
 
-/// A small floor in the middle of a sphere that emits, where a shadow ray brings 4 L ρ cos θ: with
-/// every set of quirks the numbers of the path say what the reconstruction shows of it.
+/// A small floor in the middle of a sphere that emits, where a shadow ray contributes 4 L ρ cos θ:
+/// for every set of quirks the stream determines the reconstruction's value.
 #[test]
 fn quirks_do_what_they_say() {
     let (albedo, light, survival) = (0.6, 5.0, 0.75);
@@ -336,7 +337,7 @@ fn quirks_do_what_they_say() {
             let [height, _] = uniform2(&mut rng);
             let direct =
                 extra * colour(end_loses_direct) * 4.0 * light * (2.0 * height - 1.0).max(0.0);
-            // The lamp shows 1, whatever it emits.
+            // The lamp counts as 1, whatever it emits.
             let onward = extra * colour(roulette_by_cosine) * 2.0 * way.z / survival;
             let expected = match (ends, end_loses_direct) {
                 (true, true) => 0.0,
@@ -348,8 +349,8 @@ fn quirks_do_what_they_say() {
     }
 }
 
-/// Sample rays of the report from a floor under a uniform sky: each that survives brings 2 ρ cos
-/// θ/(N q).
+/// Sample rays of the report's estimator from a floor under a uniform sky: each survivor
+/// contributes 2 ρ cos θ/(N q).
 #[test]
 fn sample_rays_of_the_report_share_the_sky() {
     let (albedo, survival) = (0.6, 0.75);
@@ -399,9 +400,8 @@ fn light_behind_nothing(sphere: bool) -> Scene {
 
 #[test]
 fn the_report_counts_light_behind_index_matched_glass_once() {
-    // One diffuse hit: a shadow ray and a sample ray, whose random numbers come before those that
-    // glass draws. By which of the two the light is found depends on the rules, and on nothing
-    // else.
+    // One diffuse hit: a shadow ray and a sample ray, whose random numbers are drawn before those
+    // of glass. Which of the two finds the light depends on the rules alone.
     let [open, glass] = [false, true].map(light_behind_nothing);
     let ray = Ray::new(
         DVec3::new(1.5, 0.2, 0.2),
@@ -427,11 +427,12 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
             [(true, false), (true, true), (false, false), (false, true)]
                 .map(|(passes, caustics)| value(&glass, report(passes, caustics)));
         let sampled = value(&open, report(false, true));
-        // Shadow rays that pass have looked behind the glass: hits through it do not count again.
+        // Shadow rays that pass through glass have seen the light: hits through it do not count
+        // again.
         assert!((passing - sampled).abs() <= 64.0 * U * sampled);
         assert!((passing_caustics - sampled).abs() <= 64.0 * U * sampled);
-        // Shadow rays that stop have not: hits through it count, each 2 cos θ L / 0.75 of a sample
-        // ray.
+        // Shadow rays that stop at glass have not: hits through it count, each 2 cos θ L / 0.75 of
+        // a sample ray.
         let through = caustics - blocked;
         assert!(blocked <= passing && (0.0..=8.0).contains(&through));
         kinds[0] += usize::from(blocked < passing);

@@ -1,4 +1,4 @@
-//! The film's accumulators: exact, mergeable in any order, and picky about sizes.
+//! Tests of the film's accumulators: exact, mergeable in any order, strict about sizes.
 
 use rayon::prelude::*;
 use whitefurnace::film::LARGEST_FILM;
@@ -74,7 +74,7 @@ fn features_are_means_over_the_hits() {
         epsilon = UNIT
     );
     assert_eq!(found.depth, 6.0);
-    // Rays that met nothing do not count; replications do not matter.
+    // Rays without a hit do not count; replications do not matter.
     one.push(DVec3::ONE, 1).expect("legal");
     assert_eq!(one.features().depth, 6.0);
 }
@@ -179,8 +179,8 @@ fn averages_run_over_pixels_and_channels() {
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 
-/// Of images with fewer and with more rows than bands, also where the last band is not full, by
-/// buffers that are flushed more than once.
+/// Splats add up in their own pixels, in images with fewer and with more rows than bands, also
+/// where the last band is not full, and through buffers that are flushed more than once.
 #[test]
 fn splats_add_up_in_their_own_pixel() {
     for [width, height] in [[3, 4], [5, 16], [2, 37], [1, 1], [4, 192]] {
@@ -200,7 +200,8 @@ fn splats_add_up_in_their_own_pixel() {
     }
 }
 
-/// The image of a background, from what is rounded to 0 to the largest radiance.
+/// Rounding stays within its bound for backgrounds from values rounded to 0 to the largest
+/// radiance.
 #[test]
 fn rounding_is_within_its_bound() {
     for exponent in -30..=7 {

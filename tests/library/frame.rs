@@ -1,8 +1,8 @@
-//! Orthonormal frames and spherical coordinates.
+//! Tests of orthonormal frames and spherical coordinates.
 
 use crate::prelude::*;
 
-/// Normals everywhere, more of them near the poles and the equator, where signs change.
+/// Normals of all directions, more of them near the poles and the equator, where signs change.
 fn normals() -> impl Strategy<Value = DVec3> {
     let near = |theta: f64| {
         (-16.0..-1.0, 0.0..TAU)
@@ -11,8 +11,8 @@ fn normals() -> impl Strategy<Value = DVec3> {
     prop_oneof![unit(), near(0.0), near(PI), near(PI / 2.0), near(-PI)]
 }
 
-/// Entries of at most 2 with some six roundings, and normals that are unit to 3 U, which the
-/// denominator 1 + |z| ≥ 1 does not enlarge.
+/// Bound on the error of entries of at most 2 with some six roundings, for normals that are unit to
+/// 3 U, which the denominator 1 + |z| ≥ 1 does not enlarge.
 const BOUND: f64 = 16.0 * U;
 
 fn check(n: DVec3) {
@@ -55,7 +55,7 @@ fn spherical_coordinates_undo_each_other() {
     property("to angles and back", 2000, &normals(), |w| {
         let (theta, phi) = to_spherical(w);
         assert!((0.0..=PI).contains(&theta) && (0.0..TAU).contains(&phi));
-        // Angles of up to 2π are rounded by U of themselves, on either way.
+        // Angles of up to 2π are rounded by U of themselves, in either direction.
         assert!((from_spherical(theta, phi) - w).length() <= 16.0 * U);
     });
     property(

@@ -1,4 +1,4 @@
-//! Equations (10)-(12), refraction and its radiance factor.
+//! Tests of equations (10)-(12), refraction and its radiance factor.
 
 use whitefurnace::material::fresnel::{
     mirror, reflectance, reflectance_p, reflectance_s, refract, squared_cos_refracted,
@@ -8,7 +8,8 @@ use crate::prelude::*;
 use crate::reference;
 
 /// Bound on the error of cos θ₂: its square is off by 4 U (1 + ρ²), ρ = n₁/n₂, from seven roundings
-/// and that of cos θ₁; halved by the root, and never more than the root of the whole.
+/// and that of cos θ₁; the root divides that by 2 cos θ₂, and the error is at most the root of the
+/// square's.
 fn cosine_error(cos_2: f64, n1: f64, n2: f64) -> f64 {
     let square = 4.0 * U * (1.0 + (n1 / n2).powi(2));
     (square / (2.0 * cos_2)).min(square.sqrt()) + U * cos_2
@@ -49,7 +50,7 @@ fn equal_indices_reflect_nothing() {
         &(0.01..=1.0, 1.0..3.0),
         |(cos_1, n)| {
             assert!(reflectance(cos_1, n, n) <= (cosine_error(cos_1, n, n) / cos_1).powi(2));
-            // But for exact grazing, where no light enters and 0/0 must not come up.
+            // Except at exact grazing incidence, where no light enters and 0/0 must not occur.
             assert!(squared_cos_refracted(0.0, n, n) <= 0.0);
             for of in [reflectance_s, reflectance_p, reflectance] {
                 assert_eq!(of(0.0, n, n), 1.0);
@@ -67,7 +68,7 @@ fn refraction_obeys_snell() {
         |(d, n, (n1, n2))| {
             let n = if d.dot(n) < 0.0 { n } else { -n };
             let sin_1 = d.cross(n).length();
-            // Rounding decides within 16 U of the critical angle.
+            // Within 16 U of the critical angle rounding decides.
             let Some(t) = refract(d, n, n1, n2) else {
                 assert!(
                     n1 * sin_1 > n2 * (1.0 - 16.0 * U),
@@ -82,7 +83,8 @@ fn refraction_obeys_snell() {
             assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * U);
             assert!(t.dot(n) <= 0.0, "on the other side");
             // Snell's law with its plane: n₁ d × n = n₂ t × n. Both d and n are unit to 3 U, which
-            // the square of cos θ₂ feels with (1 + ρ²), and the normalisation of t with half of it.
+            // enters the square of cos θ₂ with the factor (1 + ρ²), and the normalisation of t with
+            // half of it.
             let ratio = n1 / n2;
             assert!(
                 (n1 * d.cross(n) - n2 * t.cross(n)).length()

@@ -1,4 +1,4 @@
-//! Equations (1)-(4): rays and triangles.
+//! Tests of equations (1)-(4): rays and triangles.
 
 use whitefurnace::geometry::shape::{moller_trumbore, triangle_point, triangle_residual};
 use whitefurnace::geometry::watertight::{Shear, TriangleHit};
@@ -15,7 +15,8 @@ fn down(x: f64, y: f64) -> Ray {
     Ray::new(DVec3::new(x, y, 2.0), -DVec3::Z)
 }
 
-/// A random triangle of size `scale`, a point well inside it, and a ray to it; not nearly parallel.
+/// Generates a random triangle of size `scale`, a point well inside it, and a ray to that point
+/// that is not nearly parallel to it.
 fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
     let triangle = prop::array::uniform3(point(1.0));
     (triangle, point(1.0), 0.05..0.9, 0.05..0.9, -4i32..=4)
@@ -60,8 +61,8 @@ fn cramer_error(ray: &Ray, [a, b, c]: [DVec3; 3], [t, u, v]: [f64; 3]) -> [f64; 
 }
 
 /// Bound on the error of the weights of the watertight test: projected vertices are at most 2L away
-/// and off by 6 U L, so an edge value is off by 4·2·6 U L² + 2 U (2L)², the determinant by thrice
-/// that.
+/// and off by 6 U L, so an edge value is off by 4·2·6 U L² + 2 U (2L)², the determinant by three
+/// times that.
 fn shear_error(ray: &Ray, triangle: [DVec3; 3]) -> (f64, f64) {
     let length = triangle.map(|v| (v - ray.origin).length());
     let length = length.into_iter().fold(0.0, f64::max);
@@ -115,7 +116,7 @@ fn solution_has_no_residual() {
             apart <= bound + 6.0 * U * (size + t),
             "(1) and (2) are {apart:e} apart"
         );
-        // The aim itself is off by the rounding of the target and of the direction.
+        // The target and the direction are themselves rounded.
         let aim = 6.0 * U * (size + t) / ray.direction.dot((b - a).cross(c - a)).abs();
         assert_abs_diff_eq!(found_u, u, epsilon = eu + aim * l2);
         assert_abs_diff_eq!(found_v, v, epsilon = ev + aim * l1);

@@ -1,4 +1,4 @@
-//! GGX: its formulas by the slopes of facets, and its sampling by the Jacobian of the map.
+//! Tests of GGX: its formulas in slopes of facets, its sampling by the Jacobian of the map.
 
 use whitefurnace::material::Model;
 use whitefurnace::material::ggx::{
@@ -9,12 +9,12 @@ use crate::prelude::*;
 
 const REFLECTANCE: DVec3 = DVec3::new(0.9, 0.4, 0.0);
 
-/// Λ from the tangent of the inclination.
+/// Evaluates Λ from the tangent of the inclination.
 fn lambda(alpha: f64, w: DVec3) -> f64 {
     0.5 * ((alpha * w.truncate().length() / w.z).hypot(1.0) - 1.0)
 }
 
-/// D in the slope of the facet.
+/// Evaluates D from the slope of the facet.
 fn density(alpha: f64, m: DVec3) -> f64 {
     let slope = m.truncate().length() / (alpha * m.z);
     FRAC_1_PI / (alpha * m.z * m.z * (1.0 + slope * slope)).powi(2)
@@ -54,7 +54,7 @@ fn reflectance_is_that_of_the_slopes() {
             assert_relative_eq!(found, expected, max_relative = 1e-9, epsilon = 1e-13);
         }
     });
-    // No facet is seen from below, or turned away.
+    // No facet faces sideways or down.
     assert_eq!(
         [DVec3::X, DVec3::new(0.6, 0.0, -0.8)].map(|m| normals(0.5, m)),
         [0.0; 2]
@@ -74,7 +74,7 @@ fn reflectance_is_that_of_the_slopes() {
     assert_relative_eq!(ggx.fresnel(0.5).y, 0.4 + 0.6 / 32.0);
 }
 
-/// A density is the reciprocal of the area that a map stretches the square to.
+/// The density of visible normals is the reciprocal of the map's Jacobian determinant.
 #[test]
 fn visible_normals_have_their_density() {
     let strategy = (upper(0.02), 0.05..1.5, 0.01..0.99, 0.01..0.99);

@@ -10,37 +10,37 @@ use crate::prelude::*;
 /// Unit roundoff: one operation has a relative error of at most this.
 pub const U: f64 = f64::EPSILON / 2.0;
 
-/// A uniform number in [low, high).
+/// Draws a uniform number in [low, high).
 pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
     low + (high - low) * uniform(rng)
 }
 
-/// A uniform unit vector.
+/// Draws a uniform unit vector.
 pub fn unit_vector<R: Rng>(rng: &mut R) -> DVec3 {
     from_spherical(between(rng, -1.0, 1.0).acos(), between(rng, 0.0, TAU))
 }
 
-/// A point of the cube [−half, half]³.
+/// Draws a point of the cube [−half, half]³.
 pub fn in_cube<R: Rng>(rng: &mut R, half: f64) -> DVec3 {
     DVec3::from_array([0; 3].map(|_| between(rng, -half, half)))
 }
 
-/// Unit vectors for property tests.
+/// Generates unit vectors for property tests.
 pub fn unit() -> impl Strategy<Value = DVec3> {
     (0.0..=PI, 0.0..TAU).prop_map(|(theta, phi)| from_spherical(theta, phi))
 }
 
-/// Unit vectors of the upper hemisphere with cos θ of at least `lowest`.
+/// Generates unit vectors of the upper hemisphere with cos θ of at least `lowest`.
 pub fn upper(lowest: f64) -> impl Strategy<Value = DVec3> {
     (lowest..=1.0, 0.0..TAU).prop_map(|(z, phi): (f64, f64)| from_spherical(z.acos(), phi))
 }
 
-/// Points of the cube [−half, half]³ for property tests.
+/// Generates points of the cube [−half, half]³ for property tests.
 pub fn point(half: f64) -> impl Strategy<Value = DVec3> {
     prop::array::uniform3(-half..=half).prop_map(DVec3::from_array)
 }
 
-/// ∫ f over [a, b].
+/// Integrates f over [a, b].
 pub fn integral(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     integrate(
         Rectangle {
@@ -61,12 +61,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The vertices of a triangle.
+    /// Returns the vertices of a triangle.
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| self.vertices[v as usize])
     }
 
-    /// The triangles, for a hierarchy.
+    /// Returns the triangles as primitives of a hierarchy.
     pub fn primitives(&self) -> Vec<Primitive> {
         self.triangles
             .iter()
@@ -74,7 +74,7 @@ impl Mesh {
             .collect()
     }
 
-    /// The mesh with every vertex mapped.
+    /// Returns the mesh with every vertex mapped.
     pub fn map(mut self, f: impl Fn(DVec3) -> DVec3) -> Self {
         for vertex in &mut self.vertices {
             *vertex = f(*vertex);
@@ -82,7 +82,7 @@ impl Mesh {
         self
     }
 
-    /// A closed prism over a convex outline, fronts outward, bottom and top as fans.
+    /// Returns a closed prism over a convex outline, fronts outward, bottom and top as fans.
     pub fn prism(outline: &[[f64; 2]], [bottom, top]: [f64; 2]) -> Self {
         let n = outline.len() as u32;
         let ring = |z: f64| outline.iter().map(move |&[x, y]| DVec3::new(x, y, z));
@@ -113,7 +113,8 @@ impl Mesh {
         Self::prism(&crate::scene::OUTLINE, [-5.0, 5.0])
     }
 
-    /// A unit sphere of `rows` × `columns` quadrilaterals, two triangles each except at the poles.
+    /// Returns a unit sphere of `rows` × `columns` quadrilaterals, two triangles each except at the
+    /// poles.
     pub fn globe(rows: u32, columns: u32) -> Self {
         let mut vertices = vec![DVec3::Z];
         for row in 1..rows {
@@ -145,7 +146,7 @@ impl Mesh {
     }
 }
 
-/// A vertex, or a point on an edge: where watertightness is decided.
+/// Draws a vertex or a point on an edge, where watertightness is decided.
 pub fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
     let pick = between(rng, 0.0, mesh.triangles.len() as f64) as usize;
     let [a, b, c] = mesh.corners(mesh.triangles[pick]);
@@ -155,12 +156,12 @@ pub fn border<R: Rng>(rng: &mut R, mesh: &Mesh) -> DVec3 {
     p + s * (q - p)
 }
 
-/// A scene of these parts, seen by [`any_camera`].
+/// Builds a scene of these parts, seen by [`any_camera`].
 pub fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     scene_from(any_camera(), parts)
 }
 
-/// A scene of one black mesh.
+/// Builds a scene of one black mesh.
 pub fn scene_of(mesh: &Mesh) -> Scene {
     scene(|scene| {
         let surface = scene.surface(Surface::new(Bsdf::Black));
@@ -168,7 +169,7 @@ pub fn scene_of(mesh: &Mesh) -> Scene {
     })
 }
 
-/// A scene of these parts and a camera.
+/// Builds a scene of these parts and a camera.
 pub fn scene_from(camera: Camera, parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let mut scene = SceneBuilder::new("test");
     parts(&mut scene);
@@ -180,7 +181,7 @@ pub fn report_room() -> Scene {
     room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room")
 }
 
-/// The cube that emits and reflects evenly.
+/// A closed cube whose walls all emit and reflect alike.
 pub fn furnace(albedo: f64) -> Scene {
     simple::furnace_box(albedo).expect("a scene")
 }
@@ -199,7 +200,7 @@ pub fn within_sphere(surface: Surface) -> Scene {
     })
 }
 
-/// A surface that reflects this share by Lambert's law.
+/// A Lambertian surface of this albedo.
 pub fn diffuse(albedo: f64) -> Surface {
     Surface::new(Bsdf::Lambert {
         albedo: DVec3::splat(albedo),
@@ -216,20 +217,20 @@ pub fn glass(index: f64) -> Surface {
     Surface::new(Bsdf::Glass { index })
 }
 
-/// A mirror that reflects this share.
+/// A mirror of this reflectance.
 pub fn reflecting(reflectance: f64) -> Surface {
     Surface::new(Bsdf::Mirror {
         reflectance: DVec3::splat(reflectance),
     })
 }
 
-/// Adds a rectangle of its own surface.
+/// Adds a rectangle with a surface of its own.
 pub fn panel(scene: &mut SceneBuilder, corner: DVec3, edges: [DVec3; 2], surface: Surface) {
     let surface = scene.surface(surface);
     scene.rectangle(corner, edges, surface);
 }
 
-/// Adds a level square of this half side around the z-axis, its front up or down.
+/// Adds a horizontal square around the z-axis with this half side, its front up or down.
 pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surface: Surface) {
     let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
     panel(
@@ -240,19 +241,19 @@ pub fn square(scene: &mut SceneBuilder, half: f64, height: f64, up: bool, surfac
     );
 }
 
-/// Adds a sphere of its own surface.
+/// Adds a sphere with a surface of its own.
 pub fn ball(scene: &mut SceneBuilder, sphere: Sphere, surface: Surface) {
     let surface = scene.surface(surface);
     scene.sphere(sphere, surface);
 }
 
-/// What is found with so many threads.
+/// Runs a function in a pool of this many threads.
 pub fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("a pool of threads").install(run)
 }
 
-/// A film of the frame after these ranges of replications.
+/// Renders these ranges of replications into a film of the frame.
 pub fn rendered<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -274,7 +275,7 @@ pub fn rendered<E: Estimator>(
     Ok(film)
 }
 
-/// A film of the frame after these ranges of passes.
+/// Renders these ranges of passes into a film of the frame.
 pub fn passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
@@ -296,7 +297,7 @@ pub fn passes<E: ImageEstimator>(
     Ok(film)
 }
 
-/// A camera for scenes whose picture does not matter.
+/// A camera for scenes whose image does not matter.
 pub fn any_camera() -> Camera {
     Camera::new(DVec3::ZERO, DVec3::X, DVec3::Z, 1.0)
 }
@@ -315,7 +316,7 @@ pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
     }
 }
 
-/// The standard parts under another name: their functions of one ray are taken lane by lane.
+/// The standard parts as another type, so that their scalar functions are called lane by lane.
 #[derive(Clone, Copy, Debug)]
 pub struct OneByOne;
 

@@ -1,4 +1,5 @@
-//! EXR and PNG files: what is in them, byte for byte, and what is not left behind.
+//! Tests of EXR and PNG files: their content, byte for byte, and that failed writes leave nothing
+//! behind.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -9,10 +10,10 @@ use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, w
 
 use crate::prelude::*;
 
-/// An empty folder of the test's own.
+/// Returns an empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // It may be there from an earlier run.
+    // An earlier run may have left it.
     drop(fs::remove_dir_all(&folder));
     fs::create_dir_all(&folder).expect("a folder for tests");
     folder
@@ -31,12 +32,12 @@ fn names(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// A film of 3 × 2 pixels with different values in every channel.
+/// Returns a film of 3 × 2 pixels with different values in every channel.
 fn film() -> Film {
     let mut film = Film::new([3, 2], None, 4).expect("a film");
     for (i, pixel) in film.pixels_mut().iter_mut().enumerate() {
         let value = DVec3::new(0.1, 10.0, 0.0) * i as f64;
-        // Error bars differ from channel to channel as well.
+        // Standard errors differ from channel to channel as well.
         for shift in [0.0, 0.5, 2.0] {
             let shift = shift * DVec3::new(1.0, 2.0, 0.3);
             pixel.push(value + shift, 4).expect("legal");
@@ -62,7 +63,7 @@ fn exr_holds_every_channel() {
         panic!("one part");
     };
     assert_eq!((layer.size.0, layer.size.1), (3, 2));
-    // Three channels of each, in the order of their names.
+    // Three channels each, in the order of their names.
     type Vectors = (&'static str, &'static str, fn(&Pixel) -> DVec3);
     let vectors: [Vectors; 4] = [
         ("", "RGB", Pixel::mean),
@@ -104,12 +105,12 @@ fn exr_holds_every_channel() {
             "{name}"
         );
     }
-    // Values that were put in, not only what the film says of itself.
+    // Compares with the values that were pushed, not only with the film.
     let FlatSamples::F32(green) = &channels[1].sample_data else {
         unreachable!("checked above");
     };
     assert!((green[5] - (50.0 + 5.0 / 3.0)).abs() < 1e-5);
-    // One attribute is ours.
+    // One attribute is the library's own.
     let other: Vec<_> = layer.attributes.other.iter().collect();
     let [(name, AttributeValue::Text(text))] = other.as_slice() else {
         panic!("{other:?}");
@@ -121,8 +122,8 @@ fn exr_holds_every_channel() {
     assert!(image.attributes.other.is_empty());
 }
 
-/// A wall 2 ahead of an eye that looks along y, seen in a window of an image of square pixels of
-/// half the distance.
+/// A wall at distance 2 from a camera that looks along y, seen in a window of an image of square
+/// pixels of half the distance.
 #[test]
 fn exr_says_where_the_camera_is_and_what_features_measure() {
     let path = folder("camera").join("wall.exr");
@@ -167,8 +168,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
     let [layer] = image.layer_data.as_slice() else {
         panic!("one part")
     };
-    // The four pixels around the line of sight: 1/4 beside it and 1/4 above or below, at
-    // distance 1.
+    // The four pixels around the optical axis: 1/4 beside it and 1/4 above or below, at distance 1.
     let distance = 2.0 * (1.0_f64 + 2.0 / 16.0).sqrt();
     for (name, value) in [
         ("albedo.R", 0.25),
@@ -199,7 +199,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
                 .sum()
         })
     };
-    // 3 to the right, 4 up and 5 ahead.
+    // 3 to the right, 4 up and 5 ahead of the camera.
     let point = [4.0, 7.0, 7.0, 1.0];
     assert_eq!(
         row_times(layer.attributes.world_to_camera, point),
@@ -285,7 +285,7 @@ fn png_holds_the_encoded_mean() {
             .collect();
         assert_eq!(bytes, expected);
     }
-    // Magnified twice, every pixel is four equal ones.
+    // Magnified by 2, every pixel becomes four equal ones.
     let film = film();
     write_png(&path, &film, Display::Truncated, 2).expect("written");
     let (size, bytes) = read_png(&path);
@@ -327,7 +327,7 @@ fn displays_encode_as_they_say() {
         assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * U);
         let display = Display::Srgb { exposure: 0.0 };
         assert_eq!(f64::from(display.encode(linear)), (255.0 * encoded).round());
-        // A stop doubles.
+        // One stop doubles the value.
         assert_eq!(
             Display::Srgb { exposure: 2.0 }.encode(linear / 4.0),
             display.encode(linear)
@@ -369,7 +369,7 @@ fn nothing_is_left_behind_on_failure() {
     found.sort();
     assert_eq!(found, ["file", "taken"]);
     assert!(names(&taken).is_empty());
-    // What was there before a failing write stays as it was.
+    // A failed write leaves the earlier file as it was.
     assert!(write_whole(&file, |_| Err(Error::Option("no".to_owned()))).is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
     assert!(write_exr(&file, &film, &camera, "not Latin-1: \u{4e00}").is_err());
@@ -392,7 +392,8 @@ fn paths_are_checked_beforehand() {
     assert!(check_writable(&file.join("film.exr")).is_err());
 }
 
-/// Each pixel is rounded down, cut at 1 and then averaged; samples of a pixel are averaged before.
+/// Each pixel is rounded down, clipped at 1 and then averaged; samples of a pixel are averaged
+/// before.
 #[test]
 fn means_of_images_are_of_8_bit_values() {
     let grey = |value: f64| value / 255.0;

@@ -1,4 +1,4 @@
-//! Images of other programs: what is read of them, and what is said of those that cannot be read.
+//! Tests of images from other programs: which channels are read, and the errors of unreadable ones.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn refused(bytes: &[u8], layer: Option<&str>, hint: &str) {
     assert_eq!(message.lines().count(), 1, "{message}");
 }
 
-/// A PFM of 2 × 3 pixels.
+/// Returns a PFM of 2 × 3 pixels.
 fn pfm(kind: &str, scale: &str, bytes: fn(f32) -> [u8; 4], values: &[f32]) -> Vec<u8> {
     let header = format!("{kind}\n2 3\n{scale}\n").into_bytes();
     header
@@ -52,8 +52,8 @@ fn pfm_is_read_from_the_bottom_in_both_orders() {
     }
 }
 
-/// Lines that end as on Windows, comments, and an end of a line behind the pixels; also where
-/// pixels look like that.
+/// Accepts lines that end as on Windows, comments, and an end of line after the pixels, also if
+/// pixels have the bytes of a line end.
 #[test]
 fn pfm_is_read_with_other_lines() {
     // 10.0 is 0x41200000, and these begin and end with bytes of white space.
@@ -101,12 +101,12 @@ fn pfm_is_read_with_other_lines() {
     refused(b"Pf\n# without an end", None, "no header");
 }
 
-/// A Radiance picture with this header and these bytes.
+/// Returns a Radiance image with this header and these bytes.
 fn radiance(header: &str, bytes: &[u8]) -> Vec<u8> {
     [format!("#?RADIANCE\n{header}").as_bytes(), bytes].concat()
 }
 
-/// A mantissa m with the exponent e is m 2^(e − 136), in flat rows and in both codes for runs.
+/// A mantissa m with the exponent e is m 2^(e − 136), in flat rows and in both run-length codes.
 #[test]
 fn radiance_pictures_are_read() {
     let format = "# a comment\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1.0\n\n";
@@ -131,15 +131,14 @@ fn radiance_pictures_are_read() {
             "{size}"
         );
     }
-    // Eight pixels and more have each byte for itself: runs of 128 + n, or n values.
+    // Rows of eight pixels and more store each byte separately: runs of 128 + n, or n values.
     let rows = [
         &[2, 2, 0, 9][..],
         &[128 + 9, 128],
         &[4, 1, 2, 3, 4, 128 + 5, 5],
         &[128 + 8, 0, 1, 7],
         &[128 + 9, 136],
-        // The older code repeats the last pixel 2 + 0 · 256 times, and the first row's kind is not
-        // the second's.
+        // The older code repeats the last pixel 2 + 0 · 256 times, and the two rows differ in kind.
         &[1, 2, 3, 136, 1, 1, 1, 2, 4, 5, 6, 136, 1, 1, 1, 5],
     ];
     let bytes = radiance(&format!("{format}-Y 2 +X 9\n"), &rows.concat());
@@ -213,8 +212,8 @@ fn what_is_no_image_is_refused() {
     }
 }
 
-/// An EXR of 2 × 1 pixels of 16-bit floats: channels and their first value, of which the second is
-/// the half.
+/// Encodes an EXR of 2 × 1 pixels of 16-bit floats, from channels and the values of their first
+/// pixel; the second pixel has half of each.
 fn exr(channels: &[(&str, f32)], layer: Option<&str>) -> Vec<u8> {
     let channel = |&(name, value): &(&str, f32)| {
         AnyChannel::new(
@@ -235,7 +234,7 @@ fn exr(channels: &[(&str, f32)], layer: Option<&str>) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Channels of several layers, each with its own value.
+/// Encodes channels of several layers, each with its own value.
 fn named(names: &[&str]) -> Vec<u8> {
     let channels: Vec<(&str, f32)> = names
         .iter()
@@ -245,7 +244,7 @@ fn named(names: &[&str]) -> Vec<u8> {
     exr(&channels, None)
 }
 
-/// How other programs call the channels of an image, and what is beside it.
+/// Other programs' channel names for an image, and for the data beside it.
 #[test]
 fn the_image_is_found_by_the_names_that_programs_use() {
     let beside = [
@@ -347,8 +346,7 @@ fn the_image_is_found_by_the_names_that_programs_use() {
     assert_eq!(picture.reading(), reading);
 }
 
-/// Images that may be another than the one meant are refused, with all that would be read if it
-/// were asked for.
+/// Ambiguous images are refused with a list of all that could be read by name.
 #[test]
 fn what_may_be_another_image_is_refused() {
     for (names, hint) in [
@@ -363,14 +361,14 @@ fn what_may_be_another_image_is_refused() {
             ][..],
             "among: Combined, DiffDir",
         ),
-        // Nothing but what stands beside images.
+        // Only data that accompanies images.
         (&["albedo.R", "albedo.G", "albedo.B"], "among: albedo"),
         (
             &["Normal.X", "Normal.Y", "Normal.Z", "Depth.Z"],
             "among: Normal",
         ),
         (&["foo.X", "foo.Y", "foo.Z"], "among: foo"),
-        // The image is spectral, and what is beside it has three colours.
+        // The image is spectral, and the data beside it have three colours.
         (
             &["S0.400nm", "S0.500nm", "direct.R", "direct.G", "direct.B"],
             "among: direct",
@@ -403,8 +401,8 @@ fn what_may_be_another_image_is_refused() {
     ] {
         refused(&named(names), None, hint);
     }
-    // Chroma of half as many columns: the header says so behind the name, four bytes of type and
-    // four of others.
+    // Chroma with half the columns: the header says so after the name, four bytes of type and four
+    // others.
     let mut chroma = named(&["Y", "RY", "BY"]);
     let at = chroma
         .windows(3)
@@ -418,7 +416,7 @@ fn what_may_be_another_image_is_refused() {
         None,
         "channel RY has fewer values than pixels: write R, G and B of full size",
     );
-    // All that a message offers is read.
+    // Every layer that the message offers can be read.
     let layered = [
         "X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B", "depth.Z", "ao.Y",
     ];
@@ -457,7 +455,7 @@ fn layers_are_found_by_their_names() {
             ("far.R", 5.0),
             ("far.G", 6.0),
             ("far.B", 7.0),
-            // Names are in order, and groups not in one piece.
+            // Names are in order, but groups are not contiguous.
             ("far.C.x", 8.0),
             ("far.Z", 9.0),
         ],
@@ -473,7 +471,7 @@ fn layers_are_found_by_their_names() {
     assert_eq!(picture.values, [[1.0, 0.5], [2.0, 1.0], [3.0, 1.5]]);
     assert_eq!((picture.size, picture.rounding), ([2, 1], 1.0 / 2048.0));
     assert_eq!(picture.left_out, ["far", "far.C", "view.a"]);
-    // The only part has a name, by which it may be called; standard errors belong to it.
+    // The only part has a name, by which it may be selected; standard errors belong to it.
     let errors = [("Y", 1.0), ("stderr.Y", 0.25)];
     for layer in [None, Some("beauty"), Some("Y")] {
         let picture = read(&exr(&errors, Some("beauty")), layer).expect("a layer");
@@ -488,7 +486,7 @@ fn layers_are_found_by_their_names() {
         None,
         "pixel (0, 0), the standard error of Y, is -1",
     );
-    // As of one sample: nothing is known.
+    // After one sample the standard error is unknown.
     let infinite = exr(&[("Y", 1.0), ("stderr.Y", f32::INFINITY)], None);
     assert_eq!(
         read(&infinite, None).expect("an image").standard_errors,
@@ -496,7 +494,7 @@ fn layers_are_found_by_their_names() {
     );
 }
 
-/// Parts have names of their own, which channels may repeat.
+/// Parts have names of their own; channels may repeat them.
 #[test]
 fn parts_are_layers() {
     let layer = |name: &str, channels: &[&str], size: (usize, usize)| {
@@ -552,7 +550,7 @@ fn parts_are_layers() {
     );
 }
 
-/// Nothing that begins like an image brings the reader down.
+/// No file that begins like an image makes the reader panic.
 #[test]
 fn damaged_files_are_refused() {
     let files = [
@@ -574,7 +572,7 @@ fn damaged_files_are_refused() {
             let mut bytes = files[file].clone();
             let at = at.index(bytes.len());
             bytes[at] = byte;
-            // An image or an error: what counts is that it returns.
+            // An image or an error; the test is that it returns.
             drop(read(&bytes, None));
         },
     );

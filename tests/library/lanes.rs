@@ -1,4 +1,5 @@
-//! Images have the same bits at any width, and by functions of one ray as by those of all lanes.
+//! Tests that images have the same bits at any lane width, by scalar functions and by lane
+//! functions.
 
 pub mod kernels;
 pub mod scenes;
@@ -37,7 +38,7 @@ fn assert_same_film(
     }
 }
 
-/// The same of an empty film.
+/// Asserts that both engines render the same bits into an empty film.
 fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: Film) {
     let (mut alone, mut together) = (empty.clone(), empty);
     let replications = 5;
@@ -97,7 +98,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
         "{} by {lanes:?}, {sampling:?}",
         scene.name()
     );
-    // A window may see nothing.
+    // A window may be black.
     assert!(
         alone.size() != alone.frame() || alone.mean() > 0.0,
         "{} by {lanes:?}, {sampling:?}",
@@ -155,7 +156,7 @@ fn images_have_the_same_bits() {
                 bounces: Some(bounces),
                 ..path
             };
-            // So few may show nothing.
+            // So few pixels may be black.
             let window = Some(Window {
                 corner: [0, 0],
                 size: [23, 16],
@@ -197,7 +198,7 @@ fn images_have_the_same_bits() {
         };
         assert_same_film(scene, LaneEstimator::Report(branching), plain, None);
         assert_same_film(scene, whitted(7, LightRules::REPORT), plain, None);
-        // Under the other rules behind glass.
+        // Other rules for light behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
             let rules = LightRules {
                 shadows_pass_glass,
@@ -243,7 +244,7 @@ fn images_have_the_same_bits() {
     }
 }
 
-/// One ray at a time, by the same functions as all lanes.
+/// Traces one ray at a time, by the same functions as all lanes.
 #[test]
 fn radiances_are_those_of_each_ray_alone() {
     for scene in scenes() {
@@ -272,7 +273,7 @@ fn radiances_are_those_of_each_ray_alone() {
     }
 }
 
-/// A model whose f_r is this number where light arrives from negative x, and 1 elsewhere.
+/// A BRDF with this value where light arrives from negative x, and 1 elsewhere.
 #[derive(Debug)]
 struct Broken(f64);
 
@@ -291,7 +292,8 @@ impl Model for Broken {
     }
 }
 
-/// Of one sample, too, that the mean of its replication would hide.
+/// An invalid radiance is an error at its pixel, even in one sample that the mean of its
+/// replication would hide.
 #[test]
 fn what_is_no_radiance_is_an_error_at_its_pixel() {
     for wrong in [f64::NAN, 6e6] {
@@ -310,7 +312,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         let path = Path::new(Standard, Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
-            .expect_err("a wrong value");
+            .expect_err("an invalid radiance");
         let together = render_lanes(
             &scene,
             LaneEstimator::Path(path),
@@ -319,7 +321,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
             &(0..1),
             &|_| true,
         )
-        .expect_err("a wrong value");
+        .expect_err("an invalid radiance");
         assert_eq!(together.to_string(), alone.to_string());
         assert!(
             alone.to_string().contains("at pixel (0, 0), replication 0"),
@@ -328,7 +330,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
     }
 }
 
-/// Rows are counted as they are done, a run that is stopped says so, and a film of another kind is
+/// Finished rows are reported, a run that is stopped says so, and a film of another kind is
 /// refused.
 #[test]
 fn rows_are_reported() {
@@ -362,7 +364,7 @@ fn rows_are_reported() {
     ));
 }
 
-/// Eight rays at once are as far from what they meet as each alone.
+/// Eight rays at once have the distances of each alone.
 #[test]
 fn eight_rays_meet_what_each_meets() {
     let scene = simple::cornell().expect("a legal scene");

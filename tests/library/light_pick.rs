@@ -1,4 +1,4 @@
-//! What emitters may contribute, and the picks by it.
+//! Tests of the selection weights of emitters, and of emitter selection by them.
 
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::light::light_sampler::{EVEN, FluxPicks, MOST, pick, share, share_all};
@@ -8,7 +8,8 @@ use crate::prelude::*;
 
 const WHITE: DVec3 = DVec3::ONE;
 
-/// A rectangle, a triangle and a sphere of one area that look up from the origin, and that area.
+/// Returns a rectangle, a triangle and a sphere of one area that face up at the origin, and that
+/// area.
 fn shapes() -> ([Emitter; 3], f64) {
     let area: f64 = 0.8;
     let a = area.sqrt();
@@ -64,7 +65,8 @@ fn over_a_light_a_contribution_is_about_that_of_a_disc() {
     assert_relative_eq!(sphere.contribution(DVec3::ZERO), PI, max_relative = 1e-9);
 }
 
-/// Wherever rounding puts a point on it, and where a ray has left it, also for an eye far away.
+/// An emitter has weight 0 for points on its own surface and for origins of rays that left it,
+/// wherever rounding puts them, also for a distant camera.
 #[test]
 fn a_light_has_no_share_from_its_own_surface() {
     let mut rng = rng("own surface");
@@ -100,7 +102,7 @@ fn a_light_has_no_share_from_its_own_surface() {
     }
 }
 
-/// Each colour counts as much, and all that can be seen has some share.
+/// All colours count alike, and every emitter that can be visible has a positive weight.
 #[test]
 fn contributions_are_in_proportion_to_radiance() {
     for emitter in shapes().0 {
@@ -116,7 +118,7 @@ fn contributions_are_in_proportion_to_radiance() {
     }
 }
 
-/// Each emitter has its part of [0, 1), as wide as its share, one after the other.
+/// Each emitter owns a part of [0, 1), as wide as its selection probability, one after the other.
 #[test]
 fn picks_by_flux_are_half_in_proportion_and_half_even() {
     let flux = prop_oneof![Just(0.0), 1e-3..1.0, 1e3..1e6];
@@ -157,7 +159,7 @@ fn fluxes_too_large_to_add_have_picks() {
     }
 }
 
-/// From some contributions, 0 and the edges of what numbers can be among them.
+/// Generates some weights, 0 and the ends of the range of doubles among them.
 fn contributions() -> impl Strategy<Value = Vec<f64>> {
     let one = prop_oneof![
         Just(0.0),
@@ -213,7 +215,7 @@ fn a_number_picks_the_share_that_it_lies_in() {
     );
 }
 
-/// A single light needs no share.
+/// A single light needs no selection weight.
 #[test]
 fn several_lights_are_picked_by_contribution() {
     for (count, asked) in [(1, false), (2, true), (1000, true)] {
@@ -222,7 +224,7 @@ fn several_lights_are_picked_by_contribution() {
     }
 }
 
-/// Triangles that look in all directions, and one light that is much brighter.
+/// Returns triangles that face in all directions, and one much brighter light.
 fn many(count: usize, rng: &mut impl Rng) -> Vec<Emitter> {
     let mut emitter = |radiance: f64| {
         let centre = between(rng, 1.0, 3.0) * unit_vector(rng);
@@ -237,7 +239,7 @@ fn many(count: usize, rng: &mut impl Rng) -> Vec<Emitter> {
 #[test]
 fn in_groups_picks_have_the_probabilities_that_they_say() {
     let mut rng = rng("groups");
-    // Up to two levels of groups; those of the last are not full.
+    // Up to two levels of groups; the last ones are not full.
     for count in [MOST + 1, 100, 576, 1023, 1025, 3000] {
         let emitters = many(count, &mut rng);
         let groups = Groups::new(&emitters);
@@ -245,7 +247,7 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
             let from = between(&mut rng, 0.0, 5.0) * unit_vector(&mut rng);
             let contribution = |i: usize| emitters[i].contribution(from);
             let by_share = |r: f64, shares: &[f64]| Standard.pick_by_share(r, shares);
-            // Each emitter has one interval of numbers.
+            // Each emitter owns one interval of random numbers.
             let picks = 200_000;
             let mut found = vec![0.0; count];
             for k in 0..picks {
@@ -261,7 +263,7 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
                 assert_eq!(probability > 0.0, contribution(index) > 0.0);
                 assert_abs_diff_eq!(found, probability, epsilon = 1.01 / f64::from(picks));
             }
-            // Its group is picked for what it may contribute to a point that it faces.
+            // Its group is selected by its weight at a point that it faces.
             let mean = (0..count).map(contribution).sum::<f64>() / count as f64;
             let (bright, even) = (
                 groups.probability(count / 3, from, contribution),
@@ -275,14 +277,14 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
     }
 }
 
-/// Groups are of neighbours: their members are much nearer to each other than to others.
+/// Groups hold neighbours: their members are much nearer to each other than to others.
 #[test]
 fn far_groups_are_picked_seldom() {
     let square = |x: f64| EmitterShape::Rectangle {
         corner: DVec3::new(x, 0.0, 1.0),
         edges: [0.1 * DVec3::Y, 0.1 * DVec3::X],
     };
-    // In no order: 700 and 11 share no factor.
+    // In shuffled order: 700 and 11 are coprime.
     let row: Vec<Emitter> = (0..700)
         .map(|i| Emitter::new(square(f64::from(i * 11 % 700)), WHITE))
         .collect();
@@ -297,7 +299,7 @@ fn far_groups_are_picked_seldom() {
     }
 }
 
-/// Emitters without any extent, in one place, of next to no light.
+/// Emitters without extent, in one place, of any radiance, can be grouped.
 #[test]
 fn degenerate_lights_have_groups() {
     for radiance in [[1.0; 2], [1e-300; 2], [1e300; 2], [1.0, 1e-300]] {

@@ -1,53 +1,54 @@
-//! Tests of the library alone, one crate: one module for each of its own, and what they share.
+//! Tests of the library alone, in one crate: a module for each of the library's, and shared
+//! helpers.
 #![expect(
     clippy::single_range_in_vec_init,
     reason = "one range is a run in one piece"
 )]
 
-mod budget; // what chance can turn red, counted
+mod budget; // random tests, counted
 mod helpers; // random geometry, meshes, scenes, films
-mod prelude; // what most modules use
+mod prelude; // imports of most modules
 mod reference; // tables of reference values
 mod shares; // the budget as data, for that of the whole suite
-mod support; // the master seed and what is derived from it
+mod support; // the master seed, and generators derived from it
 
 mod harness;
 
 mod accel;
 mod adaptive;
-mod bad_values; // what is no radiance surfaces as an error, from whatever accumulates it
+mod bad_values; // invalid radiance is an error, wherever it is accumulated
 mod bidirectional;
 mod bodies;
 mod bsdf;
 mod camera;
-mod channels; // red stays red, through every estimator
+mod channels; // red stays red, in every estimator
 mod coincident;
 mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
-mod degenerate; // scenes that no one would draw
+mod degenerate; // flat, coincident, nested, tiny, huge, not finite
 mod environment; // maps of all directions
 mod eon;
 mod estimator;
-mod features; // every pair of features in one scene, by every estimator
+mod features; // every pair of features in one scene, in every estimator
 mod film;
 mod frame;
 mod fresnel;
 mod geometry; // rays and triangles
 mod ggx;
 mod image;
-mod image_read; // EXR of other programs, PFM, and what is none
+mod image_read; // EXR of other programs, PFM, and refusals
 mod lanes; // eight paths at a time, with the bits of one
 mod light_pick;
 mod meshes; // OBJ files and meshes as other programs write them
-mod models; // reflection models that are not of the library
+mod models; // reflection models from outside the library
 mod moments;
 mod near_in_singles; // single precision where surfaces are near to each other
-mod outline; // edges of lights that the camera sees
+mod outline; // silhouettes of lights that the camera sees
 mod photon;
 mod pixel;
 mod radiometry;
 mod radiosity;
 mod render;
-mod replications; // numbers and error bars of every way of placing samples
+mod replications; // numbers and error bars of every sample placement
 mod rng;
 mod rough_glass;
 mod roulette;
@@ -60,8 +61,8 @@ mod single_kernels; // functions of single-precision lanes
 mod singles; // sixteen paths at a time in single precision
 mod sizes; // wide, tall, odd, one, and beyond each threshold
 mod solid_angle;
-mod specular; // paths by way of mirrors and glass
+mod specular; // paths through mirrors and glass
 mod sphere;
-mod unfinished; // work that was stopped, and its files
+mod unfinished; // interrupted work, and its files
 mod walks; // particles and paths in lanes, with the bits of one
 mod watertight;

@@ -1,5 +1,5 @@
-//! Meshes of scene files and OBJ files as other programs write them: areas, sides and materials of
-//! their faces by closed forms, and in which words files that are none are refused.
+//! Tests of meshes in scene files and OBJ files of other programs: area, side and material of faces
+//! by closed forms, and the errors of invalid files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// A scene of one OBJ file, whose object has these keys more.
+/// Loads a scene of one OBJ file, whose object has these additional keys.
 fn loaded(test: &str, mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
     let folder = folder(test);
     fs::write(folder.join("a.obj"), mesh).expect("written");
@@ -35,7 +35,8 @@ fn loaded(test: &str, mesh: &[u8], keys: &str) -> Result<SceneFile, Error> {
     SceneFile::load(&path)
 }
 
-/// The vector sum of the areas of a material's triangles, and the sum of their sizes.
+/// Returns the vector sum of the areas of a material's triangles, and the sum of their absolute
+/// areas.
 fn areas(description: &Description, material: &str) -> (DVec3, f64) {
     let (mut sum, mut size) = (DVec3::ZERO, 0.0);
     for object in &description.objects {
@@ -59,12 +60,12 @@ fn areas(description: &Description, material: &str) -> (DVec3, f64) {
     (sum, size)
 }
 
-/// The area of the faces as the eye at −y sees them, and what the notes say in which order.
+/// Compares the area of faces as seen from −y, and the notes in their order.
 #[test]
 fn faces_have_their_area_and_side() {
     let square = |rest: &str| format!("{SQUARE}{rest}");
     let u = |rest: &str| format!("{U}{rest}");
-    // A frame: a square of side 2 whose hole of side 1 is joined by an edge there and back.
+    // A frame: a square of side 2 whose hole of side 1 is joined by an edge traversed both ways.
     let frame =
         square("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4 1 5 8 7 6 5\n");
     for (text, area, notes) in [
@@ -100,7 +101,7 @@ fn faces_have_their_area_and_side() {
             1.0,
             &["1 vertices have a weight other than 1"],
         ),
-        // Colours that are no numbers, and groups whose indices count back from where they stand.
+        // Invalid colours, and groups whose indices count back from their place.
         (
             square("f 1 2 3 4\n").replace(" -1\n", " -1 nan nan nan\n"),
             4.0,
@@ -182,7 +183,7 @@ fn faces_have_their_area_and_side() {
     }
 }
 
-/// What stands at the end of the message for an OBJ file.
+/// Invalid OBJ files are refused with a message that ends in these words.
 #[test]
 fn what_is_no_face_and_no_obj_is_refused() {
     let utf16 =
@@ -280,7 +281,7 @@ fn what_is_no_face_and_no_obj_is_refused() {
     }
 }
 
-/// Faces take the material that `usemtl` names, where the scene has it, and the object's elsewhere.
+/// Faces take the material that `usemtl` names if the scene has it, else the object's.
 #[test]
 fn usemtl_names_materials_of_the_scene() {
     let mesh = format!(
@@ -312,7 +313,7 @@ fn usemtl_names_materials_of_the_scene() {
             .to_string();
         assert!(message.contains(said), "{message}");
     }
-    // A name that is a path of Windows goes on in no other line.
+    // A name that is a Windows path does not continue on the next line.
     let path = mesh.replace("dark red # a comment", "C:\\red\\");
     let SceneFile {
         description, notes, ..
@@ -336,8 +337,8 @@ fn usemtl_names_materials_of_the_scene() {
     assert!(notes.is_empty(), "{notes:?}");
 }
 
-/// Polygons around the origin with random radii, corners amid edges and corners given twice; some
-/// with a hole.
+/// Triangulates polygons around the origin with random radii, corners within edges, repeated
+/// corners, and some with a hole.
 #[test]
 fn random_polygons_are_divided_without_overlap() {
     let radii = || proptest::collection::vec((0.2..1.0, 0..3), 3..40);
@@ -364,7 +365,7 @@ fn random_polygons_are_divided_without_overlap() {
                 });
                 corners.collect::<Vec<DVec2>>()
             };
-            // Radii of the hole are below those of the chords of the outside.
+            // The hole's radii are below the distances of the outer chords.
             let mut polygon = ring(&outer, 1.0);
             if first % 2 == 0 && outer.len() > 8 {
                 let mut hole = ring(&inner, 0.1);
@@ -402,7 +403,7 @@ fn random_polygons_are_divided_without_overlap() {
     );
 }
 
-/// Fronts of what is mirrored stay outside.
+/// Fronts of mirrored meshes stay outside.
 #[test]
 fn a_negative_scale_mirrors() {
     let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -474,7 +475,8 @@ fn a_negative_scale_mirrors() {
     }
 }
 
-/// A light without extent is answered by a sphere of the same intensity or irradiance, which loads.
+/// A light without extent is refused with a sphere of the same intensity or irradiance, which can
+/// be loaded.
 #[test]
 fn lights_without_extent_are_answered_with_numbers() {
     let sphere = |text: &str| {

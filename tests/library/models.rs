@@ -1,13 +1,12 @@
-//! Models that are not of the library are rendered like its own, by every estimator, to the last
-//! bit.
+//! Tests that reflection models from outside the library are rendered like its own, by every
+//! estimator, to the last bit.
 
 use whitefurnace::material::{Model, Vertex};
 
 use crate::channels::{lambertian, physical_images, room};
 use crate::prelude::*;
 
-/// Lambert, as an outsider would write it: albedo, and a number that multiplies the pdf and should
-/// be 1.
+/// Lambert's BRDF, as a user would write it: albedo, and a factor of the pdf that should be 1.
 #[derive(Debug)]
 struct Paper(DVec3, f64);
 
@@ -39,7 +38,7 @@ fn a_model_of_ones_own_makes_the_same_images() {
     .map(images);
     for (((name, ours), (_, own)), (_, wrong)) in ours.iter().zip(own).zip(wrong) {
         assert!(*ours == own, "{name}: not the same image");
-        // These two take uniform directions, or none.
+        // These two use uniform directions, or none.
         assert_eq!(
             *ours == wrong,
             ["report", "whitted"].contains(name),
@@ -55,7 +54,7 @@ fn models_are_equal_if_they_are_one() {
     assert_ne!(one, other);
 }
 
-/// A vertex without a scene looks the same from either side of the surface.
+/// A vertex without a scene is the same from either side of the surface.
 #[test]
 fn local_vertices_are_above_the_horizon() {
     let wo = DVec3::new(0.6, 0.0, 0.8);
@@ -68,7 +67,7 @@ fn local_vertices_are_above_the_horizon() {
     }
 }
 
-/// A model that would have a pdf anywhere.
+/// A model whose pdf is positive everywhere.
 #[derive(Debug)]
 struct Anywhere;
 

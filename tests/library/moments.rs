@@ -1,4 +1,4 @@
-//! Equation (16): running moments, in floating point and exact.
+//! Tests of equation (16): running moments, in floating point and exact.
 
 use whitefurnace::math::moments::in_units;
 
@@ -10,7 +10,7 @@ fn values() -> impl Strategy<Value = Vec<f64>> {
         .prop_map(|(offset, values): (f64, Vec<f64>)| values.iter().map(|x| x + offset).collect())
 }
 
-/// Mean and unbiased variance by two passes.
+/// Computes mean and unbiased variance in two passes.
 fn two_pass(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -18,9 +18,9 @@ fn two_pass(values: &[f64]) -> (f64, f64) {
     (mean, squares / (n - 1.0))
 }
 
-/// Bounds on the errors of mean and variance over both ways: sums of n terms lose at most n U of
-/// the largest; a running variance loses n U κ of itself, κ² = 1 + mean²/variance (Chan, Golub and
-/// LeVeque 1983), to first order: twice each for the two ways, twice again for the rest.
+/// Bounds on the errors of mean and variance: sums of n terms lose at most n U of the largest; a
+/// running variance loses n U κ of itself, κ² = 1 + mean²/variance (Chan, Golub and LeVeque 1983),
+/// to first order. A factor of 2 for the two methods, another 2 for the rest.
 fn error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let (mean, variance) = two_pass(values);
@@ -137,7 +137,7 @@ fn few_values() {
 fn units_are_the_nearest_multiples() {
     assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
     property("units", 2000, &(-(1i64 << 56)..=(1i64 << 56)), |units| {
-        // What a double can hold of it.
+        // Within the precision of a double.
         assert_eq!(in_units(units as f64 * UNIT), units as f64 as i64);
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
@@ -271,7 +271,7 @@ fn moments_can_be_restored_from_what_they_say() {
         Moments::of(1, 3.0, f64::INFINITY),
         std::iter::once(3.0).collect()
     );
-    // As good as the original when more is merged.
+    // Merging more values into it gives the same variance as with the original.
     let more: Moments = (0..50).map(|_| uniform(&mut rng)).collect();
     let [a, b] = [moments, restored].map(|m| m.merge(more).variance());
     assert_relative_eq!(a, b, max_relative = 1e-14);

@@ -1,5 +1,5 @@
-//! Single precision where surfaces are near to each other, and where rays are long: what is taken
-//! looks as in double precision to each estimator, and what is refused would not.
+//! Tests of single precision with surfaces close to each other and with long rays: scenes that are
+//! accepted look as in double precision in each estimator, and scenes that are refused would not.
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
@@ -27,7 +27,7 @@ fn estimators() -> [LaneEstimator; 4] {
     .map(LaneEstimator::Path)
 }
 
-/// The mean radiance of an image.
+/// Renders an image and returns its mean radiance.
 fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     let mut film = Film::new([16, 12], None, 1).expect("a legal size");
     let seed = seed_for(5, "near in singles");
@@ -47,13 +47,13 @@ fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     film.mean()
 }
 
-/// The radiance of a patch under two sheets at a distance, one before the other, in either order.
+/// A patch under two parallel sheets at this distance, added in either order.
 fn covered(gap: f64, [front, back]: [Surface; 2], is_reversed: bool) -> Scene {
     scene_from(
         Camera::new(DVec3::new(0.0, -0.3, 0.4), DVec3::ZERO, DVec3::Z, 0.3),
         |s| {
             square(s, 1.0, 0.0, true, diffuse(0.8));
-            // Light to be seen by way of a mirror.
+            // A lamp that is visible in a mirror.
             square(s, EXTENT, -0.4, true, lamp(1.0));
             let sheets = [(1.0 - gap, front), (1.0, back)];
             let [first, second] =
@@ -91,13 +91,13 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
             assert_option_refused(check_singles(&scene), "in single precision object ");
             assert_eq!(mean(&scene, estimator, Precision::Double), 0.0);
             seen = seen.max(mean(&scene, estimator, Precision::UncheckedSingle));
-            // What is refused up to the tolerance is refused in either order.
+            // Distances up to the tolerance are refused in either order.
             let scene = covered(0.95 * tolerance, [black, behind], is_reversed);
             assert_option_refused(check_singles(&scene), "move one of them by ");
         }
         assert!(seen > 0.0, "{behind:?} need not be refused");
     }
-    // Sharp edges are taken.
+    // Sharp edges are accepted.
     let wedge = scene(|s| {
         let shine = s.surface(lamp(1.0));
         let corners = [
@@ -111,7 +111,7 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
     assert_eq!(wedge.coincident_in_singles(), None);
 }
 
-/// Shadow rays to a lamp that is small and far end before it, not within.
+/// Shadow rays to a small, distant lamp end before it, not within.
 #[test]
 fn a_small_lamp_lights_a_wide_room_as_in_double_precision() {
     for centre in [DVec3::ZERO, DVec3::new(700.0, -300.0, 500.0)] {
@@ -124,7 +124,7 @@ fn a_small_lamp_lights_a_wide_room_as_in_double_precision() {
             },
         );
         for estimator in [estimators()[0], estimators()[2]] {
-            check_singles(&scene).expect("taken");
+            check_singles(&scene).expect("accepted");
             let [double, single] =
                 [Precision::Double, Precision::Single].map(|p| mean(&scene, estimator, p));
             assert!(

@@ -1,4 +1,5 @@
-//! Outlines of lights: which pixels they cross, the points in them, and images with them.
+//! Tests of the silhouettes of lights: the pixels that they cross, the sample points there, and
+//! images.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +11,7 @@ use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _};
 
 use crate::prelude::*;
 
-/// Lights that shine, seen from the origin along y by pixels of side 1/16 at distance 1.
+/// Emitters seen from the origin along y by pixels of side 1/16 at distance 1.
 fn lights(shapes: &[EmitterShape]) -> Scene {
     let mut s = SceneBuilder::new("lights");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
@@ -27,8 +28,8 @@ fn lights(shapes: &[EmitterShape]) -> Scene {
 
 const FRAME: [u32; 2] = [12, 8];
 
-/// By the centres of many small squares: a pixel that shows emitters through some and not all is
-/// crossed. Those that are marked touch or neighbour such a pixel.
+/// Compares with the centres of many small squares: a pixel that shows emitters through some but
+/// not all of them is crossed. Marked pixels touch or neighbour such a pixel.
 fn assert_marked(name: &str, scene: &Scene) {
     let marked = crossed(scene, FRAME);
     let fine = 64;
@@ -115,8 +116,7 @@ fn pixels_that_outlines_cross_are_marked() {
     assert!(!crossed(&lights(&behind), FRAME).contains(&true));
 }
 
-/// A light at distance 1, seen from the origin in a mirror at distance 1/4, which reflects this
-/// share.
+/// A light at distance 1, seen from the origin in a mirror at distance 1/4 with this reflectance.
 fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
     let mut s = SceneBuilder::new("mirror");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::new(1.0, 2.0, 4.0)));
@@ -132,7 +132,7 @@ fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
         .expect("a legal scene")
 }
 
-/// A light behind a mirror's glass would show the same.
+/// In a mirror a light looks as it would at its mirror image, times the reflectance.
 #[test]
 fn lights_in_mirrors_have_outlines_and_no_noise() {
     let triangle = [
@@ -196,7 +196,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
                 .iter()
                 .all(|marked| !marked)
     );
-    // An estimator of paths that are no longer than this does not follow mirrors first.
+    // An estimator with a limit on path length does not follow mirrors first.
     let report = Report {
         segments: 1,
         rules: LightRules::PHYSICAL,
@@ -205,7 +205,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
     let mut film = Film::new(frame, None, 1).expect("a legal size");
     render(&scene, &report, sampling, &mut film, &(0..1), &|_| true).expect("legal values");
     assert_eq!(film.mean(), 0.0);
-    // Nor does one whose bounces are counted.
+    // Nor does one with a bounce limit.
     for (bounces, sees) in [(0, false), (1, true)] {
         let path = Path {
             bounces: Some(bounces),
@@ -270,7 +270,7 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
     assert_eq!((emits.mirrors, emits.weight), (0, DVec3::ONE));
 }
 
-/// A closed line through corners, as many points.
+/// Returns as many points along a closed line through corners.
 fn line(corners: &[DVec3]) -> Vec<DVec3> {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     edges
@@ -278,7 +278,7 @@ fn line(corners: &[DVec3]) -> Vec<DVec3> {
         .collect()
 }
 
-/// Pixels that points of an outline lie in are marked, and none but those that they come near.
+/// Pixels that contain points of a silhouette are marked, and no others except near it.
 #[test]
 fn pixels_are_marked_along_outlines_alone() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
@@ -294,7 +294,7 @@ fn pixels_are_marked_along_outlines_alone() {
         )
     };
     let sphere = |centre: DVec3, radius: f64| {
-        // Where tangents from the origin touch it.
+        // Points where tangents from the origin touch it.
         let distance = centre.length();
         let axis = -centre / distance;
         let across = axis.cross(DVec3::X).normalize();
@@ -316,7 +316,7 @@ fn pixels_are_marked_along_outlines_alone() {
             at(-0.31, 0.9, 0.13),
             at(0.17, 1.2, -0.19),
         ]),
-        // An edge beyond the border, on whose continuation are pixels.
+        // An edge beyond the border, whose continuation crosses pixels.
         triangle([at(-0.45, 1.0, 0.0), at(0.3, 1.0, 0.2), at(-0.9, 1.0, 0.03)]),
         rectangle(at(-0.3, 1.5, -0.2), at(0.35, 0.2, 0.1), at(0.0, 0.3, 0.3)),
         rectangle(at(-3.0, 2.0, -0.1), at(2.7, 0.0, 0.1), at(0.1, 0.0, 3.0)),
@@ -374,8 +374,8 @@ fn points_are_nets_of_their_own() {
         points.iter().map(of).collect::<BTreeSet<_>>().len()
     };
     for replication in 0..20 {
-        // Every interval of an eighth, and over all samples of a replication of a share of these,
-        // has one point.
+        // The eight points of a sample have one in each elementary interval of area 1/8, and the 64
+        // points of a replication one in each cell of 8 × 8.
         let eight = points(master(), 3, replication, 5);
         for (across, down) in [(8.0, 1.0), (4.0, 2.0), (2.0, 4.0), (1.0, 8.0)] {
             assert_eq!(boxes(&eight, across, down), POINTS);
@@ -385,8 +385,8 @@ fn points_are_nets_of_their_own() {
             .collect();
         assert_eq!(boxes(&all, 8.0, 8.0), 64);
     }
-    // By their leading bits, which are the sequence's: another one for each seed, pixel and
-    // replication, and where a sequence ends.
+    // The leading bits, which come from the sequence, differ between seeds, pixels and
+    // replications, and where a new sequence begins.
     let leading = |seed: u64, pixel: u32, replication: u32, index: u32| {
         points(seed, pixel, replication, index).map(|point| point.map(|x| (x * 65536.0) as u32))
     };
@@ -403,8 +403,8 @@ fn points_are_nets_of_their_own() {
     }
 }
 
-/// The film is what its definition says, and far nearer to the share of the pixel that a light
-/// covers than its samples alone are.
+/// The film is as defined, and much nearer to the fraction of the pixel that a light covers than
+/// with camera samples alone.
 #[test]
 fn films_take_the_points() {
     let triangle = [

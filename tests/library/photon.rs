@@ -1,4 +1,4 @@
-//! The kd-tree against brute force; photon maps and lookups, photon by photon.
+//! Tests of the kd-tree against brute force, and of photon maps and lookups, photon by photon.
 
 use statrs::function::gamma::ln_gamma;
 use whitefurnace::integrator::photon::photon_map::{LARGEST_MAP, Photon, same_side};
@@ -9,13 +9,13 @@ use whitefurnace::sampling::sampler::Pass;
 
 use crate::prelude::*;
 
-/// Points with their places as values.
+/// Returns points with their indices as values.
 fn numbered(points: &[DVec3]) -> Vec<(DVec3, usize)> {
     points.iter().copied().zip(0..).collect()
 }
 
-/// Every point within the radius once and no other, ties and equal points included, in the tree's
-/// order.
+/// Finds every point within the radius once and no other, ties and equal points included, in the
+/// tree's order.
 #[test]
 fn a_kd_tree_finds_what_brute_force_finds() {
     let grid = prop::array::uniform3((-4i32..=4).prop_map(|i| f64::from(i) * 0.25))
@@ -52,7 +52,7 @@ fn a_kd_tree_finds_what_brute_force_finds() {
     );
 }
 
-/// Long enough for threads to share the work.
+/// Enough points for threads to share the work.
 #[test]
 fn a_large_kd_tree_does_not_depend_on_the_threads() {
     let mut rng = stream(7, 0, 0);
@@ -71,7 +71,7 @@ fn a_large_kd_tree_does_not_depend_on_the_threads() {
     assert_eq!(one, order(3));
 }
 
-/// In the tree's order, points have places in order, near their own.
+/// `place` gives the approximate index of a point, in the tree's order.
 #[test]
 fn a_kd_tree_knows_about_where_points_are() {
     let mut rng = stream(master(), 0, 0);
@@ -118,7 +118,7 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
     }
 }
 
-/// Where each particle leaves one photon, as many as fit and no more.
+/// Each particle leaves one photon here: as many as fit are accepted, and no more.
 #[test]
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let scene = furnace(0.0);
@@ -133,7 +133,7 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     );
 }
 
-/// Lookups of a whole part of an image are those of each sample alone, whatever their order.
+/// Lookups for a whole tile return those of each sample alone, in any order.
 #[test]
 fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
@@ -194,8 +194,8 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
     }
 }
 
-/// One particle, from the middle of a lamp: every way goes on along the normal, and glass reflects
-/// nothing. Whether final gathering counts emitters.
+/// One particle, from the middle of a lamp: all directions follow the normal, and glass reflects
+/// nothing. The field says whether final gathering counts emitters.
 #[derive(Clone, Copy)]
 struct Lone(bool);
 
@@ -232,8 +232,8 @@ impl Photons for Lone {
     }
 }
 
-/// What the eye sees of one photon on a ceiling, straight, in a mirror, from within glass, by a ray
-/// of final gathering, and as a caustic; and of the shadow ray beside it.
+/// Checks the radiance of one photon on a ceiling, seen directly, in a mirror, from within glass,
+/// by a ray of final gathering, and as a caustic; and of the shadow ray that comes with it.
 #[test]
 fn one_photon_is_seen_in_every_way() {
     let (side, radius, caustic_radius, rho) = (0.02, 0.1, 0.2, 0.6);
@@ -291,7 +291,7 @@ fn one_photon_is_seen_in_every_way() {
     }
     let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
     assert_eq!(seen(&plain, Lone(false), Lookup::Direct, &behind), 0.0);
-    // The radius of a pass, and a pixel so small that its rays are one.
+    // The radius of a pass, and a pixel so small that all its rays are one.
     let camera = Camera::new(
         DVec3::new(0.05, 0.0, 0.6),
         DVec3::new(0.05, 0.0, 1.0),

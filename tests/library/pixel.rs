@@ -1,8 +1,8 @@
-//! Section 2.7: where in a pixel the rays go.
+//! Tests of section 2.7: sample positions within a pixel.
 
 use crate::prelude::*;
 
-/// The largest number that the generator makes.
+/// Largest number that the generator returns.
 const LAST: f64 = 1.0 - U;
 
 #[test]
@@ -30,7 +30,7 @@ fn each_sub_pixel_has_one_sample() {
                 for axis in 0..2 {
                     let x = position[axis];
                     assert!((0.0..=1.0).contains(&x));
-                    // Three roundings of at most n parts: the border itself may be met.
+                    // Three roundings of at most n parts, so that a sample may lie on the border.
                     let inside = x * side - cell[axis];
                     let rounding = 3.0 * U * side;
                     assert!(

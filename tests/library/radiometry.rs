@@ -1,10 +1,10 @@
-//! Equations (8)-(9): cosine, geometry term, change of measure, weights.
+//! Tests of equations (8)-(9): cosine, geometry term, change of measure, MIS weights.
 
 use whitefurnace::geometry::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
 
 use crate::prelude::*;
 
-/// G(x, y) between two points with unit normals, of the factors that the estimators use.
+/// Computes G(x, y) between two points with unit normals, from the factors that the estimators use.
 fn geometry_term(x: DVec3, normal_x: DVec3, y: DVec3, normal_y: DVec3) -> f64 {
     let to_y = y - x;
     let direction = to_y.normalize();
@@ -34,11 +34,11 @@ fn geometry_term_is_symmetric() {
         &(point(2.0), unit(), point(2.0), unit()),
         |(x, nx, y, ny)| {
             let (there, back) = (geometry_term(x, nx, y, ny), geometry_term(y, ny, x, nx));
-            // The differences are exactly opposite; four roundings of products differ on each way.
+            // The differences are exactly opposite; four roundings of products differ in each
+            // direction.
             assert_relative_eq!(there, back, max_relative = 8.0 * U);
             assert!(there >= 0.0);
-            // From its definition: cosines of unnormalised differences over the fourth power of
-            // distance.
+            // By definition: cosines of unnormalised differences over the fourth power of distance.
             let d = y - x;
             let d2 = d.length_squared();
             let expected = nx.dot(d).max(0.0) * ny.dot(-d).max(0.0) / (d2 * d2);
@@ -50,7 +50,7 @@ fn geometry_term_is_symmetric() {
 
 #[test]
 fn area_becomes_solid_angle() {
-    // Exact: 6, 3, 2 over 49 has distance 7.
+    // Exact values: (6, 3, 2) has length 7.
     assert_eq!(solid_angle_per_area(0.5, 4.0), 0.125);
     let [brdf, radiance] = [[0.25, 0.5, 1.0], [2.0, 4.0, 8.0]].map(DVec3::from_array);
     assert_eq!(
@@ -69,7 +69,7 @@ fn weights_are_shares_of_densities_and_of_their_squares() {
         1000,
         &(1e-6..1e6, 1e-6..1e6),
         |(p, q): (f64, f64)| {
-            // The definitions, whose squares stay far from the ends of the floats here.
+            // By definition; the squares do not overflow or underflow here.
             assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
             assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
             assert_eq!((balance(p, 0.0), balance(0.0, q)), (1.0, 0.0));
@@ -78,8 +78,9 @@ fn weights_are_shares_of_densities_and_of_their_squares() {
     assert_eq!((balance(1.0, 3.0), power(1.0, 3.0)), (0.25, 0.1));
 }
 
-/// Any two densities of this list, zero, infinity and the ends of the floats included, get weights
-/// in [0, 1] that sum to one; the larger density gets the larger weight, and by power more of it.
+/// Any two densities of this list, zero, infinity and the limits of doubles included, get weights
+/// in [0, 1] that sum to one; the larger density gets the larger weight, and a larger one by the
+/// power heuristic.
 #[test]
 fn weights_sum_to_one_for_extreme_densities() {
     let mut densities = vec![0.0, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX, 1.0];

@@ -1,6 +1,7 @@
 //! Reference values, computed with 50 digits by closed forms and quadrature outside this project.
 
-/// The rows of a table in `data`: fields between commas; lines with # are remarks.
+/// Returns the rows of a table in `data`: fields are separated by commas, lines with # are
+/// comments.
 pub fn fields(table: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
     table
         .lines()
@@ -8,12 +9,12 @@ pub fn fields(table: &'static str) -> impl Iterator<Item = Vec<&'static str>> {
         .map(|line| line.split(',').collect())
 }
 
-/// A number of a table.
+/// Parses a number of a table.
 pub fn number(text: &str) -> f64 {
     text.parse().expect("a number in a table")
 }
 
-/// The rows of a table of N numbers each.
+/// Returns the rows of a table of N numbers each.
 pub fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
     let row = |fields: Vec<&str>| {
         let numbers: Vec<f64> = fields.into_iter().map(number).collect();
@@ -22,8 +23,8 @@ pub fn rows<const N: usize>(table: &'static str) -> Vec<[f64; N]> {
     fields(table).map(row).collect()
 }
 
-/// Asserts the values of a table whose rows are the name of a function, its arguments between
-/// blanks, a value and, where it is not 1e-9, the relative error that is allowed.
+/// Asserts the values of a table whose rows are the name of a function, its arguments separated by
+/// blanks, a value, and the allowed relative error unless it is 1e-9.
 pub fn assert_table(table: &'static str, evaluate: impl Fn(&str, &[f64]) -> f64) {
     let mut wrong = Vec::new();
     for row in fields(table) {
@@ -42,22 +43,22 @@ pub fn assert_table(table: &'static str, evaluate: impl Fn(&str, &[f64]) -> f64)
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
-/// n₁, n₂, cos θ₁, R_s, R_p, R.
+/// Rows of n₁, n₂, cos θ₁, R_s, R_p, R.
 pub fn fresnel() -> Vec<[f64; 6]> {
     rows(include_str!("data/fresnel.csv"))
 }
 
-/// σ, θ in degrees, directional albedo of the corrected and of the printed form.
+/// Rows of σ, θ in degrees, directional albedo of the corrected and of the printed form.
 pub fn oren_nayar() -> Vec<[f64; 4]> {
     rows(include_str!("data/oren_nayar.csv"))
 }
 
-/// r, ρ, θ in degrees, directional albedo of EON: single scattering, both lobes.
+/// Rows of r, ρ, θ in degrees, directional albedo of EON: single scattering, both lobes.
 pub fn eon() -> Vec<[f64; 5]> {
     rows(include_str!("data/eon.csv"))
 }
 
-/// σ, A, B, average albedo of the corrected and of the printed form.
+/// Rows of σ, A, B, average albedo of the corrected and of the printed form.
 pub fn oren_nayar_average() -> Vec<[f64; 5]> {
     rows(include_str!("data/oren_nayar_average.csv"))
 }

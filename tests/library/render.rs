@@ -1,4 +1,4 @@
-//! The loop over pixels: the same bits in any division.
+//! Tests of the rendering loop: the same bits however the work is divided.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -27,7 +27,7 @@ fn film(pixel: PixelSampling, window: Option<Window>) -> Film {
     Film::new(FRAME, window, pixel.samples_per_replication()).expect("a film")
 }
 
-/// The film after the given ranges of replications.
+/// Renders the given ranges of replications into a film.
 fn divided<E: Estimator>(scene: &Scene, estimator: &E, ranges: &[Range<u32>]) -> Film {
     rendered(scene, estimator, FRAME, sampling(Random), ranges).expect("legal radiance")
 }
@@ -47,7 +47,7 @@ fn divided_ranges_are_one_run() {
     ] {
         assert!(divided(&scene, &path(), &ranges) == once);
     }
-    // As films of their own, merged in any order.
+    // Separate films, merged in any order.
     let parts = [0..2, 2..3, 3..7].map(|range| divided(&scene, &path(), &[range]));
     for order in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
         let mut sum = film(Random, None);
@@ -93,7 +93,7 @@ fn windows_are_crops() {
     }
 }
 
-/// Shows where on the image plane a ray passes, as its horizontal and vertical slope plus 2.
+/// Returns where a ray passes the image plane, as its horizontal and vertical slope plus 2.
 struct Slopes;
 
 impl Estimator for Slopes {
@@ -106,8 +106,8 @@ impl Estimator for Slopes {
 
 #[test]
 fn pixels_are_where_they_belong() {
-    // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Roundings to units of
-    // 2⁻³².
+    // Half height 0.77704 at distance 1: a pixel is 2 · 0.77704/18 wide. Values are rounded to
+    // units of 2⁻³².
     let scene = report_room();
     let step = 2.0 * 0.77704 / 18.0;
     let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
@@ -129,7 +129,7 @@ fn pixels_are_where_they_belong() {
                 0.0,
             );
             assert!((mean - expected).abs().max_element() < 1.0 / (1u64 << 31) as f64);
-            // Whole grids are the replications, and all alike.
+            // Replications are whole grids, all alike.
             assert_eq!(film.pixel(x, y).standard_error(), DVec3::ZERO);
             assert_eq!(film.pixel(x, y).replications(), 4);
         }
@@ -207,7 +207,7 @@ fn features_are_those_of_the_first_hit() {
             "the room's fronts"
         );
     }
-    // Where nothing is met there are no features; from inside glass the normal is on our side.
+    // Without a hit there are no features; from inside glass the normal faces the camera.
     let open = whole(&simple::environment().expect("a scene"), &path(), Centre);
     assert_eq!(open.pixel(0, 0).features().depth, 0.0);
     assert_eq!(open.pixel(0, 0).mean(), DVec3::ONE);
@@ -223,7 +223,7 @@ fn features_are_those_of_the_first_hit() {
     );
 }
 
-/// What two films show of albedo, normal and depth, to the last bit.
+/// Compares albedo, normal and depth of two films, to the last bit.
 fn same_features(a: &Film, b: &Film) -> bool {
     let shown = |film: &Film| -> Vec<[f64; 7]> {
         let values = |pixel: &Pixel| {
@@ -267,7 +267,7 @@ fn features_are_the_same_for_every_estimator() {
             assert!(same_features(&film, mis), "{name}, {pixel:?}");
         }
     }
-    // Of whole images at random points, as many passes as there were replications.
+    // Whole images at random points, with as many passes as there were replications.
     let images = |ranges: &[Range<u32>]| {
         let sppm = Sppm {
             parts: Standard,
@@ -295,7 +295,7 @@ fn features_are_the_same_for_every_estimator() {
     assert!(!same_features(random, &mis[0]) && !same_features(random, &mis[3]));
 }
 
-/// What stands for a way to render does what the functions do, and reports what it did.
+/// Renderers fill films as the functions they stand for do, and report the samples done.
 #[test]
 fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();

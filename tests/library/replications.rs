@@ -1,4 +1,4 @@
-//! Replications share nothing: every random number that any way of placing samples takes is its
+//! Tests that replications are independent: every placement of samples draws random numbers of its
 //! own, and the film's error bars are the spread of replications rendered one by one.
 
 use std::collections::BTreeSet;
@@ -13,7 +13,7 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [7, 5];
 const REPLICATIONS: u32 = 6;
 
-/// Every way of placing samples in a pixel, with every source of numbers.
+/// Returns every sample placement in a pixel, with every kind of sampler.
 fn samplings() -> Vec<Sampling> {
     let positions = [
         Centre,
@@ -37,21 +37,21 @@ fn samplings() -> Vec<Sampling> {
     positions.into_iter().flat_map(with).collect()
 }
 
-/// What tells two draws apart: two numbers of 53 bits are the same by chance in 2^(−106) of all
-/// cases.
+/// Bits of two random numbers, which identify a draw: with 53 bits each, two draws are equal by
+/// chance with probability 2^(−106).
 type Draw = [u64; 2];
 
 fn draw(random: [f64; 2]) -> Draw {
     random.map(f64::to_bits)
 }
 
-/// Keeps the first four numbers that it is given, and returns two of them.
+/// Records the estimator's first four random numbers, and returns two of them.
 #[derive(Default)]
 struct Recorder(Mutex<Vec<[u64; 4]>>);
 
 impl Estimator for Recorder {
     fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, rng: &mut R) -> DVec3 {
-        // The estimator's first numbers; those that placed the ray came before.
+        // The estimator's first numbers; those that placed the ray come from an earlier block.
         rng.block(1);
         let ([a, b], [c, d]) = (uniform2(rng), uniform2(rng));
         self.0
@@ -66,7 +66,7 @@ fn open() -> Scene {
     scene(|_| {})
 }
 
-/// Asserts that no two of the draws are the same.
+/// Asserts that there are this many draws, all different.
 fn assert_distinct<T: Ord>(draws: &[T], expected: usize, what: &str) {
     assert_eq!(draws.len(), expected, "{what}");
     let distinct: BTreeSet<&T> = draws.iter().collect();
@@ -82,7 +82,7 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
     for sampling in samplings() {
         let samples = sampling.samples_per_replication();
         let recorder = Recorder::default();
-        // In pieces, as programs render.
+        // In ranges, as programs render.
         let ranges = [0..1, 1..2, 2..4, 4..REPLICATIONS];
         rendered(&open(), &recorder, FRAME, sampling, &ranges).expect("legal radiance");
         let draws = recorder.0.into_inner().expect("no panic");
@@ -99,8 +99,8 @@ fn every_sample_of_every_replication_draws_its_own_numbers() {
     }
 }
 
-/// The film of replications has the mean of films of one, and as error bar their standard error:
-/// the numbers of a replication are known before any other is rendered.
+/// The film has the mean of films of one replication each, and their standard error as its error
+/// bar: the random numbers of a replication do not depend on others.
 #[test]
 fn error_bars_are_the_spread_of_replications_rendered_alone() {
     for sampling in samplings() {
@@ -123,7 +123,7 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
             .map(DVec3::from);
             assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * UNIT);
             assert_abs_diff_eq!(pixel.standard_error(), error, epsilon = 4.0 * UNIT);
-            // Numbers that are uniform and independent differ; the third channel is 1 for all.
+            // Independent uniform numbers differ; the third channel is 1 for all.
             assert_eq!(
                 pixel.standard_error().to_array().map(|error| error > 0.0),
                 [true, true, false],
@@ -134,7 +134,7 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
     }
 }
 
-/// The library's parts, which keep the pairs of numbers that chose points on emitters and
+/// The standard parts, which record the pairs of numbers that sample points on emitters and
 /// directions.
 #[derive(Clone, Copy)]
 struct Watched<'a>(&'a Mutex<Vec<Draw>>);
@@ -178,7 +178,7 @@ fn every_pass_draws_its_own_numbers() {
         )
         .expect("legal radiance");
         let draws = seen.lock().expect("no panic");
-        // Each particle has at least a point and a direction.
+        // Each particle draws at least a point and a direction.
         assert!(
             draws.len() as u32 > 2 * FRAME[0] * FRAME[1] * REPLICATIONS,
             "{name}"
@@ -203,7 +203,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
         caustic_particles: 40,
         caustic_radius: 0.1,
     };
-    // Programs name replications by the seed, passes by their number.
+    // Programs identify replications by seed, passes by number.
     for (seed, pass) in [(1_u32, 0), (1, 1), (2, 0), (3, 7)] {
         let name = (seed_for(master(), &seed.to_string()), pass);
         assert!(PhotonMapping::new(Watched(&seen), &scene, lookup, 40, 0.1, name).is_ok());
@@ -213,7 +213,7 @@ fn every_map_of_photons_draws_its_own_numbers() {
     assert_distinct(&draws, draws.len(), "photon maps");
 }
 
-/// What numbers of 32 bits cannot name is refused, not wrapped.
+/// Numbers of samples that 32 bits cannot index are refused, not wrapped.
 #[test]
 fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
@@ -246,7 +246,7 @@ fn more_samples_than_can_be_named_are_refused() {
     refused(Random, Numbers::Sobol(LONGEST + 1), 0..1, "points");
     refused(Jitter(2), Numbers::Sobol(LONGEST / 4 + 1), 0..1, "points");
     refused(Jitter(1 << 17), Numbers::Sobol(1 << 17), 0..1, "points");
-    // The longest sequence itself is fine, in a film that knows its length.
+    // The longest sequence itself is accepted, in a film that has its length.
     let sampling = Sampling {
         pixel: Random,
         numbers: Numbers::Sobol(LONGEST),
@@ -278,8 +278,8 @@ fn edge() -> Scene {
     })
 }
 
-/// The eye's rays of photon mapping's passes: each through a point of its own. Of 200 fair coins
-/// fewer than 40 show one side with probability 1e-18.
+/// Every pass of photon mapping samples a camera ray of its own. Of 200 fair coins fewer than 40
+/// show one side with probability 1e-18.
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
     let sppm = Sppm {

@@ -1,4 +1,4 @@
-//! Random streams: stable, distinct, in range.
+//! Tests of random streams: stable, distinct, in range.
 
 use std::collections::HashSet;
 use std::convert::Infallible;
@@ -7,8 +7,8 @@ use rand::TryRng;
 
 use crate::prelude::*;
 
-/// First numbers of four streams, by an independent implementation of SplitMix64's finaliser and
-/// Xoshiro256++: a change of any of them changes every picture.
+/// First numbers of four streams, from an independent implementation of SplitMix64's finaliser and
+/// Xoshiro256++: a change of any of them changes every image.
 #[test]
 fn stored_first_values() {
     const FIRST: [((u64, u32, u32), [u64; 3]); 4] = [
@@ -69,7 +69,7 @@ fn seeds_depend_on_every_byte() {
     assert_eq!(seeds.len(), 4 * names.len());
 }
 
-/// A generator that always returns the same bits, and writes down which blocks it is asked for.
+/// A generator that always returns the same bits, and records the blocks that it is asked for.
 #[derive(Default)]
 pub struct Constant {
     pub bits: u64,

@@ -1,5 +1,5 @@
-//! Rough glass: its formulas in the words of Walter et al., its sampling by the Jacobian of the
-//! map, and who takes it.
+//! Tests of rough glass: its formulas in the notation of Walter et al., its sampling by the
+//! Jacobian of the map, and the estimators that accept it.
 
 use whitefurnace::material::fresnel::{radiance_factor, reflectance, refract};
 use whitefurnace::material::ggx::{hidden, normals, seen_from_both};
@@ -7,12 +7,12 @@ use whitefurnace::material::rough_glass::{RoughGlass, refracting, seen_from_oppo
 
 use crate::prelude::*;
 
-/// Indices of refraction on both sides of a surface that bends light.
+/// Generates relative indices of refraction, away from 1.
 fn index() -> impl Strategy<Value = f64> {
     prop_oneof![0.4..0.95, 1.05..2.5]
 }
 
-/// (16), (20) and (21) of Walter et al., with n₁ above and n₂ below: (21) is that of radiance.
+/// (16), (20) and (21) of Walter et al., with n₁ above and n₂ below; (21) is for radiance.
 #[test]
 fn formulas_are_those_of_walter() {
     let strategy = (upper(0.01), upper(0.01), 0.05..1.0, 1.0..2.0, index());
@@ -48,7 +48,7 @@ fn formulas_are_those_of_walter() {
                 radiance,
                 max_relative = 1e-8
             );
-            // No facet refracts straight back, or to where it is behind itself.
+            // No facet refracts straight back, or to directions behind itself.
             assert_eq!(
                 [glass.eval(o, -m.with_z(-m.z)) >= 0.0, glass.pdf(o, i) > 0.0],
                 [true; 2]
@@ -57,8 +57,8 @@ fn formulas_are_those_of_walter() {
     );
 }
 
-/// Λ is 0 along the normal, and 1 and 2 where α tan θ is √8 and √24; Euler's function of whole
-/// numbers.
+/// Λ is 0 along the normal, and 1 and 2 where α tan θ is √8 and √24; masking of opposite sides is
+/// Euler's beta function, here of integers.
 #[test]
 fn masking_of_opposite_sides_is_eulers_function() {
     let alpha = 0.5;
@@ -97,8 +97,8 @@ fn masking_of_opposite_sides_is_eulers_function() {
     }
 }
 
-/// A density is the reciprocal of the area that a map stretches the square to, times the share of
-/// this map.
+/// The pdf is the reciprocal of the map's Jacobian determinant, times the probability of the
+/// branch.
 #[test]
 fn directions_have_their_density() {
     let strategy = (upper(0.02), 0.05..1.0, index(), 0.01..0.99, 0.01..0.99);
@@ -109,7 +109,7 @@ fn directions_have_their_density() {
         |(wo, alpha, index, r1, r2)| {
             let glass = RoughGlass { index, alpha };
             let step = 1e-6;
-            // Always reflected, and refracted wherever that can be.
+            // Reflection always, and refraction wherever it is possible.
             for r3 in [0.0, 1.0 - f64::EPSILON] {
                 let at = |a: f64, b: f64| glass.sample(wo, [r1 + step * a, r2 + step * b, r3]);
                 let corners = [
@@ -131,7 +131,7 @@ fn directions_have_their_density() {
                 .normalize();
                 let fresnel = reflectance(wo.dot(m), 1.0, index);
                 let share = if is_reflected { fresnel } else { 1.0 - fresnel };
-                // Past the critical angle the share has a kink.
+                // Beyond the critical angle the branch probability has a kink.
                 if share < 1e-3
                     || corners
                         .iter()
@@ -141,7 +141,7 @@ fn directions_have_their_density() {
                     continue;
                 }
                 let stretched = (a - b).cross(c - d).length() / (4.0 * step * step);
-                // Where the facet is nearly seen from its edge, the map bends too much for
+                // Where a facet is seen at grazing angles, the map is too curved for finite
                 // differences.
                 if wi.dot(m).abs() > 0.1 {
                     assert_relative_eq!(stretched * glass.pdf(wo, wi), share, max_relative = 1e-3);
@@ -186,7 +186,8 @@ fn sides_and_numbers() {
             "{index} {alpha}"
         );
     }
-    // A model of all directions, on both sides; from below the horizon nothing is asked.
+    // The model is defined in all directions, on both sides; directions from below the horizon are
+    // not passed to it.
     let bsdf = Bsdf::RoughGlass(glass);
     assert!(bsdf.is_rough() && bsdf.albedo() == DVec3::ONE);
     let [wo, wi] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.28, 0.0, -0.96)];

@@ -1,4 +1,4 @@
-//! Section 2.6.2: Russian roulette.
+//! Tests of section 2.6.2: Russian roulette.
 
 use std::cell::RefCell;
 
@@ -19,7 +19,7 @@ fn survivors_stand_for_all() {
 
 #[test]
 fn the_share_of_survivors_is_the_survival() {
-    // Of n equally spaced numbers in [0, 1), exactly k are below k/n.
+    // Exactly k of n equally spaced numbers in [0, 1) are below k/n.
     let n = 1024;
     for k in [0, 1, 100, 768, 1023, 1024] {
         let survival = f64::from(k) / f64::from(n);
@@ -54,11 +54,11 @@ fn survival_is_the_rest_of_absorption_or_bounds_weights() {
 }
 
 thread_local! {
-    /// What the policy was asked: a throughput, and whether the hit was early.
+    /// Arguments of the policy in order: a throughput, and whether the hit was early.
     static ASKED: RefCell<Vec<(f64, bool)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Paths that end at their fifth hit.
+/// A policy that records its arguments, and ends paths at their fifth hit.
 struct Asking;
 
 impl Roulette for Asking {
@@ -91,7 +91,7 @@ fn the_first_hits_of_a_path_are_early() {
             &mut stream(master(), 0, 0),
         );
         let asked = ASKED.take();
-        // Relative to the half to which faint survivors are raised.
+        // Relative to 1/2, the throughput of faint survivors.
         let expected = (1..=5).map(|hit| (2.0 * 0.5f64.powi(hit as i32), hit <= early));
         for ((found, is_early), (throughput, should_be)) in asked.iter().zip(expected) {
             assert_abs_diff_eq!(*found, throughput, epsilon = 1e-12);

@@ -1,5 +1,5 @@
-//! Owen-scrambled Sobol' points: strata, blocks, where the bits come from, and which block each
-//! vertex takes.
+//! Tests of Owen-scrambled Sobol' points: strata, blocks, the source of their bits, and the block
+//! of each vertex.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ fn sobol(index: u32, scramble: u32) -> Sobol {
     Sobol::new(point, u64::from(scramble), stream(1, scramble, index))
 }
 
-/// The first `n` numbers of a block.
+/// Returns the first `n` numbers of a block.
 fn numbers(index: u32, scramble: u32, block: u32, n: u32) -> Vec<f64> {
     let mut point = sobol(index, scramble);
     point.block(block);
@@ -35,7 +35,7 @@ fn every_dimension_is_stratified() {
                 .collect();
             assert_eq!(strata.len(), 256, "{scramble} {block} {dimension}");
         }
-        // The first two together: one point in each rectangle of any shape of area 1/256.
+        // The first two dimensions together: one point in each elementary rectangle of area 1/256.
         for bits in 0..=8 {
             let [columns, rows] = [1_u32 << bits, 256 >> bits].map(f64::from);
             let cells: BTreeSet<[u32; 2]> = points
@@ -67,7 +67,7 @@ fn asking_for_a_block_begins_it_anew() {
         point.block(block);
         (0..BLOCK).map(|_| uniform(&mut point)).collect()
     };
-    // The low bits come from a stream that only goes on.
+    // The low bits come from a stream that is not rewound.
     let close = |a: &[f64], b: &[f64]| {
         let step = 1.0 / f64::from(1 << 23);
         a.iter().zip(b).all(|(a, b)| (a - b).abs() < step)
@@ -100,8 +100,8 @@ fn streams_need_no_blocks() {
     assert_eq!(one.next_u64(), other.next_u64());
 }
 
-/// All pixels of an image of 1024 × 768, and replications of one: with 32 bits some 70 pairs would
-/// be alike.
+/// All pixels of an image of 1024 × 768, and replications of one pixel: with 32 bits some 70 pairs
+/// would collide.
 #[test]
 fn scrambles_are_distinct() {
     const PIXELS: u32 = 1024 * 768;
@@ -112,7 +112,8 @@ fn scrambles_are_distinct() {
     all.dedup();
     // Pixel 7 in replication 3 is in both.
     assert_eq!(all.len(), 2 * PIXELS as usize - 1);
-    // Not only their names: the leading bits of four numbers of one point, 92 bits, differ as well.
+    // The points differ as well as their seeds: the leading bits of four numbers of one point, 92
+    // bits.
     let mut points: Vec<[u32; 4]> = (0..PIXELS)
         .map(|pixel| {
             let mut point = Sobol::new(5, scramble(master(), pixel, 3), stream(1, 2, 3));
@@ -129,7 +130,7 @@ fn leading(points: &mut impl Rng, count: u32) -> Vec<u64> {
     (0..count).map(|_| points.next_u64() >> 41).collect()
 }
 
-/// A vertex that asks for more numbers than a block has must not get those of the next vertex.
+/// A vertex that asks for more numbers than a block has does not get those of the next vertex.
 #[test]
 fn a_used_up_block_does_not_run_into_the_next() {
     let mut points = Sobol::new(3, 77, stream(1, 2, 3));
@@ -143,8 +144,8 @@ fn a_used_up_block_does_not_run_into_the_next() {
     assert_eq!(seen.len(), asked);
 }
 
-/// Blocks far down a path, of the eye's and of the light's, have numbers of their own: they neither
-/// wrap nor repeat after any power of two.
+/// Blocks deep in a path, of the camera's and of the light's walk, have numbers of their own: they
+/// neither wrap nor repeat after any power of two.
 #[test]
 fn deep_blocks_have_numbers_of_their_own() {
     const DEEP: u32 = 3000;
@@ -155,7 +156,7 @@ fn deep_blocks_have_numbers_of_their_own() {
     for &block in depths.iter().filter(|&&block| block < LIGHT) {
         for block in [block, LIGHT + block] {
             points.block(block);
-            // Four numbers of 23 bits: none alike by chance.
+            // Four numbers of 23 bits: no two equal by chance.
             assert!(
                 seen.insert(leading(&mut points, 4)),
                 "block {block} repeats another"
@@ -164,8 +165,8 @@ fn deep_blocks_have_numbers_of_their_own() {
     }
 }
 
-/// Blocks take the points of a sequence in orders of their own: where a point lies in one says
-/// nothing of where it lies in another. In the same order there would be 16 pairs.
+/// Blocks shuffle the points of a sequence independently: the position in one says nothing about
+/// the position in another. In the same order there would be 16 pairs.
 #[test]
 fn blocks_are_shuffled() {
     let cell = |index, block| (16.0 * numbers(index, 7, block, 1)[0]) as u32;
@@ -175,7 +176,7 @@ fn blocks_are_shuffled() {
     assert!(pairs.len() > 100, "{}", pairs.len());
 }
 
-/// How many of 256 equal intervals are met by the first number of the light's path.
+/// Counts the 256 equal intervals that contain a first number of the light's path.
 fn strata(sources: impl Iterator<Item = Source>) -> usize {
     let interval = |mut source: Source| {
         source.block(LIGHT);
@@ -184,8 +185,8 @@ fn strata(sources: impl Iterator<Item = Source>) -> usize {
     sources.map(interval).collect::<BTreeSet<_>>().len()
 }
 
-/// A pixel takes one sequence through the passes of a replication, and all particles of an image
-/// together another; the next replication takes others.
+/// A pixel uses one sequence through the passes of a replication, all particles of an image
+/// together use another, and the next replication uses new ones.
 #[test]
 fn replications_of_passes_are_whole_sequences() {
     let pass = |points, index| Pass {
@@ -210,12 +211,12 @@ fn replications_of_passes_are_whole_sequences() {
         [256; 4]
     );
     assert!(pixel(128..384) < 256 && particles(2..6) < 256);
-    // Particle 0 of the second pass stands where the first's sequence has ended.
+    // Particle 0 of the second pass continues where the first pass ended.
     let first = |index| leading(&mut pass(2, index).particle(0, LONGEST), 4);
     assert_ne!(first(0), first(1));
 }
 
-/// Numbers of a pass by streams are those of its pixels and particles.
+/// Passes with independent numbers draw from the streams of pixels and particles.
 #[test]
 fn independent_passes_draw_from_streams() {
     let pass = Pass::from((5, 3));
@@ -231,7 +232,7 @@ fn independent_passes_draw_from_streams() {
     }
 }
 
-/// Paths that never end by chance, but only when faint.
+/// Roulette that ends paths only when they are faint, never by chance.
 #[derive(Clone, Copy)]
 struct Endless;
 
@@ -251,7 +252,7 @@ impl Scattering for Endless {}
 impl NextEvent for Endless {}
 impl Photons for Endless {}
 
-/// A cavity of mirrors that emits 1, and a ray in it.
+/// Returns a cavity of mirrors that emit 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
     (
         within_sphere(reflecting(reflectance).emitting(DVec3::ONE)),
@@ -259,7 +260,7 @@ fn mirrors(reflectance: f64) -> (Scene, Ray) {
     )
 }
 
-/// Each vertex of a path of 1500 takes the next block, and no block serves two.
+/// Each vertex of a path of 1500 takes the next block; no block is used twice.
 #[test]
 fn every_vertex_has_a_block_of_its_own() {
     let (scene, ray) = mirrors(0.98);
@@ -282,7 +283,7 @@ fn every_vertex_has_a_block_of_its_own() {
     }
 }
 
-/// The wall that final gathering looks at is the second vertex.
+/// The wall that a final-gathering ray hits is the second vertex.
 #[test]
 fn final_gathering_takes_the_next_block() {
     let scene = furnace(0.5);
@@ -297,8 +298,8 @@ fn final_gathering_takes_the_next_block() {
     assert_eq!(recorder.blocks, [1, 2]);
 }
 
-/// Seven segments between mirrors, as the hypothesis about figure 6 has it: light that is seen
-/// shows 1.
+/// Seven segments between mirrors, as in the hypothesis about figure 6: a light that is seen shows
+/// 1.
 #[test]
 fn published_ends_after_seven_segments() {
     let (scene, ray) = mirrors(0.5);

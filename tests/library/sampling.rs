@@ -1,4 +1,4 @@
-//! Equations (17)-(19), cosine-weighted directions, points on emitters.
+//! Tests of equations (17)-(19): cosine-weighted directions, points on emitters.
 
 use whitefurnace::sampling::warp::{
     cosine_hemisphere_inverse, hemisphere_printed, sphere_zone, triangle,
@@ -9,7 +9,7 @@ use crate::prelude::*;
 
 type Square = [f64; 2];
 
-/// Numbers as the generator makes them: multiples of 2⁻⁵³ in [0, 1), its ends included.
+/// Generates numbers as the generator does: multiples of 2⁻⁵³ in [0, 1), its ends included.
 fn random() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => 0u64..1 << 53,
@@ -23,22 +23,22 @@ fn square() -> impl Strategy<Value = Square> {
     [random(), random()]
 }
 
-/// Numbers away from the borders, for derivatives.
+/// Generates numbers away from the borders, for derivatives.
 fn inner() -> impl Strategy<Value = Square> {
     prop::array::uniform2(0.05..0.95)
 }
 
-/// Shortest distance on a circle of circumference 1.
+/// Returns the shortest distance on a circle of circumference 1.
 fn apart(a: f64, b: f64) -> f64 {
     let d = (a - b).abs();
     d.min(1.0 - d)
 }
 
-/// Area per area of a map from the square into space, by central differences.
+/// Estimates the ratio of areas of a map from the square into space, by central differences.
 ///
-/// With the step 2⁻¹⁷ they are off by step²/6 times the third derivatives, below 700 here (a root
-/// at 0.05, a full turn cubed), hence 7e-9 each, times the other derivative of at most 7, and by
-/// U/step = 1e-11: together below 1e-7.
+/// With the step 2⁻¹⁷ each difference has an error of step²/6 times the third derivative, below 700
+/// here (a root at 0.05, a full turn cubed), hence 7e-9, times the other derivative of at most 7,
+/// and of U/step = 1e-11: together below 1e-7.
 pub fn area_ratio(map: impl Fn(Square) -> DVec3, [r1, r2]: Square) -> f64 {
     const STEP: f64 = 1.0 / 131_072.0;
     let d1 = map([r1 + STEP, r2]) - map([r1 - STEP, r2]);
@@ -84,14 +84,14 @@ fn inverses_undo_the_maps() {
             let [s1, s2] = inverse(w);
             assert_abs_diff_eq!(s1, r1, epsilon = 8.0 * U);
             assert!((0.0..1.0).contains(&s2), "azimuth {s2}");
-            // At the pole there is no azimuth. Elsewhere its error is that of a quotient of
+            // The azimuth is undefined at the pole. Elsewhere its error is that of a quotient of
             // components, and of sine and cosine near zero: TAU r₂ is rounded by U of up to a full
             // turn.
             if r1 > 0.0 {
                 assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
             }
-            // And back to the direction: the roots of r₁ near 0 and 1 divide its error by
-            // themselves.
+            // The inverse maps back to the direction: the roots of r₁ near 0 and 1 divide its error
+            // by themselves.
             assert!((map([s1, s2]) - w).length() <= 64.0 * U / r1.min(1.0 - r1).max(U).sqrt());
         }
     });
@@ -110,7 +110,7 @@ fn azimuth_is_below_a_full_turn() {
     }
 }
 
-/// The pdfs are the inverse of the maps' stretch above the horizon and zero below it.
+/// The pdfs are the reciprocals of the maps' area ratio above the horizon, and zero below it.
 #[test]
 fn pdfs_belong_to_their_maps() {
     type Map = (fn(Square) -> DVec3, fn(f64) -> f64);
@@ -142,7 +142,7 @@ fn one_number_for_both_angles_is_a_spiral() {
         let w = hemisphere_printed(r);
         assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * U);
         if r > 0.0 {
-            // The azimuth follows from the inclination: a curve, not a surface.
+            // The azimuth depends on the inclination: a curve, not a surface.
             assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * U);
         }
     });
@@ -160,7 +160,7 @@ fn zone_points_are_uniform_on_their_zone() {
             let p = sphere_zone(random, r, heights);
             assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
             assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
-            // Archimedes: the height and the azimuth are uniform.
+            // By Archimedes' theorem the height and the azimuth are uniform.
             assert_abs_diff_eq!(
                 p.z,
                 heights[0] + random[0] * (heights[1] - heights[0]),
@@ -188,7 +188,7 @@ fn triangle_points_are_uniform_in_it() {
     property("fold", 2000, &square(), |[r1, r2]| {
         let [u, v] = triangle([r1, r2]);
         assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0, "({u}, {v})");
-        // Each point of the triangle has two origins, of which one is itself.
+        // Each point of the triangle has two preimages; one maps to itself.
         assert!([u, v] == [r1, r2] || [1.0 - u, 1.0 - v] == [r1, r2]);
         assert_eq!([u, v] == [r1, r2], r1 + r2 <= 1.0);
     });

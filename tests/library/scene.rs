@@ -1,4 +1,4 @@
-//! Scenes: what they contain, which way it faces, what the builder refuses.
+//! Tests of scenes: their primitives and orientation, and what the builder refuses.
 
 use glam::DQuat;
 use whitefurnace::geometry::offsets::OFFSET;
@@ -6,7 +6,7 @@ use whitefurnace::material::rough_glass::RoughGlass;
 
 use crate::prelude::*;
 
-/// The floor of the room, as the report's scene was measured: counter-clockwise from above.
+/// Floor of the report's room, counter-clockwise from above, as measured in the report.
 pub const OUTLINE: [[f64; 2]; 6] = [
     [-3.0, 0.0],
     [0.0, -6.0],
@@ -20,7 +20,8 @@ fn report(convention: Convention) -> Scene {
     room::report(convention, OrenNayarForm::Corrected).expect("the room")
 }
 
-/// Whether an emitter is the whole of a primitive, or a rectangle the primitive one of its halves.
+/// Returns whether an emitter is a whole primitive, or a rectangle of which the primitive is one
+/// half.
 fn is_emitter_of(geometry: Geometry, emitter: &Emitter) -> bool {
     match (geometry, emitter.shape) {
         (Geometry::Triangle(corners), EmitterShape::Triangle(other)) => corners == other,
@@ -39,8 +40,8 @@ fn is_emitter_of(geometry: Geometry, emitter: &Emitter) -> bool {
     }
 }
 
-/// Each primitive of every built-in scene is met from either side where it is, with its own front,
-/// surface and emitter. (What they should be is in `scene_tables`.) Two sides of the room's
+/// Rays from either side hit each primitive of every built-in scene where it is, with its own
+/// front, surface and emitter. (Their values are tested in `scene_tables`.) Two sides of the room's
 /// tetrahedron lie in walls.
 #[test]
 fn rays_meet_what_they_are_aimed_at() {
@@ -124,8 +125,8 @@ fn hit_points_keep_off_edges() {
         let hit = scene
             .intersect(&Ray::new(eye, (target - eye).normalize()))
             .expect("closed");
-        // The face's own coordinate is met to rounding, the others stay inside: a margin of 2⁻³² of
-        // each weight moves a face of width 2 by half of that at least.
+        // The face's own coordinate is exact up to rounding; the others stay inside: a margin of
+        // 2⁻³² of each weight moves a face of width 2 by at least half of that.
         let axis = hit.normal.abs().max_position();
         assert_abs_diff_eq!(hit.point[axis].abs(), 1.0, epsilon = 8.0 * U);
         for other in [(axis + 1) % 3, (axis + 2) % 3] {
@@ -169,14 +170,14 @@ fn visibility_is_symmetric_and_stops_at_surfaces() {
     }
 }
 
-/// A builder with one valid surface.
+/// Returns a builder with one valid surface.
 fn builder() -> (SceneBuilder, SurfaceId) {
     let mut scene = SceneBuilder::new("broken");
     let surface = scene.surface(diffuse(0.5));
     (scene, surface)
 }
 
-/// Asserts that a scene with what is added to it is refused, in one line that names the scene and
+/// Asserts that a scene with these additions is refused, in one line that names the scene and
 /// contains a hint.
 fn assert_refused(hint: &str, add: impl FnOnce(&mut SceneBuilder, SurfaceId)) {
     let (mut scene, surface) = builder();
@@ -268,7 +269,7 @@ fn bad_shapes_are_refused() {
         assert_refused("sphere", |scene, surface| scene.sphere(sphere, surface));
         assert_refused("sphere", |scene, _| ball(scene, sphere, lamp(1.0)));
     }
-    // Beyond what any scene may be made of; the words stay short.
+    // Beyond the limits of any scene; messages stay short.
     let unit = Sphere::new(o, 1.0);
     assert_refused("sphere", |scene, surface| {
         scene.sphere(
@@ -332,9 +333,7 @@ fn valid_borders_are_accepted() {
     );
     assert!(scene.build(any_camera()).is_ok());
     let (empty, _) = builder();
-    let empty = empty
-        .build(any_camera())
-        .expect("nothing is wrong with nothing");
+    let empty = empty.build(any_camera()).expect("an empty scene is valid");
     assert_eq!(empty.name(), "broken");
     assert!(empty.intersect(&Ray::new(DVec3::ZERO, DVec3::X)).is_none());
     for albedo in [-0.1, 1.1, f64::NAN] {
@@ -345,7 +344,7 @@ fn valid_borders_are_accepted() {
 
 #[test]
 fn meshes_keep_their_own_vertices() {
-    // Indices count within each mesh, wherever it comes in the scene.
+    // Indices count within each mesh, wherever it is in the scene.
     let (mut scene, surface) = builder();
     for z in [1.0, 2.0] {
         let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|v| v + z * DVec3::Z);
@@ -361,7 +360,7 @@ fn meshes_keep_their_own_vertices() {
     }
 }
 
-/// Zones without area, and cameras that look nowhere, from the start or later.
+/// Zones without area, and cameras without a direction, are refused, at once or when set later.
 #[test]
 fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
     for zone in [
@@ -403,7 +402,7 @@ fn empty_zones_and_cameras_that_look_nowhere_are_refused() {
     }
 }
 
-/// The camera counts for the distance at which rays leave surfaces, whenever it comes.
+/// The camera counts for the offset of rays from surfaces, whether it is set first or later.
 #[test]
 fn a_later_camera_is_like_the_first() {
     let build = |camera| {
@@ -423,7 +422,7 @@ fn a_later_camera_is_like_the_first() {
     assert!(first > 1e5 * left(build(any_camera())));
 }
 
-/// So does how far a sphere reaches.
+/// The extent of a sphere counts for the offset of rays from surfaces.
 #[test]
 fn rays_leave_spheres_by_their_extent() {
     let left = |x: f64| {
@@ -440,8 +439,8 @@ fn rays_leave_spheres_by_their_extent() {
     );
 }
 
-/// Shadow rays between points within the hull of a scene pass its walls by: their answers are those
-/// of all primitives, from wherever they look.
+/// Shadow rays between points within the hull of a scene skip its walls; the result is that of
+/// testing all primitives, from any point.
 #[test]
 fn walls_change_no_shadow() {
     let mut rng = rng("walls");
@@ -456,7 +455,7 @@ fn walls_change_no_shadow() {
         let room = Mesh::cube().map(place);
         let scene = scene(|s| {
             let (white, clear) = (s.surface(diffuse(0.5)), s.surface(glass(1.5)));
-            // Closed, open on a side, or pierced.
+            // Closed, open on one side, or with a hole.
             let walls = if case % 3 == 1 {
                 &room.triangles[2..]
             } else {
@@ -516,8 +515,8 @@ fn under_a_sun(sun: Sphere, eye: DVec3) -> Result<Scene, Error> {
     scene.check_details().map(|()| scene)
 }
 
-/// Rays would leave the ball from 0.14 above it under a sun of true size and distance. The sun that
-/// the message names is taken, and as large in the sky.
+/// Under a sun of true size and distance, rays would start 0.14 above the ball. The sun that the
+/// message suggests is accepted, and has the same angular size.
 #[test]
 fn what_is_too_small_for_double_precision_is_refused_with_a_remedy() {
     let (towards, eye) = (
@@ -554,8 +553,8 @@ fn what_is_too_small_for_double_precision_is_refused_with_a_remedy() {
         max_relative = 1e-12
     );
     assert!(nearer.centre.length() > 1e8);
-    let fine = under_a_sun(nearer, eye).expect("taken");
-    // The camera counts, too; then the sun is no remedy.
+    let fine = under_a_sun(nearer, eye).expect("accepted");
+    // The camera counts, too; then a nearer sun does not help.
     let far = fine.with_camera(Camera::new(1e12 * DVec3::X, DVec3::ZERO, DVec3::Z, 0.5));
     let message = far
         .expect("a scene")

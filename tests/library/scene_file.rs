@@ -1,5 +1,5 @@
-//! Scene files: what each key does, what is refused and in which words, and that nothing brings the
-//! loader down.
+//! Tests of scene files: the effect of each key, the errors with their words, and that no file
+//! makes the loader panic.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::prelude::*;
 const EVERY_KEY: &str = include_str!("data/scenes/every-key.toml");
 const PYRAMID: &str = include_str!("data/scenes/pyramid.obj");
 
-/// A folder of this test's own with a scene and its mesh.
+/// Writes a scene and its mesh to a folder of this test's own.
 fn written(test: &str, scene: &[u8], mesh: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     fs::create_dir_all(&folder).expect("a folder");
@@ -37,7 +37,7 @@ fn every_key() -> SceneFile {
     .expect("a scene")
 }
 
-/// The same scene in the words of the library.
+/// A file with every key gives the scene that the library's functions build.
 #[test]
 fn every_key_says_what_the_page_says() {
     let rust = DVec3::new(0.25, 0.125, 0.0625);
@@ -147,14 +147,14 @@ fn every_key_says_what_the_page_says() {
         ],
     };
     assert_eq!(*mesh, ground);
-    // Scaled to 1 × 2 × 4, turned from x to y, then moved: x from −2 − 2 to −2, y from 0 to 1, z
-    // from 1 to 5.
+    // Scaled to 1 × 2 × 4, rotated from x to y, then translated: x from −2 − 2 to −2, y from 0 to
+    // 1, z from 1 to 5.
     let (low, high, volume, area) = measures(cuboid);
     assert_abs_diff_eq!(low, half(-4.0, 0.0, 1.0), epsilon = 1e-15);
     assert_abs_diff_eq!(high, half(-2.0, 1.0, 5.0), epsilon = 1e-15);
     assert_abs_diff_eq!(volume, 1.0, epsilon = 1e-14);
     assert_abs_diff_eq!(area, 28.0 / 4.0, epsilon = 1e-14);
-    // A pyramid of side and height 2, whose flat triangle is left out, in the same unit.
+    // A pyramid of side and height 2, without its degenerate triangle, in the same unit.
     let (low, high, volume, area) = measures(obj);
     assert_eq!((low, high), (half(0.0, -4.0, 0.0), half(2.0, -2.0, 2.0)));
     assert_abs_diff_eq!(volume, 8.0 / 3.0 / 8.0, epsilon = 1e-15);
@@ -175,7 +175,8 @@ fn every_key_says_what_the_page_says() {
     );
 }
 
-/// Least and greatest coordinates, volume within fronts that point outwards, and area.
+/// Measures the least and greatest coordinates, the volume within outward fronts, and the area of
+/// an object.
 fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
     let Object::Mesh {
         vertices,
@@ -205,8 +206,8 @@ fn measures(object: &Object) -> (DVec3, DVec3, f64, f64) {
     )
 }
 
-/// The scenes on which another renderer was asked have all their parts, but for the foot of a box
-/// that the floor covers.
+/// The scenes that were compared with another renderer load with all their parts, except the foot
+/// of a box that the floor covers.
 #[test]
 fn scenes_with_larger_meshes_load() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/library/data/scenes");
@@ -234,8 +235,8 @@ fn scenes_with_larger_meshes_load() {
     }
 }
 
-/// A text of the scene above, what stands there instead, and what is said of it; `OBJ` for its
-/// mesh.
+/// Each case replaces a text of the scene above, or of its mesh if it begins with `OBJ`, and states
+/// the resulting message.
 #[test]
 fn what_is_wrong_is_said_in_one_line_with_its_place() {
     for case in include_str!("data/scenes/refusals.txt")
@@ -269,12 +270,12 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
             path
         };
         assert!(!message.contains('\n'), "{case}: {message}");
-        // Some stand where the table begins, not where the key should be.
+        // Some messages name the line where the table begins, as the key is missing.
         let at = said
             .split_once("; line ")
             .and_then(|(_, line)| line.parse().ok())
             .unwrap_or(line);
-        let said = said.split("; line ").next().expect("what is said");
+        let said = said.split("; line ").next().expect("a message");
         assert_eq!(
             message,
             format!("scene {}, line {at}: {said}", file.display()),
@@ -283,7 +284,7 @@ fn what_is_wrong_is_said_in_one_line_with_its_place() {
     }
 }
 
-/// A sky of two rows and one column in each channel, scaled; and what is none.
+/// Skies: two rows and one column in each channel, scaled; and files that are refused.
 #[test]
 fn a_sky_is_an_image_of_all_directions() {
     let folder = written("sky", b"", b"")
@@ -323,8 +324,7 @@ fn a_sky_is_an_image_of_all_directions() {
         Ok(turned.description.background),
         map(0.5, DVec3::Y, DVec3::Z)
     );
-    // Radiance pictures as well: 128 · 2^(129 − 136) is 1. It is as a sky should be, and nothing is
-    // noted of it.
+    // Radiance pictures as well: 128 · 2^(129 − 136) is 1. This sky needs no note.
     let bytes = [
         &b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"[..],
         &[128, 64, 0, 129, 64, 64, 64, 130],
@@ -340,7 +340,7 @@ fn a_sky_is_an_image_of_all_directions() {
         "{:?}",
         radiance.notes
     );
-    // A layer is chosen by a key; what is no radiance is refused.
+    // A key selects a layer; invalid radiance is refused.
     let sky = |names: &[&str], attributes: ImageAttributes, environment_map| {
         let channel =
             |(i, &name): (usize, &&str)| AnyChannel::new(name, FlatSamples::F32(vec![i as f32; 2]));
@@ -506,7 +506,7 @@ fn files_that_are_no_scenes_are_refused() {
     }
 }
 
-/// Images of scenes that differ are told apart by the digest, wherever the difference is.
+/// Scenes that differ in any of their files have different digests.
 #[test]
 fn the_digest_is_of_all_files() {
     let digest = |scene: &str, mesh: &str| {
@@ -527,7 +527,7 @@ fn the_digest_is_of_all_files() {
     );
 }
 
-/// What a hostile file may hold where a number stood.
+/// Values that a hostile file may hold in place of a number.
 const VALUES: [&str; 16] = [
     "nan",
     "inf",
@@ -547,7 +547,7 @@ const VALUES: [&str; 16] = [
     "[[0]]",
 ];
 
-/// A text with its n-th number, or some of its bytes, replaced.
+/// Replaces the n-th number of a text, or some of its bytes.
 fn mutated(text: &str, changes: &[(f64, usize, Vec<u8>)]) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for (place, kind, noise) in changes {
@@ -619,7 +619,7 @@ fn no_file_brings_the_loader_down() {
             }
         },
     );
-    // Both happen often.
+    // Both acceptance and refusal happen often.
     for count in counts {
         assert!(count.into_inner() > 150);
     }
@@ -642,12 +642,12 @@ fn more_triangles_than_fit_are_refused_at_once() {
     );
 }
 
-/// The book's page of scene files.
+/// Returns the book's page on scene files.
 fn page() -> &'static str {
     include_str!("../../book/pages/scenes.md")
 }
 
-/// The page's example is a scene that renders, and holds what the page says of it.
+/// The page's example is a scene that renders and has the properties that the page states.
 #[test]
 fn the_pages_example_renders() {
     let example = page()
@@ -681,8 +681,8 @@ fn the_pages_example_renders() {
     );
 }
 
-/// The page names every key, model and shape that the loader takes: it lists them where a wrong one
-/// is given.
+/// The page names every key, model and shape that the loader accepts; the loader lists them when a
+/// wrong one is given.
 #[test]
 fn the_page_has_every_key() {
     let mut seen = 0;

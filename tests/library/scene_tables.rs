@@ -1,6 +1,6 @@
-//! Every built-in scene against its table in `data/scenes.txt`: shapes, materials, emitters,
-//! background and camera, whatever the order in which the scene lists them. A constant that is off
-//! by 1e-9 of itself shows.
+//! Tests every built-in scene against its table in `data/scenes.txt`: shapes, materials, emitters,
+//! background and camera, in whatever order the scene lists them. A relative error of 1e-9 in a
+//! constant is detected.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,8 @@ use whitefurnace::scene::room::Walls;
 use crate::camera::assert_rays;
 use crate::prelude::*;
 
-/// The words and numbers of a text, numbers rounded to 1e-12, however they are written and divided.
+/// Normalises a text to words and numbers, the latter rounded to 1e-12, however they are written
+/// and separated.
 fn plain(text: &str) -> String {
     let words = text.split(|c: char| c.is_whitespace() || "()[]{},:".contains(c));
     let round = |x: f64| ((x * 1e12).round() / 1e12 + 0.0).to_string();
@@ -22,8 +23,7 @@ fn plain(text: &str) -> String {
         .join(" ")
 }
 
-/// A shape in words; triangles are the same from whichever corner they start, their sense of
-/// rotation counts.
+/// Describes a shape in words; a triangle may start at any corner, but its orientation counts.
 fn shape(geometry: Geometry) -> String {
     match geometry {
         Geometry::Triangle([a, b, c]) => {
@@ -52,7 +52,7 @@ fn light(emitter: &Emitter) -> String {
     ))
 }
 
-/// The lines of a section of the file.
+/// Returns the lines of a section of the file.
 fn section(name: &str) -> &'static str {
     let all = include_str!("data/scenes.txt");
     let sections = all
@@ -61,7 +61,7 @@ fn section(name: &str) -> &'static str {
     sections.last().expect("a section of this name")
 }
 
-/// Asserts that a scene is that of these sections of the file and of `more`.
+/// Asserts that a scene consists of these sections of the file and of `more`.
 fn check(scene: Result<Scene, Error>, name: &str, sections: &[&str], more: &str) {
     let scene = scene.expect("a scene");
     assert_eq!(scene.name(), name);
@@ -189,7 +189,8 @@ fn simple_scenes() {
     assert_eq!(simple::CAP_SHARE, 0.25);
 }
 
-/// What the file of the report's room says itself, before a convention or a trial changes it.
+/// The file of the report's room is the room with physical rules, before a convention or a trial
+/// changes it.
 #[test]
 fn the_rooms_file_is_the_physical_room() {
     let file = Description::parse("report", include_str!("../../src/scene/files/report.toml"))

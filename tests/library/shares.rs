@@ -1,9 +1,9 @@
-//! The shares of the error budget that this target uses, as numbers: the test of the whole budget
-//! adds them to those of the registry.
+//! Shares of the error budget that this target uses, as data: the test of the whole budget adds
+//! them to those of the registry.
 
-/// Tests with random arguments that compare something only where a ray hits or a path arrives:
-/// their names, the count to be exceeded, and how often they ask. Each has a share of the budget,
-/// although the counts are far away.
+/// Tests with random arguments that compare only where a ray hits or a path arrives: name, count to
+/// be exceeded, and number of checks. Each has a share of the budget, although the counts are far
+/// exceeded.
 pub const ENOUGH: [(&str, usize, usize); 9] = [
     ("mixed", 100, 1),
     ("flat", 100, 3),
@@ -16,14 +16,14 @@ pub const ENOUGH: [(&str, usize, usize); 9] = [
     ("behind nothing", 100, 2),
 ];
 
-/// The assertions of the library's tests that chance can turn red, by where they stand.
+/// Number of random assertions among the library's tests, by module.
 pub const OUTSIDE: [(&str, usize); 8] = [
     ("directions", 31),
     ("images", 31),
     ("lobes", 50),
     ("checkup parts", 9),
     ("narrow lobes", 4),
-    // One for each table, one for what must be rejected, and four for identities of random paths.
+    // One for each table, one for the negative control, and four for identities of random paths.
     ("features", 10),
     ("single precision", 17),
     // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and

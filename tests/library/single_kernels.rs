@@ -1,5 +1,5 @@
-//! Functions of single-precision lanes, each within stated roundings of its value in double
-//! precision.
+//! Tests of the single-precision lane functions, each within a stated number of roundings of its
+//! value in double precision.
 
 use std::array::from_fn;
 
@@ -12,26 +12,26 @@ use crate::prelude::*;
 /// Unit roundoff of single precision.
 const U1: f64 = 1.0 / 16_777_216.0;
 
-/// How many roundings a kernel may be off by: each of its arguments, relative to the largest of
-/// them or 1, and each of its results. Kernels are some tens of operations long; few of their
-/// errors go the same way.
+/// Number of roundings that a kernel may be off by: in each argument, relative to the largest of
+/// them or 1, and in each result. Kernels are some tens of operations long; few of their errors
+/// have the same sign.
 const ROUNDINGS: f64 = 16.0;
 
-/// Errors of results below this are relative to it: a reflectance that vanishes is the square of a
+/// Results below this have errors relative to it: a vanishing reflectance is the square of a
 /// difference of rounded numbers.
 const FAINT: f64 = 1e-3;
 
-/// Whether every kernel is as near to its value in double precision as the value is to those of
-/// arguments that differ by [`ROUNDINGS`], one by one. Where the value jumps between them, at the
-/// edge of total reflection or of a triangle, or where it is steep, the bound is wide: no more than
-/// a share of all may be so.
+/// Compares every kernel with its value in double precision; the bound is the change of that value
+/// when arguments change by [`ROUNDINGS`], one by one. Where the value jumps, at the edge of total
+/// reflection or of a triangle, or where it is steep, the bound is wide; only a limited share of
+/// all results may be so.
 struct Near<'a> {
     arguments: &'a [[f64; 16]; SINGLES],
     found: &'a mut Vec<Found>,
 }
 
-/// The errors of a kernel: its results, those whose bound is wide, and the largest error in units
-/// of its bound.
+/// Errors of a kernel: number of results, number of those with a wide bound, and the largest error
+/// in units of its bound.
 struct Found {
     name: String,
     results: u32,
@@ -39,10 +39,10 @@ struct Found {
     worst: f64,
 }
 
-/// A bound beyond this, relative to the value or absolute, says nothing.
+/// Bounds above this, relative to the value or absolute, say nothing.
 const WIDE_BOUND: f64 = 1e-3;
 
-/// Arguments where a kernel means something.
+/// Maps arguments into the domain of a kernel.
 fn domain(name: &str, x: &mut [f64; 16]) {
     let share = |x: f64| (x.abs() / 1.2).min(1.0 - U1);
     let index = |x: f64| 1.0 + x.abs();
@@ -172,7 +172,7 @@ fn kernels_are_within_their_roundings() {
     }
 }
 
-/// Over the whole domain: every share that is a number of 22 bits, and those between at random.
+/// Tests the whole domain: every number of 22 bits, and random numbers between them.
 #[test]
 fn sines_of_turns_are_within_their_bound_in_single_precision() {
     let mut rng = rng("single turns");
@@ -201,7 +201,7 @@ fn sines_of_turns_are_within_their_bound_in_single_precision() {
     assert!(worst <= 2e-7, "{worst:e}");
 }
 
-/// A generator's 64 bits in both precisions.
+/// Compares the uniform numbers of the same 64 bits in both precisions.
 #[test]
 fn uniform_numbers_lie_below_one_and_near() {
     let mut rng = rng("single numbers");

@@ -1,6 +1,6 @@
-//! The engine in single precision: near to double precision within stated bounds, closed where
-//! rooms are closed, and refused where it would be seen. That its images have the same mean is on
-//! trial in the registry.
+//! Tests of the single-precision engine: near to double precision within stated bounds, watertight
+//! in closed rooms, and refused where the error would be visible. The registry's trials compare the
+//! means of its images.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -45,7 +45,7 @@ fn plain(seed: u64) -> Sampling {
     }
 }
 
-/// A path by hits alone, that no roulette ends at so many hits.
+/// Returns a path tracer without shadow rays that exempts this many first hits from roulette.
 fn walk(early: u32) -> LaneEstimator {
     LaneEstimator::Path(Path {
         early,
@@ -53,7 +53,7 @@ fn walk(early: u32) -> LaneEstimator {
     })
 }
 
-/// A closed mesh that reflects all light, in bright surroundings.
+/// Returns a closed mesh that reflects all light, in bright surroundings.
 fn sealed(mesh: &Mesh) -> Scene {
     scene(|scene| {
         scene.background(DVec3::splat(1000.0));
@@ -62,8 +62,8 @@ fn sealed(mesh: &Mesh) -> Scene {
     })
 }
 
-/// Closed meshes around the origin, searched as a list and by way of the hierarchy, with the half
-/// width of a cube inside. The third has a corner of ten degrees.
+/// Returns closed meshes around the origin, some searched as a list and some through the hierarchy,
+/// with the half width of a cube inside. The third has a corner of ten degrees.
 fn closed() -> [(Mesh, f64); 5] {
     let shell = Mesh::room_shell().map(|v| v - DVec3::X);
     let wedge = Mesh::prism(&[[-4.0, 0.0], [1.5, -0.48], [1.5, 0.48]], [-1.0, 1.0]);
@@ -76,8 +76,8 @@ fn closed() -> [(Mesh, f64); 5] {
     ]
 }
 
-/// Rays aimed at edges and vertices, sixteen around each aim, and what they send on; also where
-/// coordinates are hundreds of times the height of the triangles.
+/// Rays aimed at edges and vertices, sixteen around each aim, and their scattered rays do not leak,
+/// also where coordinates are hundreds of times the height of the triangles.
 #[test]
 fn nothing_leaks_in_single_precision() {
     let mut rng = rng("single leaks");
@@ -99,7 +99,7 @@ fn nothing_leaks_in_single_precision() {
                 scene = scene.with_camera(camera).expect("a camera");
                 let film = by(plain(aim), &scene, walk(20), [SINGLES as u32, 1]);
                 assert_eq!(film.mean(), 0.0, "from {eye} to {target}");
-                // Aimed as exactly as numbers allow: not normalised.
+                // As exact as the numbers allow: not normalised.
                 let targets: [DVec3; SINGLES] = from_fn(|_| border(&mut rng, &mesh));
                 let [origins, directions] = [
                     Lanes3::from_fn(|_| eye),
@@ -117,8 +117,8 @@ fn nothing_leaks_in_single_precision() {
     }
 }
 
-/// Long paths in the closed scenes, whose directions are as grazing as chance makes them: by the
-/// cosine, and evenly.
+/// Long paths do not leave closed scenes, at all grazing angles that cosine-weighted and uniform
+/// sampling produce.
 #[test]
 fn no_path_leaves_closed_scenes_in_single_precision() {
     let even = LaneEstimator::Report(Report {
@@ -146,9 +146,9 @@ fn no_path_leaves_closed_scenes_in_single_precision() {
     }
 }
 
-/// The report's room, closed by the walls that it has, in surroundings that no path sees. Its balls
-/// touch floor and wall, and what leaves them there, nearer to these than [`SINGLE_OFFSET`], starts
-/// outside: here they are a little smaller.
+/// The report's room, closed by its own walls, in surroundings that no path may see. Its balls
+/// touch floor and wall, and rays that leave them there, nearer than [`SINGLE_OFFSET`], start
+/// outside; here the balls are a little smaller.
 #[test]
 fn the_room_has_no_gap_in_single_precision() {
     let text = include_str!("../../src/scene/files/report.toml")
@@ -170,10 +170,10 @@ fn the_room_has_no_gap_in_single_precision() {
     }
 }
 
-/// A path that leaves a convex body leaves it for good: at its own surface it would be reflected
-/// twice. Seen from near and far, near the origin and far from it, and in any direction that the
-/// cosine gives. A ray that passes an outline as near as rounding may take the back of the body for
-/// its front, and then stays within: from afar about one of twenty thousand.
+/// A path that leaves a convex body never hits it again: at its own surface it would be reflected
+/// twice. Tested near and far from the camera and from the origin, with cosine-weighted directions.
+/// A ray that passes a silhouette within rounding may take the back of the body for its front, and
+/// then stays within: from far away about one ray in twenty thousand.
 #[test]
 fn rays_do_not_hit_the_body_that_they_leave() {
     for distance in [3.0, 100.0, 700.0] {
@@ -213,13 +213,13 @@ fn rays_do_not_hit_the_body_that_they_leave() {
     }
 }
 
-/// Of so many samples no more differ by a thousandth, or by a hundredth: near an edge, or after a
-/// few mirrors and balls, a rounding grows. Three times what was measured in the worst scene, the
-/// report's room, and then of thousands of samples, none of which knows of another: no seed makes
-/// so many more.
+/// Largest fractions of samples that may differ by more than 1e-3 and 1e-2, respectively: near an
+/// edge, or after a few mirrors and balls, roundings grow. The fractions are three times those
+/// measured in the worst scene, the report's room, with thousands of independent samples, so that
+/// no seed exceeds them.
 const APART: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
-/// The same where shadow rays go by way of balls, along whose caustics a rounding is spread as
-/// light is.
+/// [`APART`] for specular next-event estimation: along caustics of balls a rounding spreads as
+/// light does.
 const APART_BY_BODIES: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
 
 const FRAME: [u32; 2] = [64, 48];
@@ -257,7 +257,7 @@ fn all_estimators() -> Vec<LaneEstimator> {
     ]
 }
 
-/// A ball of glass of a thousand triangles, in a lit room: rays go through the hierarchy.
+/// Returns a glass ball of a thousand triangles, in a lit room: rays traverse the hierarchy.
 fn faceted() -> Scene {
     scene_from(
         Camera::new(DVec3::new(0.0, -2.7, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
@@ -282,7 +282,7 @@ fn images_differ_by_rounding() {
             }
             taken += 1;
             for (numbers, outlines) in [(Numbers::Independent, false), (Numbers::Sobol(1), true)] {
-                // Points of outlines show what emitters emit.
+                // Silhouette points show what emitters emit.
                 let outlines = outlines
                     && !matches!(estimator, LaneEstimator::Report(report) if report.rules == LightRules::REPORT);
                 let sampling = Sampling {
@@ -316,7 +316,7 @@ fn images_differ_by_rounding() {
             }
         }
     }
-    // All but an environment that shadow rays would look for, and what has small things.
+    // All but scenes with an environment that shadow rays sample, or with small details.
     assert!(taken >= 14 * all_estimators().len(), "{taken}");
 }
 
@@ -367,7 +367,8 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
     }
 }
 
-/// A ball of radius 1 on a plane under a bright sky, seen from near; the plane reaches to `reach`.
+/// Returns a ball of radius 1 on a plane under a bright sky, seen from near; the plane extends to
+/// `reach`.
 fn ball_on_a_plane(reach: f64) -> Scene {
     scene_from(
         Camera::new(DVec3::new(0.0, -8.0, 1.5), 0.5 * DVec3::Z, DVec3::Z, 0.35),
@@ -384,9 +385,9 @@ fn ball_on_a_plane(reach: f64) -> Scene {
     )
 }
 
-/// Of the ball what lies near the plane: where rays start behind the plane, its underside shines.
-/// What is taken is off by less than a thousandth as a whole, what is refused by more than a
-/// hundredth.
+/// Compares the part of the ball near the plane: where rays start behind the plane, its underside
+/// shines. Accepted scenes are off by less than a thousandth in the mean, refused ones by more than
+/// a hundredth.
 #[test]
 fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
@@ -434,7 +435,7 @@ fn what_single_precision_would_show_is_refused() {
         assert_option_refused(check_singles(&fine), "too small for single precision");
         check_singles(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
     }
-    // What is far from the camera, too, and zones.
+    // Objects far from the camera, and zones, are refused, too.
     let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(
         5000.0 * DVec3::X,
         DVec3::ZERO,
@@ -451,7 +452,7 @@ fn what_single_precision_would_show_is_refused() {
     };
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
     assert_option_refused(check_singles(&ring), "too small for single precision");
-    // Triangles that hang together are one thing, however fine; what is thin in two directions is
+    // Connected triangles are one object, however fine; an object that is thin in two directions is
     // small.
     let of_mesh = |mesh: &Mesh, scale: DVec3| {
         scene(|scene| {
@@ -482,7 +483,7 @@ fn what_single_precision_would_show_is_refused() {
         );
     });
     assert_option_refused(check_singles(&sliver), "too small for single precision");
-    // What is refused is not rendered.
+    // Refused scenes are not rendered.
     let mut film = Film::new([2, 2], None, 1).expect("a legal size");
     let rendered = singles(path(Finds::Bsdf), plain(1)).add(&sliver, &mut film, 0..1, &|_| true);
     assert_option_refused(rendered, "too small for single precision");

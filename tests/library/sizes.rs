@@ -1,5 +1,4 @@
-//! Sizes that are wide, tall, odd, one, and one beyond each number at which the code does something
-//! else.
+//! Tests of frame sizes that are wide, tall, odd, one, and one beyond each threshold of the code.
 
 use std::ops::Range;
 
@@ -11,7 +10,7 @@ use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
 
-/// Around lanes (8 and 16), portions of walks (256) and pixels of a piece.
+/// Sizes around lanes (8 and 16), batches of walks (256) and pixels of a tile.
 const FRAMES: [[u32; 2]; 12] = [
     [1, 1],
     [1, 2],
@@ -40,7 +39,7 @@ fn add(scene: &Scene, by: &dyn Renderer, film: &mut Film, range: Range<u32>) {
     assert!(by.add(scene, film, range, &|_| true).expect("legal values"));
 }
 
-/// A room seen by a camera that is not level, so that no two pixels of a frame are alike.
+/// Returns a room seen by a tilted camera, so that no two pixels of a frame are alike.
 fn tilted() -> Scene {
     let camera = Camera::new(
         DVec3::new(1.0, 2.0, 2.5),
@@ -54,8 +53,8 @@ fn tilted() -> Scene {
         .expect("a camera")
 }
 
-/// The whole is its pixels, each rendered as a window of its own or in another order of
-/// replications, by lanes or alone; films of replications apart merge to it.
+/// An image equals its pixels, each rendered as a window of its own or in another order of
+/// replications, in lanes or singly; films of separate replications merge to it.
 #[test]
 fn every_shape_is_its_pixels() {
     let scene = tilted();
@@ -100,8 +99,8 @@ fn every_shape_is_its_pixels() {
                     part.pixels()[0] == *whole.pixel(x, y),
                     "{frame:?}: ({x}, {y})"
                 );
-                // Where it is in the frame, too: its samples are rays of the camera through that
-                // pixel.
+                // The position in the frame matters, too: samples are rays of the camera through
+                // that pixel.
                 let mut rng = stream(master(), y * width + x, 0);
                 let [u, v] = Random.position(0, uniform2(&mut rng));
                 let ray = scene
@@ -123,11 +122,11 @@ fn every_shape_is_its_pixels() {
     }
 }
 
-/// Passes over frames of any shape are the same on any number of threads, and what the camera sees
-/// of a lamp lies in the pixels in which its rays meet it.
+/// Passes over frames of any shape are the same on any number of threads, and the camera sees a
+/// lamp in the pixels whose rays hit it.
 #[test]
 fn particles_reach_their_pixels_in_every_shape() {
-    // A lamp in the upper right of a frame that sees nothing else.
+    // A lamp in the upper right of an otherwise dark frame.
     let scene = scene_from(Camera::new(DVec3::ZERO, DVec3::Y, DVec3::Z, 1.0), |s| {
         ball(s, Sphere::new(DVec3::new(0.3, 1.0, 0.35), 0.08), lamp(2.0));
     });
@@ -164,15 +163,15 @@ fn particles_reach_their_pixels_in_every_shape() {
                 assert!((0..64 * 64).any(meets), "{frame:?}: ({x}, {y})");
             }
         }
-        // In others it is not in view, or on few pixels.
+        // In other frames it is not in view, or on few pixels.
         if [[15, 17], [16, 16]].contains(&frame) {
             assert!(film.mean() > 0.0, "{frame:?}");
         }
     }
 }
 
-/// More samples than 2¹⁶, and as many points of a scramble as there may be: in one piece, in
-/// shards, and merged.
+/// More samples than 2¹⁶, and as many points of a scramble as are allowed: in one piece, in shards,
+/// and merged.
 #[test]
 fn many_samples_are_the_sum_of_their_parts() {
     let scene = scene(|s| s.background(DVec3::new(1.0, 0.5, 0.25)));
@@ -211,9 +210,8 @@ fn many_samples_are_the_sum_of_their_parts() {
     }
 }
 
-/// Images of any shape: every kind of place covers the frame once, each place has the mean of its
-/// pixels, and what is brighter in an area of one side is found in its pixels and in no place that
-/// it does not touch.
+/// In images of any shape, regions of every kind tile the frame, each has the mean of its pixels,
+/// and a brighter rectangle is found in its pixels and in no region that it does not touch.
 #[test]
 fn differences_are_found_where_they_are() {
     for [width, height] in [
@@ -227,7 +225,7 @@ fn differences_are_found_where_they_are() {
         [49, 3],
     ] {
         let count = width * height;
-        // Noise of a pixel is ±1 % in as many images: skewness leaves all pixels judged.
+        // Noise of a pixel is ±1 % in equally many images; skewness leaves all pixels testable.
         let sign = |k: u32, i: usize| {
             if (k & (1 + (5 * i as u32 + 1) % 7))
                 .count_ones()
@@ -273,7 +271,7 @@ fn differences_are_found_where_they_are() {
                 let means = [&a, &b].map(|images| sum(images) / (8 * inside().count()) as f64);
                 assert_relative_eq!(place.means[..], means[..], max_relative = 1e-12);
                 let touches = x0 < right && left < x1 && y0 < bottom && top < y1;
-                // A difference of larger places that is in one pixel alone does not stand.
+                // A difference of larger regions that is in one pixel alone is not reported.
                 let found = kind.rejects(place);
                 assert!(
                     found == touches || (touches && kind.name != "pixel"),

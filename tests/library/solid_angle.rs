@@ -1,4 +1,4 @@
-//! Emitters as they are seen: solid angles, points, densities.
+//! Tests of solid angles of emitters, and of points and pdfs when they are sampled by solid angle.
 
 use whitefurnace::geometry::solid_angle::{
     SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap,
@@ -9,7 +9,8 @@ use crate::sampling::area_ratio;
 
 const TRIES: usize = 2000;
 
-/// A random emitter of each shape, some large and near, some small and far, with a point before it.
+/// Returns random emitters of each shape, some large and near, some small and far, each with a
+/// point in front of it.
 fn cases(name: &str) -> Vec<(Emitter, DVec3)> {
     let mut rng = rng(name);
     let mut cases = Vec::new();
@@ -41,7 +42,8 @@ fn cases(name: &str) -> Vec<(Emitter, DVec3)> {
     cases
 }
 
-/// The solid angle of a triangle of unit vectors: tan(Ω/2) by Van Oosterom and Strackee, 1983.
+/// Returns the solid angle of a triangle of unit vectors: tan(Ω/2) by Van Oosterom and Strackee,
+/// 1983.
 fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
     2.0 * a
         .dot(b.cross(c))
@@ -49,7 +51,7 @@ fn triangle([a, b, c]: [DVec3; 3]) -> f64 {
         .atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
 }
 
-/// The solid angle by a second route: from triangles, or 2π(1 − cos θ).
+/// Computes the solid angle in another way: from triangles, or as 2π(1 − cos θ).
 fn reference(emitter: &Emitter, from: DVec3) -> f64 {
     match emitter.shape {
         EmitterShape::Rectangle {
@@ -80,24 +82,24 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
             continue;
         };
         seen += 1;
-        // The arc sine of R/d near 1 and angles between planes that nearly coincide lose half of
-        // the digits.
+        // The arc sine of R/d near 1 and angles between nearly coincident planes lose half of the
+        // digits.
         assert_abs_diff_eq!(
             view.solid_angle(),
             reference,
             epsilon = 1e-6 * reference.max(1e-2)
         );
-        let pdf = emitter.pdf_solid_angle(from).expect("it is seen");
+        let pdf = emitter.pdf_solid_angle(from).expect("visible");
         assert_relative_eq!(pdf, 1.0 / view.solid_angle(), max_relative = 1e-15);
         assert_eq!(
             pdf,
             emitter
                 .sample_solid_angle(from, [0.3, 0.6])
-                .expect("it is seen")
+                .expect("visible")
                 .1
         );
     }
-    assert!(2 * seen > 3 * TRIES, "only {seen} were seen");
+    assert!(2 * seen > 3 * TRIES, "only {seen} are visible");
 }
 
 #[test]
@@ -112,9 +114,7 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
             [1.0 - f64::EPSILON, 1.0 - f64::EPSILON],
             [0.9, 0.1],
         ] {
-            let (light, _) = emitter
-                .sample_solid_angle(from, random)
-                .expect("it is seen");
+            let (light, _) = emitter.sample_solid_angle(from, random).expect("visible");
             assert_eq!(light.point, view.sample(random));
             assert!(
                 light.point.is_finite(),
@@ -196,7 +196,7 @@ fn far_and_small_shapes_keep_their_digits() {
             max_relative = second_order
         );
         assert_relative_eq!(cap.solid_angle, PI * area, max_relative = second_order);
-        // A rectangle is twice the triangle that half of it is, as seen from its axis.
+        // From its axis, a rectangle has twice the solid angle of its half, a triangle.
         assert_relative_eq!(
             rectangle.solid_angle,
             2.0 * triangle.solid_angle,
@@ -205,11 +205,11 @@ fn far_and_small_shapes_keep_their_digits() {
     }
 }
 
-/// [`whitefurnace::equation::SOLID_ANGLE`] and its kin where the value is a simple share of the
-/// sphere.
+/// Checks [`whitefurnace::equation::SOLID_ANGLE`] and its kin where the value is a simple fraction
+/// of the sphere.
 #[test]
 fn exact_values() {
-    // A face of a cube from its middle, an octant, a sphere that touches a cone of 60°.
+    // A face of a cube from its centre, an octant, a sphere that touches a cone of 60°.
     let corner = DVec3::new(-1.0, -1.0, 1.0);
     let face = SphericalRectangle::new(DVec3::ZERO, corner, [2.0 * DVec3::Y, 2.0 * DVec3::X]);
     assert_relative_eq!(

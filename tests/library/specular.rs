@@ -1,4 +1,4 @@
-//! Light by way of mirrors and glass, path by path, where a path has one value or none.
+//! Tests of paths through mirrors and glass, where a path has one value or zero.
 
 use whitefurnace::integrator::{Density, Path, Strategy};
 
@@ -6,7 +6,7 @@ use crate::prelude::*;
 
 const STREAMS: u32 = 200;
 
-/// Values of an estimator along a ray, a stream each.
+/// Returns the values of an estimator along a ray, one for each stream.
 fn values<E: Estimator>(scene: &Scene, estimator: &E, ray: &Ray) -> Vec<f64> {
     let hit = scene.intersect(ray);
     (0..STREAMS)
@@ -39,22 +39,22 @@ impl Roulette for All {
 
 impl NextEvent for All {}
 
-/// Of the strategies of bidirectional path tracing, shadow rays alone.
+/// Counts only next-event estimation among the strategies of bidirectional path tracing.
 impl Bidirectional for All {
     fn strategy_weight(&self, _: &[Density], s: usize) -> f64 {
         f64::from(s == 1)
     }
 }
 
-/// A floor and a tiny light within glass, seen from outside: n² less than without the glass, by
-/// shadow rays and by both strategies, and by paths from both ends.
+/// A floor and a tiny light within glass, seen from outside, have n² less radiance than without the
+/// glass, by shadow rays, by both strategies, and by bidirectional path tracing.
 #[test]
 fn shadow_rays_in_glass_have_the_radiance_factor() {
-    // A pixel so small that its rays are one.
+    // A pixel so small that all its rays are one.
     let camera = Camera::new(3.0 * DVec3::Z, DVec3::ZERO, DVec3::X, 1e-6);
     let lit = |index| {
         scene(|s| {
-            // Too dark for a survivor.
+            // Too dark for paths to survive.
             square(s, 9.0, 0.0, true, diffuse(0.4));
             panel(
                 s,
@@ -83,7 +83,7 @@ fn shadow_rays_in_glass_have_the_radiance_factor() {
     }
 }
 
-/// Shadow rays that pass glass have looked behind it, not at what it reflects.
+/// Shadow rays that pass through glass see the light behind it, not its reflections.
 #[test]
 fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
     let scene = scene(|s| {
@@ -111,8 +111,8 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
     );
 }
 
-/// Of particles that a mirror throws on a floor the map of caustics keeps each once, though the
-/// floor reflects them and the mirror throws them back.
+/// The caustic map stores each particle that a mirror reflects onto a floor once, though the floor
+/// reflects it and the mirror throws it back.
 #[test]
 fn a_caustic_ends_at_its_first_diffuse_surface() {
     let scene = scene(|s| {
@@ -125,8 +125,8 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
 
-/// Every method of the report sees the background straight, in a mirror what that reflects of it,
-/// and from within glass with n² if its rules are physical.
+/// Every method of the report sees the background directly, in a mirror times its reflectance, and
+/// from within glass with n² if its rules are physical.
 #[test]
 fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
     let sky = |surface: Surface| {

@@ -1,11 +1,11 @@
-//! Equations (5)-(7): rays and spheres.
+//! Tests of equations (5)-(7): rays and spheres.
 
 use whitefurnace::geometry::shape::{sphere_distances, sphere_distances_printed, sphere_residual};
 
 use crate::prelude::*;
 
-/// A sphere and a ray whose line passes it at `miss` radii from the centre, from distances around
-/// the radius to far away.
+/// Generates a sphere and a ray whose line passes it at `miss` radii from the centre, from
+/// distances around the radius to far away.
 fn ray_and_sphere(
     misses: impl Strategy<Value = f64>,
 ) -> impl Strategy<Value = (Ray, DVec3, f64, f64)> {
@@ -47,7 +47,7 @@ fn sphere_bound(ray: &Ray, centre: DVec3, radius: f64) -> f64 {
 #[test]
 fn the_residual_is_negative_inside_and_positive_outside() {
     let centre = DVec3::new(1.0, -2.0, 3.0);
-    // 2, 6, 3 from the centre: distance 7.
+    // (2, 6, 3) from the centre: distance 7.
     let x = centre + DVec3::new(2.0, -6.0, 3.0);
     for (radius, expected) in [(5.0, 24.0), (7.0, 0.0), (9.0, -32.0)] {
         assert_eq!(sphere_residual(x, centre, radius), expected);
@@ -122,8 +122,8 @@ fn sphere_distance_is_in_units_of_the_direction() {
             let longer = Ray::new(ray.origin, ray.direction * 2f64.powi(k));
             let expected =
                 sphere_distances(&ray, c, r).map(|roots| roots.map(|t| t * 2f64.powi(-k)));
-            // Powers of four are exact throughout; odd powers meet a square root of 2^k, which is
-            // not.
+            // Powers of four are exact throughout; odd powers involve a square root of 2^k, which
+            // is not.
             if k % 2 == 0 {
                 assert_eq!(sphere_distances(&longer, c, r), expected);
             }
@@ -151,7 +151,7 @@ fn zones_divide_the_sphere() {
                 (a, b) => a.or(b),
             };
             assert_eq!(first, whole.intersect(&ray, f64::INFINITY));
-            // Each part has its own side: a point's height has three roundings of its terms.
+            // Each zone has its own side: a point's height has three roundings of its terms.
             let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
             let distance = (ray.origin - c).length() + r;
             let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);

@@ -1,23 +1,23 @@
-//! The master seed of the tests, and what is derived from it.
+//! The master seed of the tests, and generators derived from it.
 
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::sampling::rng::{Stream, seed_for, stream};
 
-/// The context of the environment for the test with this name.
+/// Returns the context of the environment for the test with this name.
 pub fn context(name: &str) -> Context {
     Context::from_environment()
         .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
         .named(name)
 }
 
-/// The master seed of the environment.
+/// Returns the master seed of the environment.
 pub fn master() -> u64 {
     context("").seed
 }
 
-/// A test's own generator. Its output shows how to repeat the test, if it fails.
+/// Returns a test's own generator. Its output shows how to repeat the test if it fails.
 pub fn rng(name: &str) -> Stream {
     println!("{}", repeat());
     stream(seed_for(master(), name), 0, 0)

@@ -1,5 +1,5 @@
-//! Work that was stopped: what goes on makes the film of what was not stopped, through a file, too;
-//! and what is no such file is refused.
+//! Tests of interrupted work: resuming gives the film of an uninterrupted run, also through a file;
+//! files that are not of unfinished work are refused.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,7 +29,7 @@ fn notes() -> Notes {
     )
 }
 
-/// The film that comes back from a file.
+/// Writes a film to a file and reads it back.
 fn through(path: &Path, film: &Film) -> Film {
     write_unfinished(path, film, &notes()).expect("written");
     let (read, said) = read_unfinished(path).expect("read");
@@ -82,8 +82,8 @@ fn files_keep_every_bit_of_the_sums() {
     );
 }
 
-/// Adds a range by calls of which each is stopped after so many calls of `done`, but for those
-/// after the last.
+/// Adds a range in several calls; each is stopped after so many calls of `done`, except those after
+/// the last number.
 fn in_pieces(
     renderer: &dyn Renderer,
     scene: &Scene,
@@ -125,7 +125,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
                 sampling: sampling(2),
             }),
         ),
-        // A pixel at a time.
+        // One pixel at a time.
         (
             "lanes",
             Box::new(ByLanes {
@@ -158,7 +158,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
             in_pieces(&**renderer, &scene, &mut film, &range, &stops, &path);
             assert!(film == whole, "{name}: {stops:?}");
         });
-        // What is only begun is no part of a whole.
+        // A replication that was only begun does not count.
         let mut begun = empty.clone();
         assert!(
             !renderer
@@ -170,8 +170,8 @@ fn what_was_stopped_goes_on_to_the_same_film() {
     }
 }
 
-/// Every byte changed, and every length: the same film, where the byte is none of it, or one line
-/// that says what is wrong.
+/// With any byte changed, or any length, a file gives the same film if the byte is not part of it,
+/// or an error of one line.
 #[test]
 fn damaged_files_are_refused() {
     let path = file("unfinished-damaged.exr");
@@ -190,7 +190,7 @@ fn damaged_files_are_refused() {
         .expect("stopped");
     assert!(through(&path, &film) == film);
     let good = std::fs::read(&path).expect("a file");
-    // Viewers and other programs see an image.
+    // Viewers and other programs read it as an image.
     let picture = decode(&path, &good, None, "--layer").expect("an image");
     assert_eq!(
         picture.values[1][1],

@@ -1,4 +1,4 @@
-//! Walks and camera rays in lanes, against the same by functions of one ray.
+//! Tests of walks and camera rays in lanes, against scalar functions.
 
 use whitefurnace::film::splat::Splats;
 use whitefurnace::integrator::{Connections, Walking};
@@ -10,7 +10,7 @@ use crate::prelude::*;
 
 const FRAME: [u32; 2] = [29, 23];
 
-/// Every number that walks of these parts make.
+/// Returns every number that walks with these parts make.
 fn made<P: Walking + Photons + Bidirectional + Copy>(
     parts: P,
     scene: &Scene,
@@ -40,7 +40,7 @@ fn made<P: Walking + Photons + Bidirectional + Copy>(
             .image(scene, FRAME, pass),
         ),
     ];
-    // More than a pilot has, and than a thread takes at a time.
+    // More than a pilot has, and than a thread takes at once.
     for kept in [Kept::All, Kept::Caustic] {
         let map = PhotonMap::new(&parts, scene, kept, 2500, pass).expect("a map");
         let photons = map
@@ -51,7 +51,7 @@ fn made<P: Walking + Photons + Bidirectional + Copy>(
     all
 }
 
-/// A ball of rough glass.
+/// Returns a scene with a ball of rough glass.
 fn frosted() -> Scene {
     let mut s = SceneBuilder::new("frosted");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
@@ -102,11 +102,11 @@ fn walks_have_the_same_bits() {
             }
         }
     }
-    // In some there are no lights to start from, or no caustics.
+    // Some scenes have no lights to start from, or no caustics.
     assert!(lit > 100, "{lit}");
 }
 
-/// Walks of one pixel know nothing of those that a thread took before.
+/// Walks of one pixel do not depend on those that a thread traced before.
 #[test]
 fn bidirectional_images_are_those_of_each_pixel_alone() {
     let scene = report_room();
@@ -131,7 +131,7 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
     }
 }
 
-/// What cameras see beside passes is what they see by themselves.
+/// Features of passes have the bits of features rendered alone.
 #[test]
 fn features_have_the_same_bits() {
     for scene in scenes().into_iter().chain([frosted()]) {

@@ -1,4 +1,5 @@
-//! Closed meshes must not leak: rays aimed at edges and vertices, from inside and from surfaces.
+//! Tests that closed meshes do not leak: rays aimed at edges and vertices, from inside and from
+//! surfaces.
 
 use whitefurnace::geometry::shape::triangle_point;
 use whitefurnace::sampling::warp;
@@ -7,7 +8,7 @@ use crate::prelude::*;
 
 const SCALES: [f64; 3] = [1e-4, 1.0, 1e4];
 
-/// Closed convex meshes around the origin, with the half width of a cube inside.
+/// Returns closed convex meshes around the origin, with the half width of a cube inside.
 fn meshes() -> Vec<(Mesh, f64)> {
     vec![
         (Mesh::cube(), 0.99),
@@ -16,13 +17,13 @@ fn meshes() -> Vec<(Mesh, f64)> {
     ]
 }
 
-/// The ray from a hit's surface into the half space that it was hit from.
+/// Returns the ray from a hit's surface into the half space that it was hit from.
 fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
     let facing = hit.normal * -hit.normal.dot(arrived).signum();
     scene.leave(hit.point, hit.normal, Frame::new(facing).world(local))
 }
 
-/// From inside closed meshes of any size, and far from the origin.
+/// Tests rays from inside closed meshes of any size, and far from the origin.
 #[test]
 fn rays_from_inside_meet_every_edge_and_vertex() {
     let mut rng = rng("aimed from inside");
@@ -35,7 +36,7 @@ fn rays_from_inside_meet_every_edge_and_vertex() {
             for _ in 0..count {
                 let origin = offset + scale * half * in_cube(&mut rng, 1.0);
                 let target = border(&mut rng, &mesh);
-                // Aimed as exactly as numbers allow: not normalised.
+                // As exact as the numbers allow: not normalised.
                 let exact = Ray::new(origin, target - origin);
                 assert!(
                     scene.bvh().closest(&exact, f64::INFINITY).is_some(),
@@ -61,7 +62,7 @@ fn rays_from_edges_and_vertices_stay_inside() {
                 let hit = scene.intersect(&Ray::new(eye, aim)).expect("inside");
                 let ray = onward(&scene, &hit, aim, uniform_hemisphere(uniform2(&mut rng)));
                 assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
-                // On to another edge or vertex, if it is on this side.
+                // The ray continues to another edge or vertex, if it is on this side.
                 let to = (border(&mut rng, &mesh) - hit.point).normalize_or_zero();
                 if hit.normal.dot(to) * hit.normal.dot(aim) < 0.0 {
                     let ray = scene.leave(hit.point, hit.normal, to);
@@ -87,13 +88,13 @@ fn rays_from_surfaces_do_not_hit_their_own_triangle() {
                 .expect("inside");
             let ray = onward(&scene, &hit, target, uniform_hemisphere(uniform2(&mut rng)));
             let next = scene.intersect(&ray).expect("inside");
-            // Faces of a cube are flat: whoever leaves one meets another.
+            // Faces of a cube are flat: a ray that leaves one meets another.
             assert_ne!(next.normal, hit.normal, "{ray:?} from {hit:?}");
         }
     }
 }
 
-/// A walk that starts anew from a point now and then, so that no trap hides the rest.
+/// Follows a walk that sometimes starts anew, so that no trap hides other leaks.
 fn assert_closed(scene: &Scene, start: DVec3, bounces: u32, rng: &mut impl Rng) {
     let mut ray = Ray::new(start, DVec3::X);
     for bounce in 0..bounces {

@@ -1,4 +1,4 @@
-//! The error budget: everything that chance can turn red in `cargo test`, counted in one place.
+//! The error budget: all outcomes in `cargo test` that can fail by chance, counted.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,8 +12,8 @@ use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_tri
 use crate::calibration;
 use crate::shares::{ENOUGH, OUTSIDE};
 
-/// Tests of identities with random arguments, by their calls for them in the sources of the tests:
-/// a share each.
+/// Counts the tests of identities with random arguments, by their calls in the sources of the
+/// tests: a share each.
 fn identities(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).expect("the tests' sources");
     let count = |path: &Path| {
@@ -29,8 +29,8 @@ fn identities(folder: &Path) -> usize {
         .sum()
 }
 
-/// The outcomes of a trial on its right subject. At the smallest scale they are as many as at any
-/// other.
+/// Returns the outcomes of a trial on its right subject. Their number is the same at every scale,
+/// so the smallest is used.
 fn outcomes(trial: &Trial) -> Vec<Outcome> {
     let context = Context::new(DEFAULT_SEED, *SCALES.start()).expect("a legal scale");
     run_trial(trial, &context)
@@ -39,8 +39,8 @@ fn outcomes(trial: &Trial) -> Vec<Outcome> {
         .collect()
 }
 
-/// One share for each random outcome, as what is rejected and what is not concluded are one event
-/// where δ is the minimum detectable effect; and one for an identity that is tried on random
+/// Returns the number of shares: one for each random outcome, as rejection and indecision are one
+/// event if δ is the minimum detectable effect; and one for an identity that is tested on random
 /// arguments.
 fn shares(outcomes: &[Outcome]) -> usize {
     outcomes
@@ -50,8 +50,8 @@ fn shares(outcomes: &[Outcome]) -> usize {
         .max(1)
 }
 
-/// The registry, its equivalent mutants and everything outside it: no more than was divided by.
-/// Faults of the registry are held by the guard to a thousandth of a share each.
+/// The registry, its equivalent mutants and everything outside it use no more shares than the level
+/// was divided by. The guard limits faults of the registry to a thousandth of a share each.
 #[test]
 fn the_error_budget_is_kept() {
     let trials = all();
@@ -65,7 +65,7 @@ fn the_error_budget_is_kept() {
         .map(|control| control.rejected_by.len().max(1))
         .sum();
     let faults = (rejections as f64 * FAR_MISS / ALPHA).ceil() as usize;
-    // A graded control of cells is no consequence of their verdict, on either side.
+    // The verdict on cells does not imply that of their graded control, on either side.
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();
     let accepted: usize = equivalents()

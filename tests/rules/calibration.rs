@@ -1,6 +1,6 @@
-//! Error rates and power of the statistics, measured at a small size over replications with streams
-//! of their own. Bounds are valid at 1e-9; what is compared goes through the guard, and wrong
-//! statistics are seen.
+//! Error rates and power of the statistics, measured at a small size over replications with
+//! independent streams. Bounds are valid at 1e-9; comparisons go through the guard, and wrong
+//! statistics are detected.
 
 use rayon::prelude::*;
 use registry::statistics::{LEVEL, N, continuous, promises};
@@ -15,7 +15,7 @@ use whitefurnace::sampling::rng::{Stream, stream, uniform};
 
 const REPLICATIONS: u32 = 2000;
 
-/// One result per replication, each with a stream of its own.
+/// Returns one result per replication, each with a stream of its own.
 fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
     let context = Context::from_environment()
         .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
@@ -27,18 +27,18 @@ fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<
         .collect()
 }
 
-/// Whether the guard is asked in this run.
+/// Returns whether the guard is used in this run.
 fn planned() -> bool {
     Context::from_environment()
         .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
         .is_planned()
 }
 
-/// An effect of this size on a law or a rate is seen for certain with so many replications.
+/// Effect on a distribution or a rate that this many replications detect with certainty.
 const SEEN: f64 = 0.15;
 
-/// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard lets it
-/// through.
+/// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard passes
+/// it.
 fn assert_holds(outcome: &Outcome) {
     assert!(
         !planned() || may_not_hold(outcome).is_none(),
@@ -48,13 +48,13 @@ fn assert_holds(outcome: &Outcome) {
     assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
 }
 
-/// Whether p-values are uniform, as those of a true hypothesis are, up to what the statistic's own
-/// approximations allow.
+/// Tests whether p-values are uniform, as those of a true hypothesis are, up to the statistic's own
+/// approximations.
 fn uniformity(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) -> Outcome {
     kolmogorov_smirnov(name, &mut replicate(name, |rng| run(rng).p), |p| p, SEEN)
 }
 
-/// How often something happened, against a rate.
+/// Compares the frequency of an event with a rate.
 fn rate(name: &str, happened: &[bool], rate: f64) -> Outcome {
     let k = happened.iter().filter(|&&h| h).count() as u64;
     binomial(name, k, happened.len() as u64, rate, SEEN)
@@ -76,7 +76,8 @@ fn statistics_that_only_promise_a_bound_keep_it() {
             &replicate(promise.name, promise.happened),
             promise.rate,
         );
-        // Fewer are no fault: the upper side alone is tested, where an effect is seen as well.
+        // A lower rate is no fault: only the upper side is tested, where an effect is detected as
+        // well.
         assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", promise.name);
         let p = binomial_sf(found.value as u64, found.n, promise.rate);
         assert!(
@@ -91,12 +92,12 @@ fn statistics_that_only_promise_a_bound_keep_it() {
 /// Powers at which the stated curve is checked.
 const POWERS: [f64; 2] = [0.5, 0.9];
 
-/// How many assertions of this module chance can turn.
+/// Number of random assertions of this module.
 pub fn assertions() -> usize {
     continuous().len() + promises().len() + POWERS.len() + 1
 }
 
-/// The share of rejections of a wrong mean is what the normal law says, where power is 0.5 and 0.9.
+/// The rate of rejections of a wrong mean follows the normal distribution at powers 0.5 and 0.9.
 #[test]
 fn power_of_the_t_test_is_what_is_stated() {
     let [_, t, ..] = continuous();
@@ -113,7 +114,7 @@ fn power_of_the_t_test_is_what_is_stated() {
     }
 }
 
-/// A t test of values that each count four times: its standard error is half of what it should be.
+/// A t test of values that each count four times: its standard error is half of the right one.
 fn repeated(rng: &mut Stream) -> Outcome {
     let mut values = Values::new(0.5);
     for _ in 0..500 {
@@ -123,8 +124,7 @@ fn repeated(rng: &mut Stream) -> Outcome {
     mean("repeated", &values, 0.5, Claim::Exact { delta: 1.0 })
 }
 
-/// The negative control: no seed takes its rejection back. One share of the budget is enough for
-/// both.
+/// Negative control: its rejection holds for any seed. One share of the budget is enough for both.
 #[test]
 fn a_wrong_statistic_is_seen() {
     let law = uniformity("calibration of repeated values", repeated);

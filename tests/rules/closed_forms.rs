@@ -1,4 +1,4 @@
-//! The closed forms that trials compare with, against reference values and by second routes.
+//! The closed forms that trials compare with, against reference values and by other methods.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -39,7 +39,7 @@ fn hemispherical_reflectances() {
     }
 }
 
-/// Where α is 1 facets look everywhere alike, and of light from the normal 1 − ln 2 is reflected.
+/// At α = 1 facet normals are uniform, and light along the normal is reflected by 1 − ln 2.
 #[test]
 fn the_roughest_metal_reflects_a_third() {
     let metal = Ggx {
@@ -49,8 +49,8 @@ fn the_roughest_metal_reflects_a_third() {
     assert_abs_diff_eq!(reflected(metal, DVec3::Z), 1.0 - 2f64.ln(), epsilon = 1e-7);
 }
 
-/// Between unit squares, opposite at distance 1 and at right angles with a common edge: the closed
-/// forms, and quadrature of the irradiance over the lit square.
+/// Form factors of unit squares, opposite at distance 1 and at right angles with a common edge: the
+/// closed forms, and quadrature of the irradiance over the lit square.
 #[test]
 fn form_factors_of_squares() {
     let quadrature = |light: [DVec3; 4]| {
@@ -71,7 +71,7 @@ fn form_factors_of_squares() {
     assert_relative_eq!(0.5 * there, 2.0 * back, max_relative = 1e-13);
 }
 
-/// The closed forms of rectangles against Lambert's formula and quadrature.
+/// Compares the closed forms of rectangles with Lambert's formula and quadrature.
 #[test]
 fn rectangles_agree_with_lambert_and_with_quadrature() {
     let (a, b, c) = (1.3, 0.7, 0.9);
@@ -104,10 +104,11 @@ fn the_plates_references_are_hottels() {
     assert_abs_diff_eq!(4.0 * NEIGHBOURS + OPPOSITE, 1.0, epsilon = 1e-15);
 }
 
-/// The references of the trials through scenes, by a second route: quadrature over the light.
+/// Compares the references of the trials of scenes with quadrature over the light.
 #[test]
 fn polygon_and_sphere_irradiance_agree_with_quadrature() {
-    // Light along y from the origin, of one that faces it, over a domain spanned by two edges.
+    // Light that arrives along y at the origin, from an emitter that faces it, over a domain
+    // spanned by two edges.
     let over = |domain: Domain, [corner, first, last]: [DVec3; 3]| {
         let (a, b) = (first - corner, last - corner);
         let normal = a.cross(b).normalize();

@@ -1,11 +1,12 @@
-//! The registry as data, and what its trials compare with.
+//! Rules of the registry, its reference values, and rules of style for the sources.
 
-mod budget; // everything that chance can turn red, counted
+mod budget; // all random outcomes, counted
 mod calibration; // error rates and power of the statistics, at a small size
 mod closed_forms;
-mod data; // what trials and faults say of themselves
+mod data; // names, claims and controls of trials and faults
+mod prose; // documentation comments and parameters
 #[expect(dead_code, reason = "other tables are for the tests of the library")]
 #[path = "../library/reference.rs"]
 mod reference; // tables of reference values
 #[path = "../library/shares.rs"]
-mod shares; // what the other target uses of the error budget
+mod shares; // the other target's use of the error budget

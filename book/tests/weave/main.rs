@@ -1,4 +1,4 @@
-//! What the weave refuses and puts in, shown on small books; `real` weaves the real one.
+//! Tests of the weave on small books: its errors and its output; `real` weaves the real book.
 
 use std::fs;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ const RESULT: &str = r#"{
 
 const SOURCE: &str = "/// Twice `x`.\npub fn twice(x: f64) -> f64 {\n    2.0 * x\n}\n";
 
-/// A book of one page, with one source file, one result and one work.
+/// A book of one page, with one source file, one result and one reference.
 struct Small {
     folder: TempDir,
 }
@@ -57,7 +57,7 @@ impl Small {
         })
     }
 
-    /// The page's HTML.
+    /// Returns the page's HTML.
     fn html(&self) -> String {
         self.weave().expect("this book is sound");
         fs::read_to_string(self.path("out/page.html")).expect("the page")
@@ -81,15 +81,15 @@ impl Small {
         message
     }
 
-    /// Asserts that the message names the page's third line and all of `parts`, and that nothing is
-    /// written.
+    /// Asserts that the message names the page's third line and contains all of `parts`, and that
+    /// nothing is written.
     fn refused(&self, parts: &[&str]) {
         self.says(&[parts, &["pages/page.md:3: "]].concat());
         assert!(!self.path("out/page.html").exists(), "nothing is written");
     }
 }
 
-/// A figure of the size that the books need.
+/// Returns a figure of the size that the books need.
 fn svg(body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\" viewBox=\"0 0 4 3\">{body}</svg>"
@@ -103,24 +103,22 @@ const BOOK_TOML: &str = "[book]\ntitle = \"Small\"\nsrc = \"pages\"\n[build]\ncr
 const BIBLIOGRAPHY: &str = "[kajiya1986]\nlabel = \"Kajiya 1986\"\nauthors = \"J. Kajiya\"\n\
                             title = \"The rendering equation\"\nvenue = \"SIGGRAPH\"\nyear = 1986\n";
 
-/// A book of a page with this text under its title, from the third line on.
+/// Returns a book of a page with this text under its title, from the third line on.
 fn small(text: &str) -> Small {
     Small::new(&format!("# Page\n\n{text}\n"))
 }
 
-/// Cases under headings: a line of a page, and all that is said of it.
+/// Cases under headings: a line of a page, and all parts of its error message.
 #[test]
 fn what_is_missing_broken_or_misused_is_refused() {
     let is_case = |line: &&str| !line.is_empty() && !line.starts_with("# ");
     for case in include_str!("refused.txt").lines().filter(is_case) {
-        let (line, said) = case
-            .split_once(" => ")
-            .expect("a line, and what is said of it");
+        let (line, said) = case.split_once(" => ").expect("a line and its message");
         small(line).refused(&said.split(" && ").collect::<Vec<_>>());
     }
 }
 
-/// What no browser shows, or at a size that nobody chose.
+/// Figures that no browser can show, or without a stated size, are refused.
 #[test]
 fn a_damaged_figure_is_refused() {
     let whole = svg("\n<g/>");
@@ -153,7 +151,7 @@ fn a_damaged_figure_is_refused() {
     );
     book.write("recorded/demo/plot.png", "no picture");
     book.says(&["plot.png:1: not a whole PNG"]);
-    // So it is with the figures of a reader's own run.
+    // The figures of a reader's own run are tested in the same way.
     let book = with_run(EMPTY, EMPTY);
     book.write("run/demo/plot.svg", "<svg>");
     book.says(&["run/demo/plot.svg:1: "]);
@@ -174,7 +172,7 @@ fn raw_html_cannot_reach_outside() {
     }
 }
 
-/// Two versions of a text, or a figure twice, are what a merge leaves that nobody resolved.
+/// Conflict markers, and duplicate texts or figures, which a merge left unresolved, are refused.
 #[test]
 fn what_a_merge_leaves_is_refused() {
     for mark in ["<<<<<<< HEAD", "||||||| base", ">>>>>>> 3069b86 (Draw)"] {
@@ -297,10 +295,10 @@ fn formulas_survive_markdown_and_code_does_not_change() {
     assert!(html.matches("<math").count() >= 2);
 }
 
-/// No numbers and no findings.
+/// A record without numbers and findings.
 const EMPTY: &str = r#""numbers": {}, "findings": []"#;
 
-/// A run of the experiment `demo` with these numbers and findings.
+/// Returns a book with a run of the experiment `demo` that has these numbers and findings.
 fn with_run(record: &str, run: &str) -> Small {
     let book = Small::new("# Page\n\n{{#run}}\n");
     for (folder, body) in [("recorded", record), ("run", run)] {
@@ -315,7 +313,7 @@ fn with_run(record: &str, run: &str) -> Small {
     book
 }
 
-/// The page that sets the run beside the record.
+/// Returns the page that compares the run with the record.
 fn run_page(record: &str, run: &str) -> String {
     let book = with_run(record, run);
     book.weave().expect("this book is sound");
@@ -364,8 +362,8 @@ fn numbers_are_compared_by_the_noise_that_both_state() {
              \"r.estimate\": {x}, \"r.reference\": {plain}, \"r.low\": 0.0, \"r.high\": 1.0 }}, \"findings\": []"
         )
     };
-    // Half widths of 3 each explain 4.24; standard errors count five times. Not judged: plain, z,
-    // whose half width is nil, and r, which estimates something else.
+    // Half widths of 3 each explain 4.24; standard errors count five times. Not compared: plain; z,
+    // whose half width is zero; and r, which estimates something else.
     let within = run_page(&body(10.0, 1.0), &body(14.2, 5.0));
     assert!(within.contains("<td>0 of 3</td>"), "{within}");
     assert!(within.contains("without an interval that differ (4)"));

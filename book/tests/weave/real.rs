@@ -1,4 +1,4 @@
-//! The book of this project.
+//! Tests of the book of this project.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
         let name = name.as_ref().expect("inside");
         if name.extension().is_some_and(|e| e == "html") {
             let html = String::from_utf8_lossy(content);
-            // Comments and the namespace of inline icons are not fetched.
+            // Addresses in comments and the namespace of inline icons are not fetched.
             let html = without_comments(&html).replace("http://www.w3.org/2000/svg", "");
             assert!(!html.contains("://"), "{} has an address", name.display());
             assert!(!html.contains("{{#"), "{} has a directive", name.display());
@@ -55,7 +55,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
     assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
 }
 
-/// HTML without its comments.
+/// Returns HTML without its comments.
 fn without_comments(html: &str) -> String {
     let mut parts = html.split("<!--");
     let first = parts.next().unwrap_or_default().to_owned();
@@ -93,8 +93,7 @@ fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
     assert_eq!(shown, all);
 }
 
-/// The picture of the README is a recorded one in bands, every one of them, at a size without
-/// seams.
+/// The README's image is a recorded one in bands, with every band present, at a size without seams.
 #[test]
 fn the_readme_shows_all_bands_of_its_picture() {
     let options = Options::default();
@@ -111,8 +110,8 @@ fn the_readme_shows_all_bands_of_its_picture() {
         .iter()
         .map(|band| {
             let png = fs::read(band).expect("a band");
-            // Width and height stand in the header of every PNG; three quarters of these are shown,
-            // whole pixels.
+            // Every PNG header has width and height; the image is shown at three quarters of its
+            // size, in whole pixels.
             let number = |at: usize| {
                 png[at..at + 4]
                     .iter()

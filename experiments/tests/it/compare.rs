@@ -1,5 +1,5 @@
-//! Renderers on trial by their images: right ones agree, faults are named, few samples are
-//! undecided, and bad input is refused.
+//! Tests of `compare`: right renderers agree, faults are named, few samples are undecided, and bad
+//! input is refused.
 
 use std::path::Path;
 use std::process::Output;
@@ -17,7 +17,7 @@ fn compare(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_compare"), folder, options)
 }
 
-/// Asserts an exit code, and that a line says this.
+/// Asserts an exit code, and that a line of the output contains the hint.
 fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = compare(folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
@@ -32,7 +32,7 @@ fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     );
 }
 
-/// Renders images of `SIDE` pixels across with the seeds from `first` on.
+/// Renders images `SIDE` pixels wide, with the seeds from `first` on.
 fn images(folder: &Path, name: &str, first: u32, options: &str) {
     for seed in first..first + 8 {
         renders(
@@ -44,7 +44,7 @@ fn images(folder: &Path, name: &str, first: u32, options: &str) {
 
 const SIDE: usize = 32;
 
-/// Writes what a function makes of the channels of images as PFM: channel, column and row.
+/// Applies a function to the channels of images, by index of the value, and writes PFM files.
 fn changed(folder: &Path, from: &str, to: &str, first: u32, change: fn(&[f64], usize) -> f64) {
     for seed in first..first + 8 {
         let path = folder.join(format!("{from}-{seed}.exr"));
@@ -110,7 +110,7 @@ fn right_renderers_agree_and_faults_are_named() {
         1,
         "DIFFER: the ",
     );
-    // Few samples, and one image on either side, by its standard errors.
+    // Few samples, and one image on either side, with its standard errors.
     ends(
         &folder,
         "--a a-1.exr --b b-11.exr --out one",
@@ -131,7 +131,7 @@ fn an_albedo_one_percent_off_is_named() {
     let options = "--scene furnace-box --spp 64";
     images(&folder, "a", 1, options);
     images(&folder, "b", 11, options);
-    // In a closed room of albedo ρ all radiance is E/(1 − ρ): ρ = 0.7425 in place of 0.75 gives 2.9
+    // In a closed room of albedo ρ all radiance is E/(1 − ρ): ρ = 0.7425 instead of 0.75 gives 2.9
     // % less.
     changed(&folder, "b", "dark", 11, |plane, i| {
         plane[i] * (1.0 - 0.75) / (1.0 - 0.7425)
@@ -244,7 +244,7 @@ fn bad_input_gets_one_line_and_exit_code_three() {
     }
 }
 
-/// Writes an EXR of 32-bit floats: the first pixel's place, width, and channels by name.
+/// Writes an EXR of 32-bit floats: position of the first pixel, width, and channels by name.
 fn exr(path: &Path, corner: [i32; 2], width: usize, channels: &[(&str, &[f32])]) {
     let channel =
         |&(name, values): &(&str, &[f32])| AnyChannel::new(name, FlatSamples::F32(values.to_vec()));
@@ -266,14 +266,14 @@ fn exr(path: &Path, corner: [i32; 2], width: usize, channels: &[(&str, &[f32])])
         .expect("written");
 }
 
-/// A value for each pixel that no other has, with noise that is different for each seed.
+/// Returns a value that is unique to the pixel, with noise that differs between seeds.
 fn noisy(x: i32, y: i32, seed: u32) -> f32 {
     let noise = Sha256::digest(format!("{x} {y} {seed}"))[0];
     2.0 + (0.7 * x as f32).sin() + 0.1 * y as f32 + 0.0002 * f32::from(noise)
 }
 
-/// Such images as `name-0.exr` to `name-3.exr`, of a window of the frame, in channels of these
-/// names.
+/// Writes such images as `name-0.exr` to `name-3.exr`, of a window of the frame, in channels of
+/// these names.
 fn windows(
     folder: &Path,
     name: &str,
@@ -305,8 +305,8 @@ fn json(folder: &Path, out: &str) -> serde_json::Value {
     serde_json::from_slice(&numbers).expect("JSON")
 }
 
-/// Which channels were read of each side, and how they were understood, is told; X, Y and Z are
-/// three channels.
+/// The output says which channels were read on each side and how they were interpreted; X, Y and Z
+/// are three channels.
 #[test]
 fn what_was_read_is_told() {
     let folder = folder("compare-layers");
@@ -363,7 +363,7 @@ fn what_was_read_is_told() {
         3,
         "choose one or three channels, with commas, by --a-layer among: c0, c1, c2",
     );
-    // Y is the same in both, and X and Z are not.
+    // Y is the same in both; X and Z are not.
     agree(
         "--a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y",
         "channels of both: Y as luminance; not read: X, Z",
@@ -382,7 +382,7 @@ fn what_was_read_is_told() {
     );
 }
 
-/// The part of the frame that all images have is compared if that is asked for.
+/// On request, the part of the frame that all images share is compared.
 #[test]
 fn the_common_part_is_compared() {
     let folder = folder("compare-common");
@@ -424,8 +424,7 @@ fn the_common_part_is_compared() {
         3,
         "no pixel is common to all",
     );
-    // The whole frame, of which the file says that it lies elsewhere; and a part that does lie
-    // there.
+    // The whole frame, which the file places elsewhere; and a part that does lie there.
     windows(&folder, "laid", 50, [0, 0, 32, 24], RGB);
     for seed in 0..4 {
         let path = folder.join(format!("laid-{seed}.exr"));
@@ -478,7 +477,7 @@ fn the_common_part_is_compared() {
     );
 }
 
-/// A change that makes the sides agree is told beside the verdict that they differ.
+/// A change that makes the sides agree is printed with the verdict that they differ.
 #[test]
 fn a_hint_tells_what_makes_them_agree() {
     type Change = fn(i32, i32, u32) -> [f32; 3];
@@ -586,7 +585,7 @@ fn a_hint_tells_what_makes_them_agree() {
     );
 }
 
-/// Without noise, images are compared as they stand; copies of noisy ones are refused.
+/// Images without noise are compared exactly; copies of noisy ones are refused.
 #[test]
 fn images_without_noise_are_compared_as_they_stand() {
     let folder = folder("compare-noiseless");
@@ -626,7 +625,7 @@ fn images_without_noise_are_compared_as_they_stand() {
     ] {
         ends(&folder, options, code, line);
     }
-    // Without standard errors, too.
+    // Also without standard errors.
     let plain = |name: &str, value: f32| {
         let bytes = [
             &b"PF\n16 16\n-1\n"[..],
@@ -670,7 +669,7 @@ fn images_without_noise_are_compared_as_they_stand() {
         0,
         "differs by more than rounding: all are black",
     );
-    // One channel without noise beside two that have it.
+    // One channel without noise next to two with noise.
     let half = |name: &str, seed: u32, red: f32| {
         let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, seed)).collect();
         exr(
@@ -697,7 +696,7 @@ fn images_without_noise_are_compared_as_they_stand() {
         1,
         "DIFFER: the image mean in red is −0.200 % off",
     );
-    // A seed used twice: in other bytes, in one side or both.
+    // A seed used twice: with other bytes, on one side or both.
     let plane: Vec<f32> = (0..256).map(|i| noisy(i % 16, i / 16, 1)).collect();
     let channels = [
         ("R", &[1.0; 256][..]),
@@ -718,7 +717,7 @@ fn images_without_noise_are_compared_as_they_stand() {
         3,
         "half-1.exr and again.exr have the same pixels, a seed used twice",
     );
-    // Rare events: all is black but for one pixel of one image.
+    // Rare events: all is black except one pixel of one image.
     let rare = |name: &str, at: Option<usize>| {
         let mut plane = [0.0_f32; 256];
         at.into_iter().for_each(|at| plane[at] = 300.0);

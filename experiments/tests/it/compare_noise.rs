@@ -1,5 +1,5 @@
-//! The cautions of `compare` about noise that it cannot know: shared photons, sums in single
-//! precision, values too few or too bright.
+//! Tests of the warnings of `compare` about noise that it cannot measure: shared photons, sums in
+//! single precision, too few or too bright values.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use crate::{folder, renders, run, text};
 
 const SIDE: usize = 16;
 
-/// Writes four images of this name, each value of which a function makes of the image's and the
-/// pixel's number and a number from 0 to 1 that looks random.
+/// Writes four images of this name; a function gives each value from the index of the image, the
+/// index of the pixel, and a pseudo-random number from 0 to 1.
 fn write(folder: &Path, name: &str, seed: u64, value: fn(usize, usize, f64) -> f64) {
     for image in 0..4 {
         let mut bytes = format!("Pf\n{SIDE} {SIDE}\n-1.0\n").into_bytes();
@@ -23,7 +23,7 @@ fn write(folder: &Path, name: &str, seed: u64, value: fn(usize, usize, f64) -> f
     }
 }
 
-/// The output of `compare` for these sides, which must end with this exit code.
+/// Returns the output of `compare` for these sides, after asserting its exit code.
 fn said(folder: &Path, sides: &str, code: i32) -> String {
     let output = run(env!("CARGO_BIN_EXE_compare"), folder, sides);
     let lines = text(&output.stdout) + &text(&output.stderr);

@@ -1,5 +1,5 @@
-//! Each density that `judge` knows by name, fed right and wrong samples over its whole range, by
-//! samplers written here.
+//! Tests each density that `judge` knows by name with right and wrong samples over its whole range,
+//! by samplers written here.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,8 +12,8 @@ use whitefurnace::material::ggx::Ggx;
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
 
-/// Samples of a density by inverting its distribution function, from two uniform numbers; `None` if
-/// lost.
+/// Samples a density by inverting its distribution function, from two uniform numbers; `None` if
+/// the sample is lost.
 type Sampler = Box<dyn Fn([f64; 2]) -> Option<DVec3>>;
 
 fn around(z: f64, r2: f64) -> Option<DVec3> {
@@ -27,7 +27,7 @@ fn power(n: f64) -> Sampler {
     Box::new(move |[r1, r2]| around((1.0 - r1).powf(1.0 / (n + 1.0)), r2))
 }
 
-/// Henyey and Greenstein's: forward, towards z, for g > 0.
+/// Samples Henyey and Greenstein's phase function: forward, towards z, for g > 0.
 fn henyey_greenstein(g: f64) -> Sampler {
     Box::new(move |[r1, r2]| {
         let square = (1.0 - g * g) / (1.0 - g + 2.0 * g * r1);
@@ -35,7 +35,7 @@ fn henyey_greenstein(g: f64) -> Sampler {
     })
 }
 
-/// All facets by their projected area: tan² θ = α² r/(1 − r).
+/// Samples all facets by their projected area: tan² θ = α² r/(1 − r).
 fn facets(alpha: f64) -> Sampler {
     Box::new(move |[r1, r2]| around(((1.0 - r1) / (1.0 - r1 + alpha * alpha * r1)).sqrt(), r2))
 }
@@ -51,8 +51,8 @@ fn ggx(alpha: f64, degrees: f64) -> Sampler {
     Box::new(move |random| ggx.sample(wo, random))
 }
 
-/// On two cones about a direction, at the radii of a quarter and of three quarters of a lobe of
-/// this width.
+/// Samples two cones about a direction, at the radii of one and three quarters of a lobe of this
+/// width.
 fn cones(axis: DVec3, width: f64) -> Sampler {
     Box::new(move |[r1, r2]| {
         let (sin, cos) = (TAU * r2).sin_cos();
@@ -63,7 +63,7 @@ fn cones(axis: DVec3, width: f64) -> Sampler {
     })
 }
 
-/// The verdicts on so many samples, as text: "holds", or what fails.
+/// Returns the verdicts on a number of samples, as text: "holds", or the outcomes that fail.
 fn verdict(
     name: &str,
     samples: &str,
@@ -77,7 +77,7 @@ fn verdict(
         30_000
     };
     let density = named(name).unwrap_or_else(|error| panic!("{name}: {error}"));
-    // Always the same numbers: nothing that chance can turn red.
+    // A fixed seed: nothing is left to chance.
     let mut rng = stream(seed_for(5, &format!("{name} {samples}")), 0, 0);
     let mut directions = Directions::with_precision(&density, precision);
     for _ in 0..n {
@@ -101,8 +101,7 @@ fn verdict(
     }
 }
 
-/// Names, their samplers, a sampler that is a little wrong, and the direction and width of the
-/// lobe.
+/// Lists names, their samplers, a slightly wrong sampler, and the direction and width of the lobe.
 fn cases() -> Vec<(String, Sampler, Sampler, DVec3, f64)> {
     let mut cases: Vec<(String, Sampler, Sampler, DVec3, f64)> = vec![
         (
@@ -169,8 +168,8 @@ fn cases() -> Vec<(String, Sampler, Sampler, DVec3, f64)> {
     cases
 }
 
-/// Right samples hold, in double precision and as single precision stores them; wrong widths, the
-/// other sign of g, and cones fail.
+/// Right samples hold, in double precision and rounded to single precision; wrong widths, the other
+/// sign of g, and cones fail.
 #[test]
 fn each_named_density_tells_right_samples_from_wrong_ones() {
     let single = |right: &Sampler, random| {
@@ -203,7 +202,7 @@ fn each_named_density_tells_right_samples_from_wrong_ones() {
     }
 }
 
-/// A million samples tell each of a dozen cells to 5 %, of every density: its cells are equally
+/// A million samples measure each of a dozen cells to 5 % for every density: its cells are equally
 /// probable.
 #[test]
 fn cells_are_equally_probable_however_narrow_the_lobe() {

@@ -1,4 +1,5 @@
-//! What `export` writes is the scene, read back, and what it cannot say is refused by name.
+//! Tests that `export` writes the scene, by reading it back, and refuses by name the features that
+//! a format lacks.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -21,7 +22,7 @@ const EVERY_KEY: &str = concat!(
     "/../tests/library/data/scenes/every-key.toml"
 );
 
-/// Which renderer can say which scene, or what of it cannot be said.
+/// Tests which renderer can represent which scene, or which feature is refused.
 #[test]
 fn what_cannot_be_said_is_refused_by_name() {
     let folder = folder("export");
@@ -29,7 +30,7 @@ fn what_cannot_be_said_is_refused_by_name() {
                    materials.pane = { model = \"rough-glass\", index = 1.5, alpha = 0.3 }\n\
                    objects = [{ shape = \"sphere\", material = \"pane\", centre = [0, 0, 0], radius = 1 }]\n";
     std::fs::write(folder.join("frosted.toml"), frosted).expect("written");
-    // A lamp so near to the ceiling that single precision puts it into the same place.
+    // A lamp so near to the ceiling that both coincide in single precision.
     let near = "camera = { eye = [0, 0, 0], target = [0, 0, 1], up = [0, 1, 0], fov_deg = 40 }\n\
                 materials.wall = { model = \"lambert\", albedo = 0.5 }\n\
                 materials.lamp = { model = \"black\", emission = 1 }\n\
@@ -84,7 +85,7 @@ fn what_cannot_be_said_is_refused_by_name() {
     );
 }
 
-/// The surface in the words of the library; one that reflects nothing is black in two ways.
+/// Writes a surface as the library's code; a surface that reflects nothing is black in two ways.
 fn surface(surface: &Surface) -> String {
     let Surface { bsdf, emission, .. } = surface;
     let bsdf = if *bsdf == Bsdf::Black {
@@ -117,7 +118,8 @@ fn vector(text: &str) -> DVec3 {
     DVec3::from_slice(&numbers)
 }
 
-/// The reflection model of the first `bsdf` in a node; all but glass stand in one of both sides.
+/// Returns the reflection model of the first `bsdf` in a node; all except glass are within a
+/// two-sided one.
 fn bsdf(node: &Node) -> Bsdf {
     let outer = node
         .descendants()
@@ -145,7 +147,7 @@ fn bsdf(node: &Node) -> Bsdf {
     }
 }
 
-/// The parts of a scene in XML, its background and its camera.
+/// Reads the parts of a scene, its background and its camera from XML.
 fn read_back(files: &[(String, String)]) -> (BTreeSet<String>, DVec3, Camera) {
     let document = Document::parse(&files[0].1).expect("XML");
     let root = document.root_element();
@@ -205,7 +207,7 @@ fn read_back(files: &[(String, String)]) -> (BTreeSet<String>, DVec3, Camera) {
     )
 }
 
-/// The triangles of an OBJ file, as our own loader has them.
+/// Returns the triangles of an OBJ file, as the library's loader reads them.
 fn triangles(mesh: &str) -> Vec<[DVec3; 3]> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     std::fs::write(folder.join("exported.obj"), mesh).expect("written");
@@ -236,7 +238,7 @@ fn what_mitsuba_gets_is_the_scene() {
     let every_key = SceneFile::load(EVERY_KEY.as_ref())
         .expect("a scene")
         .description;
-    // Less what Mitsuba does not have.
+    // Without the features that Mitsuba lacks.
     let mut sayable = every_key;
     for material in ["chalk", "plaster", "clay", "brushed steel"] {
         sayable.surface(material).expect("there").bsdf = Bsdf::Mirror {
@@ -305,7 +307,7 @@ fn what_pbrt_gets_is_the_scene() {
     ] {
         assert!(cavity.contains(part), "{part}: {cavity}");
     }
-    // The angle of the shorter side: of the width here, of the height there.
+    // The angle of the shorter side: of the width in one case, of the height in the other.
     let angle = |text: &str| {
         text.split("\"float fov\" [ ")
             .nth(1)

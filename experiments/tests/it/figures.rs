@@ -1,5 +1,5 @@
-//! What every figure must have: a title and a description, coordinates in decimals, and series that
-//! can be told apart without colour.
+//! Tests that every figure has a title and a description, decimal coordinates, and series that can
+//! be distinguished without colour.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,7 +17,7 @@ use whitefurnace::harness::outcome::Verdict;
 
 use crate::folder;
 
-/// The text of a figure that `draw` writes.
+/// Returns the text of a figure that `draw` writes.
 fn drawn(name: &str, draw: impl FnOnce(&std::path::Path) -> Result<(), Error>) -> String {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("figures");
     fs::create_dir_all(&folder).expect("a folder");
@@ -35,7 +35,7 @@ fn chart(series: Vec<Series>) -> Chart {
     Chart::new("A < B", ["x (m)", "y (s)"], [[0.0, 1.0]; 2], series)
 }
 
-/// A figure as browsers read it: one that is not well-formed is an error to them.
+/// Parses a figure as browsers do: malformed XML is an error.
 fn parsed(svg: &str) -> Document<'_> {
     Document::parse(svg).unwrap_or_else(|error| panic!("{error}: {svg}"))
 }
@@ -45,7 +45,8 @@ fn polylines<'a>(svg: &'a Document<'_>) -> impl DoubleEndedIterator<Item = Node<
         .filter(|node| node.has_tag_name("polyline"))
 }
 
-/// What draws marks, by colour: elements and the corners of polygons relative to the first.
+/// Collects the shapes that are drawn, by colour: elements and the corners of polygons relative to
+/// the first.
 fn marks<'a>(svg: &'a Document<'_>) -> BTreeMap<&'a str, BTreeSet<String>> {
     let mut marks: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for node in svg.descendants() {
@@ -68,7 +69,7 @@ fn marks<'a>(svg: &'a Document<'_>) -> BTreeMap<&'a str, BTreeSet<String>> {
     marks
 }
 
-/// The points of a polygon or a line, in pixels; none of another element.
+/// Returns the points of a polygon or a line, in pixels; none for other elements.
 fn points(node: &Node<'_, '_>) -> Vec<[f64; 2]> {
     let pixels = |text: &str| text.parse::<f64>().expect("a coordinate") / 100.0;
     let point = |text: &str| text.split_once(',').map(|(x, y)| [x, y].map(pixels));
@@ -188,7 +189,7 @@ fn series_are_told_apart_without_colour() {
     let points = vec![[0.5, 0.5], [0.6, 0.6]];
     for mark in [Mark::Line, Mark::Points] {
         let series = |i: usize| Series::new("", i, mark, points.clone());
-        // Black, 6, is the colour of references, which have a full line.
+        // Black, 6, is the colour of references, which have a solid line.
         let colours = (0..COUNT).filter(|&i| i != 6);
         let svg = drawn("series", |path| {
             charts(
@@ -216,7 +217,7 @@ fn series_are_told_apart_without_colour() {
     }
 }
 
-/// A map of two values on a scale of ±4, without words.
+/// Returns a map of two values on a scale of ±4, without text.
 fn map(values: Vec<f64>) -> Map {
     Map {
         title: String::new(),
@@ -278,7 +279,7 @@ fn maps_hold_their_cells_in_colours_of_equal_weight() {
     );
 }
 
-/// The colour of a share of nothing is no colour of the scale, and is explained.
+/// Values without a verdict have a colour that is not on the scale, and the legend explains it.
 #[test]
 fn what_is_not_judged_is_grey() {
     let svg = |values| two_cells("unknown", values);
@@ -298,8 +299,8 @@ fn what_is_not_judged_is_grey() {
     );
 }
 
-/// Few columns leave as much room for title and legend as many: nothing is drawn over the cells or
-/// cut off.
+/// Few columns leave as much room for title and legend as many: nothing covers the cells or is cut
+/// off.
 #[test]
 fn a_narrow_matrix_has_room_for_its_legend() {
     let names = ["n".to_owned()];

@@ -1,4 +1,4 @@
-//! How graded controls are counted: as often rejected as stated, or not.
+//! Tests of the counting of graded controls: rejected as often as stated, or not.
 
 use experiments::experiments::power::graded::{Counted, LeftOut, count_all};
 use experiments::experiments::suite_seeds::{Graded, Measure};
@@ -7,7 +7,7 @@ use whitefurnace::harness::outcome::ALPHA;
 
 const SEEDS: usize = 200;
 
-/// A measure whose graded control has this p-value, and these levels with their powers.
+/// Returns a measure whose graded control has this p-value, and these levels with their powers.
 fn measure(p: f64, levels: [[f64; 2]; 2]) -> Measure {
     Measure {
         name: "trial: outcome".to_owned(),
@@ -29,7 +29,7 @@ fn measure(p: f64, levels: [[f64; 2]; 2]) -> Measure {
 
 const LEVELS: [[f64; 2]; 2] = [[0.03, 0.5], [0.4, 0.9]];
 
-/// So many seeds reject at the first level, and so many at the second only.
+/// Returns measures of seeds that reject at both levels, at the second only, or not at all.
 fn seeds([both, second]: [usize; 2]) -> Vec<Measure> {
     let p = |i| match i {
         i if i < both => 0.02,
@@ -44,7 +44,7 @@ fn count(found: &[Measure]) -> (Vec<Counted>, LeftOut) {
     (count_all(found, &mut left_out), left_out)
 }
 
-/// The p-values of the counts, at one half and at 0.9.
+/// Returns the p-values of the counts, at powers 0.5 and 0.9.
 fn p(found: &[Measure]) -> Vec<f64> {
     count(found).0.iter().map(Counted::p).collect()
 }
@@ -62,7 +62,7 @@ fn counts_are_held_to_the_stated_power() {
         assert!(p[0] < 1e-6, "{wrong:?} {p:?}");
     }
     assert!(p(&seeds([100, 50]))[1] < 1e-6);
-    // A lower bound may be exceeded, and must be reached.
+    // A lower bound may be exceeded, but must be reached.
     let bounds = |counts| -> Vec<Measure> {
         seeds(counts)
             .into_iter()
@@ -113,7 +113,7 @@ fn what_is_not_judged_is_named() {
     assert!(why(&skewed).contains("skewed"));
 }
 
-/// Where the effect is seen at the suite's own level, that level is asked for once, with the power
+/// If the effect is detected at the suite's own level, that level is used once, with the power
 /// stated there.
 #[test]
 fn no_level_is_finer_than_the_suites_own() {

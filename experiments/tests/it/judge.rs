@@ -1,4 +1,4 @@
-//! Samplers on trial by their directions: every format, every verdict, and what is refused.
+//! Tests of `judge` for sampled directions: every format, every verdict, and refusals.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +13,7 @@ use whitefurnace::sampling::warp::cosine_hemisphere;
 
 use crate::{folder, run, text};
 
-/// Asserts an exit code, and that a line says this.
+/// Asserts an exit code, and that a line of the output contains the hint.
 fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = run(env!("CARGO_BIN_EXE_judge"), folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
@@ -25,7 +25,7 @@ fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
     );
 }
 
-/// Directions by their cosine, by always the same numbers.
+/// Returns cosine-weighted directions from a fixed seed.
 fn cosines(n: u32) -> Vec<DVec3> {
     let mut rng = stream(5, 0, 0);
     (0..n)
@@ -106,7 +106,7 @@ fn samples_are_read_from_every_format_and_judged() {
         1,
         "DIFFER: the histogram of ",
     );
-    // The densities of the cosine's table are its bands' heights.
+    // The pdf of the cosine's table is the height of its bands.
     let table: String = (0..100)
         .map(|i| format!("{}\n", 99.5 - f64::from(i)))
         .collect();
@@ -118,7 +118,7 @@ fn samples_are_read_from_every_format_and_judged() {
         1,
         "DIFFER: ",
     );
-    // Weights of 1, of which half are lost; and too few samples.
+    // Weights of 1, half of them lost; and too few samples.
     let lost = |i: usize, w: &DVec3| {
         if i.is_multiple_of(2) {
             "0,0,0,0".to_owned()
@@ -255,8 +255,8 @@ fn what_is_no_sample_is_refused_in_one_line() {
     }
 }
 
-/// Any bytes in any place, and any end: rows that the file has room for, a table, or an error of
-/// one line.
+/// Random bytes in any place, and any length: the file gives as many rows as it has room for, a
+/// table, or an error of one line.
 #[test]
 fn damaged_files_are_read_or_refused() {
     let folder = folder("judge-damaged");
@@ -305,7 +305,8 @@ fn damaged_files_are_read_or_refused() {
     assert!(found.iter().all(|count| *count > 100), "{found:?}");
 }
 
-/// The same numbers in every form that people have, and cut files by name.
+/// Text with the same numbers is read in every usual format, and truncated files are refused by
+/// name.
 #[test]
 fn text_is_read_in_every_form() {
     let path = folder("judge-forms").join("samples");

@@ -1,4 +1,4 @@
-//! The programs as a person meets them, and what experiments leave behind.
+//! Tests of the programs as a user meets them, and of the files that experiments leave.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -32,7 +32,7 @@ mod tables;
 #[cfg(unix)]
 mod unfinished;
 
-/// A fresh folder for one test.
+/// Returns an empty folder for one test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     if folder.exists() {
@@ -42,7 +42,7 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// The output of a program that runs in a folder.
+/// Returns the output of a program that runs in a folder.
 fn run(program: &str, folder: &Path, options: &str) -> Output {
     Command::new(program)
         .args(options.split_whitespace())
@@ -55,13 +55,13 @@ fn render(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_render"), folder, options)
 }
 
-/// What these words of a command line ask `render` for.
+/// Parses a command line of `render` into its job.
 fn job(words: &str) -> Job {
     let matches = Render::command().try_get_matches_from(words.split_whitespace());
     Render::of(&matches.expect("options")).expect("options").job
 }
 
-/// Asserts that it renders.
+/// Asserts that `render` succeeds.
 fn renders(folder: &Path, options: &str) {
     let output = render(folder, options);
     assert!(
@@ -75,8 +75,8 @@ fn reproduce(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_reproduce"), folder, options)
 }
 
-/// Asserts exit code 2 and, but for notes on a scene file, one line on standard error that says
-/// this.
+/// Asserts exit code 2 and, except for notes on a scene file, one line on standard error that
+/// contains the hint.
 fn refused(output: &Output, hint: &str) {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
@@ -94,7 +94,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A small run into a folder.
+/// Returns options of a small run into a folder.
 fn quick(out: PathBuf, shrink: u32) -> Options {
     Options {
         tier: Tier::Quick,
@@ -106,7 +106,7 @@ fn quick(out: PathBuf, shrink: u32) -> Options {
     }
 }
 
-/// A recorded result with other findings: what is said, the value, and the verdict.
+/// Returns a recorded result with other findings: text, value, and verdict.
 fn outcome(findings: &[(&str, &str, Option<Judgement>)]) -> ExperimentResult {
     let mut outcome = result(&recorded_folder().join("room")).expect("a recorded result");
     let finding = |&(what, value, verdict): &(&str, &str, Option<Judgement>)| Finding {

@@ -1,4 +1,4 @@
-//! Previews and saved states at any moment equal a render of as many samples.
+//! Tests that previews and saved states at any moment equal a render of as many samples.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use whitefurnace::sampling::sampler::{Numbers, Pass};
 
 use crate::{folder, job};
 
-/// Looks whenever it may, and keeps what it saw.
+/// Records the film at every call.
 #[derive(Default)]
 struct Watch {
     films: Vec<Film>,
@@ -28,7 +28,7 @@ impl Look for Watch {
     }
 }
 
-/// The films of a job at every moment at which one may look, and the last.
+/// Returns the films of a job at every moment when an observer is called, and the last.
 fn moments(job: &Job) -> Vec<Film> {
     let mut watch = Watch::default();
     let film = job.film().expect("a film");
@@ -39,7 +39,7 @@ fn moments(job: &Job) -> Vec<Film> {
     watch.films
 }
 
-/// The pixels that a render of so many replications has.
+/// Returns the pixels of a render with this many replications.
 fn pixels_of(job: &Job, replications: u32) -> Vec<Pixel> {
     let film = job
         .go_on("", job.film().expect("a film"), &(0..replications), &mut [])
@@ -48,7 +48,7 @@ fn pixels_of(job: &Job, replications: u32) -> Vec<Pixel> {
     film.pixels().to_vec()
 }
 
-/// Saves films of a job in a file.
+/// Returns a checkpoint that saves films of a job in a file.
 fn saver(job: &Job, path: &Path) -> Checkpoints {
     let camera = job.camera().expect("a scene");
     let part = Part {
@@ -58,7 +58,7 @@ fn saver(job: &Job, path: &Path) -> Checkpoints {
     Checkpoints::new(path.to_owned(), Unfinished::notes(job, &camera, &part, 0.0))
 }
 
-/// Asserts that a saver, which may have saved other films before, saves this one.
+/// Asserts that a checkpoint, which may have saved other films before, saves this one.
 fn assert_saves(saver: &mut Checkpoints, film: &Film, path: &Path) {
     saver.look(film);
     saver.finish();
@@ -69,9 +69,9 @@ fn assert_saves(saver: &mut Checkpoints, film: &Film, path: &Path) {
     );
 }
 
-/// Tall and wide, with independent and with Sobol' numbers, in each precision: each pixel has at
-/// every moment what a render of as many replications has. All moments are saved into one file by
-/// the same saver, and shown.
+/// Tall and wide, with independent and with Sobol' numbers, in each precision: at every moment each
+/// pixel equals that of a render of as many replications. All moments are saved into one file by
+/// the same checkpoint, and shown.
 #[test]
 fn every_moment_is_a_render_of_as_many_samples() {
     let folder = folder("moments");
@@ -101,7 +101,7 @@ fn every_moment_is_a_render_of_as_many_samples() {
             }
             assert!(film.means_so_far() == means, "{words}: moment {moment}");
             assert_saves(&mut saver, film, &path);
-            // Two moments by one preview.
+            // Two moments with one preview.
             let mut preview = Preview::png(shown.clone(), job.size, display);
             preview.look(&films[moment.saturating_sub(1)]);
             preview.finish(film);
@@ -116,7 +116,7 @@ fn every_moment_is_a_render_of_as_many_samples() {
     }
 }
 
-/// A scramble of which some passes are done is shown as their mean, and saved.
+/// A scramble with some of its passes done is shown as their mean, and saved.
 #[test]
 fn a_begun_scramble_is_shown_as_the_mean_of_its_passes() {
     let path = folder("begun").join("a.partial.exr");

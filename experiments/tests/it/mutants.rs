@@ -1,4 +1,4 @@
-//! The record of cargo-mutants.
+//! Tests of the record of cargo-mutants.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use experiments::run::record::recorded_folder;
 
 use crate::folder;
 
-/// A run of cargo-mutants with these ends of mutants of two files.
+/// Writes a run of cargo-mutants with these outcomes of mutants in two files.
 fn outcomes(mutants: &[(&str, &str, &str)]) -> String {
     let outcome = |(file, what, summary): &(&str, &str, &str)| {
         format!(
@@ -52,7 +52,7 @@ fn mutants_are_recorded_with_the_reasons_of_survivors() {
         ("src/b.rs", "9:9: replace f with ()", "Timeout"),
         ("src/b.rs", "9:9: replace f with 1", "Unviable"),
     ]);
-    // The second run tries survivors again.
+    // The second run tests survivors again.
     let (code, text) = record(&[
         first,
         outcomes(&[("src/a.rs", "3:5: replace * with /", "CaughtMutant")]),
@@ -79,7 +79,7 @@ fn mutants_are_recorded_with_the_reasons_of_survivors() {
         ),
         (1, 1)
     );
-    // A reason stays with its mutant when the lines move; other files stay as they are.
+    // A reason stays with its mutant when lines move; other files are unchanged.
     found.survivors[0].reason = "the bits do not overlap".to_owned();
     let text = serde_json::to_string(&found).expect("json");
     fs::write(folder.join(FILE), text).expect("file");

@@ -1,6 +1,5 @@
-//! Each number that `compare` and `judge` write or print has a check of its value here, by the
-//! textbook's formula or in closed form; what their densities and verdicts are worth is tested
-//! elsewhere.
+//! Tests the value of each number that `compare` and `judge` write or print, by a textbook formula
+//! or in closed form; their densities and verdicts are tested elsewhere.
 
 use std::f64::consts::{FRAC_2_PI, PI};
 use std::fmt::Write as _;
@@ -15,18 +14,18 @@ use crate::{folder, run, text};
 const WIDTH: usize = 8;
 const HEIGHT: usize = 4;
 const IMAGES: usize = 5;
-/// Differences below this share of values in single precision are rounding.
+/// Relative differences below this are rounding of single precision.
 const ROUNDING: f64 = 1e-5;
 
-/// A number from 0 to 1 that looks random.
+/// Returns a pseudo-random number from 0 to 1.
 fn random(seed: usize) -> f64 {
     let mixed = (seed as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     ((mixed ^ (mixed >> 32)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// The images of a side, each its pixels from the lowest row up; the right half is brighter by
-/// `right`.
+/// Writes the images of a side, each with its pixels from the lowest row up; the right half is
+/// brighter by `right`.
 fn write_side(folder: &Path, name: &str, first: usize, right: f64) -> Vec<Vec<f64>> {
     let image = |k: usize| -> Vec<f64> {
         let pixel = |i: usize| {
@@ -50,7 +49,7 @@ fn write_side(folder: &Path, name: &str, first: usize, right: f64) -> Vec<Vec<f6
     images
 }
 
-/// The mean of some numbers and its squared standard error.
+/// Returns the mean of some numbers and its squared standard error.
 fn mean_of(values: &[f64]) -> [f64; 2] {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -66,13 +65,13 @@ fn mean_of(values: &[f64]) -> [f64; 2] {
 }
 
 /// Welch's test of a set of pixels: means, relative difference and standard error, degrees of
-/// freedom, standard errors, p.
+/// freedom, difference in standard errors, p-value.
 fn welch(sides: &[Vec<Vec<f64>>; 2], pixels: &[usize]) -> [f64; 7] {
     let of = |image: &Vec<f64>| pixels.iter().map(|&i| image[i]).sum::<f64>() / pixels.len() as f64;
     let [[a, va], [b, vb]] = sides
         .each_ref()
         .map(|side| mean_of(&side.iter().map(of).collect::<Vec<_>>()));
-    // As many as either side has, at least, whatever their shares of the noise.
+    // At least as many as either side has, whatever their shares of the noise.
     let dof = IMAGES as f64 - 1.0;
     let (error, scale) = ((va + vb).sqrt(), b.abs());
     let beyond = ((a - b).abs() - ROUNDING * a.max(b))
@@ -90,7 +89,7 @@ fn welch(sides: &[Vec<Vec<f64>>; 2], pixels: &[usize]) -> [f64; 7] {
     ]
 }
 
-/// Whether a number is this, to so much of it.
+/// Asserts that a number has this value, to this relative error.
 fn is(found: &Value, expected: f64, relative: f64, what: &str) {
     let found = found
         .as_f64()
@@ -179,7 +178,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
             "{found}"
         );
     }
-    // The right half differs, the left does not.
+    // The right half differs; the left does not.
     assert_eq!(
         (&numbers["verdict"], &numbers["kinds"][2]["differ"]),
         (&json!("differ"), &json!(1))
@@ -188,7 +187,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
     each.iter()
         .for_each(|p| bins[((p * 20.0) as usize).min(19)] += 1);
     assert_eq!(numbers["pixel_p_values"], json!(bins));
-    // What would be seen is more than the critical value, and less than thrice that.
+    // The detectable effect is above the critical value, and less than three times it.
     let [_, _, difference, error, dof, _, p] = welch(&sides, &all);
     let critical = student_upper(0.002 / 8.0, dof) * error;
     let seen = numbers["smallest_bias"][0]["relative"]
@@ -198,7 +197,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         (critical..3.0 * critical).contains(&seen),
         "{seen} and {critical}"
     );
-    // The same in print.
+    // The printed numbers are the same.
     let line = said
         .lines()
         .find(|line| line.starts_with("image mean, "))
@@ -217,7 +216,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
     );
 }
 
-/// Directions in a corner of the quantiles: of the cosine law the sine of the polar angle squared
+/// Directions in a corner of the quantiles: for the cosine law the squared sine of the polar angle
 /// is uniform, here below one half, and the azimuth within the first quarter.
 #[test]
 fn numbers_of_judge_are_those_of_closed_forms() {
@@ -276,7 +275,7 @@ fn numbers_of_judge_are_those_of_closed_forms() {
             .find(|o| o["name"] == name)
             .unwrap_or_else(|| panic!("{name}"))
     };
-    // The mean and the variance of each function, and what the mean should be.
+    // Mean and variance of each function, and the expected mean.
     let of_turn = 0.5 - FRAC_2_PI * FRAC_2_PI;
     for (name, mean, variance, right) in [
         ("mean of u", 0.25, 1.0 / 48.0, 0.5),
@@ -310,7 +309,7 @@ fn numbers_of_judge_are_those_of_closed_forms() {
                 .unwrap_or_else(|| panic!("{name}: {key}"))
         };
         let error = (variance / N as f64).sqrt();
-        // Values are taken at the centres of 32 × 64 fields.
+        // The functions are evaluated at the centres of 32 × 64 fields.
         assert!(
             (number("estimate") - mean).abs() < 4.0 * error + 1e-3,
             "{name}: {found}, should be {mean}"
@@ -369,8 +368,8 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         1e-9,
         "what the mean weight should be",
     );
-    // A quarter of the azimuths of half of the rows hold everything: eight times what is expected,
-    // or nothing.
+    // A quarter of the azimuths in half of the rows contain everything: eight times the
+    // expectation, or nothing.
     let histogram = outcomes
         .iter()
         .find(|o| o["statistic"] == "chi-square" && o["claim"] == 0.0)

@@ -1,6 +1,6 @@
-//! Every option of `render` changes what it says, and nothing else: the program makes the bytes of
-//! the library's own call with the same settings, written down here anew, and another picture than
-//! without it.
+//! Tests that every option of `render` changes what it states, and nothing else: the program writes
+//! the bytes of the library's own call with the same settings, which are written anew here, and
+//! another image than without the option.
 
 use std::collections::BTreeSet;
 
@@ -31,10 +31,10 @@ use whitefurnace::scene::{Scene, room, simple};
 
 use crate::{folder, job, renders};
 
-/// A call of the library.
+/// A call of the library, with its settings.
 struct Call {
     scene: Result<Scene, Error>,
-    /// Renders it by some estimator.
+    /// Renders with some estimator.
     film: fn(&Call) -> Result<Film, Error>,
     pixel: PixelSampling,
     numbers: Numbers,
@@ -46,7 +46,7 @@ struct Call {
     display: Display,
 }
 
-/// Path tracing as the program does it unasked.
+/// Path tracing with the defaults of the program.
 fn path(strategy: Strategy) -> Path {
     let lights = LightSampling::ByContribution;
     Path {
@@ -58,7 +58,7 @@ fn path(strategy: Strategy) -> Path {
     }
 }
 
-/// Where an option is tried: as options of the program, and as what they change of a call.
+/// Settings with which an option is tested: options of the program, and the same changes to a call.
 #[derive(Clone, Copy)]
 struct Base(&'static str, fn(&mut Call));
 
@@ -86,7 +86,7 @@ const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
 const JITTER: Base = Base("--pixel jitter --grid 2", |c| {
     divided(c, PixelSampling::Jitter(2));
 });
-/// So dark that lights are not simply white.
+/// So dark that lights are not clipped to white.
 const DIM: Base = Base("--scene diffuse-room --exposure -8", |c| {
     (c.scene, c.display) = (room::diffuse(), Display::Srgb { exposure: -8.0 });
 });
@@ -145,16 +145,16 @@ impl Call {
         self.scene.as_ref().expect("a scene")
     }
 
-    /// With these photons and radii: for all light, and for caustics.
+    /// Photon mapping with these photons and radii: for all light, and for caustics.
     fn photons(&self, particles: [u32; 2], radii: [f64; 2]) -> Result<Film, Error> {
         let lookup = Lookup::Gather {
             caustic_particles: particles[1],
             caustic_radius: radii[1],
         };
-        self.looked_up((particles[0], radii[0]), lookup)
+        self.looked_up(particles[0], radii[0], lookup)
     }
 
-    fn looked_up(&self, map: (u32, f64), lookup: Lookup) -> Result<Film, Error> {
+    fn looked_up(&self, particles: u32, radius: f64, lookup: Lookup) -> Result<Film, Error> {
         let pass = Pass {
             numbers: self.numbers,
             seed: self.seed,
@@ -164,8 +164,8 @@ impl Call {
             Standard,
             self.scene(),
             lookup,
-            map.0,
-            map.1,
+            particles,
+            radius,
             pass,
         )?)
     }
@@ -257,10 +257,10 @@ impl Call {
     }
 }
 
-/// An option with a value, where it is tried, and what it changes of the call.
+/// An option with a value, the base that it is added to, and its change to the call.
 struct Row(&'static str, &'static str, Base, fn(&mut Call));
 
-/// Sub-pixels, which take independent numbers.
+/// Sets sub-pixels, which need independent numbers.
 fn divided(call: &mut Call, pixel: PixelSampling) {
     (call.pixel, call.numbers) = (pixel, Numbers::Independent);
 }
@@ -433,7 +433,7 @@ fn rows() -> Vec<Row> {
         }),
         Row("gather", "yes", PHOTON, |_| {}),
         Row("gather", "no", PHOTON, |c| {
-            c.film = |c| c.looked_up((3000, 0.5), Lookup::Direct);
+            c.film = |c| c.looked_up(3000, 0.5, Lookup::Direct);
         }),
         Row("caustic-photons", "20000", PHOTON, |c| {
             c.film = |c| c.photons([3000, 20_000], [0.5, 0.5]);
@@ -513,7 +513,7 @@ fn rows() -> Vec<Row> {
 }
 
 impl Row {
-    /// The words of the command line: an option of the row stands for one of its base.
+    /// Returns the words of the command line: an option of the row replaces that of its base.
     fn words(&self) -> Vec<String> {
         let Row(option, value, base, _) = self;
         let call = self.call();
@@ -545,7 +545,7 @@ impl Row {
 fn every_option_is_the_librarys_own_call() {
     let folder = folder("options");
     let read = |file: &str| std::fs::read(folder.join(file)).expect("a file");
-    // The pictures of the bases, and of the rows.
+    // Images of the bases, and of the rows.
     let mut bases = Vec::new();
     let mut pictures = Vec::new();
     for row in rows() {
@@ -559,7 +559,7 @@ fn every_option_is_the_librarys_own_call() {
         let film = (call.film)(&call).expect("a film");
         let camera = call.scene().camera();
         let provenance = job(&command).provenance(camera, true);
-        // The file says all that decides its pixels.
+        // The file records every setting that affects its pixels.
         let Row(option, value, ..) = row;
         let says_nothing = option == "engine" && value != "single";
         if !says_nothing && !["", "threads", "exposure", "out"].contains(&option) {
@@ -595,7 +595,7 @@ fn every_option_is_the_librarys_own_call() {
     }
 }
 
-/// Whether a base has this value of an option already: by name, or by default.
+/// Returns whether a base has this value of an option already: by name, or by default.
 fn says(base: Base, option: &str, value: &str) -> bool {
     if base.0.contains(&format!("--{option} {value}")) {
         return true;
@@ -610,7 +610,7 @@ fn says(base: Base, option: &str, value: &str) -> bool {
         .first()
         .filter(|_| !argument.is_hide_default_value_set());
     let default = default.and_then(|value| value.to_str());
-    // The help says what these are where they are left out.
+    // Values that the help states for omitted options.
     let implied = [
         ("convention", "physical"),
         ("estimator", "mis"),
@@ -623,7 +623,7 @@ fn says(base: Base, option: &str, value: &str) -> bool {
             || [PLAIN.0, DIM.0].contains(&base.0) && implied.contains(&(option, value)))
 }
 
-/// A new option or value needs a row.
+/// Every option and every value has a row.
 #[test]
 fn every_option_and_value_has_a_row() {
     let mut lacking: BTreeSet<String> = BTreeSet::new();
@@ -632,7 +632,7 @@ fn every_option_and_value_has_a_row() {
         let Some(long) = argument.get_long() else {
             continue;
         };
-        // How a run goes is tried in `unfinished` and `preview`.
+        // Options about the course of a run are tested in `unfinished` and `preview`.
         if ["time", "target-error", "resume", "shard", "preview", "tev"].contains(&long) {
             continue;
         }

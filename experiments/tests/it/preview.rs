@@ -1,4 +1,4 @@
-//! An image is seen while it is made, and has the bytes that it has unseen.
+//! Tests that a preview shows the image while it is made, without changing its bytes.
 
 use std::io::Read as _;
 use std::net::{TcpListener, TcpStream};
@@ -12,7 +12,7 @@ use crate::{folder, refused, render, renders, text};
 
 const RENDER: &str = env!("CARGO_BIN_EXE_render");
 
-/// What tev's protocol says of a message, read by its description.
+/// A message of tev's protocol, parsed according to its description.
 struct Message {
     bytes: Vec<u8>,
     at: usize,
@@ -48,7 +48,7 @@ impl Message {
     }
 }
 
-/// A viewer of one image: what it shows whenever the last row has come.
+/// Starts a viewer of one image, which sends its content whenever the last row has arrived.
 fn viewer(image: &'static str, size: [usize; 2]) -> (String, Receiver<Vec<f32>>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -89,7 +89,7 @@ fn viewer(image: &'static str, size: [usize; 2]) -> (String, Receiver<Vec<f32>>)
     (address, images)
 }
 
-/// R, G and B of each pixel of a file.
+/// Returns R, G and B of each pixel of a file.
 fn pixels(path: &Path) -> Vec<f32> {
     let picture =
         decode(path, &std::fs::read(path).expect("there"), None, "--layer").expect("an image");
@@ -105,7 +105,7 @@ fn pixels(path: &Path) -> Vec<f32> {
 fn what_is_seen_ends_as_the_image_and_changes_none_of_its_bytes() {
     let folder = folder("previews");
     let bytes = |file: &str| std::fs::read(folder.join(file)).expect("there");
-    // More than a message of rows; and passes of which several are a replication.
+    // More rows than a message holds; and several passes per replication.
     for (options, size) in [
         ("--scene cornell --size 300x250 --spp 4", [300, 250]),
         (
@@ -180,7 +180,7 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     let folder = folder("viewers");
     let listen = || TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = |listener: &TcpListener| listener.local_addr().expect("an address").port();
-    // Nobody listens there, and no other test is given that port.
+    // Nobody listens at this port, and no other test gets it.
     refused(
         &render(&folder, "--spp 1 --size 8x6 --tev localhost:1"),
         "no viewer is reached there",
@@ -200,7 +200,7 @@ fn a_viewer_that_is_not_there_or_goes_away_or_is_stuck() {
     render.signal("-TERM");
     assert_eq!(render.end(), Some(143));
 
-    // It takes nothing of an image that is larger than what the system keeps for it.
+    // This viewer reads nothing, and the image is larger than the system's buffer.
     let listener = listen();
     let options = "--scene environment --size 2000x1250 --spp 1 --out";
     let stuck = crate::render(

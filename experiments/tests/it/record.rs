@@ -1,4 +1,4 @@
-//! Results that the book keeps, and how they get there.
+//! Tests of the results that the book records, and of recording them.
 
 use std::fs;
 use std::io::Cursor;
@@ -84,7 +84,7 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
         let mut reader = png::Decoder::new(Cursor::new(bytes))
             .read_info()
             .expect("a PNG");
-        // But for the last one, bands can be shown at quarters of their size without seams.
+        // Except for the last, bands can be shown at a quarter of their size without seams.
         assert!(
             joined.len() % (4 * 3 * size[0] as usize) == 0,
             "{}",
@@ -124,7 +124,7 @@ fn cells_of_a_failed_trial_are_plotted_and_bad_files_refused() {
     }
 }
 
-/// The data file of a failed mean, as the trial leaves it, is one that the program plots.
+/// The program plots the data file of a failed mean, as the trial leaves it.
 #[test]
 fn batches_of_a_mean_are_plotted() {
     let folder = folder("batches");

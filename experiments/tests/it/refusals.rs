@@ -1,4 +1,4 @@
-//! What is refused, and in which words.
+//! Tests of refusals and their messages.
 
 use std::path::Path;
 
@@ -12,9 +12,7 @@ use crate::{folder, refused, render, renders, reproduce, text};
 #[test]
 fn bad_input_gets_one_line_exit_code_two_and_leaves_nothing() {
     for case in include_str!("refusals.txt").lines() {
-        let (options, hint) = case
-            .split_once(" => ")
-            .expect("options, and what is said of them");
+        let (options, hint) = case.split_once(" => ").expect("options and their message");
         let folder = folder("errors");
         // An option may be given once only.
         let defaults: String = [("--size", "8x6"), ("--spp", "1")]
@@ -60,7 +58,7 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     ] {
         refused(&render(&folder, &format!("{small} {options}")), hint);
     }
-    // Single precision where it would show, before anything is rendered.
+    // Single precision where its error would be visible, before anything is rendered.
     let far = scene.replace("[0, 0, 5]", "[0, 0, 50000]");
     let far = far
         .replace("\"obj\"", "\"sphere\"")
@@ -75,7 +73,7 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         ),
         said,
     );
-    // Those that rough glass is beyond, the report's own, too.
+    // Estimators that cannot handle rough glass, the report's own included.
     let frosted = scene.replace(
         "\"lambert\", albedo = 0.5",
         "\"rough-glass\", index = 1.5, alpha = 0.3",
@@ -111,7 +109,7 @@ fn scene_files_are_refused_by_line_and_told_apart() {
             assert!(output.status.success(), "{}", text(&output.stderr));
         }
     }
-    // A name that the header cannot hold as it is.
+    // A name that the header cannot hold unchanged.
     std::fs::copy(folder.join("good.toml"), folder.join("房.toml")).expect("copied");
     renders(&folder, &format!("{small} --scene 房.toml --out d.exr"));
     assert!(
@@ -136,7 +134,7 @@ fn scene_files_are_refused_by_line_and_told_apart() {
             .count(),
         1
     );
-    // A sun that no image holds.
+    // A sun that is too bright for any image.
     std::fs::write(
         folder.join("sun.toml"),
         scene.replace("background = 1", "background = 2e7"),
@@ -159,7 +157,7 @@ fn scene_files_are_refused_by_line_and_told_apart() {
     assert_ne!(first, bytes("c.exr"));
 }
 
-/// What an option refuses names the range that its help states.
+/// The error of an option names the range that its help states.
 #[test]
 fn ranges_stand_in_the_help() {
     let commands = [
@@ -175,7 +173,7 @@ fn ranges_stand_in_the_help() {
             let help = argument.get_help().expect("a help").to_string();
             let name = format!("--{long}=x/y");
             let refused = command.clone().try_get_matches_from(["program", &name]);
-            // Folders and files take any name, flags no value, and names of things are listed.
+            // Folders and files accept any name, flags no value, and values with names are listed.
             let Err(error) = refused else { continue };
             let message = error.to_string();
             assert!(message.contains(&format!("'--{long}")), "{message}");
@@ -213,8 +211,8 @@ fn what_mends_an_error_fits_it() {
     }
 }
 
-/// Radiance from 3·10⁻³¹ to 3·10⁶: what may be off by more than a ten-thousandth is noted. By how
-/// much is in the library's tests.
+/// For radiance from 3·10⁻³¹ to 3·10⁶, errors above a ten-thousandth are noted. Their size is
+/// tested in the library.
 #[test]
 fn images_too_faint_for_the_film_are_noted() {
     let folder = folder("faint");

@@ -1,4 +1,5 @@
-//! What is rendered: the same bytes on any number of threads, and every scene by every estimator.
+//! Tests of rendering: the same bytes on any number of threads, and every scene with every
+//! estimator.
 
 use clap::ValueEnum as _;
 use experiments::render::photons::{Gather, Photons};
@@ -57,7 +58,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     }
 }
 
-/// Which estimators a scene admits is written down here anew; all others are refused. All show the
+/// The estimators that handle a scene are listed anew here; all others are refused. All have the
 /// same albedo, normal and depth, to the last bit.
 #[test]
 fn every_scene_renders_with_every_legal_estimator() {

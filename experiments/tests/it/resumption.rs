@@ -1,5 +1,5 @@
-//! Runs that were interrupted go on, runs that are done are kept, and evidence that accumulates is
-//! judged once.
+//! Tests that interrupted runs resume, finished runs are kept, and accumulated evidence is judged
+//! once.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -16,10 +16,10 @@ use whitefurnace::error::Error;
 
 use crate::{folder, quick, refused, reproduce, text};
 
-/// At which of its parts the toy is interrupted.
+/// Part of the toy experiment at which it is interrupted.
 static STOP: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Evidence that grows by four rows a run.
+/// An experiment whose evidence grows by four rows per run.
 const TOY: Experiment = Experiment {
     id: "toy",
     title: "a toy",
@@ -35,7 +35,7 @@ const TOY: Experiment = Experiment {
                 if k == STOP.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
                 }
-                // What no file can round.
+                // A value that needs all its digits in a file.
                 Ok(((first + k) as f64 + 0.1).sin())
             };
             let value = if k % 2 == 0 {
@@ -58,8 +58,8 @@ const TOY: Experiment = Experiment {
     },
 };
 
-/// Three runs, and three that are interrupted at every place: the files are the same. So it is with
-/// every file of accumulated rows, since there is no other way to one.
+/// Three runs give the same files as three that are interrupted at every place. This covers every
+/// file of accumulated rows, as all are written by the same code.
 #[test]
 fn interrupted_and_continued_is_uninterrupted() {
     let go = |out: &Path| run_all(&[&TOY], &quick(out.to_owned(), 1), true).is_ok();
@@ -101,7 +101,7 @@ fn interrupted_and_continued_is_uninterrupted() {
     }
 }
 
-/// The files below a folder and their bytes.
+/// Returns the files below a folder and their bytes.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let files = book::check::files(folder).expect("the folder is there");
     let relative = |file: &Path| file.strip_prefix(folder).expect("below").to_owned();
@@ -111,15 +111,15 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
         .collect()
 }
 
-/// The experiment with the most parts and accumulated rows, whole, and interrupted before its last
-/// file, with a third of the parts not there yet: the files are the same.
+/// The experiment with the most parts and accumulated rows gives the same files in one run and when
+/// interrupted before its last file, with a third of its parts missing.
 #[test]
 fn agreement_goes_on() {
     let go = |out: &Path| run_all(&[&AGREEMENT], &quick(out.to_owned(), 4096), true).map(drop);
     let [whole, pieces] = ["whole", "pieces"].map(|name| folder(&format!("agreement-{name}")));
     go(&whole).expect("a run");
     let made = pieces.join("agreement");
-    // What interrupts is a folder in the way.
+    // A folder in place of the file interrupts the run.
     let result = made.join("result.json");
     fs::create_dir_all(&result).expect("a folder in the way");
     assert!(go(&pieces).is_err_and(|error| error.to_string().contains("result.json")));
@@ -166,7 +166,7 @@ fn reproduce_goes_on_where_it_stopped() {
             .matches("kept from an earlier run")
             .count()
     };
-    // A file that is gone or garbled, a new one, other options or --fresh: made again.
+    // A missing or damaged file, a new one, other options or --fresh: the result is made again.
     let figure = folder.join("out/fig9/noise.png");
     fs::remove_file(&figure).expect("removed");
     assert_eq!((kept(options), kept(options)), (1, 2));
@@ -185,7 +185,7 @@ fn reproduce_goes_on_where_it_stopped() {
     ] {
         let before = fs::read(&figure).expect("a figure");
         assert_eq!(kept(&changed), 0);
-        // The seed decides what is drawn.
+        // The seed affects the figure.
         assert_eq!(
             fs::read(&figure).expect("a figure") == before,
             changed.ends_with("--fresh")
@@ -193,7 +193,7 @@ fn reproduce_goes_on_where_it_stopped() {
     }
 }
 
-/// Its own result among those of others, once.
+/// A result is inserted among those of other experiments, once.
 #[test]
 fn results_of_one_experiment_leave_the_others() {
     let folder = folder("results");
@@ -224,7 +224,7 @@ fn results_of_one_experiment_leave_the_others() {
     assert_eq!(again, [row("fig9", 2048), row("watertight", 4096)]);
 }
 
-/// At once, into one folder.
+/// Shards run at once, into one folder.
 #[test]
 fn shards_of_reproduce_are_the_whole() {
     let [parts, whole] = ["shards-parts", "shards-whole"].map(folder);
@@ -259,8 +259,8 @@ fn shards_of_reproduce_are_the_whole() {
     assert!(reproduce(&whole, options).status.success());
     assert!(files(&parts.join("out")) == files(&whole.join("out")));
 
-    // In as many shards as there can be, each experiment is in one, and those that share a folder
-    // are in the same.
+    // With the largest number of shards, each experiment is in one, and experiments that share a
+    // folder are in the same.
     let list = |shard: &str| -> Vec<String> {
         let listed = text(&reproduce(&whole, &format!("--list --shard {shard}")).stdout);
         listed
@@ -321,7 +321,7 @@ fn looks_at_accumulated_rows_spend_the_level_once() {
         text,
         "# seed 1\n# looks: 3\nreplication,p\n0,0.5\n1,0.5\n2,0.5\n"
     );
-    // Other numbers are other evidence, at which nobody has looked.
+    // Other random numbers are other evidence, which has not been looked at.
     for (key, columns) in [("seed 2", "replication,p"), ("seed 1", "replication,q")] {
         let other = Accumulated::continued(&path, path.clone(), key, columns);
         assert_eq!((other.looks(), other.rows().len()), (0, 0));

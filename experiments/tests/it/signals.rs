@@ -1,4 +1,4 @@
-//! What a signal leaves of a render.
+//! Tests of the files and messages of a render that receives a signal.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,14 +7,14 @@ use experiments::run::signals;
 
 use crate::{folder, renders};
 
-/// A program that is at work, and what it prints on standard error.
+/// A running program, and its standard error.
 pub struct Running {
     child: std::process::Child,
     lines: std::io::Lines<std::io::BufReader<std::process::ChildStderr>>,
 }
 
 impl Running {
-    /// Starts a program with these words in a folder.
+    /// Starts a program with these arguments in a folder.
     pub fn start(program: &str, words: &[&str], folder: &Path) -> Self {
         use std::io::BufRead as _;
         let mut child = Command::new(program)
@@ -31,7 +31,7 @@ impl Running {
         }
     }
 
-    /// Waits for a line that says this: however long it takes.
+    /// Waits for a line that contains the text, without a time limit.
     pub fn wait_for(&mut self, text: &str) -> String {
         loop {
             let line = self.lines.next().expect("it goes on").expect("a line");
@@ -61,7 +61,7 @@ impl Running {
     }
 }
 
-/// No machine does so many samples before somebody ends it.
+/// Options for more samples than any machine renders before the test ends it.
 pub const ENDLESS: &str = "--size 64x48 --spp 4000000000 --out a.exr --threads ";
 
 pub fn endless(folder: &Path, threads: usize) -> Running {
@@ -74,7 +74,7 @@ pub fn endless(folder: &Path, threads: usize) -> Running {
 fn signals_write_what_is_done_beside_what_was_finished() {
     let folder = folder("signals");
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
-        // Tests that run in the background, or by nohup, hand that on.
+        // Tests in the background, or under nohup, inherit ignored signals.
         if signals::ignored(code - 128) {
             eprintln!("{signal} is ignored by who started the tests");
             continue;
@@ -101,7 +101,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
     }
 }
 
-/// As many threads compute as are asked for.
+/// The number of computing threads is as requested.
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_are_as_many_as_asked_for() {
@@ -122,7 +122,7 @@ fn threads_are_as_many_as_asked_for() {
     }
 }
 
-/// As by `nohup`: a hangup is ignored, another signal is not.
+/// As under `nohup`: a hangup is ignored, another signal is not.
 #[test]
 fn a_signal_that_was_ignored_stays_ignored() {
     let folder = folder("nohup");

@@ -1,4 +1,4 @@
-//! What is said of findings, and of work in progress.
+//! Tests of the printed findings, and of the progress of runs.
 
 use std::path::Path;
 use std::time::Duration;
@@ -39,8 +39,8 @@ fn lines_of_tables_are_never_too_long() {
     );
 }
 
-/// Every experiment says what it found in two lines of a hundred columns at most, with numbers that
-/// it records; the whole output of the default run has sixty lines at most.
+/// Every experiment summarises its findings in at most two lines of at most a hundred columns, with
+/// numbers that it records; the whole output of the default run has at most sixty lines.
 #[test]
 fn summaries_are_short_and_have_their_numbers() {
     let mut lines = 0;
@@ -58,7 +58,7 @@ fn summaries_are_short_and_have_their_numbers() {
             lines += text.lines().count();
         }
     }
-    // Verdicts, at most five that are undecided, what was left out, where the book begins.
+    // Verdicts, at most five undecided ones, omitted experiments, where the book begins.
     assert!(lines + 12 <= 60, "{lines} lines");
 }
 
@@ -74,7 +74,7 @@ fn the_stated_time_of_the_default_run_is_the_recorded_one() {
     assert!(record.numbers["undecided"] <= 5.0);
 }
 
-/// Three verdicts, and what is said at the end.
+/// Three verdicts, and the closing lines.
 #[test]
 fn what_fails_is_named_and_what_is_undecided_counted() {
     use Judgement::{Fails, Holds, Undecided};
@@ -93,7 +93,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
         ("the claim", "1", Some(Fails)),
         ("fine", "1", Some(Holds)),
     ]);
-    // A detail that fails is shown, others on request.
+    // A detail that fails is shown, others only on request.
     failing
         .findings
         .iter_mut()
@@ -110,7 +110,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
     assert!(long.contains("fine       1 undecided"), "{long}");
 }
 
-/// A claim that fails is exit code 1, whether it is found or kept.
+/// A claim that fails gives exit code 1, whether it is new or kept.
 #[test]
 fn a_failed_claim_is_an_exit_code() {
     let options = quick(folder("exit"), 1);

@@ -1,5 +1,5 @@
-//! Runs that were killed, that go on, or that are a part of a whole: the bytes of an uninterrupted
-//! run, or a refusal.
+//! Tests of runs that were killed, that resume, or that are part of a whole: the bytes of an
+//! uninterrupted run, or a refusal.
 
 use std::path::Path;
 use std::process::Output;
@@ -18,7 +18,7 @@ fn merge(folder: &Path, options: &str) -> Output {
     run(env!("CARGO_BIN_EXE_merge"), folder, options)
 }
 
-/// How many files there are.
+/// Counts the files in a folder.
 fn count(folder: &Path) -> usize {
     std::fs::read_dir(folder).expect("the folder").count()
 }
@@ -27,7 +27,7 @@ fn words(options: &str) -> Vec<&str> {
     options.split_whitespace().collect()
 }
 
-/// Killed by what no program can catch, after each file that it saves.
+/// Kills the program with a signal that it cannot catch, after each file that it saves.
 #[test]
 fn what_was_killed_goes_on_to_the_same_bytes() {
     let program = env!("CARGO_BIN_EXE_render");
@@ -36,7 +36,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
         "--scene cornell --size 40x30 --outlines no",
         "--scene cornell --estimator bdpt --size 40x30",
     ] {
-        // So many samples take a machine of any speed two seconds or three: it saves each second.
+        // Enough samples for two or three seconds on any machine: it saves each second.
         const SURELY_SAVED: Duration = Duration::from_secs(3);
         let takes = |spp: u64| {
             let start = Instant::now();
@@ -82,7 +82,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
             bytes(&folder, "a") == bytes(&folder, "whole"),
             "{options}: other bytes after {kills} kills"
         );
-        // Nothing is left of what was saved, not even on its way.
+        // Nothing that was saved is left, not even temporary files.
         assert_eq!(count(&folder), 4, "{options}");
     }
 }
@@ -135,7 +135,8 @@ fn what_cannot_go_on_is_refused_and_stays() {
     std::fs::copy(folder.join("b.exr"), &saved).expect("copied");
     refused(&resume(&other("", "")), "no film with sums");
 
-    // A disk that takes no such file: it is said, work goes on, and what was saved stays.
+    // A limit on file sizes stands for a full disk: the error is reported, work continues, and the
+    // earlier file stays.
     std::fs::write(&saved, &good).expect("written");
     let script = format!(
         "trap '' XFSZ; ulimit -f 8; exec {} {ENDLESS} 1 --resume",
@@ -219,7 +220,7 @@ fn shards_are_the_whole() {
     assert!(!folder.join("x.exr").exists());
 }
 
-/// Were they the image's own, where it stops would bias it.
+/// If the pilot's samples were the image's own, stopping by them would bias it.
 #[test]
 fn a_pilot_has_samples_of_its_own() {
     let job = Job {
@@ -258,7 +259,7 @@ fn a_pilot_decides_what_spp_would_say() {
             bytes(&folder, "a") == bytes(&folder, "b"),
             "{options} {aim}: {said}"
         );
-        // More precision takes more samples, and so does more time.
+        // Higher precision needs more samples, and more time allows more.
         assert!(spp.parse::<u32>().expect("a number") > 4, "{said}");
     }
 }

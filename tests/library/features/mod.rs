@@ -1,18 +1,18 @@
-//! Every pair of features stands in a scene, and every estimator is compared there with a closed
-//! form or with a walk that cannot share its mistakes.
+//! Covering array of features: every pair of features occurs in a scene, and every estimator is
+//! compared there with a closed form or with a path tracer that does not share its code.
 //!
-//! In a furnace the radiance that arrives anywhere is 1 whatever stands in it, if all that absorbs
-//! emits as much. Where surfaces lose light there is no closed form, but a walk without shadow rays
-//! has little noise.
+//! In a furnace the incident radiance is 1 everywhere whatever is in it, if all that absorbs emits
+//! as much. Where surfaces lose light there is no closed form, but a path tracer without shadow
+//! rays has little noise.
 //!
-//! Means see gross mistakes, of as many per cent as each table prints. What is smaller, or met by
-//! few paths, is seen path by path: [`shadow_rays`] and [`strategies`] follow what one strategy
-//! found and hold it against what the others make of it.
+//! Means detect gross errors, of as many per cent as each table prints. Errors that are smaller, or
+//! affect few paths, are found path by path: [`shadow_rays`] and [`strategies`] follow the path
+//! that one strategy found and compare it with the others.
 //!
 //! Not compared are estimators with no right mean here: photon mapping and progressive photon
 //! mapping, whose discs reach beyond edges (they share walks and emission with the light tracer,
-//! and know nothing of the background); radiosity, which takes diffuse scenes alone; and the
-//! published figure's, which is wrong by design.
+//! and ignore the background); radiosity, which handles diffuse scenes only; and the published
+//! figure's estimator, which is wrong by design.
 
 mod naive;
 mod scenes;
@@ -33,26 +33,27 @@ use table::{Factor, Row, missing, required, table};
 
 use crate::prelude::*;
 
-/// A frame that is wide and whose sides no tile divides.
+/// A wide frame whose sides are no multiples of a tile's.
 const FRAME: [u32; 2] = [45, 23];
-/// Samples per pixel of each side, at scale 1.
+/// Samples per pixel on each side of a comparison, at scale 1.
 const SAMPLES: f64 = 96.0;
-/// A difference of so many standard errors is not chance: its probability is below 10⁻¹³ in a t
-/// distribution of 95 degrees of freedom, and below 10⁻⁹ in all comparisons together however skewed
-/// their means of thousands of samples are.
+/// Number of standard errors beyond which a difference is not chance: the probability is below
+/// 10⁻¹³ in a t distribution of 95 degrees of freedom, and below 10⁻⁹ in all comparisons together
+/// however skewed their means of thousands of samples are.
 const FAR: f64 = 9.0;
-/// The largest relative standard error of a comparison, half as large again as any that was
-/// measured: a mistake of 5 % of an image's mean is seen. Smaller ones are for the trials of single
+/// Largest relative standard error of a comparison, half as large again as the largest measured: an
+/// error of 5 % of an image's mean is detected. Smaller ones are left to the trials of single
 /// scenes.
 const PRECISE: f64 = 0.0035;
-/// The same of the light tracer: 20 %.
+/// Largest relative standard error of a comparison of the light tracer: an error of 20 % is
+/// detected.
 const PRECISE_BY_PARTICLES: f64 = 0.0125;
 
-/// The assertions that chance can turn red: a comparison of each table of scenes, what must be
-/// rejected, and identities of random paths.
+/// Number of random assertions: a comparison for each table of scenes, the negative control, and
+/// identities of random paths.
 pub const ASSERTIONS: usize = 10;
 
-/// How rays are followed and what estimates along them.
+/// Factors of path tracing: sampling strategies, random numbers and the engine.
 const SETTINGS: [Factor; 9] = [
     ("finds", &["bsdf", "light", "mis"]),
     (
@@ -72,19 +73,19 @@ fn samples() -> u32 {
     (SAMPLES * context("features").scale).ceil() as u32
 }
 
-/// The factors of a scene, and these settings.
+/// Returns the factors of a scene, and these settings.
 fn factors(settings: &[Factor]) -> &'static [Factor] {
     Box::leak([&SCENE[..], settings].concat().into_boxed_slice())
 }
 
-/// The table of scenes and settings of paths, which several tests take.
+/// Returns the table of scenes and settings of paths, which several tests use.
 fn path_rows() -> Vec<Row> {
     static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| table(factors(&SETTINGS), path_takes));
     ROWS.clone()
 }
 
-/// Emitters alone would leave the reference too much noise, as would points uniform in area in the
-/// corners of a box that shines.
+/// Returns whether a row has little noise: emitters alone would leave too much in the reference, as
+/// would points uniform in area in the corners of a closed box that emits.
 fn is_calm(row: &Row) -> bool {
     let dark = row.is("background", "dark") && !row.is("emitter", "none");
     let corners = row.is("background", "closed box")
@@ -141,7 +142,7 @@ fn sampling_of(row: &Row, seed: u64) -> Sampling {
     }
 }
 
-/// A film of about so many samples per pixel.
+/// Renders a film of about this many samples per pixel.
 fn film(scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
     let own = renderer.samples_per_replication();
     let mut film = Film::new(FRAME, None, own).expect("a legal size");
@@ -176,7 +177,7 @@ fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> 
         sampling,
         precision,
     };
-    // Shadow rays alone are noisy where surfaces shine.
+    // Shadow rays alone are noisy where surfaces emit.
     let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
         _ if !parts.is_standard() => film(
@@ -192,8 +193,8 @@ fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> 
     }
 }
 
-/// How far a film is from what it should be: the mean difference of red light, its standard error
-/// from pixel to pixel, and its expectation.
+/// Comparison of a film with its expectation: the mean difference of red light, its standard error
+/// from the spread over pixels, and the expectation.
 struct Found {
     row: String,
     difference: f64,
@@ -203,20 +204,18 @@ struct Found {
 }
 
 impl Found {
-    fn new(
-        row: &Row,
-        scene: &Scene,
-        (light, (mean, error)): (Option<Light>, Measured),
-        seed: u64,
-    ) -> Self {
+    fn new(row: &Row, scene: &Scene, light: Option<Light>, measured: Measured, seed: u64) -> Self {
         let straight = matches!(light, Some(Light::StraightToTheEye));
         let precise = if straight {
             PRECISE_BY_PARTICLES
         } else {
             PRECISE
         } / context("features").scale.sqrt();
-        let (expected, own) = match light {
-            None => (exact(row).expect("a closed form"), 0.0),
+        let reference = match light {
+            None => Measured {
+                mean: exact(row).expect("a closed form"),
+                error: 0.0,
+            },
             Some(light) => {
                 let sampling = Sampling {
                     numbers: Numbers::Independent,
@@ -235,14 +234,14 @@ impl Found {
         };
         Self {
             row: row.to_string(),
-            difference: mean - expected,
-            error: error.hypot(own),
-            expected,
+            difference: measured.mean - reference.mean,
+            error: measured.error.hypot(reference.error),
+            expected: reference.mean,
             precise,
         }
     }
 
-    /// Why it does not hold.
+    /// Returns why the comparison fails, if it does.
     fn objection(&self) -> Option<String> {
         let Self {
             row,
@@ -257,7 +256,7 @@ impl Found {
                 "{what}: {difference:+.3} % ± {error:.3} % of {expected:.4}: {row}"
             ))
         };
-        // Rounding, of single precision.
+        // Rounding in single precision.
         let rounding = 1e-4 * expected;
         // False for NaN.
         let is_near = difference.abs() <= FAR * error + rounding;
@@ -272,10 +271,14 @@ impl Found {
     }
 }
 
-/// A mean of red light over an image, and its standard error.
-type Measured = (f64, f64);
+/// Mean of red light over an image, and its standard error.
+#[derive(Clone, Copy)]
+struct Measured {
+    mean: f64,
+    error: f64,
+}
 
-/// The mean over a film, whose pixels are independent.
+/// Returns the mean over a film, whose pixels are independent.
 fn by_pixel(film: &Film) -> Measured {
     let [mean, squares] = film
         .pixels()
@@ -287,25 +290,26 @@ fn by_pixel(film: &Film) -> Measured {
             ]
         });
     let count = film.pixels().len() as f64;
-    (mean / count, squares.sqrt() / count)
+    Measured {
+        mean: mean / count,
+        error: squares.sqrt() / count,
+    }
 }
 
-/// Asserts that an estimator is right in a table of scenes that has all pairs. `run` returns what
-/// light it counts, if that has no closed form, and what was measured.
+/// Asserts that an estimator is right in a table of scenes that has all pairs. `run` returns the
+/// paths that it counts, unless they have a closed form, and the measured mean.
 fn assert_right(
-    (name, factors, takes): (&str, &'static [Factor], impl Fn(&Row) -> bool),
+    name: &str,
+    factors: &'static [Factor],
+    takes: impl Fn(&Row) -> bool,
     run: impl Fn(&Row, &Scene, u64) -> (Option<Light>, Measured) + Sync,
 ) {
     let rows = table(factors, &takes);
     let check = |(at, row): (usize, &Row)| {
         let scene = scene_of(row);
         let seed = |side: &str| seed_for(context("features").seed, &format!("{name} {side} {at}"));
-        Found::new(
-            row,
-            &scene,
-            run(row, &scene, seed("subject")),
-            seed("reference"),
-        )
+        let (light, measured) = run(row, &scene, seed("subject"));
+        Found::new(row, &scene, light, measured, seed("reference"))
     };
     let found: Vec<Found> = rows.par_iter().enumerate().map(check).collect();
     let pairs = required(factors, takes);
@@ -315,7 +319,7 @@ fn assert_right(
         .map(|found| FAR * found.error / found.expected);
     let seen = 100.0 * seen.fold(0.0, f64::max);
     println!(
-        "{name}: {} pairs in {} scenes; a mistake of {seen:.1} % is seen in each",
+        "{name}: {} pairs in {} scenes; an error of {seen:.1} % is detected in each",
         pairs.len(),
         rows.len()
     );
@@ -338,7 +342,9 @@ fn assert_all_hold(found: &[Found]) {
 #[test]
 fn paths_are_right_where_any_two_features_meet() {
     assert_right(
-        ("path", factors(&SETTINGS), path_takes),
+        "path",
+        factors(&SETTINGS),
+        path_takes,
         |row, scene, seed| {
             let light = match row.get("bounces") {
                 "three" => Some(Light::All(3)),
@@ -350,7 +356,7 @@ fn paths_are_right_where_any_two_features_meet() {
     );
 }
 
-/// Weights that count light twice are seen in most scenes.
+/// Weights that count light twice are detected in most scenes.
 #[test]
 fn paths_that_are_wrong_are_seen() {
     #[derive(Clone, Copy)]
@@ -362,7 +368,7 @@ fn paths_that_are_wrong_are_seen() {
             1.0
         }
     }
-    // What an eye in glass sees in it, no shadow ray from it finds.
+    // Shadow rays from a camera in glass do not find lights outside.
     let shows = [
         ("c material", "lambert"),
         ("eye", "outside"),
@@ -383,7 +389,8 @@ fn paths_that_are_wrong_are_seen() {
         let found = Found::new(
             row,
             &scene,
-            (light, by_pixel(&by_path(row, Twice, &scene, master()))),
+            light,
+            by_pixel(&by_path(row, Twice, &scene, master())),
             master(),
         );
         found
@@ -391,12 +398,12 @@ fn paths_that_are_wrong_are_seen() {
             .is_some_and(|text| text.starts_with("differs"))
     };
     let seen = rows.par_iter().filter(|row| is_seen(row)).count();
-    // Some emitters are faint before their background.
-    println!("{seen} of {}", rows.len());
-    assert!(seen >= 4, "{seen} of {}", rows.len());
+    // Some emitters are faint next to their background.
+    println!("{seen} of {} detected", rows.len());
+    assert!(seen >= 4, "{seen} of {} detected", rows.len());
 }
 
-/// Whether estimators of whole images take a row: they know all materials but rough glass.
+/// Returns whether estimators of whole images handle a row: all materials but rough glass.
 fn images_take(row: &Row) -> bool {
     is_calm(row) && !row.has("rough glass")
 }
@@ -410,13 +417,16 @@ fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measu
     };
     let mut moments = Moments::default();
     (0..samples()).map(mean).for_each(|mean| moments.push(mean));
-    (moments.mean(), moments.standard_error())
+    Measured {
+        mean: moments.mean(),
+        error: moments.standard_error(),
+    }
 }
 
 #[test]
 fn bidirectional_paths_are_right_where_any_two_features_meet() {
     let factors = factors(&[("connections", &["all", "ends"])]);
-    assert_right(("bdpt", factors, images_take), |row, scene, seed| {
+    assert_right("bdpt", factors, images_take, |row, scene, seed| {
         let connections = if row.is("connections", "all") {
             Connections::All
         } else {
@@ -433,7 +443,7 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
     });
 }
 
-/// Particles know nothing of the background.
+/// Returns whether the light tracer handles a row: particles ignore the background.
 fn particles_take(row: &Row) -> bool {
     images_take(row) && (row.get("background").starts_with("closed") || row.is("emitter", "none"))
 }
@@ -441,18 +451,15 @@ fn particles_take(row: &Row) -> bool {
 #[test]
 fn light_tracing_is_right_where_any_two_features_meet() {
     let tracer = LightTracer { parts: Standard };
-    assert_right(
-        ("light tracer", &SCENE, particles_take),
-        |_, scene, seed| {
-            (
-                Some(Light::StraightToTheEye),
-                passes_of(&tracer, scene, seed),
-            )
-        },
-    );
+    assert_right("light tracer", &SCENE, particles_take, |_, scene, seed| {
+        (
+            Some(Light::StraightToTheEye),
+            passes_of(&tracer, scene, seed),
+        )
+    });
 }
 
-/// Points uniform in area have no finite variance in the corners of a box that shines.
+/// Excludes closed boxes that emit: in their corners points uniform in area have infinite variance.
 fn by_area(row: &Row) -> bool {
     images_take(row) && !row.is("background", "closed box")
 }
@@ -480,7 +487,7 @@ fn whitted_is_right_where_any_two_features_meet() {
         segments: 5,
         ..Whitted::new(LightRules::PHYSICAL)
     };
-    assert_right(("whitted", &SCENE, by_area), |_, scene, seed| {
+    assert_right("whitted", &SCENE, by_area, |_, scene, seed| {
         (
             Some(Light::Whitted(whitted.segments)),
             rays_of(whitted, scene, seed),
@@ -488,7 +495,7 @@ fn whitted_is_right_where_any_two_features_meet() {
     });
 }
 
-/// So many segments that no light is left.
+/// The number of segments is so large that no light is left.
 #[test]
 fn the_report_is_right_where_any_two_features_meet() {
     let report = Report {
@@ -496,7 +503,7 @@ fn the_report_is_right_where_any_two_features_meet() {
         rules: LightRules::PHYSICAL,
         ..Report::default()
     };
-    assert_right(("report", &SCENE, by_area), |row, scene, seed| {
+    assert_right("report", &SCENE, by_area, |row, scene, seed| {
         (
             exact(row).is_none().then_some(Light::All(u32::MAX)),
             rays_of(report, scene, seed),
@@ -504,8 +511,7 @@ fn the_report_is_right_where_any_two_features_meet() {
     });
 }
 
-/// Photons and particles come from emitters alone: the background changes no bit of what they show,
-/// whatever stands there.
+/// Photons and particles come from emitters alone: no background changes a bit of their images.
 #[test]
 fn particles_know_nothing_of_the_background() {
     let takes =
@@ -532,7 +538,7 @@ fn particles_know_nothing_of_the_background() {
     }
 }
 
-/// A pair that is taken out of the table is missed, and rows that are compared have all.
+/// A pair that is missing from the table is noticed, and the rows that are compared have all pairs.
 #[test]
 fn a_missing_pair_is_noticed() {
     let rows = table(&SCENE, images_take);

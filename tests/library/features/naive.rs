@@ -1,22 +1,22 @@
-//! The reference: a walk that sends no shadow rays, weights nothing and knows nothing of bodies,
-//! from the scene and its reflection models alone.
+//! Reference estimator: a path tracer without shadow rays, weights or specular next-event
+//! estimation, which uses the scene and its BSDFs alone.
 
 use crate::prelude::*;
 use whitefurnace::material::Vertex;
 
-/// Which part of the light it counts.
+/// Paths that the reference counts.
 #[derive(Clone, Copy, Debug)]
 pub enum Light {
-    /// All that is scattered at most so often.
+    /// All paths with at most this many scattering events.
     All(u32),
-    /// The light that the light tracer shows: nothing in mirrors or through glass.
+    /// Paths of the light tracer: none that reach the camera through mirrors or glass.
     StraightToTheEye,
-    /// The light that Whitted's method shows: what is scattered at one diffuse surface and comes
-    /// straight from an emitter there, or none: by so many segments at most.
+    /// Paths of Whitted's method, of at most this many segments: with at most one diffuse
+    /// scattering event, of light that comes straight from an emitter.
     Whitted(u32),
 }
 
-/// Radiance by a walk that emitters are hit by.
+/// Radiance estimated by a path tracer that adds the emission of the surfaces it hits.
 #[derive(Clone, Copy, Debug)]
 pub struct Naive(pub Light);
 

@@ -1,4 +1,4 @@
-//! Scenes of a row's features, in which the red radiance that arrives anywhere is 1 as far as
+//! Scenes with the features of a row, in which the incident red radiance is 1 everywhere as far as
 //! surfaces conserve energy.
 
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
@@ -33,7 +33,7 @@ pub const BACKGROUNDS: &[&str] = &["dark", "constant", "map", "closed sphere", "
 pub const CASTERS: &[&str] = &["none", "flat mirror", "mirror ball", "glass ball"];
 pub const NESTINGS: &[&str] = &["none", "glass in glass", "air in glass", "lambert in glass"];
 
-/// The factors of a scene.
+/// Factors of a scene.
 pub const SCENE: [Factor; 11] = [
     ("a shape", SHAPES),
     ("a material", MATERIALS),
@@ -49,11 +49,11 @@ pub const SCENE: [Factor; 11] = [
 ];
 
 const INDEX: f64 = 1.5;
-/// The albedo of the walls of closed scenes.
+/// Albedo of the walls of closed scenes.
 const WALL: f64 = 0.4;
 
-/// The red radiance that arrives at the eye, if it has a closed form: nothing absorbs or is lost,
-/// and all that emits emits what it does not reflect.
+/// Returns the red radiance at the camera, if it has a closed form: nothing absorbs light or loses
+/// it, and all emitters emit the share that they do not reflect.
 pub fn exact(row: &Row) -> Option<f64> {
     if row.is("background", "dark") && row.is("emitter", "none") {
         return Some(0.0);
@@ -72,8 +72,8 @@ pub fn exact(row: &Row) -> Option<f64> {
     (objects && emitters).then_some(within)
 }
 
-/// A material that reflects this share of red light and less of the others, as far as it can be
-/// chosen.
+/// Returns a material that reflects this share of red light and less of the others, as far as it
+/// has such a parameter.
 fn material(name: &str, red: f64) -> Surface {
     let albedo = DVec3::new(red, 0.6 * red, 0.3 * red);
     Surface::new(match name {
@@ -100,7 +100,8 @@ fn material(name: &str, red: f64) -> Surface {
     .absorbing(if name == "absorbing" { 0.3 } else { 0.0 })
 }
 
-/// A surface that emits what it does not reflect of red light, and other amounts of green and blue.
+/// Returns a surface that emits the share of red light that it does not reflect, and other amounts
+/// of green and blue.
 fn emission(name: &str) -> Surface {
     let red = match name {
         "black" => 0.0,
@@ -117,7 +118,7 @@ fn add_mesh(s: &mut SceneBuilder, mesh: Mesh, centre: DVec3, size: f64, surface:
     s.mesh(&mesh.vertices, &mesh.triangles, surface);
 }
 
-/// A closed body that fits in a ball of this radius.
+/// Adds a closed body that fits in a ball of this radius.
 fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: Surface) {
     let sphere = Sphere::new(centre, radius);
     match shape {
@@ -192,8 +193,8 @@ fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: 
     }
 }
 
-/// A map whose red is 1 everywhere and whose other colours, by which shadow rays pick as well, are
-/// not.
+/// Returns a map whose red is 1 everywhere and whose other colours, which affect its sampling,
+/// vary.
 fn map() -> Environment {
     let pixel = |i: usize| DVec3::new(1.0, (i % 3) as f64, (i * i % 5) as f64);
     let map = EnvironmentMap::new(
@@ -205,7 +206,7 @@ fn map() -> Environment {
     Environment::Map(map.expect("a map"))
 }
 
-/// The scene of a row.
+/// Builds the scene of a row.
 pub fn scene_of(row: &Row) -> Scene {
     let eye = DVec3::new(0.0, -4.0, 0.4);
     let camera = Camera::new(eye, DVec3::new(0.0, 0.0, 0.1), DVec3::Z, 0.55);
@@ -258,7 +259,7 @@ pub fn scene_of(row: &Row) -> Scene {
         }
         match row.get("caster") {
             "flat mirror" => {
-                // A thin box, for a mirror has a back as well.
+                // A thin box, as a mirror must have a back.
                 let plate = Mesh::cube()
                     .map(|v| v * DVec3::new(3.0, 0.02, 2.0) + DVec3::new(0.0, 1.4, 0.2));
                 add_mesh(s, plate, DVec3::ZERO, 1.0, material("mirror", 1.0));

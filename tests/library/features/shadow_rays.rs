@@ -1,9 +1,9 @@
-//! Shadow rays and paths find the same light: along one and the same way, with densities of which
-//! both know the same.
+//! Tests that shadow rays and paths find the same light: along the same path, with pdfs on which
+//! both agree.
 //!
-//! Where that holds for every way, weights that sum to one leave the mean as it is. It is tested
-//! way by way, without noise, so that mistakes are seen that are far too small or too rare for the
-//! mean of an image.
+//! If that holds for every path, weights that sum to one leave the mean unchanged. It is tested
+//! path by path, without noise, so that errors are detected that are far too small or too rare for
+//! the mean of an image.
 
 use std::sync::Mutex;
 
@@ -19,8 +19,8 @@ use super::table::{Row, table};
 use super::{by_area, path_of, path_rows};
 use crate::prelude::*;
 
-/// A shadow ray that nothing stopped: the direction in which it left, how often mirrors and glass
-/// scatter its light, and its pdf and that of a path in this direction.
+/// An unoccluded shadow ray: the direction in which it left, the kind of specular caster on its
+/// path, and its pdf and that of a path in this direction.
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     direction: DVec3,
@@ -28,47 +28,48 @@ struct Sent {
     pdfs: [f64; 2],
 }
 
-/// A pdf, with respect to solid angle, that is reached only where a cosine at the light is a
+/// Pdf, with respect to solid angle, that occurs only where the cosine at the light is zero up to
 /// rounding.
 const EDGE_ON: f64 = 1e10;
 
-/// The events of one path.
+/// Events of one path.
 #[derive(Default)]
 struct Events {
-    /// Whether a shadow ray is being sent, and whether by way of a body.
+    /// Whether a shadow ray is being sent, and whether by specular next-event estimation.
     sends: bool,
     direct: DVec3,
-    /// The way by a body that was asked for last, and the same once nothing is found to stop it.
+    /// The specular connection that was asked for last, and the connection once it is unoccluded.
     route: Option<(DVec3, Kind)>,
     free: Option<(DVec3, Kind)>,
-    /// From the present vertex.
+    /// Shadow rays from the present vertex.
     sent: Vec<Sent>,
-    /// That which the path follows, and how many mirrors and glass surfaces are still to come.
+    /// The shadow ray that the path follows, and the number of mirror and glass surfaces ahead.
     followed: Option<(Sent, u32)>,
-    /// Where the path left a surface that is no mirror and no smooth glass, and whether that was
-    /// rough glass.
+    /// Point and normal where the path left a surface that is neither a mirror nor smooth glass,
+    /// and whether that was rough glass.
     left: Option<(DVec3, DVec3, bool)>,
-    /// Where it left the last surface, and how many mirrors and glass surfaces it met between.
+    /// Point and normal where the path left its last surface, and the number of mirror and glass
+    /// surfaces in between.
     last: (DVec3, DVec3),
     between: u32,
-    /// Whether it was absorbed.
+    /// Whether the path was absorbed.
     ended: bool,
     found: Vec<Found>,
 }
 
-/// A claim about one path.
+/// A fact about one path.
 #[derive(Debug)]
 enum Found {
-    /// The path met the light that a shadow ray had found: what the ray knew, and the pdfs by which
-    /// the hit is weighted.
+    /// The path met the light that a shadow ray had found: the shadow ray, and the pdfs that weight
+    /// the hit.
     Followed(Sent, [f64; 2]),
-    /// A path hit something by way of mirrors and glass: whether the hit was weighted, and whether
-    /// a shadow ray finds it.
+    /// A path hit something through mirrors and glass: whether the hit was weighted, and whether a
+    /// shadow ray finds it.
     Hit { weighted: bool, by_bodies: bool },
 }
 
-/// Parts whose path takes, where `follows`, the way of the shadow ray that its vertex sent last,
-/// and which keep what the path tracer asks about it.
+/// Parts whose path follows, if `follows`, the last shadow ray of its vertex, and which record the
+/// calls of the path tracer.
 struct Watch<'a> {
     scene: &'a Scene,
     follows: bool,
@@ -80,7 +81,7 @@ impl Watch<'_> {
         self.events.lock().expect("no thread has panicked")
     }
 
-    /// The path tracer weights a hit by pdfs, or not.
+    /// Records a hit, which the path tracer weights by pdfs, or not.
     fn hit(&self, pdfs: Option<[f64; 2]>) {
         let mut events = self.events();
         if events.ended {
@@ -156,7 +157,7 @@ impl NextEvent for Watch<'_> {
                 .free
                 .take()
                 .map_or((events.direct, None), |(d, kind)| (d, Some(kind)));
-            // Light seen along its own plane, but for a rounding, adds nothing.
+            // Light seen along its own plane, up to rounding, adds nothing.
             if pdf < EDGE_ON {
                 events.sent.push(Sent {
                     direction,
@@ -187,7 +188,7 @@ impl Roulette for Watch<'_> {
     }
 }
 
-/// Where the objects of scenes are, which paths that follow nothing are aimed at.
+/// Positions of objects in the scenes, at which paths that follow no shadow ray are aimed.
 const OBJECTS: [DVec3; 6] = [
     DVec3::new(-0.75, 0.0, 0.0),
     DVec3::new(0.75, 0.0, 0.0),
@@ -197,7 +198,7 @@ const OBJECTS: [DVec3; 6] = [
     DVec3::new(0.0, 1.4, 0.2),
 ];
 
-/// Glass is passed as often as not. Weights say nothing here.
+/// Transmits through glass half of the time. Weights do not matter here.
 impl Scattering for Watch<'_> {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut guard = self.events();
@@ -258,7 +259,7 @@ impl Scattering for Watch<'_> {
     }
 }
 
-/// Hands the events of some paths of each scene of the table to `check`, by the settings of its
+/// Passes the events of some paths of each scene of the table to `check`, with the settings of its
 /// row.
 fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     let mut rng = rng("features");
@@ -315,8 +316,8 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     }
 }
 
-/// Paths that take the way of a shadow ray, direct, to a map, or by way of bodies, hit what it
-/// found, and both weight it by the same densities.
+/// Paths that follow a shadow ray, direct, to a map, or along a specular connection, hit the light
+/// that it found, and both weight it by the same pdfs.
 #[test]
 fn paths_hit_what_shadow_rays_find() {
     let mut counts = [0; 5];
@@ -325,7 +326,7 @@ fn paths_hit_what_shadow_rays_find() {
             return;
         };
         let [by_light, by_path] = sent.pdfs;
-        // On a caustic densities are known but for a rounding of any size, which moves no weight.
+        // On a caustic pdfs have rounding errors of any size, which change no weight.
         let weights = [by_light / (by_light + by_path), pdf / (pdf + other)];
         assert!(
             (weights[0] + weights[1] - 1.0).abs() < 1e-6,
@@ -340,8 +341,7 @@ fn paths_hit_what_shadow_rays_find() {
     );
 }
 
-/// Light that paths hit by way of mirrors and glass is weighted if a shadow ray finds it, and only
-/// then.
+/// Light that paths hit through mirrors and glass is weighted if and only if a shadow ray finds it.
 #[test]
 fn shadow_rays_find_what_paths_weight() {
     let mut counts = [0; 2];
@@ -363,8 +363,8 @@ fn shadow_rays_find_what_paths_weight() {
     );
 }
 
-/// Whether the last surface that a path of the report left scatters in all directions, and whether
-/// any before did.
+/// Whether the last surface that a path of the report's estimator left scatters diffusely, and
+/// whether any before did.
 struct Left {
     rules: LightRules,
     last_and_any: Mutex<[bool; 2]>,
@@ -391,9 +391,9 @@ impl Scattering for Left {
     }
 }
 
-/// The report's estimator counts what its rays hit where no shadow ray looked for it, whatever
-/// stands between: by its own rules until a path has left a diffuse surface, by those of physics
-/// wherever mirrors or glass were last.
+/// The report's estimator counts the emission of a hit if no shadow ray looked for it, whatever is
+/// in between: by its own rules until a path has left a diffuse surface, by physical rules wherever
+/// the last surface was a mirror or glass.
 #[test]
 fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
     let mut rng = rng("features");

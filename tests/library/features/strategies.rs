@@ -1,4 +1,4 @@
-//! Whichever strategy of bidirectional path tracing makes a path, it finds the same densities, so
+//! Tests that every strategy of bidirectional path tracing finds the same densities for a path, so
 //! that all weights of one path sum to one.
 
 use std::sync::Mutex;
@@ -11,8 +11,8 @@ use super::scenes::{SCENE, scene_of};
 use super::{images_take, table::table};
 use crate::prelude::*;
 
-/// A path that a connection made: its densities, and the points from the connection's other end to
-/// the emitter, of which the eye's walk has come to so many.
+/// A path made by a connection: its densities, the points from the connection's other end to the
+/// emitter, and how many of them the camera's walk has reached.
 #[derive(Default)]
 struct Made {
     path: Vec<Density>,
@@ -22,21 +22,21 @@ struct Made {
 
 #[derive(Default)]
 struct Events {
-    /// Whether the particle's walk is over and the eye's has begun.
+    /// Whether the particle's walk is over and the camera's has begun.
     eye: bool,
-    /// Where the particle was, and where the last shadow ray ended.
+    /// Vertices of the particle, and the end of the last shadow ray.
     light: Vec<DVec3>,
     fresh: DVec3,
-    /// The connections from the present vertex of the eye's walk, and that which the walk follows.
+    /// Connections from the present vertex of the camera's walk, and the one that the walk follows.
     made: Vec<Made>,
     followed: Option<Made>,
-    /// How many strategies of the same paths were compared.
+    /// Number of strategies that were compared on the same paths.
     compared: usize,
     finished: usize,
 }
 
-/// Parts whose walk from the eye, once a connection has made a path, takes that path to the
-/// emitter: all strategies with fewer vertices from the light then make it as well.
+/// Parts whose walk from the camera follows a connected path to the emitter: all strategies with
+/// fewer light vertices then make the path as well.
 #[derive(Default)]
 struct Retrace(Mutex<Events>);
 
@@ -56,7 +56,7 @@ impl Retrace {
 
 impl Bidirectional for Retrace {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
-        // Called where the walk begins, or for a place that the eye sees.
+        // Called at the start of a walk, or for a point that the camera sees.
         self.events().eye = true;
         Standard.importance(camera, size, direction)
     }
@@ -78,7 +78,7 @@ impl Bidirectional for Retrace {
                 met: 0,
             });
         }
-        // With one vertex from the light there is another one.
+        // With one light vertex there is another one.
         if let Some(Made {
             path: other,
             points,
@@ -195,7 +195,7 @@ fn all_strategies_of_a_path_find_its_densities() {
                 .expect("legal values");
             let events = bdpt.parts.0.into_inner().expect("no thread has panicked");
             if let Some(Made { points, met, path }) = events.followed {
-                panic!("the walk from the eye came to {met} of {points:?} {path:?}: {row}");
+                panic!("the walk from the camera reached {met} of {points:?} {path:?}: {row}");
             }
             counts[0] += events.finished;
             counts[1] += events.compared;

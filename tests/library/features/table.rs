@@ -1,32 +1,32 @@
-//! A table of factors whose every pair of levels stands in at least one row, found by a greedy
-//! search.
+//! Covering arrays: tables of factors in which every pair of levels occurs in at least one row,
+//! found by a greedy search.
 
 use std::collections::BTreeSet;
 
 use rand::seq::SliceRandom;
 use whitefurnace::sampling::rng::{Stream, stream};
 
-/// A property of a scene or an estimator, and the levels that it can have.
+/// A property of a scene or an estimator, and its possible levels.
 pub type Factor = (&'static str, &'static [&'static str]);
 
-/// One scene and one setting: the level of each factor.
+/// One scene with its settings: the level of each factor.
 #[derive(Clone, Debug)]
 pub struct Row {
     factors: &'static [Factor],
     levels: Vec<usize>,
 }
 
-/// Two features that must stand in one row.
+/// Two features that must occur in one row.
 pub type Pair = [String; 2];
 
 impl Row {
-    /// The level of a factor; empty if the table has no such factor.
+    /// Returns the level of a factor; empty if the table has no such factor.
     pub fn get(&self, factor: &str) -> &'static str {
         let at = self.factors.iter().position(|(name, _)| *name == factor);
         at.map_or("", |at| self.factors[at].1[self.levels[at]])
     }
 
-    /// The same row with another level of a factor.
+    /// Returns the row with another level of a factor.
     pub fn with(&self, factor: &str, level: &str) -> Self {
         let mut row = self.clone();
         for ((name, levels), at) in self.factors.iter().zip(&mut row.levels) {
@@ -40,12 +40,12 @@ impl Row {
         row
     }
 
-    /// Whether a factor has this level.
+    /// Returns whether a factor has this level.
     pub fn is(&self, factor: &str, level: &str) -> bool {
         self.get(factor) == level
     }
 
-    /// Whether any factor has this level.
+    /// Returns whether any factor has this level.
     pub fn has(&self, level: &str) -> bool {
         self.factors
             .iter()
@@ -53,7 +53,7 @@ impl Row {
             .any(|((_, levels), &at)| levels[at] == level)
     }
 
-    /// Whether a factor changes nothing, such as a heuristic where nothing is weighted.
+    /// Returns whether a factor has no effect, such as a heuristic where nothing is weighted.
     fn is_idle(&self, factor: usize) -> bool {
         match self.factors[factor].0 {
             "emission" => self.is("emitter", "none"),
@@ -84,9 +84,10 @@ impl std::fmt::Display for Row {
     }
 }
 
-/// The name of a feature: factors of several objects, "a shape" and "b shape", have the same
-/// features.
-fn feature((name, levels): Factor, level: usize) -> String {
+/// Returns the name of a feature: factors of several objects, "a shape" and "b shape", have the
+/// same features.
+fn feature(factor: Factor, level: usize) -> String {
+    let (name, levels) = factor;
     format!(
         "{} {}",
         name.trim_start_matches(['a', 'b', 'c']).trim_start(),
@@ -94,8 +95,8 @@ fn feature((name, levels): Factor, level: usize) -> String {
     )
 }
 
-/// The pairs of features of some factors at some levels. Shape and material are a pair where one
-/// object has both.
+/// Lists the pairs of features of some factors at some levels. Shape and material form a pair if
+/// one object has both.
 fn pairs<'a>(
     factors: &'static [Factor],
     levels: &'a [(usize, usize)],
@@ -118,8 +119,9 @@ fn pairs<'a>(
     })
 }
 
-/// Every pair of features that some row can have. `allowed` refuses rows, and is asked of each pair
-/// with all other levels drawn at random: a pair for which none of many is allowed is impossible.
+/// Returns every pair of features that some row can have. `allowed` refuses rows; it is called for
+/// each pair with random levels of all other factors, and a pair for which none of many rows is
+/// allowed is impossible.
 pub fn required(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> BTreeSet<Pair> {
     let mut found = BTreeSet::new();
     let mut rng = stream(1, 0, 0);
@@ -141,7 +143,7 @@ pub fn required(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> B
     found
 }
 
-/// A row with some levels given and the others at random.
+/// Draws a row with some levels given and the others at random.
 fn fixed(factors: &'static [Factor], given: &[(usize, usize)], rng: &mut Stream) -> Row {
     let mut levels: Vec<usize> = factors
         .iter()
@@ -157,7 +159,7 @@ fn draw(rng: &mut Stream, count: usize) -> usize {
     (whitefurnace::sampling::rng::uniform(rng) * count as f64) as usize
 }
 
-/// The pairs that stand in none of these rows.
+/// Returns the pairs that occur in none of these rows.
 pub fn missing<'a>(
     mut required: BTreeSet<Pair>,
     rows: impl IntoIterator<Item = &'a Row>,
@@ -170,8 +172,8 @@ pub fn missing<'a>(
     required
 }
 
-/// Rows that have all required pairs between them: each is the best of some, which begin with a
-/// pair that is missing and take the level of each further factor, in random order, that adds most.
+/// Returns rows that contain all required pairs: each is the best of several, which begin with a
+/// missing pair and add further factors in random order, at the level that covers most pairs.
 pub fn table(factors: &'static [Factor], allowed: impl Fn(&Row) -> bool) -> Vec<Row> {
     const CANDIDATES: u32 = 40;
     let mut left = required(factors, &allowed);

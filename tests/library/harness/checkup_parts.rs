@@ -1,4 +1,4 @@
-//! What each part of the BSDF check-up reports of a diffuse BSDF with one thing wrong.
+//! Tests each part of the BSDF check-up on a diffuse BSDF with one fault.
 
 use std::f64::consts::FRAC_PI_4;
 use std::hint::black_box;
@@ -45,7 +45,7 @@ fn with_pdf(pdf: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static) -> BsdfSu
     }
 }
 
-/// The sampler with its result changed.
+/// Returns the subject with a function applied to the results of its sampler.
 pub fn with_sample(
     change: impl Fn(SampledDirection) -> Option<SampledDirection> + Send + Sync + 'static,
 ) -> BsdfSubject {
@@ -55,7 +55,7 @@ pub fn with_sample(
     }
 }
 
-/// Too small for a verdict on cells, large enough for everything else.
+/// A check-up too small for a verdict on cells, large enough for everything else.
 fn small() -> CheckUp {
     CheckUp {
         inclinations: vec![30.0],
@@ -65,7 +65,7 @@ fn small() -> CheckUp {
     }
 }
 
-/// The context of the environment, at scale 1 whatever the scale of the trials.
+/// Returns the context of the environment, at scale 1 whatever the scale of the trials.
 fn context(name: &str) -> Context {
     Context {
         scale: 1.0,
@@ -73,7 +73,7 @@ fn context(name: &str) -> Context {
     }
 }
 
-/// The outcome whose name begins so, of a check-up at these inclinations.
+/// Runs a check-up at these inclinations and returns the outcome whose name begins so.
 fn found(subject: &BsdfSubject, inclinations: Vec<f64>, name: &str) -> Outcome {
     check_up(
         subject,
@@ -92,12 +92,12 @@ fn outcome(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, vec![30.0], name)
 }
 
-/// The pointwise checks alone: those that need no direction.
+/// Runs the pointwise checks alone, which need no direction.
 fn pointwise(subject: &BsdfSubject, name: &str) -> Outcome {
     found(subject, Vec::new(), name)
 }
 
-/// Red only where rustc takes arguments for read-only that closures change: with
+/// Fails only where rustc takes closures' arguments for read-only although they change: with
 /// `CARGO_INCREMENTAL=0`.
 #[test]
 fn closures_have_arguments_of_their_own() {
@@ -137,13 +137,12 @@ fn closures_have_arguments_of_their_own() {
     );
 }
 
-/// How many verdicts chance could turn, in this module: two subjects with two random outcomes each
-/// in two directions at most, and one for all shares and means that are far within their bounds
-/// together.
+/// Number of random verdicts in this module: two subjects with two random outcomes each in at most
+/// two directions, and one for all shares and means together, which are far within their bounds.
 pub const ASSERTIONS: usize = 9;
 
-/// Asserts that a share of n independent trials is known to within `reach`, after asserting that
-/// chance goes beyond it with a probability of which a hundred fit into a share of the budget.
+/// Asserts that a share of n independent trials is as expected to within `reach`, after asserting
+/// that chance exceeds `reach` with at most a hundredth of a share of the budget.
 fn assert_share(found: usize, n: usize, share: f64, reach: f64) {
     let count = |share: f64| n as f64 * share;
     let above = binomial_sf(count(share + reach).ceil() as u64, n as u64, share);
@@ -177,7 +176,7 @@ fn a_check_up_asks_everything() {
         expected.extend(each.map(|name| format!("{name} at {degrees} degrees")));
     }
     assert_eq!((assertions(&size), assertions(&small())), (4, 2));
-    // The first channel of a model as it is rendered, too.
+    // Also the first channel of a model as it is rendered.
     let rendered = BsdfSubject::of(Bsdf::Lambert {
         albedo: DVec3::new(ALBEDO, 0.7, 0.9),
     })
@@ -185,10 +184,10 @@ fn a_check_up_asks_everything() {
     for subject in [right(), rendered] {
         let outcomes = check_up(&subject, &size, &context("everything"));
         assert!(outcomes.iter().map(|outcome| &outcome.name).eq(&expected));
-        // All weights are the same: the furnaces are exact.
+        // All weights are equal, so the furnace tests are exact.
         assert_eq!(outcomes.iter().filter(|o| o.is_random()).count(), 2);
         for outcome in &outcomes {
-            // The small sample leaves the cells open: they are held to no size, only not to be
+            // The sample is too small for the cells to hold at any size; they only must not be
             // rejected.
             let expected = outcome.name.starts_with("chi-square");
             assert!(outcome.p >= ALPHA, "{}: {}", outcome.name, outcome.worst);
@@ -200,7 +199,7 @@ fn a_check_up_asks_everything() {
             );
         }
     }
-    // 75 degrees are a direction like any other.
+    // 75 degrees are not special.
     let outcomes = at_direction(
         &right(),
         &size,
@@ -311,15 +310,15 @@ fn pointwise_errors_are_relative() {
         })
     });
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
-    // Samples that all have cosine z, and the pdf of other directions. Grazing ones are left out,
-    // as their cosines have lost their digits; 1e-4 is the last that counts.
+    // Samples that all have cosine z, and the pdf of other directions. Grazing directions are left
+    // out, as their cosines have lost digits; 1e-4 is the last that counts.
     let towards = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
         with_sample(move |s| Some(SampledDirection { wi, ..s }))
     };
     assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
     assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
-    // Samples below the surface are held to the same.
+    // Samples below the surface are compared in the same way.
     assert_eq!(
         error(
             &with_sample(|s| Some(SampledDirection { wi: -s.wi, ..s })),
@@ -328,7 +327,7 @@ fn pointwise_errors_are_relative() {
         1.0
     );
     assert_eq!(error(&right(), "reciprocity"), 0.0);
-    // Where nothing is wrong, no place is the worst.
+    // Without an error there is no worst place.
     assert_eq!(pointwise(&right(), "reciprocity").worst, "");
     // The first direction's half of the hemisphere is twice as bright.
     let lopsided = with_eval(|wo, _| if wo.x > 0.0 { 2.0 } else { 1.0 });
@@ -363,7 +362,7 @@ fn the_pdf_integrates_to_what_is_not_lost() {
         assert_abs_diff_eq!(error(factor, loss), expected, epsilon = 1e-7);
     }
     assert!(error(f64::NAN, Loss::Allowed).is_nan());
-    // The whole sphere counts where light may pass.
+    // The whole sphere counts if light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
     assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
     assert_abs_diff_eq!(
@@ -371,14 +370,14 @@ fn the_pdf_integrates_to_what_is_not_lost() {
         1.0,
         epsilon = 1e-7
     );
-    // A narrow lobe is followed until a quarter of the tolerance is left.
+    // A narrow lobe is refined until a quarter of the tolerance is left.
     let lobe = with_pdf(|_, wi| 1001.0 / TAU * wi.z.max(0.0).powi(1000));
     assert_abs_diff_eq!(outcome(&lobe, MASS).estimate, 0.0, epsilon = 2.5e-7);
 }
 
 #[test]
 fn directions_favour_no_axis_and_differ() {
-    // No pairs: all samples are those of the directions.
+    // No pairs: all samples are from the directions.
     let asked = asked(
         false,
         &CheckUp {
@@ -421,14 +420,14 @@ fn albedo_bound_and_furnace_are_those_of_the_quadrature() {
     let found = weighing(ALBEDO);
     assert_eq!((found.n, found.verdict()), (20_000, Verdict::Holds));
     assert!(!found.is_random());
-    // The quadrature is known to 1e-6; what differs by more than that fails, as nothing varies.
+    // The quadrature is accurate to 1e-6; any larger difference fails, as nothing varies.
     for side in [1.0, -1.0] {
         assert_eq!(known(side * 1.9e-6), Verdict::Holds);
         assert_eq!(known(side * 2.1e-6), Verdict::Fails);
         assert_eq!(weighing(ALBEDO + side * 8e-7).verdict(), Verdict::Holds);
         assert_eq!(weighing(ALBEDO + side * 1.2e-6).verdict(), Verdict::Fails);
     }
-    // Lost samples carry nothing: every other one halves the mean.
+    // Lost samples contribute zero: losing every other one halves the mean.
     let halved = BsdfSubject {
         sample: Box::new(|wo, random| sample(wo, random).filter(|_| random[2] < 0.5)),
         ..right()
@@ -465,7 +464,7 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
         };
         outcome(&subject, "chi-square").worst
     };
-    // One direction that no quadrature meets.
+    // One direction that no quadrature evaluates.
     let wi = DVec3::new(0.48, 0.6, 0.64);
     for density in [0.0, f64::INFINITY, f64::NAN, -1.0] {
         let found = worst(wi, density);
@@ -474,10 +473,11 @@ fn samples_where_the_pdf_is_zero_or_infinite_are_forbidden() {
     assert!(worst(wi, 1.0).starts_with("cell at"));
 }
 
-/// So many that shares of one eighth of them are known to 0.05.
+/// Enough pairs to know shares of one eighth to 0.05.
 const PAIRS: usize = 7000;
 
-/// What a subject was asked: pairs of directions, directions to sample from, and random numbers.
+/// Arguments that a subject was called with: pairs of directions, directions to sample from, and
+/// random numbers.
 #[derive(Clone, Default)]
 struct Asked {
     pairs: Vec<[DVec3; 2]>,
@@ -501,7 +501,7 @@ fn asked(transmits: bool, size: &CheckUp) -> Asked {
     let subject = BsdfSubject::new(eval, sample, |_, _| 1.0)
         .transmits(transmits)
         .reciprocal(false);
-    // A precision that is stated is not looked for.
+    // A stated precision is not searched for.
     check_up(
         &subject,
         &CheckUp {
@@ -536,7 +536,7 @@ fn corners_of_the_domain_are_tried() {
     assert_eq!((n, numbers.len()), (PAIRS, 2 * 3 * PAIRS));
     for side in 0..2 {
         let inclination = |pair: &[DVec3; 2]| pair[side].truncate().length().atan2(pair[side].z);
-        // Four corners of one eighth each; the rest is even over the quarter circle.
+        // Four corners of one eighth each; the rest is uniform over the quarter circle.
         for (low, high, expected) in [
             (0.0, 0.0, 0.125),
             (0.5e-9, 2e-9, 0.125),
@@ -557,7 +557,7 @@ fn corners_of_the_domain_are_tried() {
             .map(turns)
             .collect();
         let straight = |turns: &&f64| (**turns - turns.round()).abs() < 1e-9;
-        // Of the even picks 0, 2, 4, 6 the first has no azimuth.
+        // The first of the uniform picks 0, 2, 4, 6 has no azimuth.
         close(
             tilted.iter().filter(straight).count(),
             tilted.len(),
@@ -570,7 +570,7 @@ fn corners_of_the_domain_are_tried() {
             close(tilted.iter().filter(there).count(), tilted.len(), 0.125);
         }
     }
-    // A tenth of the fuzzed half of them.
+    // A tenth of the fuzzed half.
     for corner in [0.0, 1.0 - f64::EPSILON / 2.0] {
         assert_share(
             numbers.iter().filter(|&&u| u == corner).count(),
@@ -580,7 +580,7 @@ fn corners_of_the_domain_are_tried() {
         );
     }
     assert!(numbers.iter().all(|u| (0.0..1.0).contains(u)));
-    // Both directions are above the surface; where light may pass, each is as often below.
+    // Both directions are above the surface; if light may pass, each is below it half of the time.
     assert!(directions.iter().flatten().all(|w| w.z >= 0.0));
     let directions = fuzzed(true).pairs;
     for side in 0..2 {

@@ -1,4 +1,4 @@
-//! Chi-square, binomial and Poisson tests of counts against what the definitions say of small sets.
+//! Chi-square, binomial and Poisson tests of counts against their definitions on small sets.
 
 use std::cell::Cell;
 
@@ -7,14 +7,14 @@ use whitefurnace::harness::tails::binomial_interval;
 
 use super::*;
 
-/// Three cells of probability 0.5, 0.3 and 0.2 of what is not lost.
+/// Returns three cells that hold 0.5, 0.3 and 0.2 of the probability that is not lost.
 fn partition(loss: f64, error: f64) -> Partition {
     let mut partition = cells(&[0.5, 0.3, 0.2].map(|m| m * (1.0 - loss)));
     (partition.loss, partition.error) = (loss, error);
     partition
 }
 
-/// Ten thousand samples in the three cells, and others.
+/// Returns the counts of ten thousand samples in the three cells, and others.
 fn counts(lost: u64, forbidden: u64) -> Counts {
     Counts {
         n: 10_000 + lost + forbidden,
@@ -25,7 +25,8 @@ fn counts(lost: u64, forbidden: u64) -> Counts {
     }
 }
 
-/// The p-value of the three cells, 100²/5000 + 50²/3000 + 50²/2000 with two degrees of freedom.
+/// Returns the p-value of the three cells, for 100²/5000 + 50²/3000 + 50²/2000 with two degrees of
+/// freedom.
 fn cells_p() -> f64 {
     chi_square_sf(2.0 + 2500.0 / 3000.0 + 1.25, 2.0)
 }
@@ -99,7 +100,7 @@ fn cells_have_simultaneous_intervals() {
     };
     assert_eq!((dof, n, tests), (2.0, 10_000.0, 1));
     assert_relative_eq!(least, 0.2, max_relative = 1e-12);
-    // Half of the level is left where lost samples are tested, too.
+    // Half of the level is left for the cells if lost samples are tested, too.
     let halved = chi_square("cells", &partition(0.1, 0.0), &counts(1100, 0), 0.5);
     let expected = Sensitivity::Cells {
         dof,
@@ -112,7 +113,7 @@ fn cells_have_simultaneous_intervals() {
         expected.miss(0.1),
         max_relative = 1e-6
     );
-    // Nothing where nothing is expected is right; a single cell has no shape to be wrong.
+    // No samples where none are expected are right; a single cell has no shape to be wrong.
     let all = Counts {
         n: 5000,
         observed: vec![5000, 0],
@@ -127,7 +128,7 @@ fn cells_have_simultaneous_intervals() {
         (1.0, true)
     );
     assert!(found.cells.iter().all(|cell| cell.sigmas == 0.0));
-    // Whatever the rounding of what the cell expects.
+    // However the expected count of the cell is rounded.
     for parts in 2..200 {
         let mass = 1.0 / f64::from(parts);
         let all = Counts {
@@ -146,7 +147,7 @@ fn cells_have_simultaneous_intervals() {
 #[test]
 fn lost_samples_are_tested_beside_the_cells() {
     let p = |partition: &Partition, lost| chi_square("p", partition, &counts(lost, 0), 0.5).p;
-    // Half of the level each where both are left to chance; the loss is known within its error.
+    // Half of the level each if both are random; the loss is known within its error.
     for (loss, error, lost) in [
         (0.1_f64, 0.0_f64, 1300_u64),
         (0.1, 0.0, 1120),
@@ -170,7 +171,7 @@ fn lost_samples_are_tested_beside_the_cells() {
             max_relative = 1e-9
         );
     }
-    // Where nothing may be lost, losing nothing costs nothing.
+    // If no loss is possible, having none costs nothing.
     assert_relative_eq!(p(&partition(0.0, 0.0), 0), cells_p(), max_relative = 1e-12);
     assert_eq!(p(&partition(0.0, 0.0), 1), 0.0);
 }
@@ -199,16 +200,16 @@ fn the_worst_is_named() {
 
 #[test]
 fn thin_cells_are_pooled_smallest_first() {
-    // 900 + 900 outgrows the third, which then is the smallest and joins them.
+    // 900 + 900 exceeds the third, which is then the smallest and joins them.
     assert_eq!(
         pool(&[900.0, 3000.0, 900.0, 900.0], &[1, 2, 4, 8]),
         [[3000.0, 2.0], [2700.0, 13.0]]
     );
-    // Just enough is enough, and a last cell stays, however thin.
+    // Just enough suffices, and a last cell stays, however small.
     assert_eq!(pool(&[1000.0, 1000.0], &[1, 2]).len(), 2);
     assert_eq!(pool(&[5.0], &[3]), [[5.0, 3.0]]);
     assert_eq!(pool(&[], &[]), [[0.0; 2]; 0]);
-    // Fewer than 32 cells expect at least 1000 each, from 32 on 300 are enough.
+    // With fewer than 32 cells each must expect at least 1000; from 32 cells on 300 suffice.
     assert_eq!(
         pool(&[5000.0, 999.0, 600.0], &[1, 2, 3]),
         [[5000.0, 1.0], [1599.0, 5.0]]
@@ -232,7 +233,7 @@ fn a_share_has_its_exact_interval() {
     );
     assert_eq!(found.p, binomial_two_sided(3, 10, 0.2));
     assert_eq!(found.interval, binomial_interval(3, 10, ALPHA / 2.0));
-    // A share of −0.3 is not possible, and not tried.
+    // A probability of −0.3 is impossible, and not tried.
     assert!(matches!(&found.graded[..], [graded] if graded.effect == 0.5));
     // (3 − 2)/√(10 · 0.2 · 0.8).
     assert_eq!(found.worst, "3 of 10, 2.0 expected, +0.8 sigmas");

@@ -1,4 +1,4 @@
-//! Orders of convergence and ratios of variances, against their definitions.
+//! Tests of orders of convergence and ratios of variances against their definitions.
 
 use whitefurnace::harness::convergence::{f_test, log_slope};
 
@@ -68,7 +68,7 @@ fn the_interval_of_a_ratio_is_fiellers() {
         max_relative = 1e-9
     );
     assert_eq!((dof, tests), (999.0, 1));
-    // Each side's batches are held to what the other side and the ratio make of it.
+    // The batches of each side are compared with those expected from the other side and the ratio.
     for (side, expected) in [("first, ", 1.25 * 2.5), ("second, ", 3.0 / 1.25)] {
         let mut cells = found
             .cells
@@ -81,7 +81,7 @@ fn the_interval_of_a_ratio_is_fiellers() {
     let [low, high] = found.interval;
     assert_relative_eq!(distance(low), critical, max_relative = 1e-9);
     assert_relative_eq!(distance(high), -critical, max_relative = 1e-9);
-    // A divisor that may be zero leaves every ratio possible.
+    // A divisor that may be zero makes every ratio possible.
     let nothing = variance_ratio("ratio", &a, &around(0.001, 1.0, 1000), 1.0, 0.02);
     assert_eq!(nothing.interval, [f64::NEG_INFINITY, f64::INFINITY]);
 }
@@ -113,7 +113,7 @@ fn the_f_test_has_closed_forms() {
             expected,
             max_relative = 1e-9
         );
-        // The same question asked the other way round.
+        // Exchanging the sides gives the same result.
         assert_relative_eq!(
             f_test((7.0, 5), (2.0 * f * 7.0, 3), 0.5),
             expected,

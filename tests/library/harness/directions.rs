@@ -1,4 +1,4 @@
-//! Directions on trial: tables by hand, and which statistic notices which fault.
+//! Tests of sampled directions: tables by hand, and the statistic that detects each fault.
 
 use whitefurnace::harness::directions::{Density, Directions, Precision, Rounding, Sample};
 use whitefurnace::material::Model as _;
@@ -8,11 +8,11 @@ use super::*;
 
 const N: u64 = 400_000;
 
-/// What chance can turn red in this module: chi-squares and means of right samples, and the mean of
-/// weights.
+/// Number of random assertions in this module: chi-squares and means of right samples, and the mean
+/// of weights.
 pub const ASSERTIONS: usize = 3 * 10 + 1;
 
-/// The names of outcomes that do not hold, of samples by a function of two numbers.
+/// Returns the names of outcomes that do not hold for samples that are a function of two numbers.
 fn not_held(
     name: &str,
     density: &Density,
@@ -54,7 +54,7 @@ fn right_samples_hold_with_their_weights_and_pdfs() {
         }
     };
     assert_eq!(not_held("cosine", &cosine(), Some(0.5), right), [""; 0]);
-    // A sampler that loses what goes below the horizon.
+    // A sampler that loses directions below the horizon.
     let (ggx, wo) = (
         Ggx {
             reflectance: DVec3::ONE,
@@ -92,7 +92,7 @@ fn right_samples_hold_with_their_weights_and_pdfs() {
     );
 }
 
-/// Each fault is noticed by what is meant for it.
+/// Each fault is detected by the statistic meant for it.
 #[test]
 fn each_fault_is_noticed_by_its_statistic() {
     let fails = |name: &str, by: &str, sample: &dyn Fn(u64, DVec3) -> Sample| {
@@ -115,7 +115,7 @@ fn each_fault_is_noticed_by_its_statistic() {
     fails("leaning", "mean of sin 4πv", &|_, w| {
         only(DVec3::new(w.x + 0.05 * w.y, w.y, w.z).normalize())
     });
-    // A hole of a 250th of all, mirrored to where it is not missed.
+    // A hole of 1/250 of all samples, mirrored to where it does not change the means.
     let hole = |w: DVec3| w.distance(DVec3::new(0.6, 0.0, 0.8)) < 0.07;
     fails("hole", "333 cells", &|_, w| {
         only(if hole(w) {
@@ -145,7 +145,7 @@ fn each_fault_is_noticed_by_its_statistic() {
     });
 }
 
-/// A table of 2 × 2 cells: the pdf is each number's share by a quarter of the hemisphere.
+/// In a table of 2 × 2 cells each entry's pdf is its share over a quarter of the hemisphere.
 #[test]
 fn a_table_is_constant_on_its_cells() {
     let density = Density::of_table(Domain::Hemisphere, &[vec![3.0, 1.0], vec![0.0, 4.0]]);
@@ -163,7 +163,7 @@ fn a_table_is_constant_on_its_cells() {
         );
     }
     assert_eq!(density.pdf(-DVec3::Z), 0.0);
-    // Height and azimuth within the cell that the first number picks.
+    // Height and azimuth within the cell that the first number selects.
     let cells = [
         ([0.0, 0.375], 1.0, 0.0),
         ([0.375, 0.5], 1.0, 1.0),
@@ -187,7 +187,7 @@ fn a_table_is_constant_on_its_cells() {
     assert!(not_held("turned", &density, None, by_table(0.1)).len() > 1);
 }
 
-/// Weights with one decimal: what rounding hides is not judged, and what it does not explain fails.
+/// Weights with one decimal: differences within rounding are undecided, larger ones fail.
 #[test]
 fn coarse_weights_are_undecided() {
     let density = cosine();
@@ -220,7 +220,7 @@ fn coarse_weights_are_undecided() {
     );
 }
 
-/// Few samples tell nothing, and none is enough.
+/// Few samples are undecided, and so are none.
 #[test]
 fn few_samples_are_undecided() {
     let density = cosine();

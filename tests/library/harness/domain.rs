@@ -1,10 +1,10 @@
-//! Domains and their partitions: places of points, measures of parts, masses of cells.
+//! Tests of domains and their partitions: positions of points, measures of parts, masses of cells.
 
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 
 use super::*;
 
-/// Every domain with its whole measure.
+/// All domains with their total measures.
 const DOMAINS: [(Domain, f64); 6] = [
     (Domain::Sphere, 4.0 * PI),
     (Domain::Hemisphere, TAU),
@@ -14,7 +14,7 @@ const DOMAINS: [(Domain, f64); 6] = [
     (Domain::Triangle, 0.5),
 ];
 
-/// The point with a place in the unit square, by the inverse of each domain's distribution.
+/// Returns the point at a position in the unit square, by inverting each domain's distribution.
 fn point_at(domain: Domain, [s, b]: [f64; 2]) -> DVec3 {
     let around = |rho: f64, z: f64| {
         let (sin, cos) = (TAU * b).sin_cos();
@@ -57,7 +57,7 @@ fn points_have_their_place_in_the_square() {
 #[test]
 fn borders_are_inside_and_what_lies_beyond_is_not() {
     let ([o, x, y, z], nan) = ([DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], DVec3::NAN);
-    // Rounding may carry a point 5e-10 across.
+    // Rounding may move a point across by 5e-10.
     let across = 5e-10;
     let hair = 1.0 + 0.4 * across;
     let [upper, elsewhere] = [vec![z, x, -y], vec![-z, 1.001 * z, 0.999 * z, nan]];
@@ -115,7 +115,7 @@ fn parts_have_their_share_of_the_measure() {
     // The mean of each coordinate of the square over the part.
     let means = [0.35, 0.25];
     for (domain, measure) in DOMAINS {
-        // What is even in the square: cos θ/π times 2π, or 1.
+        // Uniform in the square: cos θ/π times 2π, or 1.
         let even = |p: DVec3| match domain {
             Domain::CosineHemisphere => 2.0 * p.z,
             _ => 1.0,
@@ -132,7 +132,7 @@ fn parts_have_their_share_of_the_measure() {
             let found = domain.integrate(part, 1e-12, &|p| even(p) * place(p)).value;
             assert_relative_eq!(found, area * measure * mean, max_relative = 1e-10);
         }
-        // Cells of the even law are equally probable, whatever the cut.
+        // Cells of the uniform distribution are equally probable, however they are cut.
         let partition = Partition::of_pdf(domain, 8, &|p| even(p) / measure);
         assert_relative_eq!(partition.masses[..], [0.125; 8][..], max_relative = 1e-6);
     }
@@ -183,7 +183,7 @@ fn equal_cells_run_row_by_row() {
     assert_eq!(outcomes.mass(), 1.0);
 }
 
-/// The numbers of a place such as "row 0-16 of 32; column 5-9 of 64".
+/// Returns the numbers in a place such as "row 0-16 of 32; column 5-9 of 64".
 fn numbers(place: &str) -> Vec<usize> {
     let digits = |c: char| !c.is_ascii_digit();
     place
@@ -221,7 +221,8 @@ fn cells_of_a_density_hold_what_lies_in_them() {
             }
         }
         assert_relative_eq!(partition.masses[..], masses[..], max_relative = 1e-9);
-        // A row of fields has three hundredths of the whole: cuts are off by half of that at most.
+        // A row of fields holds three hundredths of the whole: cuts are off by at most half of
+        // that.
         assert_abs_diff_eq!(
             masses[..],
             vec![0.9 / cells as f64; cells][..],
@@ -230,7 +231,7 @@ fn cells_of_a_density_hold_what_lies_in_them() {
     }
 }
 
-/// Surfaces that light passes have densities that jump at the horizon: it is a border of fields.
+/// Surfaces that transmit light have pdfs that jump at the horizon, so it is a border of fields.
 #[test]
 fn no_field_lies_on_both_sides_of_the_horizon() {
     for up in [0.01, 0.5, 0.77, 0.999] {
@@ -249,7 +250,8 @@ fn no_field_lies_on_both_sides_of_the_horizon() {
 
 #[test]
 fn masses_are_known_to_the_tolerance_together() {
-    // A kink at three tenths of every row of fields: each field's small error has the same sign.
+    // A kink at three tenths of every row of fields: the small errors of all fields have the same
+    // sign.
     let pdf = |p: DVec3| 0.9 + 0.1 * (((32.0 * p.x).fract() - 0.3).abs() - 0.29);
     let partition = Partition::of_pdf(Domain::Square, 4, &pdf);
     // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
@@ -264,7 +266,7 @@ fn masses_are_known_to_the_tolerance_together() {
 
 #[test]
 fn every_cell_holds_a_field() {
-    // All of the probability lies in the first field: no cut gives a third of it.
+    // All of the probability is in the first field: no cut gives a third of it.
     let first = |p: DVec3| f64::from(u8::from(32.0 * p.x < 1.0 && 64.0 * p.y < 1.0)) * 2048.0;
     let partition = Partition::of_pdf(Domain::Square, 3, &first);
     assert_eq!(partition.places.len(), 3);
@@ -278,8 +280,8 @@ fn every_cell_holds_a_field() {
     assert_relative_eq!(partition.masses[0], 1.0, max_relative = 1e-12);
 }
 
-/// However rough a density is, its partition ends, and nothing holds with it. (A pair of rules that
-/// disagree does the same everywhere.)
+/// Partitions of rough densities end, and nothing holds with them. (A pair of rules that disagree
+/// does the same everywhere.)
 #[test]
 fn partitions_of_rough_densities_end_undecided() {
     let noise = |p: DVec3| f64::from((1e8 * (p.x + 1.7 * p.y)).sin() > 0.0);

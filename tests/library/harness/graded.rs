@@ -1,4 +1,5 @@
-//! Graded controls: every statistic is run again on values that are off by the size of its claim.
+//! Tests of graded controls: every statistic is run again on values shifted by the size of its
+//! claim.
 
 use super::*;
 
@@ -6,7 +7,8 @@ fn exact(delta: f64) -> Claim {
     Claim::Exact { delta }
 }
 
-/// The statistic with that claim's size, on right values whose estimate is exact.
+/// Returns the outcomes of all statistics with a claim of this size, on right values whose estimate
+/// is exact.
 fn all(size: f64) -> Vec<Outcome> {
     let v = around(2.0, 0.2, 1_000_000);
     let observed = [5, 3, 2].map(|share| 400_000 * share).to_vec();
@@ -51,8 +53,8 @@ fn all(size: f64) -> Vec<Outcome> {
     ]
 }
 
-/// Where n is right, all are answered on both sides; where the claim is finer than n allows, none
-/// of those at the claim's size is rejected.
+/// If n is right, all are decided on both sides; if the claim is finer than n allows, no effect of
+/// the claim's size is rejected.
 #[test]
 fn effects_of_the_size_of_the_claim_are_answered() {
     for outcome in all(1.0) {
@@ -80,7 +82,7 @@ fn effects_of_the_size_of_the_claim_are_answered() {
     }
 }
 
-/// The transformed values have the effect, and nothing else changes but by it.
+/// The transformed values have the effect, and change by nothing else.
 #[test]
 fn transformed_values_are_off_by_the_effect() {
     for outcome in all(1.0) {

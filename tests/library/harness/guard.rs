@@ -1,4 +1,5 @@
-//! The guard of the error budget: what it lets through and what it refuses, at the borders.
+//! Tests of the guard of the error budget at its limits: outcomes that it passes, and outcomes that
+//! it refuses.
 
 use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance};
 use whitefurnace::harness::outcome::{FAR_LEVEL, FAR_SHARE};
@@ -7,7 +8,7 @@ use super::*;
 
 const DOF: f64 = 20_000.0;
 
-/// t of `effect` standard errors of 1, with a claim about it.
+/// Returns the outcome of a t test with `effect` standard errors of 1 and this claim.
 fn t(effect: f64, claim: Claim) -> Outcome {
     Outcome {
         p: student_two_sided(effect, DOF),
@@ -47,7 +48,7 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
 fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     let z = normal_upper(0.5 * ALPHA);
     let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
-    // valid_from/n is the square of what the skewness uses.
+    // valid_from/n is the square of the skewness relative to its limit.
     let skewed = |used: f64| Outcome {
         valid_from: (used * used * DOF) as u64,
         ..t(0.0, Claim::Exact { delta: 20.0 })
@@ -73,11 +74,11 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
             assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
         }
     }
-    // Beyond the margin, not beyond the reference.
+    // The distance counts from the margin, not from the reference.
     let margin = Claim::Approximate { margin: 12.5 };
     assert!(may_hold(&t(12.5 + 20.1, margin)).is_some());
     assert!(may_hold(&t(12.5 + 20.3, margin)).is_none());
-    // NaN is no distance; an identity that fails is certain.
+    // The distance of NaN is NaN; a failed identity is certain.
     assert_eq!(
         distance(&Outcome {
             p: f64::NAN,
@@ -91,8 +92,8 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     );
 }
 
-/// What is seen at FAR lies, but for FAR_MISS, so far out that the next seed rejects it, but for
-/// the same.
+/// A rejection by [`FAR`] standard errors means an effect so large that another seed rejects it,
+/// too; each of the two steps fails with probability [`FAR_MISS`].
 #[test]
 fn the_far_distance_is_two_misses_beyond_the_critical_value() {
     let miss = normal_upper(FAR_MISS);
@@ -101,8 +102,8 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
     assert!((normal_upper(0.5 * FAR_LEVEL) - FAR).abs() < 0.05);
 }
 
-/// A rejection from afar stands without a valid tail, within limits; a near one, or a right
-/// subject, is undecided.
+/// A far rejection stands without a valid tail, within limits; a near one, or a right subject, is
+/// undecided.
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {
     let claim = Claim::Exact { delta: 12.5 };

@@ -1,5 +1,5 @@
-//! Sets of images against each other: by hand where they are few and small, and how often chance
-//! and a bias are seen.
+//! Tests of comparisons of sets of images: by hand for a few small ones, and the rates of false
+//! alarms and of detected biases.
 
 use rayon::prelude::*;
 use whitefurnace::harness::images::{Comparison, MISS, Rules, Side, compare};
@@ -12,7 +12,7 @@ fn side(images: &[[f64; 4]]) -> Side<'_> {
     Side::Images(images.iter().map(|image| &image[..]).collect())
 }
 
-/// Four pixels, of which the last is the same in all; three images against four.
+/// Four pixels, of which the last is equal in all images; three images against four.
 #[test]
 fn places_are_judged_by_welch() {
     let a = [
@@ -42,8 +42,8 @@ fn places_are_judged_by_welch() {
         };
         let [a, b] = [means(&a), means(&b)].map(|means| values(0.0, &means));
         let test = welch("", &a, &b, Claim::Test);
-        // Few pixels do not tell how the sides share the variance: the degrees of freedom are those
-        // of three images.
+        // A few pixels do not show how the sides share the variance: the degrees of freedom are
+        // those of three images.
         (
             test.value,
             student_two_sided(test.value, 2.0),
@@ -79,8 +79,8 @@ fn places_are_judged_by_welch() {
     }
     assert!(!pixels.places[3].varies() && !pixels.places[3].judged && pixels.places[3].p == 1.0);
     assert_relative_eq!(regions.level, 1e-3 / 4.0 / 5.0);
-    // A pixel is as skewed as its tile's are on the average. By hand: variances 3/4 and 13/16,
-    // third cumulants 27/32 and 3/4, of three and four images.
+    // Pixels get the mean skewness of their tile. By hand: variances 3/4 and 13/16, third cumulants
+    // 27/32 and 3/4, of three and four images.
     let (third, second) = ([27.0 / 32.0 / 9.0, 0.75 / 16.0], 0.25 + 0.203_125_f64);
     let skewness = [third[0] - third[1], third[0] + third[1]].map(|third| third / second.powf(1.5));
     assert_relative_eq!(
@@ -88,7 +88,7 @@ fn places_are_judged_by_welch() {
         skewness[..],
         max_relative = 1e-9
     );
-    // Two images say nothing of skewness; an exact side and standard errors do.
+    // Two images give no skewness; an exact side and standard errors do.
     let two = compare(2, &[[side(&a[..2]), side(&b)]], &rules);
     assert!(two.kinds[0].places[0].skewness[0].is_nan() && !two.kinds[0].counts);
     let [cancelled, alike] = means.places[0].skewness;
@@ -112,17 +112,17 @@ fn places_are_judged_by_welch() {
     assert_relative_eq!(place.dof, 0.0081 / 0.0033, max_relative = 1e-12);
 }
 
-/// The verdict on two images each of 100 pixels across.
+/// Returns the verdict on two images on each side, 100 pixels wide.
 fn verdict_of(a: [&[f64]; 2], b: [&[f64]; 2], channels: usize) -> Verdict {
     let sides = [Side::Images(a.to_vec()), Side::Images(b.to_vec())];
     compare(100, &vec![sides; channels], &Rules::default()).verdict
 }
 
-/// Without noise, values are compared as they stand; by the side of noise two constants differ only
-/// if there are enough of them.
+/// Values without noise are compared exactly; next to noise two constants differ only if there are
+/// enough of them.
 #[test]
 fn values_without_noise_are_compared_as_they_stand() {
-    // 0.1 is the mean of no number of its likes when these are added up and divided.
+    // The mean of values 0.1, added up and divided, is never exactly 0.1.
     let plain = |pixels: usize| {
         (0..pixels)
             .map(|i| [0.1, 0.7, 3.0][i % 3])
@@ -147,7 +147,7 @@ fn values_without_noise_are_compared_as_they_stand() {
         assert_eq!(compare(100, &errors, &Rules::default()).verdict, expected);
     }
     assert_eq!(verdict_of([&dark; 2], [&dark; 2], 3), Verdict::Holds);
-    // Too few to take them for no noise.
+    // Too few values to count as noiseless.
     let few = [0.1; 31];
     let side = Side::Images(vec![&few; 2]);
     let unknown = Verdict::Undecided { needed: u64::MAX };
@@ -157,7 +157,7 @@ fn values_without_noise_are_compared_as_they_stand() {
     );
 }
 
-/// Beside pixels that vary, constants differ if there are enough of them, else nothing is said.
+/// Next to pixels that vary, constants differ if there are enough of them, else they are undecided.
 #[test]
 fn constants_beside_noise_need_many_values() {
     let rejected = |pixels: usize| {
@@ -187,11 +187,11 @@ fn constants_beside_noise_need_many_values() {
     assert_eq!([rejected(5_100), rejected(5_000)], [true, false]);
 }
 
-/// The assertions that chance can turn red: false alarms of each law and number of images, what is
-/// found, and what is seen.
+/// Number of random assertions: false alarms of each distribution and number of images, detected
+/// differences, and stated effects.
 pub const ASSERTIONS: usize = LAWS.len() * NUMBERS.len() + 2 + 4;
 
-/// The value of a pixel by its number and random numbers.
+/// Distribution of a pixel's value, from its index and random numbers.
 type Law = fn(usize, &mut Stream) -> f64;
 
 fn exponential(rng: &mut Stream) -> f64 {
@@ -203,18 +203,18 @@ fn sum_of_four(_: usize, rng: &mut Stream) -> f64 {
     (0..4).map(|_| 0.25 * exponential(rng)).sum()
 }
 
-/// Bright values of which an image has ten.
+/// Bright values, ten per image.
 fn rare(_: usize, rng: &mut Stream) -> f64 {
     let bright = uniform(rng) < 10.0 / (SIDE * SIDE) as f64;
     1.0 + 0.1 * exponential(rng) + if bright { 10.0 } else { 0.0 }
 }
 
-/// All but two values, in every pixel.
+/// Close to two values, in every pixel.
 fn few(_: usize, rng: &mut Stream) -> f64 {
     0.001 * uniform(rng) + f64::from(u8::from(uniform(rng) < 0.3))
 }
 
-/// One pixel of a few values among calm ones.
+/// One pixel with a few values among pixels with little noise.
 fn lone(pixel: usize, rng: &mut Stream) -> f64 {
     1.0 + 0.01 * uniform(rng)
         + if pixel == 100 && uniform(rng) < 0.3 {
@@ -224,7 +224,7 @@ fn lone(pixel: usize, rng: &mut Stream) -> f64 {
         }
 }
 
-/// Pareto's law of index 2.5: its variance is finite, its skewness is not.
+/// Pareto's distribution of index 2.5: its variance is finite, its skewness is not.
 fn heavy(_: usize, rng: &mut Stream) -> f64 {
     (1.0 - uniform(rng)).powf(-0.4)
 }
@@ -237,10 +237,10 @@ const LAWS: [(&str, Law); 5] = [
     ("lone", lone),
     ("heavy", heavy),
 ];
-/// Images of either side.
+/// Numbers of images on the two sides.
 const NUMBERS: [[u32; 2]; 5] = [[2, 2], [3, 3], [4, 4], [3, 12], [8, 8]];
 
-/// The comparison of so many images of a law, whose values are changed on the first side.
+/// Compares sets of images of a distribution, whose values are changed on the first side.
 fn found(
     law: Law,
     numbers: [u32; 2],
@@ -265,7 +265,7 @@ fn found(
     compare(SIDE, &[[a, b]], rules)
 }
 
-/// The results of so many runs, each with random numbers of its own.
+/// Returns the results of this many runs, each with random numbers of its own.
 fn repeated<T: Send>(name: &str, runs: u32, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<T> {
     let seed = context("harness::images").seed_of(name);
     (0..runs)
@@ -274,8 +274,8 @@ fn repeated<T: Send>(name: &str, runs: u32, run: impl Fn(&mut Stream) -> T + Syn
         .collect()
 }
 
-/// Neither few images, nor few or rare values, nor sides of different numbers make false alarms
-/// more frequent than the level.
+/// False alarms are no more frequent than the level for few images, few or rare values, or
+/// different numbers of images on the sides.
 #[test]
 fn false_alarms_are_rare() {
     const RUNS: u32 = 60;
@@ -301,8 +301,7 @@ fn false_alarms_are_rare() {
     }
 }
 
-/// Images that are twice as bright differ, even where rare values are seen; two of each say too
-/// little.
+/// Twice the brightness is detected, even with rare values; two images on each side are not enough.
 #[test]
 fn a_large_difference_is_found() {
     const RUNS: u32 = 40;
@@ -336,8 +335,8 @@ fn a_large_difference_is_found() {
     );
 }
 
-/// A difference that is said to be seen but for a chance of 10 % is seen so often in other images,
-/// although the standard error by which it is said is an estimate.
+/// An effect that is stated to be detected with probability 90 % is detected that often in other
+/// images, although the statement relies on an estimated standard error.
 #[test]
 fn what_would_be_seen_is_seen() {
     const RUNS: u32 = 200;

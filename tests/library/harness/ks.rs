@@ -1,4 +1,4 @@
-//! The Kolmogorov-Smirnov test against the distances of regular points.
+//! Tests of the Kolmogorov-Smirnov test with the distances of regular points.
 
 use whitefurnace::harness::tails::{kolmogorov_sf, kolmogorov_upper};
 
@@ -27,7 +27,7 @@ fn distribution_functions_are_compared_at_every_value() {
     let spread = (x * x * (1.0 - x * x) / 256.0).sqrt();
     let cell = &squares.cells[10];
     assert_cell(cell, &cell.place, [x * x, x, (x - x * x) / spread]);
-    // x − x² is largest at 1/2, where the last value has just been passed or is not yet met.
+    // x − x² is largest at 1/2, just after or just before a value.
     assert_relative_eq!(squares.estimate, 0.25 + 1.0 / 512.0, max_relative = 1e-2);
     assert_eq!(squares.interval[0], (squares.estimate - radius).max(0.0));
     assert!(squares.estimate > radius);

@@ -1,24 +1,23 @@
-//! Check-ups from end to end, of BSDFs that transmit or have single directions and of faulty
-//! versions, each of which must be rejected: a sheet of paper that absorbs and lets light through,
-//! a mirror that absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and
-//! its faults.)
+//! End-to-end check-ups of BSDFs that transmit or have Dirac lobes, and of faulty versions, each of
+//! which must be rejected: a sheet of paper that absorbs and transmits light, a mirror that
+//! absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and its faults.)
 
 use whitefurnace::harness::trial::refused;
 use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refract};
 
 use super::*;
 
-/// Outcomes of the right subjects that chance can turn: paper, mirror and glass.
+/// Numbers of random outcomes of the right subjects: paper, mirror and glass.
 pub const PASSES: [usize; 3] = [4, 8, 22];
-/// Faulty subjects, each of which has to be rejected.
+/// Number of faulty subjects, each of which must be rejected.
 pub const FAULTY: usize = 16;
 
 fn in_words(outcome: &Outcome) -> String {
     format!("{}: {}", outcome.name, outcome.worst)
 }
 
-/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 what is
-/// undecided will do.
+/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 they may be
+/// undecided.
 fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     let red = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
@@ -30,8 +29,8 @@ fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     assert_eq!(refused(name, outcomes, context), "");
 }
 
-/// Asserts that a faulty subject is rejected by an outcome whose name begins so, where sizes are
-/// planned for certain; below scale 1 one that does not decide will do.
+/// Asserts that a faulty subject is rejected by an outcome whose name begins so, with certainty at
+/// planned sizes; below scale 1 it may be undecided.
 fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &Context) {
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
@@ -50,7 +49,7 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
 }
 
 /// Asserts that a faulty subject is rejected. Faults are far larger than δ: one inclination and a
-/// tenth of the samples show them.
+/// tenth of the samples are enough.
 fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     let context = context(name);
     let size = CheckUp {
@@ -66,7 +65,7 @@ fn assert_rejected(name: &str, subject: &BsdfSubject, expected: &str) {
     );
 }
 
-/// Where samplers lose what is absorbed, the weights vary more than those of Lambert.
+/// A larger check-up: where samplers lose the absorbed part, weights vary more than Lambert's.
 fn large() -> CheckUp {
     CheckUp {
         samples: 6_000_000,
@@ -86,7 +85,7 @@ fn random(outcomes: &[Outcome]) -> usize {
 const REFLECTED: f64 = 0.5;
 const LET_THROUGH: f64 = 0.25;
 
-/// The share of light that goes to the side of wi.
+/// Returns the share of light that is scattered to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
     if (wo.z > 0.0) == (wi.z > 0.0) {
         REFLECTED
@@ -110,7 +109,7 @@ fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<SampledDirection> {
     })
 }
 
-/// Paper whose sampler loses `loss` by declaration.
+/// Returns paper whose sampler loses `loss` by declaration.
 fn paper(loss: f64) -> BsdfSubject {
     let eval = |wo: DVec3, wi: DVec3| paper_share(wo, wi) / PI;
     let pdf = |wo: DVec3, wi: DVec3| paper_share(wo, wi) * cosine_hemisphere_pdf(wi.z.abs());
@@ -192,7 +191,7 @@ fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
     })
 }
 
-/// A mirror on which paths end with the probability of absorption.
+/// Returns a mirror on which paths end with the probability of absorption.
 fn absorbing_mirror() -> LobeSubject {
     let lobes = |wo: DVec3| {
         vec![Lobe {
@@ -206,7 +205,8 @@ fn absorbing_mirror() -> LobeSubject {
 
 const INDEX: f64 = 1.5;
 
-/// The indices on the side of wo and beyond, and the normal on the side of wo.
+/// Returns the indices of refraction on the side of wo and on the other side, and the normal on the
+/// side of wo.
 fn sides(wo: DVec3) -> (f64, f64, DVec3) {
     if wo.z > 0.0 {
         (1.0, INDEX, DVec3::Z)
@@ -215,7 +215,7 @@ fn sides(wo: DVec3) -> (f64, f64, DVec3) {
     }
 }
 
-/// Glass, its lobes written out in coordinates: Snell's law for the tangential part.
+/// Returns the lobes of glass in coordinates: Snell's law for the tangential part.
 fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     let (n1, n2, normal) = sides(wo);
     let r = reflectance(wo.z.abs(), n1, n2);
@@ -237,7 +237,8 @@ fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     vec![mirrored, refracted]
 }
 
-/// The library's functions, as its estimators use them; `choice` is the probability of reflection.
+/// Samples glass with the library's functions, as its estimators do; `choice` is the probability of
+/// reflection.
 fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSample> {
     let (n1, n2, normal) = sides(wo);
     let share = reflectance(wo.z.abs(), n1, n2);
@@ -281,7 +282,7 @@ fn an_absorbing_mirror_and_glass_pass() {
 #[test]
 fn faulty_mirrors_are_rejected() {
     let lossless = || absorbing_mirror().loss(Loss::None);
-    // The sampler with its result changed.
+    // Changes the results of the sampler.
     let changed = |change: fn(LobeSample) -> LobeSample| LobeSubject {
         sample: Box::new(move |wo, u| mirror_sample(wo, u).map(change)),
         ..absorbing_mirror()
@@ -333,7 +334,7 @@ fn faulty_glass_is_rejected() {
         |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
     let bent = |wo: DVec3| {
         let mut lobes = glass_lobes(wo);
-        // Straight through, from inside only: light does not find its way back.
+        // Straight through, from inside only: the lobes are not reciprocal.
         if let (true, Some(refracted)) = (wo.z < 0.0, lobes.get_mut(1)) {
             refracted.direction = -wo;
         }

@@ -1,4 +1,4 @@
-//! Tests of means against textbook formulas on small sets of numbers, and under changes of scale.
+//! Tests of tests of means: textbook formulas on small sets of numbers, and changes of scale.
 
 use whitefurnace::harness::batches::Batches;
 use whitefurnace::harness::mean::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC};
@@ -7,9 +7,9 @@ use super::*;
 
 const CLAIM: Claim = Claim::Exact { delta: 1.0 };
 
-/// Mean 4, variance 12.5, third central moment 36.
+/// Five values with mean 4, variance 12.5 and third central moment 36.
 const FIVE: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 10.0];
-/// Mean 1, variance 1.
+/// Three values with mean 1 and variance 1.
 const THREE: [f64; 3] = [0.0, 1.0, 2.0];
 
 #[test]
@@ -59,7 +59,7 @@ fn intervals_are_those_of_the_textbook() {
             [4.0, reference],
             half,
         );
-        // With σ known, skewness counts half as much.
+        // With known σ, skewness counts half as much.
         assert_abs_diff_eq!(
             found.valid_from as f64,
             0.25 * a.valid_from() as f64,
@@ -94,7 +94,7 @@ fn intervals_are_those_of_the_textbook() {
 
 #[test]
 fn a_data_file_shows_the_values() {
-    // Few values are batches of their own.
+    // Few values are single-value batches.
     let [a, b] = [values(4.0, &FIVE), values(1.0, &THREE)];
     let sigmas = 7.0 / 12.5_f64.sqrt();
     for (found, count, place, numbers) in [
@@ -129,7 +129,7 @@ fn a_data_file_shows_the_values() {
 
 #[test]
 fn batches_are_means_of_consecutive_values() {
-    // Their size doubles at 64, 128, ... values, so that 32 to 63 are full.
+    // The batch size doubles at 64, 128, ... values, so that 32 to 63 batches are full.
     for (n, size) in [
         (1, 1),
         (63, 1),
@@ -198,11 +198,11 @@ fn nearly_symmetric_values_are_enough() {
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 
-/// P(T < −z) and P(T > z) as shares of the nominal tail, of a share of successes with as many
-/// values as the rule of `admitted` just admits: Student's t of their share is a function of the
-/// count, so that its tails are sums over the binomial law. Between counts the logarithms of the
-/// tails (half of a count's own probability to either side) are interpolated: the lattice is not at
-/// issue.
+/// Returns P(T < −z) and P(T > z) relative to the nominal tail, for a share of successes with as
+/// many values as the rule of `admitted` just admits: Student's t of the share is a function of the
+/// count, so that its tails are sums over the binomial distribution. Logarithms of the tails are
+/// interpolated between counts (half of a count's own probability to either side), as the lattice
+/// is not at issue.
 fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
     let nominal = 0.5 * ALPHA;
     let z = normal_upper(nominal);
@@ -232,10 +232,10 @@ fn tails(q: f64, admitted: Sigma, sigma: Sigma) -> [f64; 2] {
     [at(low, -z, &below), at(mean as u64, z, &above)]
 }
 
-/// At the limit that the rule admits, the heavier tail is 1.34 of nominal with a known σ, 1.37 with
-/// an estimated one, and the other 0.73: both together are within 6 % of nominal. (Of all laws with
-/// this skewness two values have the least kurtosis, which lightens tails.) With the rule of a
-/// known σ, half as strict, an estimated σ has a lower tail of more than 1.8.
+/// At the limit that the rule admits, the heavier tail is 1.34 of nominal with known σ, 1.37 with
+/// estimated σ, and the other 0.73: together they are within 6 % of nominal. (Of all distributions
+/// with this skewness one with two values has the least kurtosis, which lightens tails.) With the
+/// rule for known σ, half as strict, the lower tail for estimated σ exceeds 1.8.
 #[test]
 fn tails_are_nominal_at_the_limit_of_the_rule() {
     for share in [0.002, 0.01, 0.05, 0.2] {
@@ -265,7 +265,7 @@ fn skewness_of_a_sum_is_that_of_its_parts_at_most() {
     );
     let halves = skewness_of_sum([(2.0, 0.5, 32), (2.0, 0.5, 32)]);
     assert_relative_eq!(halves, 2.0 / 64_f64.sqrt(), max_relative = 1e-14);
-    // A side without variance has no say, and opposite signs do not cancel.
+    // A side without variance does not count, and opposite signs do not cancel.
     assert_eq!(skewness_of_sum([(2.0, 0.25, 64), (1e9, 0.0, 2)]), 0.25);
     assert_eq!(skewness_of_sum([(2.0, 0.5, 32), (-2.0, 0.5, 32)]), halves);
     assert_eq!(skewness_of_sum([(0.0, 0.0, 2)]), 0.0);
@@ -280,7 +280,8 @@ fn either_side_may_be_too_skewed_for_welch() {
     assert_eq!(pair.valid_from(), 2);
     assert_eq!(welch("w", &pair, &even, CLAIM).valid_from, 2);
     assert_eq!(welch("w", &even, &pair, CLAIM).valid_from, 2);
-    // One in a hundred is enough for 1e7 values, not for 100, whatever the other side has.
+    // A share of one in a hundred is enough with 1e7 values, not with 100, whatever the other side
+    // is.
     let [few, many] = [rare(100), rare(10_000_000)];
     assert!(many.valid_from() < 10_000_000 && few.valid_from() > 1_000_000);
     for (a, b) in [(&few, &many), (&many, &few)] {
@@ -292,7 +293,8 @@ fn either_side_may_be_too_skewed_for_welch() {
         ));
     }
     assert_eq!(welch("w", &many, &many, CLAIM).verdict(), Verdict::Holds);
-    // Two sides of equal law make a difference of √½ its skewness, of √2 its standard error.
+    // The difference of two sides of equal distribution has √½ of its skewness, √2 of its standard
+    // error.
     let half = 0.5 * many.valid_from() as f64;
     assert_relative_eq!(
         welch("w", &many, &many, CLAIM).valid_from as f64,
@@ -331,8 +333,8 @@ fn bernstein_moves_and_stretches_with_its_range() {
     }
 }
 
-/// √(2VL/n) + 7L/(3(n − 1)) with V = 1000/3996 and L = ln 4e9, at whose end the p-value is the
-/// level.
+/// √(2VL/n) + 7L/(3(n − 1)) with V = 1000/3996 and L = ln 4e9; at the end of this interval the
+/// p-value is the level.
 #[test]
 fn bernsteins_p_value_and_interval_agree() {
     let zeros_and_ones = around(0.5, 0.5, 1000);
@@ -354,8 +356,8 @@ fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
     };
     assert_eq!(verdict(2.0, 2.0), Verdict::Holds);
     assert_eq!(verdict(2.0 + 4.0 * f64::EPSILON, 2.0), Verdict::Holds);
-    // One value that is off by 2e-8 is seen though the mean is off by 2e-10; and so is the
-    // reference.
+    // One value that is off by 2e-8 is detected though the mean is off by 2e-10 only; and so is an
+    // error of the reference.
     assert_eq!(verdict(2.0 + 2e-8, 2.0), Verdict::Fails);
     assert_eq!(verdict(2.0, 2.0 + 3e-9), Verdict::Fails);
     assert_eq!(verdict(f64::NAN, 2.0), Verdict::Fails);
@@ -367,7 +369,7 @@ fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
     assert_eq!(one.worst, "says nothing: fewer than two values");
 }
 
-/// 2(κ − 1)⁻¹ n, where the fourth standardised moment κ is that of the numbers.
+/// 2(κ − 1)⁻¹ n, with the fourth standardised moment κ of the values.
 #[test]
 fn outliers_take_degrees_of_freedom_from_the_variance() {
     let tenth = [&[0.0; 9][..], &[1.0]].concat();
@@ -377,7 +379,8 @@ fn outliers_take_degrees_of_freedom_from_the_variance() {
         let kurtosis = 1.0 / 0.09 - 3.0;
         assert_relative_eq!(found, 2000.0 / (kurtosis - 1.0), max_relative = 1e-9);
     }
-    // Evenly spread values, with κ < 3, have no more than there are; a constant has them all.
+    // Values of small kurtosis, κ < 3, have no more degrees of freedom than n − 1; a constant has
+    // all of them.
     assert_eq!(values(1.0, &THREE.repeat(100)).variance_dof(), 299.0);
     assert_eq!(values(1.0, &[2.0; 100]).variance_dof(), 99.0);
 }

@@ -1,19 +1,18 @@
-//! The statistical harness, module by module: exactly where it can be, by sampling where only that
-//! shows it.
+//! Tests of the statistical harness by module: exact where possible, by sampling elsewhere.
 
-pub mod checkup_parts; // what each part of the check-up of BSDFs reports
+pub mod checkup_parts; // each part of the check-up of BSDFs
 mod chi_square;
 mod convergence;
-pub mod directions; // of any program
+pub mod directions; // sampled directions of any program
 mod domain;
 mod graded;
 mod guard;
 pub mod images; // two sets of images
 mod ks;
-pub mod lobe_checkup; // paper, mirrors and glass, and faulty ones: check-ups from end to end
+pub mod lobe_checkup; // end-to-end check-ups of paper, mirrors and glass, and faulty ones
 mod mean;
-pub mod narrow_lobes; // BSDFs of which all light goes nearly one way
-mod no_evidence; // samples that say nothing
+pub mod narrow_lobes; // BSDFs that scatter nearly all light in one direction
+mod no_evidence; // samples without evidence
 mod outcome;
 mod power;
 mod quadrature;
@@ -23,7 +22,7 @@ mod tails;
 mod trial;
 mod welch_map;
 
-// What the modules share, by `use super::*`.
+// Imports for the modules, which say `use super::*`.
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
 use whitefurnace::harness::chi_square::{
     Counts, binomial, chi_square, count, poisson, sampler_against_partition,
@@ -57,7 +56,7 @@ fn values(centre: f64, numbers: &[f64]) -> Values {
     })
 }
 
-/// n values with the given mean that lie `spread` above and below it in turn.
+/// Returns n values with the given mean, alternately `spread` above and below it.
 fn around(mean: f64, spread: f64, n: u64) -> Values {
     let mut side = -1.0;
     Values::collect(mean, n, || {
@@ -66,7 +65,7 @@ fn around(mean: f64, spread: f64, n: u64) -> Values {
     })
 }
 
-/// n values of which one in a hundred is 1 and the others 0.
+/// Returns n values of which one in a hundred is 1 and the others are 0.
 fn rare(n: u64) -> Values {
     let mut i = 0;
     Values::collect(0.01, n, || {
@@ -75,7 +74,7 @@ fn rare(n: u64) -> Values {
     })
 }
 
-/// Cells of these probabilities, called by their numbers.
+/// Returns cells of these probabilities, named by their numbers.
 fn cells(masses: &[f64]) -> Partition {
     Partition::of_masses(
         masses.to_vec(),
@@ -83,7 +82,7 @@ fn cells(masses: &[f64]) -> Partition {
     )
 }
 
-/// One channel of an image with its own pixels.
+/// One channel of an image, with owned pixels.
 #[derive(Clone)]
 struct Image {
     mean: Vec<f64>,
@@ -109,7 +108,7 @@ impl Image {
     }
 }
 
-/// t of 100 values that estimates this, rightly, within ±`half`.
+/// Returns the outcome of a t test of 100 values with this estimate, which is right within ±`half`.
 fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
     Outcome {
         statistic: "t",
@@ -123,8 +122,8 @@ fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
     }
 }
 
-/// Asserts the fields of a test that is named by its statistic to 1e-12: the statistic and p-value,
-/// estimate and reference, and the half width of the interval.
+/// Asserts the fields of a test named by its statistic, to 1e-12: statistic and p-value, estimate
+/// and reference, and the half width of the interval.
 fn assert_test(
     found: &Outcome,
     statistic: &str,
@@ -157,7 +156,7 @@ fn assert_test(
     assert_relative_eq!(numbers[..], expected[..], max_relative = 1e-12);
 }
 
-/// Asserts where a cell is, and its numbers: what was expected, observed, and their distance.
+/// Asserts the place of a cell and its numbers: expected, observed, and their distance.
 fn assert_cell(cell: &Cell, place: &str, numbers: [f64; 3]) {
     assert_eq!(cell.place, place);
     let found = [cell.expected, cell.observed, cell.sigmas];

@@ -1,5 +1,5 @@
-//! Check-ups of BSDFs with narrow lobes: right samples hold, others that leave the lobe where it is
-//! fail.
+//! Check-ups of BSDFs with narrow lobes: right samples hold; samples with another distribution
+//! within the lobe fail.
 
 use std::f64::consts::PI;
 
@@ -29,7 +29,8 @@ fn facets() -> Ggx {
     }
 }
 
-/// Lobes with all of the light, their samplers, whether light passes, and degrees from the normal.
+/// Lobes that hold all of the light: name, pdf, sampler, whether they transmit, and degrees from
+/// the normal.
 const LOBES: [(&str, Pdf, Sample, bool, f64); 4] = [
     (
         "power of the cosine",
@@ -65,10 +66,10 @@ fn facet_sample(wo: DVec3, random: [f64; 2]) -> DVec3 {
     2.0 * wo.dot(m) * m - wo
 }
 
-/// How many verdicts chance could turn: the histograms of right samples.
+/// Number of random verdicts: the histograms of right samples.
 pub const ASSERTIONS: usize = LOBES.len();
 
-/// The histogram of samples whose first random number is changed.
+/// Returns the histogram of samples whose first random number is changed.
 fn histogram(
     pdf: Pdf,
     sample: Sample,
@@ -130,10 +131,10 @@ fn rings_of_a_lobe_are_told_from_the_lobe() {
             "{name}: {:?}",
             cells.collect::<Vec<_>>()
         );
-        // All at the quartiles of the radius, so on two rings.
+        // All samples at the quartiles of the radius: two rings.
         let two = found(|r| if r < 0.5 { 0.25 } else { 0.75 });
         assert_eq!(two.verdict(), Verdict::Fails, "{name}: {two}");
-        // In eight steps: few cells cannot see it.
+        // In eight steps: too fine for few cells to detect.
         let eight = found(|r| (8.0 * r).floor() / 8.0 + 1.0 / 16.0);
         assert_eq!(eight.verdict(), Verdict::Fails, "{name}: {eight}");
     }

@@ -1,4 +1,4 @@
-//! Samples that say nothing: no statistic may say *holds* of them.
+//! Tests that no statistic says *holds* of samples that give no evidence.
 
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
@@ -9,7 +9,7 @@ const WIDE: [Claim; 3] = [
     Claim::Test,
 ];
 
-/// n values, all the same.
+/// Returns n equal values.
 fn same(n: u64, value: f64) -> Values {
     Values::collect(0.0, n, || value)
 }
@@ -23,7 +23,7 @@ fn counted(masses: &[f64], observed: &[u64]) -> Outcome {
     chi_square("cells", &cells(masses), &counts, 1e3)
 }
 
-/// An image of ones without variance.
+/// Returns an image of ones without variance.
 fn still(pixels: usize, count: u64) -> Image {
     Image::new(&vec![1.0; pixels], &vec![0.0; pixels], &vec![count; pixels])
 }
@@ -35,8 +35,8 @@ fn image(pixels: usize, count: u64) -> Outcome {
     image_mean("image", image, image, 1e3)
 }
 
-/// Every statistic on no value, one value, values that are all the same and right, one cell,
-/// nothing judged: undecided, whatever is claimed.
+/// Every statistic is undecided on no value, one value, equal and right values, one cell, and
+/// nothing to compare, whatever is claimed.
 #[test]
 fn samples_that_say_nothing_are_undecided() {
     let mut outcomes = Vec::new();
@@ -51,8 +51,7 @@ fn samples_that_say_nothing_are_undecided() {
                 variance_ratio("ratio", &squares, &squares, 1.0, 1e3),
             ]);
         }
-        // Nothing is known of one value, or none, however wrong it is; and too little of a few
-        // equal ones.
+        // One value, or none, proves nothing, however wrong it is; nor do a few equal ones.
         for n in [0, 1, 2, 1000] {
             outcomes.push(mean("elsewhere", &same(n, 0.0), 1e-3, claim));
             outcomes.push(welch("elsewhere", &same(n, 0.0), &same(n, 1.0), claim));
@@ -92,7 +91,7 @@ fn samples_that_say_nothing_are_undecided() {
     }
 }
 
-/// What can be said without a doubt is said.
+/// Samples that certainly contradict a claim are rejected.
 #[test]
 fn samples_that_speak_against_a_claim_are_heard() {
     let claim = Claim::Exact { delta: 0.003 };
@@ -103,7 +102,7 @@ fn samples_that_speak_against_a_claim_are_heard() {
         binomial("never", 1, 1_000_000, 0.0, 0.01),
         binomial("always", 999_999, 1_000_000, 1.0, 0.01),
         poisson("none", 1, 1_000_000, 0.0, 30.0),
-        // Not numbers, even if alone.
+        // Values that are not numbers, even a single one.
         mean("NaN", &same(1, f64::NAN), 1.0, claim),
         welch("NaN", &same(1, f64::NAN), &same(1, 1.0), claim),
         binomial("NaN", 0, 10, f64::NAN, 1.0),
@@ -113,7 +112,7 @@ fn samples_that_speak_against_a_claim_are_heard() {
     for outcome in failing {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome:?}");
     }
-    // No event of many bounds a probability and a mean: these intervals are within δ.
+    // No event in many trials bounds a probability and a mean: these intervals are within δ.
     let holding = [
         binomial("never", 0, 1_000_000, 0.0, 0.01),
         binomial("always", 1_000_000, 1_000_000, 1.0, 0.01),
@@ -131,8 +130,8 @@ fn samples_that_speak_against_a_claim_are_heard() {
     }
 }
 
-/// A sampler that always returns +z, against 12 cosine cells: nothing can be said of 1000 samples,
-/// and of many it fails.
+/// A sampler that always returns +z, against 12 cosine-weighted cells: 1000 samples are undecided,
+/// many fail.
 #[test]
 fn a_stuck_sampler_is_undecided_then_fails() {
     let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
@@ -152,8 +151,8 @@ fn small() -> CheckUp {
     }
 }
 
-/// Check-ups of a sampler that returns nothing, and of one whose weights are stuck though f cos/pdf
-/// is not: nothing that was not compared holds.
+/// Check-ups of a sampler that returns nothing, and of one whose weights are constant though f
+/// cos/pdf is not: outcomes without comparisons do not hold.
 #[test]
 fn check_ups_without_samples_are_undecided() {
     let context = Context::new(7, 1.0).expect("a scale").named("nothing");
@@ -181,7 +180,7 @@ fn check_ups_without_samples_are_undecided() {
     }
 }
 
-/// One value of a thousand that is no number is not lost in their mean.
+/// One NaN among a thousand values is not lost in their mean.
 #[test]
 fn nan_and_infinity_never_hold() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -1,5 +1,5 @@
-//! Outcomes and verdicts at their borders: the fields of an outcome, its power, and what decides
-//! it.
+//! Tests of outcomes and verdicts at their limits: the fields of an outcome, its power, and its
+//! decision.
 
 use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict, exact_verdict};
 
@@ -25,7 +25,7 @@ fn claims_and_verdicts_have_sizes_and_words() {
 
 #[test]
 fn borders_belong_to_the_claim() {
-    // Numbers that are exact in binary: the interval ends just on the margin.
+    // Numbers that are exact in binary: the interval ends exactly on the margin.
     let exact = |p, interval| exact_verdict(p, interval, 2.0, 0.25, 100);
     assert_eq!(exact(ALPHA, [1.75, 2.25]), Verdict::Holds);
     let approximate = |interval| approximate_verdict(interval, 2.0, 0.25, 100);
@@ -38,7 +38,7 @@ fn borders_belong_to_the_claim() {
     }
 }
 
-/// n (width/δ)², and more than there are if the interval is narrow enough but lies to one side.
+/// n (width/δ)², and more than n if the interval is narrow enough but lies to one side.
 #[test]
 fn undecided_asks_for_what_would_decide() {
     for (interval, needed) in [
@@ -65,7 +65,7 @@ fn an_outcome_is_judged_by_its_claim() {
     assert_eq!(few(99).verdict(), Verdict::Holds);
     assert_eq!(few(100).verdict(), Verdict::Holds);
     assert_eq!(few(101).verdict(), Verdict::Undecided { needed: 101 });
-    // The margin decides whatever p is, and p decides where there is no margin.
+    // With a margin the margin decides whatever p is; without one p decides.
     let with_p = |p, claim| Outcome {
         p,
         ..outcome(3.0, 0.1, claim)
@@ -110,7 +110,7 @@ fn exact_identities_use_no_chance() {
     assert_eq!((beyond.p, beyond.verdict()), (0.0, Verdict::Fails));
 }
 
-/// z with a standard error of 1/8.
+/// Returns the outcome of a z test with a standard error of 1/8.
 fn measured(claim: Claim) -> Outcome {
     Outcome {
         sensitivity: Sensitivity::Normal {
@@ -138,7 +138,7 @@ fn power_is_that_of_the_claim() {
     });
     assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(equal.power(), "0.95");
-    // A margin of no standard error is missed, at most surely.
+    // A margin of zero is missed with certainty.
     assert_eq!(measured(Claim::Approximate { margin: 0.0 }).miss(), 1.0);
     let strong = measured(Claim::Exact { delta: 2.0 });
     assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));

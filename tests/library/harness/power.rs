@@ -1,4 +1,4 @@
-//! Stated power against closed forms and against sums over whole laws.
+//! Tests of stated power against closed forms and against sums over whole distributions.
 
 use super::*;
 use crate::reference::assert_table;
@@ -66,8 +66,7 @@ fn smallest_effects_are_seen_for_certain() {
     assert_eq!(distance.miss(0.04), 1.0);
 }
 
-/// At the level that is found the power is what was asked for; coarser than needed it is nowhere,
-/// finer than the suite's own neither.
+/// At the returned level the power is as requested; no level is finer than the suite's own.
 #[test]
 fn levels_of_a_power_are_found() {
     let laws = [
@@ -99,7 +98,7 @@ fn levels_of_a_power_are_found() {
         assert_eq!(law.level_with_power(1e3, 0.9), ALPHA);
         assert_eq!(law.miss(2.2), law.miss_at(2.2, ALPHA));
     }
-    // z of 2.2 beyond its critical value half of the time, and 1.28 below it.
+    // z exceeds its critical value by 2.2 half of the time, and 1.28 below it.
     let known = Sensitivity::Normal {
         standard_error: 1.0,
         dof: f64::INFINITY,
@@ -113,7 +112,7 @@ fn levels_of_a_power_are_found() {
             max_relative = 1e-2
         );
     }
-    // Counts jump: at the level the power is at least what was asked for, just below it is less.
+    // Counts jump: the power is at least as requested at the level, and less just below it.
     let coin = Sensitivity::Binomial {
         n: 400,
         probability: 0.5,
@@ -126,8 +125,8 @@ fn levels_of_a_power_are_found() {
     );
 }
 
-/// The effect that is found by asking the statistic itself: of hypotheses further and further from
-/// the data, the first that is rejected is as far off as an effect that is missed half of the time.
+/// Finds the detectable effect with the statistic itself: of hypotheses at growing distance from
+/// the data, the first that is rejected has the effect that is missed half of the time.
 #[test]
 fn outcomes_state_the_power_of_their_own_statistic() {
     let claim = Claim::Exact { delta: 0.1 };
@@ -156,7 +155,7 @@ fn outcomes_state_the_power_of_their_own_statistic() {
     }
     let ratio = |effect: f64| variance_ratio("r", &values, &values, 1.0 + effect, 0.1);
     let at = first_rejected(&ratio);
-    // The hypothesis enters its own standard error, here 8 % at the critical value.
+    // The hypothesis changes its own standard error, here by 8 % at the critical value.
     assert_relative_eq!(
         ratio(0.0).sensitivity.miss(at / 1.045),
         0.5,
@@ -173,7 +172,7 @@ fn outcomes_state_the_power_of_their_own_statistic() {
 
 #[test]
 fn few_or_equal_values_have_little_power() {
-    // Nothing varies: nothing is known.
+    // No variance: nothing is known.
     let outcome = mean(
         "c",
         &around(1.0, 0.0, 1000),
@@ -193,6 +192,7 @@ fn few_or_equal_values_have_little_power() {
     assert!(rare.miss() < 1e-9 && rare.verdict().word() == "holds");
     assert!(chi_square_sf(rare.minimum_detectable_effect(), 2.0) < 1e-5);
     let detected = binomial("coin", 500, 1000, 0.5, 0.2).minimum_detectable_effect();
-    // About 12 standard errors of 0.0158, less what the law's smaller spread out there saves.
+    // About 12 standard errors of 0.0158, slightly fewer because the distribution is narrower
+    // there.
     assert!(0.17 < detected && detected < 0.19, "{detected}");
 }

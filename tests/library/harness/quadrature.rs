@@ -1,4 +1,5 @@
-//! Adaptive quadrature over rectangles: exact for polynomials, at its end, at its limit.
+//! Tests of adaptive quadrature over rectangles: exact for polynomials, where it stops, at its
+//! limit.
 
 use whitefurnace::harness::quadrature::{Rectangle, integrate};
 
@@ -44,10 +45,10 @@ fn quadrature_ends_where_nothing_is_left_to_refine_and_at_its_limit() {
         (n, found.error > 0.0)
     };
     assert_eq!(evaluations(&|_| 0.0), (225, false));
-    // A kink is surrounded until rounding is left.
+    // A kink is refined until only rounding is left.
     let (n, inexact) = evaluations(&|x| (x - 0.3).abs());
     assert!(inexact && n < 225 * 2 * 1024, "{n}");
-    // A step across the square leaves half of its error to twice as many: each of 20 000 rectangles
+    // A step across the square leaves half of its error to twice as many rectangles: each of 20 000
     // but the first is one half of another.
     let mut n = 0;
     let step = integrate(unit, 0.0, &mut |x, y| {

@@ -1,9 +1,10 @@
-//! Sequential tests, exactly: thresholds, errors summed over all runs, confidence sequences by
-//! their theorem.
+//! Exact tests of sequential tests: thresholds, errors summed over all runs, confidence sequences
+//! by their theorem.
 
 use super::*;
 
-/// The summed likelihood ratio at which a test decides, by steps of `sign` · 2⁻²⁰ in its logarithm.
+/// Returns the logarithm of the likelihood ratio at which a test decides, to steps of `sign` ·
+/// 2⁻²⁰.
 fn threshold(mut test: Sprt, sign: f64) -> f64 {
     const STEP: f64 = 1.0 / (1 << 20) as f64;
     // A normal value of standard deviation 1, mean 0 against 1, adds its distance from 1/2.
@@ -16,8 +17,8 @@ fn threshold(mut test: Sprt, sign: f64) -> f64 {
     sign * test.count() as f64 * STEP
 }
 
-/// ln(1/α) and ln β, neither of which knows the other error, far from where both forms of Wald's
-/// agree.
+/// The thresholds are ln(1/α) and ln β; neither depends on the other error, and they are far from
+/// where Wald's two forms agree.
 #[test]
 fn thresholds_are_those_of_the_guarantee() {
     for (alpha, beta) in [
@@ -34,9 +35,9 @@ fn thresholds_are_those_of_the_guarantee() {
     }
 }
 
-/// Probabilities of the decisions [null, alternative] of a Bernoulli test where successes have
-/// probability `truth`, and of none within `most` values. The test is a function of the numbers of
-/// successes and failures, so that all runs are summed without leaving one out.
+/// Returns the probabilities of the decisions [null, alternative] of a Bernoulli test where
+/// successes have probability `truth`, and of no decision within `most` values. The test is a
+/// function of the numbers of successes and failures, so that all runs are summed.
 fn decisions(
     start: Sprt,
     [null, alternative]: [f64; 2],
@@ -98,10 +99,10 @@ fn errors_summed_over_all_runs_keep_the_guarantee() {
     }
 }
 
-/// How many equal steps a test takes to its decision, and that decision.
+/// Returns the number of equal steps that a test takes to its decision, and that decision.
 fn steps(mut test: Sprt, mut step: impl FnMut(&mut Sprt) -> Decision) -> (u64, Decision) {
     while step(&mut test) == Decision::Continue {}
-    // Further values change nothing.
+    // Further values do not change it.
     assert_eq!(step(&mut test), test.decision());
     (test.count(), test.decision())
 }
@@ -154,7 +155,7 @@ fn a_decision_is_reached_at_the_threshold_itself() {
     assert_eq!(new().bernoulli(true, 0.5, 0.125), Decision::Null);
 }
 
-/// The intervals of theorem 2 after so many values of [0, 1], with every sum taken anew in 50
+/// Intervals of theorem 2 after so many values of [0, 1], with every sum computed anew in 50
 /// digits.
 const INTERVALS: [(u64, [f64; 2]); 4] = [
     (1, [-7.474_332_498_507_85, 7.474_332_498_507_85]),
@@ -169,7 +170,7 @@ fn confidence_sequences_are_those_of_the_theorem() {
     let mut sequence = ConfidenceSequence::new(0.05, [low, high]);
     assert_eq!((sequence.interval(), sequence.count()), ([low, high], 0));
     for i in 0..300 {
-        // Bets are cut off at first and free later on.
+        // Bets are clipped at first and free later on.
         sequence.push(low + (high - low) * f64::from(i * i % 17) / 20.0);
         let found = sequence.interval();
         assert_eq!(sequence.minimum_detectable_effect(), found[1] - found[0]);

@@ -1,5 +1,5 @@
-//! BSDFs computed in single precision, with vectors of their own, through the check-ups: right ones
-//! hold, and with a slip of one percent they fail.
+//! Check-ups of BSDFs computed in single precision, with vectors of their own: right ones hold, and
+//! with an error of one percent they fail.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -35,13 +35,13 @@ fn mirrored(w: V, h: V) -> V {
     sum(scaled(h, 2.0 * dot(w, h)), scaled(w, -1.0))
 }
 
-/// Cosine-distributed, by the polar map.
+/// Samples cosine-weighted directions by the polar map.
 fn cosine(u: [f32; 2]) -> V {
     let (r, phi) = (u[0].sqrt(), TAU * u[1]);
     [r * phi.cos(), r * phi.sin(), (1.0 - u[0]).max(0.0).sqrt()]
 }
 
-/// Cosine-distributed, by the concentric map: z may round to 0.
+/// Samples cosine-weighted directions by the concentric map: z may round to 0.
 fn concentric(u: [f32; 2]) -> V {
     let [a, b] = u.map(|u| 2.0 * u - 1.0);
     let (r, phi) = if a == 0.0 && b == 0.0 {
@@ -55,8 +55,8 @@ fn concentric(u: [f32; 2]) -> V {
     [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()]
 }
 
-/// Trowbridge-Reitz as most programs write it: near the pole of a narrow lobe its denominator loses
-/// digits.
+/// Evaluates the Trowbridge-Reitz distribution in the usual form, whose denominator loses digits
+/// near the pole of a narrow lobe.
 fn distribution(h: V, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
     let t = h[2] * h[2] * (a2 - 1.0) + 1.0;
@@ -99,20 +99,22 @@ fn schlick(cosine: f32, f0: f32) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Model {
     Lambert,
-    /// The weight is f cos/pdf, and the frame is not that of the axes.
+    /// Diffuse, sampled by the concentric map in a frame that is not that of the axes; the weight
+    /// is f cos/pdf.
     Concentric,
     Ggx(f32),
     Phong(f32),
-    /// Diffuse below GGX, chosen by the Fresnel reflectance of wo.
+    /// Diffuse below GGX, selected by the Fresnel reflectance of wo.
     Mix {
         alpha: f32,
         f0: f32,
     },
-    /// As many of either; light is lost on its way in and out of the coat.
+    /// Diffuse below a coat, with equal probability of either; light is lost on its way in and out
+    /// of the coat.
     Coated(f32),
 }
 
-/// What is wrong by one percent.
+/// Relative errors of one percent, or none.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slip {
     weight: f32,
@@ -179,7 +181,7 @@ impl Model {
         let wi = match self {
             Self::Lambert => cosine(pair),
             Self::Concentric => {
-                // To a frame and back: rounding may leave the direction below the horizon.
+                // To a frame and back: rounding may move the direction below the horizon.
                 let n = unit([0.3, -0.5, 0.8]);
                 let t = unit(cross(n, [0.0, 1.0, 0.0]));
                 let b = cross(n, t);
@@ -232,7 +234,7 @@ impl Model {
         Some((wi, weight * (1.0 + slip.weight), pdf))
     }
 
-    /// The model as the check-up takes it.
+    /// Returns the model as a subject of the check-up.
     fn subject(self, slip: Slip) -> BsdfSubject {
         let single = |w: DVec3| w.to_array().map(|x| x as f32);
         BsdfSubject::new(
@@ -262,11 +264,10 @@ const MODELS: [Model; 8] = [
     Model::Mix { alpha: 0.1, f0: F0 },
     Model::Coated(0.1),
 ];
-/// How many verdicts chance could turn: two random outcomes of each model in one direction, and one
-/// fault.
+/// Number of random verdicts: two random outcomes of each model in one direction, and one fault.
 pub const ASSERTIONS: usize = 2 * MODELS.len() + 1;
 
-/// Too small for a verdict on cells, large enough for everything else.
+/// A check-up too small for a verdict on cells, large enough for everything else.
 fn size(inclinations: Vec<f64>) -> CheckUp {
     CheckUp {
         inclinations,
@@ -276,7 +277,7 @@ fn size(inclinations: Vec<f64>) -> CheckUp {
     }
 }
 
-/// The context of the environment, at scale 1 whatever the scale of the trials.
+/// Returns the context of the environment, at scale 1 whatever the scale of the trials.
 fn context(name: &str) -> Context {
     Context {
         scale: 1.0,
@@ -326,8 +327,8 @@ fn a_slip_of_one_percent_is_seen_at_points() {
     }
 }
 
-/// A sampler that chooses one lobe too often by one percent, and says nothing of it: no value at
-/// any point is wrong.
+/// A sampler that selects one lobe too often by one percent, and whose pdf ignores that, fails: no
+/// value at any point is wrong.
 #[test]
 fn a_wrong_choice_of_lobes_by_one_percent_fails() {
     let slip = Slip {
@@ -355,8 +356,7 @@ fn a_wrong_choice_of_lobes_by_one_percent_fails() {
     assert_eq!(failed(false).count(), 0, "{outcomes:?}");
 }
 
-/// Pdfs of a narrow lobe lose digits at its peak, and are right; with a slip of one percent they
-/// fail.
+/// Pdfs of a narrow lobe lose digits at its peak, and hold; with an error of one percent they fail.
 #[test]
 fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
     const SAMPLES: u32 = 20_000;
@@ -377,7 +377,7 @@ fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
             (1.01, Verdict::Fails),
             (0.99, Verdict::Fails),
         ] {
-            // Always the same numbers: nothing that chance can turn red.
+            // A fixed seed: nothing is left to chance.
             let mut rng = stream(seed_for(5, "narrow pdfs"), 0, 0);
             let mut directions = Directions::with_precision(&density, Precision::SINGLE);
             for _ in 0..SAMPLES * if factor == 1.0 { 10 } else { 1 } {
@@ -430,14 +430,14 @@ fn a_stated_precision_is_what_counts() {
             "{outcome}"
         );
     }
-    // Nothing can be told of numbers with eight bits.
+    // Numbers with eight bits decide nothing.
     assert!(matches!(
         found(Some(1.0 / 512.0), "integral").verdict(),
         Verdict::Undecided { .. }
     ));
 }
 
-/// Glass in single precision; its weights are off by `slip`.
+/// Returns glass in single precision; its weights are off by `slip`.
 fn glass(slip: f32) -> LobeSubject {
     type Lobes = Vec<(V, f32, f32)>;
     fn lobes(wo: V) -> Lobes {

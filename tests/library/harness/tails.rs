@@ -1,4 +1,4 @@
-//! Tails and quantiles against values of 25 digits and against each other.
+//! Tests of tails and quantiles against values of 25 digits and against each other.
 
 use whitefurnace::harness::tails;
 
@@ -54,7 +54,7 @@ fn binomial_and_poisson_tails_sum_to_one() {
     );
 }
 
-/// Below the switch the p-value is a bound that never exceeds it; the quantile undoes it.
+/// Below the switch the p-value is an upper bound; the quantile inverts it.
 #[test]
 fn kolmogorov_quantiles_undo_the_tail() {
     let d = tails::kolmogorov_upper(5000, 1e-9);

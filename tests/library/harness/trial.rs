@@ -1,4 +1,4 @@
-//! Trials: contexts, shares of the budget, rows, what is red, messages, data files.
+//! Tests of trials: contexts, shares of the budget, rows, verdicts, messages, data files.
 
 use std::path::Path;
 use std::process::Command;
@@ -15,7 +15,7 @@ fn context(scale: f64) -> Context {
     Context::new(7, scale).expect("a valid scale")
 }
 
-/// A random outcome with this verdict.
+/// Returns a random outcome with this verdict.
 fn random(name: &str, verdict: Verdict) -> Outcome {
     let (p, delta) = match verdict {
         Verdict::Holds => (1.0, 1.0),
@@ -31,7 +31,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
 
 const UNDECIDED: Verdict = Verdict::Undecided { needed: 1600 };
 
-/// A trial whose outcomes have these verdicts, with one control whose outcomes have those.
+/// Returns a trial whose outcomes have these verdicts, with one control whose outcomes have those.
 fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
     let run = |verdicts: Vec<Verdict>| {
         move |_: &Context| {
@@ -70,7 +70,7 @@ fn contexts_scale_sizes_and_name_streams() {
     }
 }
 
-/// Set in the process in which a test starts itself again.
+/// Variable that marks the process in which a test runs itself again.
 const AGAIN: &str = "WHITEFURNACE_TEST_AGAIN";
 
 #[test]
@@ -169,14 +169,14 @@ fn undecided_is_red_at_full_scale_only() {
         assert_eq!(green(&[&holds]), (true, false));
         assert_eq!(green(&[&fails]), (false, true));
         assert_eq!(green(&[&undecided]), (open, open));
-        // Which of two it is that must fail would have to be said.
+        // Which of two outcomes must fail would have to be stated.
         assert_eq!(green(&[&holds, &fails]), (false, false));
         assert_eq!(green(&[&holds, &undecided]), (open, false));
     }
 }
 
-/// A control counts if the outcomes that it names reject it, with numbers.
-/// Under other seeds than the default one the guard could refuse a right row by chance.
+/// A control counts if the outcomes that it names reject it, with numbers. With another seed than
+/// the default the guard could refuse a right row by chance.
 #[test]
 fn the_guard_is_asked_where_sizes_are_planned() {
     let small = |verdict| {
@@ -239,7 +239,7 @@ fn a_control_is_rejected_by_the_outcomes_that_it_names() {
     assert!(green(&["b"], &rows) && green(&["b", "c"], &rows));
     assert!(!green(&["a"], &rows) && !green(&["a", "b"], &rows));
     assert!(!green(&["d"], &rows) && !green(&["b", "d"], &rows) && !green(&[], &rows));
-    // The only random one is meant if none is named.
+    // The only random outcome is meant if none is named.
     let exact = |error| Row {
         outcome: Outcome::exact("exact", 1, error, 1e-9, ""),
         ..row(holds)
@@ -248,7 +248,7 @@ fn a_control_is_rejected_by_the_outcomes_that_it_names() {
     assert!(!green(&[], &[exact(1.0), outcome("a", holds)]));
     assert!(green(&["exact"], &[exact(1.0), outcome("a", holds)]));
     assert!(green(&[], &[exact(1.0)]) && !green(&[], &[exact(1.0), exact(0.0)]));
-    // A number that is none proves nothing.
+    // NaN and infinity prove nothing.
     assert!(!green(&["exact"], &[exact(f64::NAN)]));
     assert!(!green(&["exact"], &[exact(f64::INFINITY)]));
     let mut nan = outcome("a", fails);
@@ -266,7 +266,7 @@ fn messages_speak_of_what_is_red() {
     assert_eq!(check_subject(&right, &full).map(|rows| rows.len()), Ok(1));
     let control = check_control(&right, &right.controls[0], &full);
     assert_eq!(control.map(|rows| rows.len()), Ok(2));
-    // Of a red trial, what does not hold; of a blind control, all of it.
+    // A red trial lists the outcomes that do not hold; a control without rejection lists all.
     let red = trial(
         vec![Verdict::Holds, Verdict::Fails],
         vec![Verdict::Holds; 2],
@@ -285,12 +285,12 @@ fn messages_speak_of_what_is_red() {
         "{message}"
     );
     assert!(message.find("fails") < message.find("was not rejected"));
-    // What was claimed of what, by which equation, and how to repeat it.
+    // The message has the claim, its subject and equation, and how to repeat it.
     let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
     for part in ["it is so", "estimator (16)", "toy", repeat] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
-    // A source that is no equation's id is said as it is.
+    // A source that is not an equation's id is printed as it is.
     let undecided = Trial {
         source: "Veach 1997, 9.2",
         ..trial(vec![UNDECIDED], vec![Verdict::Fails])
@@ -324,7 +324,7 @@ fn names_and_commands_lead_back() {
     assert_eq!(full_name("a/b", "fault"), "a/b!fault");
     let scaled = command(&context(0.25), "a/b", "");
     assert!(scaled.contains(" WHITEFURNACE_SCALE=0.25 "), "{scaled}");
-    // A test function is repeated by its name; what has none, by the trial's.
+    // A test function is repeated by its own name; other trials are repeated by the trial's name.
     let own =
         "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::names_and_commands_lead_back'";
     assert_eq!(command(&context(1.0), "a/b", "fault"), own);
@@ -370,7 +370,7 @@ fn data_files_hold_the_cells() {
     );
 }
 
-/// In a test of one's own: silent about what holds; of what does not, all that it takes to act.
+/// Assertions print nothing about outcomes that hold, and all that is needed to act on the others.
 #[test]
 fn assertions_say_what_does_not_hold() {
     let [holds, fails] = [Verdict::Holds, Verdict::Fails].map(|verdict| random("mean", verdict));

@@ -1,4 +1,4 @@
-//! Maps of Welch tests and means of images, against what the definitions say of small images.
+//! Tests of maps of Welch tests and of means of images, against their definitions on small images.
 
 use whitefurnace::harness::welch_map::PValueMap;
 
@@ -29,7 +29,7 @@ fn maps_leave_out_what_says_nothing() {
     assert_relative_eq!(smallest.p, 0.005, max_relative = 1e-12);
     assert_eq!((smallest.value, smallest.estimate), (-3.3, -3.3));
     assert_eq!(smallest.claim, Claim::Test);
-    // The level is shared by the five tiles that say something.
+    // The level is divided among the five tiles that can be tested.
     assert_eq!(
         smallest.sensitivity,
         Sensitivity::Normal {
@@ -45,7 +45,7 @@ fn maps_leave_out_what_says_nothing() {
         (cell.place.as_str(), cell.observed, cell.sigmas),
         ("x 2 y 1", 0.4, 0.4)
     );
-    // What is no number is neither left out nor large: it fails, and is the worst.
+    // NaN is neither left out nor large: it fails, and is the worst.
     let mut broken = found;
     broken.p[3] = Some(f64::NAN);
     let smallest = broken.smallest("smallest", 17);
@@ -55,7 +55,7 @@ fn maps_leave_out_what_says_nothing() {
     assert_eq!(broken.histogram(4), [3, 0, 2, 0]);
 }
 
-/// A mean or a variance that is no number is none that says nothing.
+/// A pixel whose mean or variance is NaN fails instead of being left out.
 #[test]
 fn a_pixel_that_is_no_number_fails() {
     let right = Image::new(&[1.0, 1.0, 2.0], &[0.1, 0.0, 0.2], &[9; 3]);
@@ -71,7 +71,7 @@ fn a_pixel_that_is_no_number_fails() {
     }
 }
 
-/// An image of 7 × 5 pixels in which no two are alike, and another.
+/// Returns an image of 7 × 5 pixels, all of them different.
 fn image(shift: usize, count: impl Fn(u64) -> u64) -> Image {
     let pixel = |i: usize| ((i + shift) * 37 % 53) as f64;
     Image {
@@ -144,7 +144,7 @@ fn tiles_hold_their_own_pixels() {
     assert_relative_eq!(found[..], expected[..], max_relative = 1e-9);
     let scale = b.mean.iter().sum::<f64>() / 35.0;
     assert_relative_eq!(whole.claim.size(), 0.01 * scale, max_relative = 1e-12);
-    // Equal without variance: nothing is known.
+    // Equal values without variance: nothing is known.
     let still = PixelStatistics {
         variance: &even,
         ..a

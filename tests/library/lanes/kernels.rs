@@ -1,4 +1,5 @@
-//! Functions of one ray or of several have the same bits; masks and turns.
+//! Tests that functions of one ray and of several have the same bits; also masks and sines of
+//! turns.
 
 use std::array::from_fn;
 
@@ -24,7 +25,7 @@ pub trait Kernel {
         R::Vector: Turn;
 }
 
-/// What is asked of every kernel.
+/// A test to be made of every kernel.
 pub trait Question {
     fn ask<K: Kernel>(&mut self, name: &str);
 }
@@ -42,7 +43,7 @@ macro_rules! kernels {
                 }
             }
         )*
-        /// Asks this of every kernel.
+        /// Applies a test to every kernel.
         pub fn of_every_kernel(question: &mut impl Question) {
             $(question.ask::<$name>(stringify!($name));)*
         }
@@ -140,7 +141,7 @@ kernels! {
     };
 }
 
-/// Whether a kernel has the same bits for a ray alone and for the same ray in a lane.
+/// Tests that a kernel has the same bits for a single ray and for that ray in a lane.
 struct SameBits([[f64; 16]; LANES]);
 
 impl Question for SameBits {
@@ -161,7 +162,7 @@ impl Question for SameBits {
     }
 }
 
-/// Numbers at the edges of what equations expect, and beyond.
+/// Numbers at the limits of the domains of equations, and beyond.
 const EDGES: [[f64; 7]; 2] = [
     [0.0, 0.125, 0.375, 0.5, 1.0, 1.5, 2.5e-17],
     [
@@ -179,8 +180,8 @@ const EDGES: [[f64; 7]; 2] = [
 fn functions_have_the_same_bits_in_every_lane() {
     let mut rng = rng("lanes");
     for round in 0..4_000 {
-        // A third of all rounds draws from the edges, a third mixes, a third is of unit vectors and
-        // shares.
+        // A third of all rounds draws from the edges, a third mixes, and a third has unit vectors
+        // and numbers from 0 to 1.
         let arguments = from_fn(|_| {
             let edges = [1.0, 0.3, 0.0][round % 3];
             let mut x = [0.0; 16].map(|_: f64| {
@@ -205,7 +206,8 @@ fn functions_have_the_same_bits_in_every_lane() {
     }
 }
 
-/// A share of a turn: against the library of the platform over the whole domain.
+/// Compares sine and cosine of a fraction of a turn with the platform's library over the whole
+/// domain.
 #[test]
 fn sines_of_turns_are_within_their_bound() {
     let bound = 4e-16;
@@ -213,7 +215,7 @@ fn sines_of_turns_are_within_their_bound() {
     let mut worst = 0.0_f64;
     for share in shares {
         let (sin, cos) = sin_cos_of_turn(share);
-        // The platform's argument is rounded; near a quarter turn it is taken from there.
+        // The platform's argument is rounded, so it is reduced to the nearest quarter turn.
         let quarter = (share * 4.0).round();
         let (s, c) = ((share - quarter / 4.0) * TAU).sin_cos();
         let (s, c) = match quarter as u32 % 4 {

@@ -1,11 +1,11 @@
-//! Scenes with every surface, light and shape, in all ways in which lanes search for hits.
+//! Scenes with every surface, light and shape, for every way of intersection in lanes.
 
 use whitefurnace::material::ggx::Ggx;
 
 use crate::prelude::*;
 
-/// A room with every kind of surface and light: the report's walls, mirror and glass, a rough
-/// metal, EON, a light that is a triangle, one that is a sphere, and a background through a gap.
+/// Returns a room with every kind of surface and light: the report's walls, mirror and glass, a
+/// rough metal, EON, a triangular light, a spherical light, and a background through a gap.
 pub fn crowded() -> Scene {
     let mut s = SceneBuilder::new("crowded");
     s.background(DVec3::new(0.1, 0.2, 0.3));
@@ -60,7 +60,7 @@ pub fn crowded() -> Scene {
         [0.2 * DVec3::X, 0.2 * DVec3::Z],
         light,
     );
-    // It stands before a light.
+    // It stands in front of a light.
     let blind = s.surface(Surface::new(walls[0]));
     s.mesh(
         &[
@@ -99,7 +99,7 @@ pub fn crowded() -> Scene {
     .expect("a legal scene")
 }
 
-/// A ball of so many triangles that shine that they are in groups, and a lamp.
+/// Returns a ball of so many emitting triangles that they are grouped, and a lamp.
 fn glowing() -> Scene {
     let mut s = SceneBuilder::new("glowing");
     let grey = s.surface(Surface::new(Bsdf::Lambert {
@@ -145,7 +145,7 @@ fn glowing() -> Scene {
     .expect("a legal scene")
 }
 
-/// So many triangles that the lanes leave them to the hierarchy, and a ball of glass.
+/// Returns so many triangles that lanes use the hierarchy, and a ball of glass.
 fn many(count: u32) -> Scene {
     let mut s = SceneBuilder::new("many");
     let [grey, light] = [
@@ -180,9 +180,9 @@ fn many(count: u32) -> Scene {
     .expect("a legal scene")
 }
 
-/// A net of triangles that shine differently, whose edges and vertices are met by the rays through
-/// the centres of pixels. A sphere, before or after them in the scene, touches it at the vertex
-/// that the middle ray meets.
+/// Returns a net of triangles with different emission, whose edges and vertices are hit by the rays
+/// through the centres of pixels. A sphere, before or after them in the scene, touches it at the
+/// vertex that the middle ray hits.
 fn net(sphere_first: bool) -> Scene {
     let mut s = SceneBuilder::new("net");
     let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
@@ -218,7 +218,8 @@ fn net(sphere_first: bool) -> Scene {
     .expect("a legal scene")
 }
 
-/// Lights that are seen in mirrors that face each other, in one that shines, and in a sphere.
+/// Returns lights that are seen in mirrors that face each other, in one that emits, and in a
+/// sphere.
 fn mirrors() -> Scene {
     let mut s = SceneBuilder::new("mirrors");
     s.background(DVec3::new(0.1, 0.2, 0.3));
@@ -257,8 +258,8 @@ fn mirrors() -> Scene {
     .expect("a legal scene")
 }
 
-/// Mirrors and balls of glass of every kind by way of which light comes, lights of two shapes, and
-/// among `count` splinters.
+/// Returns mirrors and glass balls of every kind that specular next-event estimation handles,
+/// lights of two shapes, and `count` splinters among them.
 pub fn bodies(count: u32) -> Scene {
     let mut s = SceneBuilder::new("bodies");
     let grey = s.surface(Surface::new(Bsdf::oren_nayar(
@@ -310,7 +311,7 @@ pub fn bodies(count: u32) -> Scene {
     s.build(camera).expect("a legal scene")
 }
 
-/// Scenes with every surface, light and shape, in all ways in which lanes search for hits.
+/// Returns scenes with every surface, light and shape, for every way of intersection in lanes.
 pub fn scenes() -> Vec<Scene> {
     vec![
         crowded(),

@@ -1,4 +1,4 @@
-//! Walls by which rays leave a room.
+//! Tests of the walls through which rays leave a room.
 
 use std::array::from_fn;
 
@@ -15,8 +15,8 @@ fn without_floor(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Rooms whose walls rays leave by: with sharp corners, with floors of more triangles than are told
-/// apart, of triangles around a point, and of such as overlap; with a window, with an open side,
+/// Returns rooms: with sharp corners, with floors of more triangles than the lane engine tells
+/// apart, of triangles around a point, of overlapping triangles; with a window, with an open side,
 /// and with a block inside.
 fn rooms() -> Vec<Mesh> {
     let regular = |n: u32| -> Vec<[f64; 2]> {
@@ -79,14 +79,10 @@ fn rooms() -> Vec<Mesh> {
     rooms
 }
 
-/// A ray at the walls of a room that was moved and scaled: also at its edges and vertices, along
-/// the axes, of any length, from anywhere within, from surfaces and from outside; some of no
-/// numbers.
-fn at_walls<R: Rng>(
-    rng: &mut R,
-    (mesh, scene): (&Mesh, &Scene),
-    (scale, offset): (f64, DVec3),
-) -> Ray {
+/// Returns a ray towards the walls of a room that was scaled and moved: also to its edges and
+/// vertices, along the axes, of any length, from anywhere within, from surfaces and from outside;
+/// some have NaN components.
+fn at_walls<R: Rng>(rng: &mut R, mesh: &Mesh, scene: &Scene, scale: f64, offset: DVec3) -> Ray {
     let mut aim = || match uniform(rng) {
         u if u < 0.4 => border(rng, mesh),
         u if u < 0.5 => offset,
@@ -121,22 +117,22 @@ fn at_walls<R: Rng>(
     Ray::new(ray.origin, ray.direction * length)
 }
 
-/// Compares what rays meet by walls with what each meets alone, in rooms of these sizes.
+/// Compares the hits of lanes with those of single rays, in rooms of these sizes.
 fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     name: &str,
     places: &[(f64, DVec3)],
     mut alone: impl FnMut(&Scene, &[Ray; N]) -> [R::Scalar; N],
 ) {
     let mut rng = rng(name);
-    for (mesh, place) in rooms()
+    for (mesh, (scale, offset)) in rooms()
         .iter()
         .flat_map(|mesh| places.iter().map(move |place| (mesh, *place)))
     {
-        let mesh = mesh.clone().map(|v| place.0 * v + place.1);
+        let mesh = mesh.clone().map(|v| scale * v + offset);
         let scene = scene_of(&mesh);
         let mut together = LaneRays::<R, N>::new(&scene).expect("few triangles");
         for _ in 0..1500 {
-            let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, (&mesh, &scene), place));
+            let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, &mesh, &scene, scale, offset));
             let ray = Ray::new(
                 Vector::from_fn(|i| rays[i].origin),
                 Vector::from_fn(|i| rays[i].direction),
@@ -150,8 +146,8 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     }
 }
 
-/// Walls that are told apart by where a ray leaves are hit as if all had been tested; rays of no
-/// numbers meet nothing.
+/// Walls found by where a ray leaves are hit as if all had been tested; rays with NaN components
+/// hit nothing.
 #[test]
 fn rays_meet_walls_as_each_meets_them() {
     let far = DVec3::new(1000.0, -2000.0, 500.0);
@@ -169,7 +165,7 @@ fn rays_meet_walls_as_each_meets_them() {
     });
 }
 
-/// The same in single precision, to the last bit.
+/// Single-precision lanes hit walls as single rays do, to the last bit.
 #[test]
 fn rays_meet_walls_as_each_meets_them_in_single_precision() {
     let places = [1e-4, 1.0, 1e4]
@@ -182,8 +178,7 @@ fn rays_meet_walls_as_each_meets_them_in_single_precision() {
         &places.collect::<Vec<_>>(),
         |scene, rays| {
             rays.map(|ray| {
-                // In all lanes alike, and in one of them: no other ray makes sure that a box is
-                // opened.
+                // In all lanes, and in one lane alone, so that no other ray opens a box for it.
                 let [origin, direction] =
                     [ray.origin, ray.direction].map(|v| Lanes3::<Singles>::from_fn(|_| v));
                 let (ray, first) = (Ray::new(origin, direction), Mask::from_bits(1));

@@ -1,11 +1,11 @@
-//! What patches receive from lights directly.
+//! Tests of the direct irradiance of patches.
 
 use std::sync::Mutex;
 
 use super::*;
 
-/// Notes what is looked for, hides what `hides` says, and divides all of a sphere's patches or
-/// none.
+/// Records visibility tests, hides points according to `hides`, and subdivides all of a sphere's
+/// patches or none.
 struct Noted {
     hides: fn(DVec3) -> bool,
     divides: bool,
@@ -43,8 +43,8 @@ impl FiniteElements for &Noted {
     }
 }
 
-/// What is seen of a flat light is looked for at 64 points of which each elementary interval of the
-/// square holds one, and each counts by its geometry term.
+/// The visible part of a flat light is tested at 64 points, one in each elementary interval of the
+/// square, each with its geometry term as weight.
 #[test]
 fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     let corner = DVec3::new(1.0, -1.0, -0.6);
@@ -105,7 +105,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         );
         assert_relative_eq!((found / found.x).y, 2.0 / 3.0, max_relative = 1e-12);
     }
-    // Where nothing above the horizon is seen there is no share of it.
+    // Nothing visible above the horizon means no irradiance.
     let dark = scene(|s| {
         square(s, 0.5, 0.0, true, diffuse(0.5));
         square(s, 0.5, -1.0, true, lamp(1.0));
@@ -116,7 +116,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
         DVec3::ZERO
     );
-    // Points in the plane of a light but for a billionth of the distance see nothing of it.
+    // Points in the plane of a light, up to a billionth of the distance, receive nothing from it.
     let far = scene(|s| {
         square(s, 0.5, 0.0, true, diffuse(0.5));
         panel(
@@ -133,8 +133,9 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     }
 }
 
-/// The light of a sphere is the sum of cos θ cos θ′ A/(πd²) over parts of equal area of its
-/// patches, each patch looked for at its brightest part: one part that is far, 8 × 8 that are near.
+/// The irradiance from a sphere is the sum of cos θ cos θ′ A/(πd²) over parts of equal area of its
+/// patches; the visibility of a patch is tested at its brightest part. A far patch is one part, a
+/// near one 8 × 8.
 #[test]
 fn the_light_of_a_sphere_is_that_of_its_parts() {
     let ball = Sphere {
@@ -209,7 +210,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
             );
         }
     }
-    // What is nearer than four times its side.
+    // Patches nearer than four times their side.
     for (area, near) in [(0.99, false), (1.0, false), (1.01, true)] {
         assert_eq!(
             [is_near(area, 16.0), Standard.is_near(area, 16.0)],

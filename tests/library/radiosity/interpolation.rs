@@ -1,11 +1,11 @@
-//! What lies between the nodes of a patch, and form factors by nodes.
+//! Tests of interpolation between the nodes of a patch, and of form factors by nodes.
 
 use whitefurnace::math::frame::azimuth;
 
 use super::*;
 
-/// At the nodes of every side of every patch, interpolation is what is gathered there: each point
-/// finds its patch, side and node again. And the mean over a patch is that of its nodes.
+/// At the nodes of every side of every patch, interpolation equals what is gathered there: each
+/// point finds its patch, side and node again. The mean over a patch is that of its nodes.
 #[test]
 fn at_its_nodes_interpolation_is_exact() {
     let scene = medley();
@@ -38,9 +38,9 @@ fn at_its_nodes_interpolation_is_exact() {
     }
 }
 
-/// Every patch sends 1, and under the panel at [`CORNER`] points receive what `field` says: if that
-/// is linear on a triangle or bilinear in height and azimuth on a sphere, interpolation between
-/// nodes is exact, on edges and at poles as well.
+/// Every patch sends 1, and under the panel at [`CORNER`] points receive the values of the field:
+/// if that is linear on a triangle or bilinear in height and azimuth on a sphere, interpolation
+/// between nodes is exact, on edges and at poles as well.
 #[derive(Clone)]
 struct Field<F>(F);
 
@@ -49,8 +49,9 @@ const CORNER: DVec3 = DVec3::new(-0.05, -0.05, 2.0);
 impl<F: Sync> Scattering for Field<F> {}
 
 impl<F: Sync> NextEvent for Field<F> {
-    fn visible(&self, _: &Scene, _: (DVec3, DVec3), (y, normal): (DVec3, DVec3), _: bool) -> bool {
-        y.z > 1.5 && normal.z < 0.0
+    fn visible(&self, _: &Scene, _: (DVec3, DVec3), y: (DVec3, DVec3), _: bool) -> bool {
+        let (point, normal) = y;
+        point.z > 1.5 && normal.z < 0.0
     }
 }
 
@@ -78,8 +79,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
         zone: [-0.5, 0.3],
         ..whole
     };
-    // How often a triangle, or else a sphere, is divided; whether what it receives depends on
-    // azimuth.
+    // Number of patches of a triangle, or else of a sphere; whether the field depends on azimuth.
     for (patches, sphere, turns) in [
         (1, None, 0.0),
         (7, None, 0.0),
@@ -110,7 +110,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
         for (i, j) in (0..13 * 13).map(|k| (k / 13, k % 13)) {
             let [u, v] = [i, j].map(|k| f64::from(k) / 12.0);
             let (point, normal) = match sphere {
-                // Poles have no azimuth.
+                // The azimuth is undefined at poles.
                 Some(_) if turns != 0.0 && (i == 0 || i == 12) => continue,
                 Some(sphere) => {
                     let turn = TAU * (f64::from(j) + 0.5) / 13.0;
@@ -145,7 +145,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
     }
 }
 
-/// F between two flat patches that see each other, by the nodes of one.
+/// The form factor between two flat patches that see each other equals that of the nodes of one.
 #[test]
 fn form_factors_of_elements_are_those_of_their_nodes() {
     let scene = furnace(0.5);
@@ -171,7 +171,7 @@ fn form_factors_of_elements_are_those_of_their_nodes() {
                     .iter()
                     .map(|corner| corner - x)
                     .collect::<Vec<_>>();
-                // The cube is convex: its insides see all of each other but their own plane.
+                // The cube is convex: each inner side sees all others outside its own plane.
                 let faces = element.emission != DVec3::ZERO
                     && other.emission != DVec3::ZERO
                     && *normal != own;

@@ -1,8 +1,9 @@
-//! Patches: their areas, sides, sizes and form factors.
+//! Tests of patches: their areas, sides, sizes and form factors.
 
 use super::*;
 
-/// Parts of a polygon add up, its back is negative, and the cut leaves what is above.
+/// Form factors of parts of a polygon add up, that of its back is negative, and clipping leaves the
+/// part above the horizon.
 #[test]
 fn polygons_add_up_and_are_cut_at_the_horizon() {
     assert_eq!(equation::FORM_FACTOR.id, "form-factor");
@@ -22,7 +23,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
         epsilon = 1e-15
     );
     assert_abs_diff_eq!(polygon(DVec3::Z, &[d, c, b, a]), -f, epsilon = 1e-15);
-    // A hemisphere's worth: a huge square overhead.
+    // A huge square overhead fills the hemisphere.
     let sky = [[-1e6, -1e6], [-1e6, 1e6], [1e6, 1e6], [1e6, -1e6]].map(|[x, y]| at(x, y, 1.0));
     assert_abs_diff_eq!(polygon(DVec3::Z, &sky), 1.0, epsilon = 1e-10);
 
@@ -63,7 +64,7 @@ fn the_mesh_keeps_the_area_of_both_sides() {
     }
 }
 
-/// A point sees a sphere under (R/d)²; the form factors of its patches add up to that.
+/// From a point a sphere has the form factor (R/d)²; those of its patches add up to that.
 #[test]
 fn patches_of_a_sphere_add_up_to_its_form_factor() {
     let scene = scene(|s| {
@@ -82,8 +83,8 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
     }
 }
 
-/// Of a triangle, and by Archimedes of a sphere between two heights and two meridians, of which the
-/// inner side faces the centre.
+/// Every patch has its own area and side: of a triangle, and, by Archimedes' theorem, of a sphere
+/// between two heights and two meridians, whose inner side faces the centre.
 #[test]
 fn every_patch_has_its_own_area_and_side() {
     for element in Mesh::new(&medley(), fineness(60, 0))
@@ -114,7 +115,7 @@ fn every_patch_has_its_own_area_and_side() {
     }
 }
 
-/// Bands and columns are as few as may be if none is wider than was aimed at.
+/// Bands and columns are as few as possible with none wider than the target.
 #[test]
 fn patches_are_about_as_large_as_was_aimed_at() {
     let zone = Sphere {

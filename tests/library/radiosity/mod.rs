@@ -1,6 +1,7 @@
-//! Radiosity: the equation, its order of convergence, refusals, threads; and what its parts share.
+//! Tests of radiosity: the equation, its order of convergence, refusals, threads; and shared
+//! helpers.
 
-mod direct; // what lights give
+mod direct; // irradiance from lights
 mod interpolation; // between the nodes of a patch
 mod mesh; // patches and form factors
 
@@ -29,8 +30,8 @@ fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
     Radiosity::new(Standard, scene, fineness, &|_| true)
 }
 
-/// A room of surfaces of every kind with lights of every kind: triangles and rectangles, a ball, a
-/// zone of a cavity, each reflecting on both sides.
+/// Returns a room of surfaces of every kind with lights of every kind: triangles and rectangles, a
+/// ball, a zone of a cavity, each reflecting on both sides.
 fn medley() -> Scene {
     scene(|s| {
         let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(diffuse(albedo)));
@@ -63,8 +64,8 @@ fn medley() -> Scene {
     })
 }
 
-/// The points at which the mean of a quadratic over a patch is exact: those next to a triangle's
-/// corners, or Gauss's in height and azimuth of a sphere's patch.
+/// Returns the points at which the mean of a quadratic over a patch is exact: those next to a
+/// triangle's corners, or Gauss's in height and azimuth of a sphere's patch.
 fn nodes(patch: &Patch) -> Vec<DVec3> {
     match patch {
         Patch::Flat { polygon, .. } => {
@@ -89,7 +90,7 @@ fn nodes(patch: &Patch) -> Vec<DVec3> {
     }
 }
 
-/// The irradiance where a ray along `direction` meets a surface at `point`.
+/// Returns the irradiance where a ray along `direction` meets a surface at `point`.
 fn irradiance<P>(solved: &Radiosity<P>, scene: &Scene, point: DVec3, direction: DVec3) -> DVec3
 where
     P: FiniteElements + NextEvent + Scattering,
@@ -98,8 +99,8 @@ where
     solved.irradiance(scene, &ray, &scene.intersect(&ray).expect("a surface"))
 }
 
-/// E = E_direct + π Σ F ρE/π of every patch and channel: what arrives from emitters is what arrives
-/// if surfaces reflect all but nothing.
+/// E = E_direct + π Σ F ρE/π for every patch and channel; the direct irradiance is that of a scene
+/// whose surfaces reflect almost nothing.
 #[test]
 fn irradiances_solve_the_equation_by_hand() {
     let emitted = DVec3::new(0.5, 0.25, 0.0);
@@ -150,7 +151,7 @@ fn irradiances_solve_the_equation_by_hand() {
         );
     }
     assert!(reflected.iter().any(|e| e.z > 0.1));
-    // Between nodes: gathered by hand, and interpolated nearly that.
+    // Between nodes the value is gathered by hand, and interpolation is close to it.
     let x = DVec3::new(0.13, -0.21, 0.0);
     let mut arriving = irradiance(&direct, &scene, x, -DVec3::Z);
     for (element, reflected) in mesh.elements().iter().zip(&reflected) {
@@ -187,13 +188,13 @@ fn irradiances_solve_the_equation_by_hand() {
             < 1e-12,
         "{radiance}"
     );
-    // A residual is relative.
+    // Residuals are relative.
     let bright = solve(&with(albedos, 1024.0), fineness(8, 0)).expect("a solution");
     assert_eq!(
         (bright.residual(), bright.sweeps()),
         (solved.residual(), solved.sweeps())
     );
-    // No light is a solution as well.
+    // A scene without light has a solution as well.
     let dark = crate::helpers::scene(|s| square(s, 0.5, 0.0, true, diffuse(0.5)));
     let solved = solve(&dark, fineness(1, 0)).expect("a solution");
     assert_eq!((solved.residual(), solved.sweeps()), (0.0, 1));
@@ -212,8 +213,8 @@ fn the_solution_satisfies_its_equation_and_converges() {
     }
 }
 
-/// The mean irradiance of a floor under a light, both with a wall beside them: differences fall by
-/// four or more as patches are halved.
+/// The mean irradiance of a floor under a light, both next to a wall: differences fall by at least
+/// four as patches are halved.
 #[test]
 fn halving_patches_divides_the_error_by_four() {
     let scene = scene(|s| {
@@ -294,7 +295,8 @@ fn what_it_cannot_do_is_refused_in_one_line() {
     ));
 }
 
-/// Three nodes and one element of each patch's side, and eight bytes of each pair of them.
+/// The memory counts three nodes and one element for each side of a patch, and eight bytes for each
+/// pair of them.
 #[test]
 fn meshes_are_refused_beyond_their_memory() {
     let scene = scene(|s| {
@@ -303,7 +305,7 @@ fn meshes_are_refused_beyond_their_memory() {
         s.mesh(&[far, far + DVec3::X, far + DVec3::Y], &[[0, 1, 2]], pale);
     });
     for parts in [107_u64, 108] {
-        // A triangle is divided into a square number of parts, of at least as many.
+        // A triangle is divided into a square number of parts, no fewer than requested.
         let mesh = Mesh::new(&scene, fineness((parts * parts) as u32 - 9, 0)).expect("a mesh");
         let patches = parts * parts;
         assert_eq!(
