@@ -4,6 +4,7 @@ mod budget; // all random outcomes, counted
 mod calibration; // error rates and power of the statistics, at a small size
 mod closed_forms;
 mod data; // names, claims and controls of trials and faults
+mod modules; // layers of the library
 mod prose; // documentation comments and parameters
 #[expect(dead_code, reason = "other tables are for the tests of the library")]
 #[path = "../library/reference.rs"]
