@@ -9,7 +9,7 @@ use crate::math::real::{Real, Vector};
 /// A pinhole camera with square pixels. Its image lies at distance 1 in front of the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the rays start.
+    /// Origin of the rays.
     pub eye: DVec3,
     forward: DVec3,
     right: DVec3,
@@ -17,17 +17,18 @@ pub struct Camera {
     half_height: f64,
 }
 
-/// The largest half height at distance 1: of wider images, what rays have of the line of sight is
-/// lost to rounding.
+/// Largest half height at distance 1: in wider images, rounding loses the rays' component along the
+/// line of sight.
 pub const WIDEST: f64 = 1e5;
 
-/// What its vectors are called in texts.
+/// Names of the camera's vectors in its text.
 const NAMES: [&str; 4] = ["eye", "forward", "right", "up"];
 const HALF_HEIGHT: &str = "half-height";
 
 impl Camera {
-    /// Looks from `eye` to `target` with `up` as near to upright as can be; `half_height` is half
-    /// of the image's height at distance 1, the tangent of half the vertical angle of view.
+    /// Creates a camera that looks from `eye` to `target` with `up` as near to upright as possible;
+    /// `half_height` is half of the image's height at distance 1, the tangent of half the vertical
+    /// angle of view.
     pub fn new(eye: DVec3, target: DVec3, up: DVec3, half_height: f64) -> Self {
         let forward = (target - eye).normalize();
         let right = forward.cross(up).normalize();
@@ -40,8 +41,8 @@ impl Camera {
         }
     }
 
-    /// The camera in full, a line `name=numbers` each, with as many digits as make the same camera
-    /// again by [`parse`](Self::parse).
+    /// Returns the camera as text, a line `name=numbers` each, with enough digits to restore the
+    /// same camera by [`parse`](Self::parse).
     pub fn text(&self) -> String {
         let line = |(name, DVec3 { x, y, z }): (&str, DVec3)| format!("{name}={x} {y} {z}\n");
         let lines = NAMES
@@ -53,7 +54,7 @@ impl Camera {
             .collect()
     }
 
-    /// The camera that a text with such lines, among others, tells.
+    /// Reads the camera from a text that contains such lines, among others.
     pub fn parse(text: &str) -> Option<Self> {
         let line = |name| {
             text.lines()
@@ -78,15 +79,15 @@ impl Camera {
         .filter(Self::is_valid)
     }
 
-    /// The unit vectors ahead, to the right and upwards, and half of the image's height at
+    /// Returns the unit vectors ahead, to the right and upwards, and half of the image's height at
     /// distance 1.
     pub fn frame(&self) -> ([DVec3; 3], f64) {
         ([self.forward, self.right, self.up], self.half_height)
     }
 
-    /// Whether it looks anywhere: numbers up to [`LARGEST`], a target away from the eye, `up` not
-    /// along the line of sight, and half of a height up to [`WIDEST`] from [`LARGEST`]'s
-    /// reciprocal.
+    /// Returns whether the camera is valid: numbers up to [`LARGEST`], a target away from the eye,
+    /// `up` not along the line of sight, and a half height from the reciprocal of [`LARGEST`] to
+    /// [`WIDEST`].
     pub(crate) fn is_valid(&self) -> bool {
         let Self {
             eye,
@@ -101,8 +102,8 @@ impl Camera {
             && (LARGEST.recip()..=WIDEST).contains(&half_height)
     }
 
-    /// The ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0) is the
-    /// top left corner of the first pixel.
+    /// Returns the ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0)
+    /// is the top left corner of the first pixel.
     #[inline]
     pub fn ray<R: Real>(&self, size: [u32; 2], x: R, y: R) -> Ray<R::Vector> {
         let [width, height] = size.map(f64::from);
@@ -114,14 +115,14 @@ impl Camera {
         Ray::new(R::Vector::splat_vector(self.eye), direction.normalize())
     }
 
-    /// How far ahead of the eye a point is, along the line of sight.
+    /// Returns the distance of a point ahead of the eye, along the line of sight.
     #[inline]
     pub(crate) fn depth(&self, point: DVec3) -> f64 {
         (point - self.eye).dot(self.forward)
     }
 
-    /// The point (x, y), as of [`ray`](Self::ray), at which an image of `size` pixels shows a
-    /// point, be it beyond its borders; `None` behind the eye.
+    /// Projects a point to the image point (x, y) of [`ray`](Self::ray), which may lie outside the
+    /// image of `size` pixels; `None` behind the eye.
     #[inline]
     pub(crate) fn image_point(&self, size: [u32; 2], point: DVec3) -> Option<[f64; 2]> {
         let [width, height] = size.map(f64::from);
@@ -136,8 +137,8 @@ impl Camera {
         Some([x, y])
     }
 
-    /// Where an image of `size` pixels shows a point; `None` outside of the image and behind the
-    /// eye.
+    /// Projects a point to a pixel of an image of `size` pixels; `None` outside the image and
+    /// behind the eye.
     #[inline]
     pub fn project(&self, size: [u32; 2], point: DVec3) -> Option<Projection> {
         let [width, height] = size.map(f64::from);
@@ -154,11 +155,11 @@ impl Camera {
         })
     }
 
-    /// W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: what the mean radiance of a pixel of an image
-    /// of `size` pixels gets from radiance 1 per solid angle around a unit direction ω that leaves
-    /// the eye through the pixel. It is also the pdf, with respect to solid angle, of a ray through
-    /// a uniform point of that pixel: the pixel has area A at distance 1, and dω covers dω/cos³θ of
-    /// it.
+    /// Returns W(ω) of [`crate::equation::IMPORTANCE`], 1/sr: the contribution to the mean radiance
+    /// of a pixel of an image of `size` pixels from radiance 1 per solid angle around a unit
+    /// direction ω that leaves the eye through the pixel. It is also the pdf, with respect to solid
+    /// angle, of a ray through a uniform point of that pixel: the pixel has area A at distance 1,
+    /// and dω covers dω/cos³θ of it.
     #[inline]
     pub fn importance(&self, size: [u32; 2], direction: DVec3) -> f64 {
         let side = 2.0 * self.half_height / f64::from(size[1]);
@@ -166,7 +167,7 @@ impl Camera {
     }
 }
 
-/// Where the camera sees a point.
+/// Projection of a point into the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Column and row of its pixel.

@@ -1,9 +1,9 @@
-//! The equations of the report and of what it leaves out: id, number, LaTeX, source, our verdict.
+//! Registry of the report's equations and of those it lacks: id, number, LaTeX, source, assessment.
 //!
 //! Code cites an equation by an intra-doc link to its constant, trials and experiments by value,
 //! the book by `id`. A wrong name is an error of the documentation, of the compiler or of the book.
 
-/// What our trials and the literature say of an equation or method as the report prints it.
+/// Assessment, from trials and the literature, of an equation or method as the report prints it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Assessment {
     /// Right as printed.
@@ -19,23 +19,23 @@ pub enum Assessment {
 /// One entry of the registry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Equation {
-    /// Its constant's name.
+    /// Name of its constant.
     pub name: &'static str,
-    /// Stable name, used by the book and in messages.
+    /// Stable id, used by the book and in messages.
     pub id: &'static str,
-    /// The report's number or section; empty for what we added.
+    /// Number or section in the report; empty for additions.
     pub number: &'static str,
-    /// What it is, in a few words.
+    /// Title.
     pub title: &'static str,
-    /// The form that the program uses.
+    /// Form that the program uses.
     pub latex: &'static str,
-    /// The form that the report prints, where it differs.
+    /// Form that the report prints, where it differs.
     pub printed: Option<&'static str>,
-    /// Where it comes from.
+    /// Source in the literature.
     pub source: &'static str,
-    /// Our verdict on the printed form.
+    /// Assessment of the printed form.
     pub verdict: Assessment,
-    /// Why, in one sentence.
+    /// Reason for the assessment, in one sentence.
     pub finding: &'static str,
 }
 
@@ -49,7 +49,7 @@ macro_rules! equations {
                 source: $source, verdict: Assessment::$verdict, finding: $finding,
             };
         )*
-        /// Every equation, in the order of the report.
+        /// All equations, in the order of the report.
         pub const ALL: &[Equation] = &[$($name),*];
     };
 }
@@ -149,7 +149,7 @@ equations! {
     ROUGH_GLASS = "rough-glass", "", "Rough dielectric",
         r"f = \left(F\,J_r + (1 - F)\,J_t\right)\frac{D(m)\,G_2\,(\omega_o \cdot m)}{\cos\theta_o\,\lvert\cos\theta_i\rvert}", None,
         "Walter et al., EGSR 2007", Added,
-        "Of radiance divided by n²: what refraction does to radiance is a factor of its own. J_r counts above the surface, J_t below.";
+        "For radiance divided by n²: the factor of radiance is separate. J_r holds above the surface, J_t below.";
     ROUGH_GLASS_REFRACTION = "rough-glass.refraction", "", "Rough dielectric, normal and Jacobian of refraction",
         r"m \propto \pm(\omega_o + n\,\omega_i), \quad J_t = \frac{n^2\,\lvert\omega_i \cdot m\rvert}{\lVert\omega_o + n\,\omega_i\rVert^2}, \quad J_r = \frac{1}{4\,\omega_o \cdot m}", None,
         "Walter et al., EGSR 2007", Added,
@@ -157,7 +157,7 @@ equations! {
     ROUGH_GLASS_MASKING = "rough-glass.masking", "", "Rough dielectric, facets seen from opposite sides",
         r"G_2 = \int_0^1 u^{\Lambda(\omega_o)} (1 - u)^{\Lambda(\omega_i)}\, du = B(1 + \Lambda(\omega_o), 1 + \Lambda(\omega_i))", None,
         "Heitz, JCGT 3(2), 2014; Heitz, Hanika, d'Eon and Dachsbacher, ACM TOG 35(4), 2016", Added,
-        "u is the quantile of a facet's height: what is high is seen from above and hidden from below, where for reflection it is seen from both.";
+        "u is the quantile of a facet's height: high facets are visible from above and hidden from below; for reflection they are visible from both directions.";
     ROUGH_GLASS_PDF = "rough-glass.pdf", "", "Rough dielectric, pdf by visible normals",
         r"p(\omega_i) = D_o(m)\left(F\,J_r + (1 - F)\,J_t\right)", None,
         "Walter et al., EGSR 2007; Heitz, JCGT 7(4), 2018", Added,
@@ -182,7 +182,7 @@ equations! {
     COSINE_HEMISPHERE = "hemisphere.cosine", "", "Cosine-weighted hemisphere",
         r"\theta = \arccos\sqrt{1 - r_1}, \quad \phi = 2\pi r_2, \quad p = \frac{\cos\theta}{\pi}", None,
         "Malley's method; Pharr, Jakob and Humphreys, 4th ed., A.5.3", Added,
-        "What importance sampling of (9) asks for.";
+        "Importance sampling of the cosine in (9).";
     SOBOL = "sobol", "", "Low-discrepancy points",
         r"\#\left\{ i < 2^m : \left(\tfrac{j}{2^a}, \tfrac{k}{2^{m-a}}\right) \le (x_i, y_i) < \left(\tfrac{j+1}{2^a}, \tfrac{k+1}{2^{m-a}}\right) \right\} = 1", None,
         "Sobol' 1967; Joe and Kuo, SIAM J. Sci. Comput. 30(5), 2008; Owen 1995; Burley, JCGT 9(4), 2020", Added,
@@ -190,7 +190,7 @@ equations! {
     ROULETTE = "roulette", "2.6.2", "Russian roulette",
         r"L' = \begin{cases} L/(1-\alpha) & r \le 1-\alpha \\ 0 & \text{otherwise} \end{cases}", None,
         "Arvo and Kirk, SIGGRAPH 1990", Trap,
-        "Only what follows the survival is divided; a survival below the squared albedo has infinite variance.";
+        "Only the rest of the path is divided by the survival probability; one below the squared albedo has infinite variance.";
     PATH_LENGTH = "path.length", "3.1", "Seven bounces at most",
         r"L_b = L\,(1 - a^{b+1})", Some(r"b \le 7 \text{, called unbiased}"),
         "Neumann series of the closed furnace", Error,
@@ -210,7 +210,7 @@ equations! {
     SINGLE_PRECISION = "single", "", "Rounding to single precision",
         r"\mathrm{fl}(a \mathbin{\mathrm{op}} b) = (a \mathbin{\mathrm{op}} b)(1 + \delta), \quad \lvert\delta\rvert \le 2^{-24}", None,
         "IEEE 754-2019; Higham, Accuracy and Stability of Numerical Algorithms, SIAM, 2002", Added,
-        "Of +, −, ×, ÷ and √, each result the nearest number: thousands of roundings in a path leave its radiance, unless they send it elsewhere.";
+        "Each result of +, −, ×, ÷ and √ is the nearest number: thousands of roundings in a path hardly change its radiance, unless they change its course.";
     GEOMETRY = "geometry", "", "Geometry term",
         r"G(x,y) = \frac{\cos\theta_x\cos\theta_y}{\lVert x-y\rVert^2}", None,
         "Kajiya 1986; Dutré, Bala and Bekaert 2006", Added,
@@ -226,7 +226,7 @@ equations! {
     MIS_POWER = "mis.power", "", "Power heuristic",
         r"w_s = \frac{p_s^2}{\sum_k p_k^2}", None,
         "Veach and Guibas, SIGGRAPH 1995", Added,
-        "Gives light more wholly to the strategy that finds it better; the mean is that of every heuristic.";
+        "Weights the better strategy more strongly; the mean is that of every heuristic.";
     SOLID_ANGLE = "solid-angle", "", "Solid angle of a triangle",
         r"\tan\frac{\Omega}{2} = \frac{a \cdot (b \times c)}{1 + a \cdot b + b \cdot c + c \cdot a}", None,
         "van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2), 125-126, 1983", Added,
@@ -246,7 +246,7 @@ equations! {
     LIGHT_PICK = "light.pick", "", "Picks of emitters",
         r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = L_e A \left(\frac{h + a}{d^2 + a^2}\right)^2, \quad a^2 = \frac{A}{\pi}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996, with C and ε of our own", Added,
-        "What an emitter may contribute, at distance d and height h over its plane, must be above 0 wherever it can be seen.";
+        "The importance of an emitter, at distance d and height h over its plane, must be above 0 wherever it is visible.";
     SPECULAR_ANGLE = "specular.angle", "", "Routes by a sphere",
         r"f(\alpha) = 2\alpha - 2\beta - \arcsin\frac{\sin\alpha}{X} - \arcsin\frac{\sin\alpha}{Y} = \tau, \quad \sin\beta = \frac{\sin\alpha}{n}", None,
         "Mitchell and Hanrahan, SIGGRAPH 1992; Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
@@ -254,7 +254,7 @@ equations! {
     SPECULAR_SPREAD = "specular.spread", "", "Spread of a route by a sphere",
         r"\frac{d\omega}{dA_\perp} = \frac{\sin\alpha\cos\alpha}{r^2\,X Y \sin\Theta\,\sqrt{X^2 - \sin^2\alpha}\,\sqrt{Y^2 - \sin^2\alpha}\,\lvert f'(\alpha)\rvert}", None,
         "Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
-        "What stands for 1/d² of a straight route. It is the same from either end, and has no bound where f' = 0: that is the caustic.";
+        "Replaces the 1/d² of a straight connection. It is the same from either end, and unbounded where f' = 0: the caustic.";
     PHOTON_FLUX = "photon.flux", "", "Flux of a photon",
         r"\Delta\Phi = \frac{L_e \cos\theta}{N\, p_A\, p_\omega}", None,
         "Jensen, EGWR 1996", Added,
@@ -270,7 +270,7 @@ equations! {
     IMPORTANCE = "importance", "", "Importance of a pixel",
         r"W(\omega) = \frac{1}{A\cos^3\theta}", None,
         "Veach, thesis, 8.2, 1997; Pharr, Jakob and Humphreys, 4th ed., 5.4", Added,
-        "What a pixel of area A at distance 1 measures of radiance; particles need it, camera rays have it built in.";
+        "Response to radiance of a pixel of area A at distance 1; particles need it, camera rays include it.";
     PATH_DENSITY = "path.density", "", "Density of a whole path",
         r"p_s = \prod_{i<s} p_L(x_i)\, \prod_{i \ge s} p_E(x_i), \quad w_s = \frac{p_s}{\sum_k p_k}", None,
         "Veach, thesis, 10.2, 1997; Lafortune and Willems, Compugraphics, 145-153, 1993", Added,
@@ -285,7 +285,7 @@ equations! {
         "The rendering equation for Lambert surfaces, radiosity constant over each patch: its error falls as the patches do.";
 }
 
-/// The equation with this id.
+/// Returns the equation with this id.
 pub fn by_id(id: &str) -> Option<&'static Equation> {
     ALL.iter().find(|equation| equation.id == id)
 }

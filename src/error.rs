@@ -1,10 +1,9 @@
-//! What can go wrong with a user's input, each as one line that says what, where and how to mend
-//! it.
+//! Errors of a user's input, each as one line that says what is wrong, where, and how to mend it.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// A fault of the input or of the file system; programs print it as one line and exit with code 2.
+/// An error of the input or of the file system; programs print it as one line and exit with code 2.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
@@ -12,9 +11,9 @@ pub enum Error {
     File {
         /// "read", "write" or "create".
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// An EXR or PNG file could not be decoded or encoded.
@@ -22,40 +21,40 @@ pub enum Error {
     Image {
         /// "read" or "write".
         action: &'static str,
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the codec said.
+        /// Message of the codec.
         message: String,
     },
     /// A signal to end came, such as that of Ctrl-C.
-    #[error("interrupted; the same command goes on where it stopped")]
+    #[error("interrupted; the same command resumes where it stopped")]
     Interrupted,
-    /// An option's value makes no sense, alone or together with others.
+    /// An option's value is invalid, alone or together with others.
     #[error("{0}")]
     Option(String),
     /// An estimator returned a value that no film can hold.
     #[error("an estimator returned the radiance {value:?}{place}; {}", radiance_remedy(*value))]
     Radiance {
-        /// The value.
+        /// Radiance returned.
         value: f64,
-        /// Which pixel and replication, as the end of a clause; empty if unknown.
+        /// Pixel and replication, as the end of a clause; empty if unknown.
         place: String,
     },
-    /// A scene that cannot be rendered: not finite, degenerate, or referring to what is not there.
+    /// A scene that cannot be rendered: not finite, degenerate, or with an invalid reference.
     #[error("scene {scene}: {message}")]
     Scene {
-        /// The scene's name.
+        /// Name of the scene.
         scene: String,
-        /// What is wrong and how to mend it.
+        /// Description of the error and how to mend it.
         message: String,
     },
 }
 
-/// The largest radiance that an image holds, and the largest absolute value of
+/// Largest radiance of an image, and largest absolute value of
 /// [`ExactMoments`](crate::math::moments::ExactMoments): 2²⁴.
 pub const LARGEST_RADIANCE: f64 = 16_777_216.0;
 
-/// The limit of radiances, and how a scene or an estimator can be mended.
+/// Returns the limit of radiances, and how a scene or an estimator can be mended.
 fn radiance_remedy(value: f64) -> String {
     let remedy = if value.is_finite() && value > 0.0 {
         "the scene is too bright: multiply every emission and the background (materials.NAME.emission and background of a \
@@ -69,7 +68,7 @@ fn radiance_remedy(value: f64) -> String {
     )
 }
 
-/// What mends an error of the file system, where that can be said.
+/// Returns advice on an error of the file system, or an empty text.
 fn remedy(action: &str, source: &std::io::Error) -> &'static str {
     match source.kind() {
         ErrorKind::NotFound | ErrorKind::NotADirectory if action == "read" => " (check its name)",
@@ -85,7 +84,7 @@ fn remedy(action: &str, source: &std::io::Error) -> &'static str {
 }
 
 impl Error {
-    /// The same error with the place of a radiance, if it is not known yet.
+    /// Adds the place of a radiance, if it is not known yet.
     #[must_use]
     pub fn at(self, place: impl FnOnce() -> String) -> Self {
         match self {
@@ -97,7 +96,7 @@ impl Error {
         }
     }
 
-    /// For `map_err` on an operation on `path`.
+    /// Returns a function for `map_err` on an operation on `path`.
     pub fn file<'a>(
         action: &'static str,
         path: &'a Path,

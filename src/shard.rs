@@ -1,22 +1,22 @@
-//! Work that several machines share.
+//! Division of work among several machines.
 
 use std::str::FromStr;
 
-/// Which part of all, as `i/n`.
+/// One part of all work, as `i/n`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 1 on.
+    /// Index of the part, from 1.
     pub index: u32,
-    /// Of how many.
+    /// Number of parts.
     pub count: u32,
 }
 
 impl Shard {
-    /// The only part.
+    /// The only part of one.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// Whether the thing with this number, from 0 on, is of this part: things go to the parts in
-    /// turn.
+    /// Returns whether the item with this index, from 0, belongs to this part: items go to the
+    /// parts in turn.
     pub fn has(self, number: usize) -> bool {
         number % self.count as usize == self.index as usize - 1
     }
@@ -36,5 +36,5 @@ impl FromStr for Shard {
     }
 }
 
-/// What is a part.
+/// Description of valid shards, for messages.
 pub(crate) const EXPECTED: &str = "i/n, the part i of n, such as 1/4: two whole numbers, 1 ≤ i ≤ n";

@@ -1,11 +1,12 @@
-//! The valid name that a wrong one probably meant.
+//! Suggestions for mistyped names.
 
 use strsim::levenshtein;
 
-/// The longest name that is compared: no valid one is longer.
+/// Longest name that is compared: no valid one is longer.
 const LONGEST: usize = 64;
 
-/// A tail for messages: `; did you mean "x"?`, or the valid names if none is near and they are few.
+/// Returns the tail of a message: `; did you mean "x"?`, or the valid names if none is near and
+/// they are few.
 pub fn hint<S: AsRef<str>>(wrong: &str, valid: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = valid.into_iter().collect();
     let names: Vec<&str> = names.iter().map(S::as_ref).collect();

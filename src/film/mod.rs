@@ -1,5 +1,5 @@
 //! The film: per pixel, exact first and second moments of the radiance over independent
-//! replications, and what the camera sees first.
+//! replications, and features of the first hit.
 
 pub mod splat;
 
@@ -17,14 +17,14 @@ pub struct Window {
     pub size: [u32; 2],
 }
 
-/// What a camera ray meets first, for denoisers and comparisons.
+/// Features of a camera ray's first hit, for denoisers and comparisons.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Features {
     /// Albedo per channel, in [0, 1].
     pub albedo: DVec3,
     /// Unit normal on the camera's side, in world space.
     pub normal: DVec3,
-    /// Distance from the eye, along the ray.
+    /// Distance from the eye along the ray.
     pub depth: f64,
 }
 
@@ -36,7 +36,8 @@ pub(crate) struct FlatFeatures {
 }
 
 impl FlatFeatures {
-    /// None if the albedo does not lie in [0, 1] or the normal is not a unit vector.
+    /// Converts the features; `None` if the albedo does not lie in [0, 1] or the normal is not a
+    /// unit vector.
     #[inline]
     pub fn new(albedo: DVec3, normal: DVec3) -> Option<Self> {
         let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
@@ -49,14 +50,14 @@ impl FlatFeatures {
     }
 }
 
-/// Whether a film can take a depth.
+/// Returns whether a film accepts a depth.
 #[inline]
 pub(crate) fn is_legal_depth(depth: f64) -> bool {
     (0.0..=LARGEST_RADIANCE).contains(&depth)
 }
 
-/// Refuses what is no radiance: each channel must be at least 0 and at most [`LARGEST_RADIANCE`]. Less below
-/// 0 than rounds to a multiple of [`UNIT`] passes.
+/// Refuses invalid radiances: each channel must be at least 0 and at most [`LARGEST_RADIANCE`].
+/// Negative values that round to 0 in multiples of [`UNIT`] pass.
 ///
 /// # Errors
 /// [`Error::Radiance`] with the first such channel's value, without a place.
@@ -73,9 +74,9 @@ pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     }
 }
 
-/// How the sums of a pixel are named in files, and of how many 32-bit words each is made, the
-/// lowest first. Of the channels of radiance first the sum, then that of the squares; what is
-/// negative is its two's complement.
+/// Names of a pixel's sums in files, and the number of 32-bit words of each, lowest first. For the
+/// channels of radiance the sums come first, then those of the squares; negative sums are in two's
+/// complement.
 pub(crate) const SUMS: [(&str, usize); 16] = [
     ("replications", 1),
     ("samples", 1),
@@ -95,10 +96,10 @@ pub(crate) const SUMS: [(&str, usize); 16] = [
     ("depth", 4),
 ];
 
-/// Words of a pixel's [`SUMS`].
+/// Number of words of a pixel's [`SUMS`].
 pub(crate) const WORDS: usize = 43;
 
-/// A sum of counts below 2³¹.
+/// Returns a sum of counts, which must be below 2³¹.
 fn added(count: u32, more: u32) -> Result<u32, Error> {
     let sum = u64::from(count) + u64::from(more);
     i32::try_from(sum).map_err(|_| full())?;
@@ -109,9 +110,9 @@ fn added(count: u32, more: u32) -> Result<u32, Error> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pixel {
     replications: u32,
-    /// Camera rays of all replications.
+    /// Number of camera rays of all replications.
     samples: u32,
-    /// Camera rays that met something.
+    /// Number of camera rays that hit something.
     hits: u32,
     radiance: [ExactMoments; 3],
     /// Sums over the hits, in multiples of [`UNIT`].
@@ -121,7 +122,7 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// Adds one replication: the mean radiance of so many samples.
+    /// Adds one replication: the mean radiance of `samples` samples.
     ///
     /// # Errors
     /// Those of [`check_radiance`]; [`Error::Option`] if the sums are full. The pixel is then
@@ -137,7 +138,7 @@ impl Pixel {
         Ok(())
     }
 
-    /// Adds what one camera ray met.
+    /// Adds the features of one camera ray's hit.
     ///
     /// # Errors
     /// [`Error::Option`] for an albedo outside [0, 1], a normal that is not a unit vector, a depth
@@ -158,7 +159,8 @@ impl Pixel {
         }
     }
 
-    /// The same of a flat surface, whose normal is turned if it shows its back, at a legal depth.
+    /// Adds the features of a flat surface, whose normal is flipped if it shows its back, at a
+    /// legal depth.
     #[inline]
     pub(crate) fn push_flat(
         &mut self,
@@ -166,7 +168,7 @@ impl Pixel {
         shows_back: bool,
         depth: f64,
     ) -> Result<(), Error> {
-        // Sums of as many features of at most 1, in units of 2⁻³², fit 64 bits.
+        // Sums of so many features of at most 1, in units of 2⁻³², fit 64 bits.
         self.hits = added(self.hits, 1)?;
         let sign = if shows_back { -1 } else { 1 };
         for channel in 0..3 {
@@ -195,7 +197,7 @@ impl Pixel {
         Ok(())
     }
 
-    /// The words of its [`SUMS`].
+    /// Returns the words of the pixel's [`SUMS`].
     pub(crate) fn words(&self) -> [u32; WORDS] {
         let mut words = [0; WORDS];
         let mut at = 0;
@@ -217,7 +219,7 @@ impl Pixel {
         words
     }
 
-    /// The pixel of these words; nothing if no samples have such sums.
+    /// Restores the pixel from its words; `None` if no samples can have such sums.
     pub(crate) fn of_words(words: &[u32; WORDS]) -> Option<Self> {
         let mut rest = words.as_slice();
         let sums = SUMS.map(|(_, length)| {
@@ -254,24 +256,24 @@ impl Pixel {
         })
     }
 
-    /// Independent replications so far.
+    /// Returns the number of independent replications.
     pub fn replications(&self) -> u32 {
         self.replications
     }
 
-    /// Samples of all replications.
+    /// Returns the number of samples of all replications.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// Mean radiance per channel; 0 without replications.
+    /// Returns the mean radiance per channel; 0 without replications.
     pub fn mean(&self) -> DVec3 {
         DVec3::from_array(self.radiance.map(|channel| channel.mean(self.replications)))
     }
 
-    /// Standard error of the mean per channel; infinite below two replications. Its square is
-    /// unbiased; an interval takes Student's distribution with a degree of freedom less than there
-    /// are replications.
+    /// Returns the standard error of the mean per channel; infinite below two replications. Its
+    /// square is unbiased; a confidence interval takes Student's distribution with one degree of
+    /// freedom less than there are replications.
     pub fn standard_error(&self) -> DVec3 {
         DVec3::from_array(
             self.radiance
@@ -279,7 +281,7 @@ impl Pixel {
         )
     }
 
-    /// Mean features over the camera rays that met something; zero if none did.
+    /// Returns the mean features over the camera rays that hit something; zero if none did.
     pub fn features(&self) -> Features {
         if self.hits == 0 {
             return Features::default();
@@ -300,30 +302,30 @@ pub struct Film {
     frame: [u32; 2],
     window: Window,
     samples_per_replication: u32,
-    /// Of each pixel, where they differ.
+    /// Number of samples in a replication of each pixel, where they differ.
     sample_counts: Option<Vec<u32>>,
     pixels: Vec<Pixel>,
     pub(crate) begun: Option<Begun>,
 }
 
-/// A replication of which some passes are done, by an estimator of whole images.
+/// An unfinished replication of an image estimator: some of its passes are done.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Begun {
-    /// How many.
+    /// Number of passes done.
     pub passes: u32,
-    /// For each pixel what they brought.
+    /// Sum of the passes for each pixel.
     pub sums: Vec<DVec3>,
 }
 
-/// Pixels of the largest film, about 17 GB of accumulators.
+/// Largest number of pixels of a film, about 17 GB of accumulators.
 pub const LARGEST_FILM: u64 = 100_000_000;
 
 impl Film {
-    /// An empty film for the `window` (or all) of a frame of `frame` pixels, whose replications
-    /// have `samples_per_replication` samples each.
+    /// Creates an empty film for the `window` (or all) of an image of `frame` pixels, whose
+    /// replications have `samples_per_replication` samples each.
     ///
     /// # Errors
-    /// As [`checked_window`](Self::checked_window).
+    /// Those of [`checked_window`](Self::checked_window).
     pub fn new(
         frame: [u32; 2],
         window: Option<Window>,
@@ -342,7 +344,7 @@ impl Film {
         })
     }
 
-    /// The window that a film would hold.
+    /// Returns the window that a film would hold.
     ///
     /// # Errors
     /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the
@@ -376,7 +378,7 @@ impl Film {
         Ok(window)
     }
 
-    /// Makes this the other film, in the memory that it has.
+    /// Copies the other film into this one, reusing its memory.
     pub fn assign(&mut self, other: &Self) {
         let Self {
             frame,
@@ -393,30 +395,30 @@ impl Film {
         begun.clone_from(&other.begun);
     }
 
-    /// Width and height of the full frame in pixels.
+    /// Returns width and height of the full image in pixels.
     pub fn frame(&self) -> [u32; 2] {
         self.frame
     }
 
-    /// The part of the frame that this film holds.
+    /// Returns the part of the image that this film holds.
     pub fn window(&self) -> Window {
         self.window
     }
 
-    /// Width and height of the film in pixels.
+    /// Returns width and height of the film in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.window.size
     }
 
-    /// Samples in one replication of a pixel, in the mean where pixels
+    /// Returns the number of samples in one replication of a pixel, on average where pixels
     /// [differ](Self::set_sample_counts).
     pub fn samples_per_replication(&self) -> u32 {
         self.samples_per_replication
     }
 
-    /// Gives the replications of each pixel a number of samples of its own, row by row from the
-    /// top; for [`render`](crate::render::render) and [`render_lanes`](crate::render::render_lanes)
-    /// with Sobol' points. Files do not hold these numbers: a film that is read gets them anew.
+    /// Sets the number of samples in a replication of each pixel, row by row from the top; for
+    /// [`render`](crate::render::render) and [`render_lanes`](crate::render::render_lanes) with
+    /// Sobol' points. Files do not hold these numbers: set them again after reading a film.
     ///
     /// # Panics
     /// If there are not as many counts as pixels.
@@ -429,17 +431,17 @@ impl Film {
         self.sample_counts = Some(counts);
     }
 
-    /// The numbers of samples that were [set](Self::set_sample_counts).
+    /// Returns the numbers of samples that were [set](Self::set_sample_counts).
     pub fn sample_counts(&self) -> Option<&[u32]> {
         self.sample_counts.as_deref()
     }
 
-    /// The pixels to add to, and the same numbers.
+    /// Returns the pixels, mutable, and their [`sample_counts`](Self::sample_counts).
     pub(crate) fn pixels_and_counts_mut(&mut self) -> (&mut [Pixel], Option<&[u32]>) {
         (&mut self.pixels, self.sample_counts.as_deref())
     }
 
-    /// Samples that pixels lack of so many replications each.
+    /// Returns the number of samples still missing for so many replications of each pixel.
     pub fn missing(&self, replications: u32) -> u64 {
         let of = |at: usize| {
             self.sample_counts
@@ -452,17 +454,18 @@ impl Film {
         self.pixels.iter().enumerate().map(missing).sum()
     }
 
-    /// The pixels, row by row from the top.
+    /// Returns the pixels, row by row from the top.
     pub fn pixels(&self) -> &[Pixel] {
         &self.pixels
     }
 
-    /// The pixels, to add to.
+    /// Returns the pixels, mutable.
     pub fn pixels_mut(&mut self) -> &mut [Pixel] {
         &mut self.pixels
     }
 
-    /// Replications of the pixel that has fewest: of all pixels, but after a call that was stopped.
+    /// Returns the smallest number of replications of any pixel. All have the same number, except
+    /// after a render call that was stopped.
     pub fn replications(&self) -> u32 {
         self.pixels
             .iter()
@@ -471,7 +474,7 @@ impl Film {
             .unwrap_or(0)
     }
 
-    /// Whether all pixels have so many replications, and none is begun.
+    /// Returns whether all pixels have so many replications, and none is unfinished.
     pub fn has_exactly(&self, replications: u32) -> bool {
         self.begun.is_none()
             && self
@@ -480,13 +483,13 @@ impl Film {
                 .all(|pixel| pixel.replications == replications)
     }
 
-    /// The pixel at (x, y) of the film.
+    /// Returns the pixel at (x, y) of the film.
     pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
         &self.pixels[y as usize * self.window.size[0] as usize + x as usize]
     }
 
-    /// The mean radiance of each pixel's samples so far, those of a replication that is only begun
-    /// among them.
+    /// Returns the mean radiance of each pixel's samples so far, including those of an unfinished
+    /// replication.
     pub fn means_so_far(&self) -> Vec<DVec3> {
         let Some(Begun { passes, sums }) = &self.begun else {
             return self.pixels.iter().map(Pixel::mean).collect();
@@ -499,7 +502,7 @@ impl Film {
         self.pixels.iter().zip(sums).map(mean).collect()
     }
 
-    /// Whether frames, windows and samples of a replication are the same.
+    /// Returns whether image size, window and samples per replication are the same.
     pub fn is_like(&self, other: &Self) -> bool {
         (self.frame, self.window, self.samples_per_replication)
             == (other.frame, other.window, other.samples_per_replication)
@@ -513,7 +516,7 @@ impl Film {
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         if self.begun.is_some() || other.begun.is_some() {
             return Err(Error::Option(
-                "a film with a replication that is only begun cannot be merged".to_owned(),
+                "a film with an unfinished replication cannot be merged".to_owned(),
             ));
         }
         if !self.is_like(other) {
@@ -530,20 +533,20 @@ impl Film {
         Ok(())
     }
 
-    /// Mean radiance over all pixels and channels.
+    /// Returns the mean radiance over all pixels and channels.
     pub fn mean(&self) -> f64 {
         self.average(Pixel::mean)
     }
 
-    /// Mean standard error of the pixels, relative to the mean radiance; infinite below two
-    /// replications. The root of an unbiased variance is too small in the mean, of four
+    /// Returns the mean standard error of the pixels, relative to the mean radiance; infinite below
+    /// two replications. The root of an unbiased variance is too small on average, with four
     /// replications by a twelfth.
     pub fn relative_error(&self) -> f64 {
         self.average(Pixel::standard_error) / self.mean()
     }
 
-    /// The largest share of the image's mean that the rounding of values to multiples of [`UNIT`]
-    /// may be: half a unit over the mean; infinite for a black image.
+    /// Returns the largest relative error of the image's mean due to rounding of values to
+    /// multiples of [`UNIT`]: half a unit over the mean; infinite for a black image.
     pub fn rounding_error(&self) -> f64 {
         0.5 * UNIT / self.mean()
     }
@@ -558,8 +561,8 @@ impl Film {
     }
 }
 
-/// The features of a hit whose surface has this albedo and this normal of its front, along a ray of
-/// this direction.
+/// Returns the features of a hit from the surface's albedo, the normal of its front, the depth and
+/// the ray's direction.
 #[inline]
 pub(crate) fn features(albedo: DVec3, normal: DVec3, depth: f64, direction: DVec3) -> Features {
     Features {

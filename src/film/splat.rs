@@ -12,31 +12,31 @@ use crate::math::moments::{UNIT, in_units};
 const MOST: i64 = 1 << 56;
 const _: () = assert!(MOST as f64 * UNIT == LARGEST_RADIANCE);
 
-/// About how many bands of rows an image has: one thread at a time adds to each.
+/// Approximate number of bands of rows of an image: one thread at a time adds to each.
 const BANDS: u32 = 16;
 
-/// Per channel in multiples of [`UNIT`]: exact, so the order in which they add up does not show.
+/// Value per channel in multiples of [`UNIT`]: exact, so the order of summation does not matter.
 type Units = [i64; 3];
 
 /// Sums per pixel.
 #[derive(Debug)]
 pub struct Splats {
     width: u32,
-    /// Rows of a band; of the last perhaps less.
+    /// Number of rows of a band; the last may have fewer.
     rows: u32,
     bands: Vec<Mutex<Vec<Units>>>,
 }
 
-/// What one thread adds to an image, kept until there is enough of it to go through the bands.
+/// Buffer of one thread, kept until it has enough values to add to the bands.
 #[derive(Debug)]
 pub struct SplatBuffer<'a> {
     image: &'a Splats,
-    /// Of each band the pixels and values.
+    /// Pending (pixel, value) pairs per band.
     waiting: Vec<Vec<(u32, Units)>>,
 }
 
 impl Splats {
-    /// A dark image of `frame` (width, height) pixels.
+    /// Creates a black image of `frame` (width, height) pixels.
     pub fn new([width, height]: [u32; 2]) -> Self {
         let rows = height.div_ceil(BANDS).max(1);
         let band = |first: u32| {
@@ -52,7 +52,7 @@ impl Splats {
         }
     }
 
-    /// An empty buffer for it.
+    /// Returns an empty buffer for the image.
     pub fn buffer(&self) -> SplatBuffer<'_> {
         SplatBuffer {
             image: self,
@@ -60,7 +60,7 @@ impl Splats {
         }
     }
 
-    /// The sums, row by row from the top.
+    /// Returns the sums, row by row from the top.
     pub fn into_values(self) -> Vec<DVec3> {
         let sums = self
             .bands
@@ -75,7 +75,7 @@ impl SplatBuffer<'_> {
     /// Adds a value to the pixel (x, y), once the buffer is [flushed](Self::flush).
     ///
     /// # Errors
-    /// [`Error::Radiance`] with the pixel for what [`check_radiance`] does not let pass.
+    /// [`Error::Radiance`] with the pixel for values that [`check_radiance`] refuses.
     #[inline]
     pub fn add(&mut self, [x, y]: [u32; 2], value: DVec3) -> Result<(), Error> {
         check_radiance(value).map_err(|error| error.at(|| at_pixel([x, y])))?;
@@ -85,11 +85,11 @@ impl SplatBuffer<'_> {
         Ok(())
     }
 
-    /// Adds all that it has to the image.
+    /// Adds all pending values to the image.
     ///
     /// # Errors
-    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST_RADIANCE`]. The image is
-    /// then useless.
+    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST_RADIANCE`]. The
+    /// image is then useless.
     pub fn flush(&mut self) -> Result<(), Error> {
         let Splats { width, rows, bands } = self.image;
         for ((waiting, band), first) in self

@@ -1,5 +1,5 @@
-//! Form factors: which share of the light that a point receives from a hemisphere of radiance 1
-//! comes from a surface of that radiance.
+//! Form factors: the fraction of a point's irradiance, under a hemisphere of radiance 1, that comes
+//! from a surface of that radiance.
 //!
 //! Points are relative to the receiver.
 
@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// A flat polygon of at most five corners, as one is left of a rectangle by a cut.
+/// A flat polygon of at most five corners: a rectangle after one cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polygon {
     corners: [DVec3; Self::MOST],
@@ -15,10 +15,10 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    /// The most corners.
+    /// Largest number of corners.
     pub const MOST: usize = 5;
 
-    /// A polygon from its corners in order; those beyond [`MOST`](Self::MOST) are left out.
+    /// Creates a polygon from its corners in order; those beyond [`MOST`](Self::MOST) are left out.
     pub fn new(corners: &[DVec3]) -> Self {
         let mut polygon = Self {
             corners: [DVec3::ZERO; Self::MOST],
@@ -35,12 +35,12 @@ impl Polygon {
         }
     }
 
-    /// The corners in order.
+    /// Returns the corners in order.
     pub fn corners(&self) -> &[DVec3] {
         &self.corners[..self.count]
     }
 
-    /// The same polygon with its corners relative to a point.
+    /// Returns the polygon with its corners relative to a point.
     pub(crate) fn seen_from(&self, point: DVec3) -> Self {
         let mut seen = *self;
         let corners = seen.corners[..self.count].iter_mut();
@@ -48,13 +48,13 @@ impl Polygon {
         seen
     }
 
-    /// The mean of the corners: a point of the polygon if it is convex and not empty.
+    /// Returns the mean of the corners: a point of the polygon if it is convex and not empty.
     pub fn middle(&self) -> DVec3 {
         self.corners().iter().sum::<DVec3>() / self.count as f64
     }
 
-    /// The part of a convex polygon of at most four corners above the plane through the receiver
-    /// with this normal (Sutherland and Hodgman, CACM 17(1), 1974).
+    /// Returns the part of a convex polygon of at most four corners above the plane through the
+    /// receiver with this normal (Sutherland and Hodgman, CACM 17(1), 1974).
     pub fn above(&self, normal: DVec3) -> Self {
         let corners = self.corners();
         let mut part = Self::new(&[]);
@@ -72,9 +72,9 @@ impl Polygon {
     }
 }
 
-/// F from a point with a unit normal to a polygon that lies above its horizon,
-/// [`crate::equation::FORM_FACTOR`]: in [0, 1], positive if the corners run counter-clockwise as the
-/// point sees them, negative otherwise. The irradiance from radiance L is πLF.
+/// Returns F from a point with a unit normal to a polygon above its horizon,
+/// [`crate::equation::FORM_FACTOR`]: in [0, 1], positive if the corners run counter-clockwise as
+/// seen from the point, negative otherwise. The irradiance from radiance L is πLF.
 pub fn polygon(normal: DVec3, corners: &[DVec3]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let sum: f64 = corners
@@ -83,7 +83,7 @@ pub fn polygon(normal: DVec3, corners: &[DVec3]) -> f64 {
         .map(|(a, b)| {
             let across = a.cross(*b);
             let length = across.length();
-            // An edge that the point lies on, or seen end on, adds nothing.
+            // An edge that contains the point, or is seen end on, adds nothing.
             if length == 0.0 {
                 return 0.0;
             }

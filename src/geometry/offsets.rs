@@ -1,45 +1,45 @@
-//! How far from surfaces and edges rays start and end, and how small things may be for that.
+//! Offsets of rays from surfaces and edges, and the smallest details they allow.
 
 use super::shape::Ray;
 use crate::math::real::{Real, Vector};
 
-/// The largest coordinate, radiance and image height of a scene: products of a few stay finite.
+/// Largest coordinate, radiance and image height of a scene: products of a few stay finite.
 pub const LARGEST: f64 = 1e30;
-/// The smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]:
-/// its reciprocal, too.
+/// Smallest area of a triangle or a zone of a sphere, that of a figure of side 1/[`LARGEST`]: its
+/// reciprocal is finite, too.
 pub const SMALLEST_AREA: f64 = 1e-60;
 
-/// A hit on a triangle lies at least this far from each edge, as a share of the height over it.
+/// Least distance of a hit on a triangle from each edge, as a fraction of the height over it.
 ///
 /// Rounding can put a point on an edge of a closed room outside the room, where its next ray is
-/// lost. The share of points that moves is about 10⁻⁹ of a triangle, by at most 2⁻³¹ of its size:
-/// no trial could see it.
+/// lost. About 10⁻⁹ of a triangle's points are moved, by at most 2⁻³¹ of its size: no trial could
+/// detect it.
 pub const EDGE_MARGIN: f64 = 1.0 / 4_294_967_296.0;
-/// Rays leave a surface from this far above it, relative to the largest coordinate of the scene:
+/// Height above a surface at which rays start, relative to the largest coordinate of the scene:
 /// some thousand roundings of a hit point, and a thousandth of [`EDGE_MARGIN`]'s step.
 pub const OFFSET: f64 = 1.0 / 1_099_511_627_776.0;
-/// In single precision shadow rays end this far above an emitter, relative to the largest
+/// Height above an emitter at which shadow rays end in single precision, relative to the largest
 /// coordinate of the scene: 2⁻¹⁸, sixty-four roundings of the longest of them.
 pub const SINGLE_END: f64 = 1.0 / 262_144.0;
-/// In single precision rays leave a primitive from this far above it, relative to its reach (the
-/// largest sum of a point's coordinates, each times the unit normal's and without sign): 2⁻²⁰,
-/// sixteen roundings, twice the error of a point on it. Where surfaces touch, what leaves one of
-/// them nearer than that to the other starts behind it: of a ball on the floor the lowest part,
-/// whose share of its area is that distance over its diameter.
+/// Height above a primitive at which rays start in single precision, relative to its reach (the
+/// largest sum of a point's absolute coordinates, each times that of the unit normal): 2⁻²⁰,
+/// sixteen roundings, twice the error of a point on it. Where surfaces touch, rays that start on
+/// one of them nearer than that to the other start behind it: the lowest part of a ball on the
+/// floor, whose fraction of its area is that distance over its diameter.
 pub const SINGLE_OFFSET: f64 = 1.0 / 1_048_576.0;
-/// In single precision rays leave a primitive from at least this far above it, relative to the
-/// largest coordinate of the scene: 2⁻²⁴, one rounding.
+/// Least height above a primitive at which rays start in single precision, relative to the largest
+/// coordinate of the scene: 2⁻²⁴, one rounding.
 pub const SINGLE_LEAST_OFFSET: f64 = 1.0 / 16_777_216.0;
-/// In single precision the least distance of a hit from each edge, relative to the largest
-/// coordinate: 2⁻¹⁶. That is more than [`SINGLE_NEAREST`](crate::geometry::watertight::SINGLE_NEAREST) of the
-/// largest triangle, so that a wall is met that rises over the edge, and eight offsets or more, so
-/// that no ray starts behind one that rises at more than ten degrees.
+/// Least distance of a hit from each edge in single precision, relative to the largest coordinate:
+/// 2⁻¹⁶. That is more than [`SINGLE_NEAREST`](crate::geometry::watertight::SINGLE_NEAREST) of the
+/// largest triangle, so that a ray hits a wall that rises over the edge, and eight offsets or more,
+/// so that no ray starts behind one that rises at more than ten degrees.
 pub const SINGLE_EDGE_MARGIN: f64 = 16.0 * SINGLE_OFFSET;
-/// In single precision the most that a hit is moved inwards by [`SINGLE_EDGE_MARGIN`], as a share
-/// of a triangle's least height.
+/// Largest distance by which [`SINGLE_EDGE_MARGIN`] moves a hit inwards, as a fraction of a
+/// triangle's least height.
 pub const SINGLE_LARGEST_MARGIN: f64 = 1.0 / 16.0;
 
-/// A multiple of [`OFFSET`], or as large a one of [`SINGLE_END`] in single precision.
+/// Returns a multiple of [`OFFSET`], or the same multiple of [`SINGLE_END`] in single precision.
 #[inline]
 pub(crate) fn offset_in<R: Real>(offset: f64) -> R {
     R::by_precision(offset, offset * (SINGLE_END / OFFSET))
@@ -48,23 +48,23 @@ pub(crate) fn offset_in<R: Real>(offset: f64) -> R {
 /// A surface point from which rays leave.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<V: Vector> {
-    /// The point.
+    /// Point.
     pub point: V,
-    /// The unit normal.
+    /// Unit normal.
     pub normal: V,
-    /// The distance from the surface at which rays start.
+    /// Distance from the surface at which rays start.
     pub offset: V::Real,
 }
 
 impl<V: Vector> Place<V> {
-    /// The ray that leaves from the side to which `direction` points.
+    /// Returns the ray that leaves from the side to which `direction` points.
     #[inline]
     pub fn leave(&self, direction: V) -> Ray<V> {
         let offset = self.offset.copysign(self.normal.dot(direction));
         Ray::new(self.point + self.normal * offset, direction)
     }
 
-    /// The segment to another surface point, as a ray that ends at t = 1.
+    /// Returns the segment to another surface point, as a ray that ends at t = 1.
     #[inline]
     pub fn segment(&self, other: &Self) -> Ray<V> {
         let start = self.leave(other.point - self.point).origin;
@@ -73,7 +73,7 @@ impl<V: Vector> Place<V> {
     }
 }
 
-/// The point of a triangle with these barycentric weights, inside by a margin such as
+/// Returns the point of a triangle with these barycentric weights, inside by a margin such as
 /// [`EDGE_MARGIN`].
 #[inline]
 pub(crate) fn inner_point<V: Vector>(

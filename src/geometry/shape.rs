@@ -8,20 +8,20 @@ use crate::math::real::{Mask, Real, Vector};
 /// A ray R(t) = O + tD, equation [`crate::equation::RAY`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray<V = DVec3> {
-    /// O, where the ray starts.
+    /// Origin O.
     pub origin: V,
-    /// D; a unit vector wherever t is meant as a distance.
+    /// Direction D; a unit vector wherever t is a distance.
     pub direction: V,
 }
 
 impl<V: Vector> Ray<V> {
-    /// A ray from `origin` along `direction`.
+    /// Creates a ray from `origin` along `direction`.
     #[inline]
     pub fn new(origin: V, direction: V) -> Self {
         Self { origin, direction }
     }
 
-    /// R(t) of (1), which is also x of (6): [`crate::equation::RAY`],
+    /// Returns R(t) of (1), which is also x of (6): [`crate::equation::RAY`],
     /// [`crate::equation::SPHERE_RAY`].
     #[inline]
     pub fn at(&self, t: V::Real) -> V {
@@ -29,20 +29,20 @@ impl<V: Vector> Ray<V> {
     }
 }
 
-/// T(u, v) of (2), [`crate::equation::TRIANGLE_POINT`]; inside for u, v ≥ 0 and u + v ≤ 1.
+/// Returns T(u, v) of (2), [`crate::equation::TRIANGLE_POINT`]; inside for u, v ≥ 0 and u + v ≤ 1.
 #[inline]
 pub fn triangle_point<R: Real>(vertices: [DVec3; 3], u: R, v: R) -> R::Vector {
     let [v0, v1, v2] = vertices.map(R::Vector::splat_vector);
     v0 * (R::splat(1.0) - u - v) + v1 * u + v2 * v
 }
 
-/// Left side minus right side of (3), [`crate::equation::TRIANGLE_SYSTEM`]: zero where the ray at t
-/// meets the triangle's plane at (u, v).
+/// Returns the left side minus the right side of (3), [`crate::equation::TRIANGLE_SYSTEM`]: zero
+/// where the ray at t meets the triangle's plane at (u, v).
 pub fn triangle_residual(ray: &Ray, [v0, v1, v2]: [DVec3; 3], t: f64, u: f64, v: f64) -> DVec3 {
     -t * ray.direction + u * (v1 - v0) + v * (v2 - v0) - (ray.origin - v0)
 }
 
-/// (t, u, v) of (4), [`crate::equation::TRIANGLE_SOLUTION`], for t > 0 inside the triangle.
+/// Returns (t, u, v) of (4), [`crate::equation::TRIANGLE_SOLUTION`], for t > 0 inside the triangle.
 ///
 /// `None` for a ray that misses, lies in the plane (determinant exactly 0) or points away. There is
 /// no absolute threshold on the determinant, which scales with the square of the triangle's size.
@@ -60,13 +60,13 @@ pub fn moller_trumbore(ray: &Ray, [v0, v1, v2]: [DVec3; 3]) -> Option<(f64, f64,
     (t > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some((t, u, v))
 }
 
-/// ‖x − c‖² − r² of (5), [`crate::equation::SPHERE`]: zero on the sphere, negative inside.
+/// Returns ‖x − c‖² − r² of (5), [`crate::equation::SPHERE`]: zero on the sphere, negative inside.
 pub fn sphere_residual(x: DVec3, centre: DVec3, radius: f64) -> f64 {
     (x - centre).length_squared() - radius * radius
 }
 
-/// Both roots of (7) as the report prints it, [`crate::equation::SPHERE_DISTANCE`]: for a unit
-/// direction, smaller root first; `None` if the line misses. Cancels badly for far spheres.
+/// Returns both roots of (7) as the report prints it, [`crate::equation::SPHERE_DISTANCE`]: for a
+/// unit direction, smaller root first; `None` if the line misses. Cancels badly for far spheres.
 pub fn sphere_distances_printed(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2]> {
     let (o_c, l) = (ray.origin - centre, ray.direction);
     let half = 2.0 * l.dot(o_c) / 2.0;
@@ -74,8 +74,8 @@ pub fn sphere_distances_printed(ray: &Ray, centre: DVec3, radius: f64) -> Option
     (radicand >= 0.0).then(|| [-half - radicand.sqrt(), -half + radicand.sqrt()])
 }
 
-/// Both roots of (7), [`crate::equation::SPHERE_DISTANCE`], smaller first, for a direction of any
-/// length; `None` if the line misses.
+/// Returns both roots of (7), [`crate::equation::SPHERE_DISTANCE`], smaller first, for a direction
+/// of any length; `None` if the line misses.
 ///
 /// Stable form: the radicand is r² minus the squared distance of the centre from the line, and the
 /// root that would cancel is the quotient of the product of the roots and the other root (Haines,
@@ -86,8 +86,8 @@ pub fn sphere_distances(ray: &Ray, centre: DVec3, radius: f64) -> Option<[f64; 2
     meets.then_some(roots)
 }
 
-/// The same for one ray or several, and whether the line meets the sphere: if not, the roots are
-/// NaN.
+/// Returns both roots of (7) for one ray or several, and whether the line meets the sphere: if not,
+/// the roots are NaN.
 #[inline]
 pub fn sphere_roots<V: Vector>(
     ray: &Ray<V>,
@@ -121,30 +121,30 @@ pub fn sphere_roots<V: Vector>(
     )
 }
 
-/// The unit normal of a sphere at one of its points, away from the centre.
+/// Returns the unit normal of a sphere at one of its points, away from the centre.
 #[inline]
 pub fn outward<V: Vector>(point: V, centre: V) -> V {
     (point - centre).normalize()
 }
 
-/// The zone that is the whole sphere.
+/// Zone that is the whole sphere.
 const WHOLE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// A sphere, or the zone of it between two planes z = const, as the renderer sees it.
+/// A sphere, or the zone of it between two planes z = const, as the renderer uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// c of (5).
+    /// Centre c of (5).
     pub centre: DVec3,
-    /// r of (5).
+    /// Radius r of (5).
     pub radius: f64,
-    /// The part that exists: lower ≤ z − c_z < upper. (−∞, ∞) is the whole sphere.
+    /// Part that exists: lower ≤ z − c_z < upper. (−∞, ∞) is the whole sphere.
     pub zone: [f64; 2],
     /// Whether the normal points to the centre, as in a cavity.
     pub inward: bool,
 }
 
 impl Sphere {
-    /// The whole sphere with its normal outward.
+    /// Creates the whole sphere with its normal outward.
     pub fn new(centre: DVec3, radius: f64) -> Self {
         Self {
             centre,
@@ -154,12 +154,13 @@ impl Sphere {
         }
     }
 
-    /// Whether the zone is the whole sphere.
+    /// Returns whether the zone is the whole sphere.
     pub fn is_whole(&self) -> bool {
         self.heights() == [-self.radius, self.radius]
     }
 
-    /// The nearest distance above 0 at which the ray meets the zone; infinite if there is none.
+    /// Returns the nearest distance above 0 at which the ray meets the zone; infinite if there is
+    /// none.
     #[inline]
     pub fn distance<V: Vector>(&self, ray: &Ray<V>) -> V::Real {
         let none = V::Real::splat(f64::INFINITY);
@@ -181,21 +182,21 @@ impl Sphere {
         near.at_most(far)
     }
 
-    /// The nearest distance in (0, `t_max`) at which the ray meets the zone.
+    /// Returns the nearest distance in (0, `t_max`) at which the ray meets the zone.
     #[inline]
     pub fn intersect(&self, ray: &Ray, t_max: f64) -> Option<f64> {
         let t = self.distance(ray);
         (t < t_max).then_some(t)
     }
 
-    /// The unit normal at a point of the sphere, on the side given by `inward`.
+    /// Returns the unit normal at a point of the sphere, on the side given by `inward`.
     #[inline]
     pub fn normal<V: Vector>(&self, point: V) -> V {
         let outward = outward(point, V::splat_vector(self.centre));
         if self.inward { -outward } else { outward }
     }
 
-    /// Heights of the zone's ends relative to the centre, cut to [−r, r].
+    /// Returns the heights of the zone's ends relative to the centre, clamped to [−r, r].
     pub fn heights(&self) -> [f64; 2] {
         let r = self.radius;
         // `clamp` panics for a radius that a scene refuses later.
@@ -210,19 +211,19 @@ impl Sphere {
         })
     }
 
-    /// Area of the zone: 2πr times its height (Archimedes).
+    /// Returns the area of the zone: 2πr times its height (Archimedes).
     pub fn area(&self) -> f64 {
         let [low, high] = self.heights();
         std::f64::consts::TAU * self.radius * (high - low)
     }
 }
 
-/// Where a ray meets the scene.
+/// A hit of a ray on the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance from the ray's origin.
     pub t: f64,
-    /// The point, on the surface to rounding and inside it by
+    /// Hit point, on the surface to rounding and inside it by
     /// [`EDGE_MARGIN`](super::offsets::EDGE_MARGIN).
     pub point: DVec3,
     /// Unit geometric normal of the surface's front, whatever side was hit.

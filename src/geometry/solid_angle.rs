@@ -1,5 +1,5 @@
-//! Shapes as they are seen from a point: their solid angle in closed form, and points whose
-//! directions are uniform in it. The pdf of such a direction is 1/solid angle.
+//! Shapes seen from a point: their solid angle in closed form, and points whose directions are
+//! uniform in it. The pdf of such a direction is 1/solid angle.
 //!
 //! Lengths are in scene units, solid angles in steradians. Every constructor returns `None` where
 //! the shape cannot be sampled this way: seen from behind, from within, or smaller than
@@ -13,12 +13,12 @@ use super::shape::Sphere;
 use crate::math::frame::Frame;
 use crate::math::real::{Real, Vector, sin_cos_of_turn};
 
-/// Steradians below which a shape is not sampled by solid angle: sums of angles lose digits there
-/// (at most 1e-9 of the solid angle above it), and the density of points uniform in area hardly
-/// varies.
+/// Solid angle, sr, below which a shape is not sampled by solid angle: sums of angles lose digits
+/// there (at most 1e-9 of the solid angle above it), and the density of points uniform in area
+/// hardly varies.
 pub const SMALLEST: f64 = 1e-6;
 
-/// Cosine between the edges of a parallelogram up to which it is a rectangle.
+/// Largest cosine between the edges of a parallelogram that counts as a rectangle.
 const RIGHT_ANGLE: f64 = 1e-12;
 
 fn in_reach(solid_angle: f64) -> Option<f64> {
@@ -36,15 +36,15 @@ pub struct SphericalRectangle {
     height: f64,
     /// Sines of the inclinations of the planes through the point and the edges y₀ and y₁.
     planes: [f64; 2],
-    /// Excess of the corners at x₀: what the area to the left of x₀ lacks.
+    /// Excess over π of the angles at the two corners at x₀, radians.
     left: f64,
-    /// Its solid angle.
+    /// Solid angle of the rectangle.
     pub solid_angle: f64,
 }
 
 impl SphericalRectangle {
-    /// The rectangle from `corner` along perpendicular `edges`, seen from a point on the side to
-    /// which `edges[0] × edges[1]` points. `None` for other parallelograms, too.
+    /// Creates the rectangle from `corner` along perpendicular `edges`, seen from a point on the
+    /// side to which `edges[0] × edges[1]` points. `None` for other parallelograms, too.
     #[inline]
     pub fn new(from: DVec3, corner: DVec3, edges: [DVec3; 2]) -> Option<Self> {
         let lengths = edges.map(DVec3::length);
@@ -59,10 +59,11 @@ impl SphericalRectangle {
             [start, start + length]
         };
         let (x, y) = (span(ex, lengths[0]), span(ey, lengths[1]));
-        // z components of the inward unit normals of the planes through the point and each edge.
+        // The z components of the inward unit normals of the planes through the point and each
+        // edge.
         let z = |at: f64| at / (at * at + height * height).sqrt();
         let [left, right, below, above] = [-z(x[0]), z(x[1]), -z(y[0]), z(y[1])];
-        // A corner's angle is π/2 more than the arc sine of the product of its two planes'
+        // A corner's angle exceeds π/2 by the arc sine of the product of its two planes'
         // components.
         let corners_left = (above * left).asin() + (left * below).asin();
         let corners_right = (below * right).asin() + (right * above).asin();
@@ -78,10 +79,10 @@ impl SphericalRectangle {
         })
     }
 
-    /// The point of the rectangle in whose direction two uniform numbers map.
+    /// Maps two uniform numbers to a point of the rectangle, uniform in solid angle.
     #[inline]
     pub fn sample(&self, [r1, r2]: [f64; 2]) -> DVec3 {
-        // The arc at x that leaves the share r₁ of the solid angle to its left.
+        // The arc at x that leaves the fraction r₁ of the solid angle to its left.
         let (sin, cos) = (self.left - r1 * self.solid_angle).sin_cos();
         let [below, above] = self.planes;
         let slope = cos * below + above;
@@ -99,8 +100,8 @@ impl SphericalRectangle {
     }
 }
 
-/// The solid angle of a triangle with unit vectors a, b, c to its vertices, negative if they run
-/// clockwise seen from the origin (van Oosterom and Strackee 1983):
+/// Returns the solid angle of a triangle with unit vectors a, b, c to its vertices, negative if
+/// they run clockwise seen from the origin (van Oosterom and Strackee 1983):
 /// [`crate::equation::SOLID_ANGLE`].
 #[inline]
 pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
@@ -113,16 +114,17 @@ pub fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalTriangle {
     vertices: [DVec3; 3],
-    /// From the point to the vertices.
+    /// Vectors from the point to the vertices.
     to: [DVec3; 3],
     /// Unit vectors to the vertices.
     directions: [DVec3; 3],
-    /// Its solid angle.
+    /// Solid angle of the triangle.
     pub solid_angle: f64,
 }
 
 impl SphericalTriangle {
-    /// The triangle with these vertices, seen from a point from which they run counter-clockwise.
+    /// Creates the triangle with these vertices, seen from a point from which they run
+    /// counter-clockwise.
     #[inline]
     pub fn new(from: DVec3, vertices: [DVec3; 3]) -> Option<Self> {
         let to = vertices.map(|v| v - from);
@@ -137,11 +139,11 @@ impl SphericalTriangle {
         })
     }
 
-    /// The point of the triangle in whose direction two uniform numbers map.
+    /// Maps two uniform numbers to a point of the triangle, uniform in solid angle.
     #[inline]
     pub fn sample(&self, [r1, r2]: [f64; 2]) -> DVec3 {
         let [a, c, b] = self.directions;
-        // The vertex C' on the arc AC for which the triangle A, B, C' has the share r₁: its
+        // The vertex C' on the arc AC for which the triangle A, B, C' has the fraction r₁: its
         // half-angle along the arc from the formula of the solid angle, which is linear in its
         // tangent.
         let tangent = perpendicular(a, c);
@@ -155,7 +157,8 @@ impl SphericalTriangle {
         let lost = 0.5 * r2 * (vertex - b).length_squared();
         let along = (lost * (2.0 - lost)).max(0.0).sqrt();
         let direction = (1.0 - lost) * b + along * perpendicular(b, vertex);
-        // Where it meets the plane, in barycentric coordinates: on the triangle despite rounding.
+        // Intersection with the plane, in barycentric coordinates: on the triangle despite
+        // rounding.
         let [p, q, r] = self.to;
         let weights = [q.cross(r), r.cross(p), p.cross(q)].map(|n| (-n.dot(direction)).max(0.0));
         let [u, v, w] = weights.map(|w| w / (weights[0] + weights[1] + weights[2]));
@@ -163,29 +166,31 @@ impl SphericalTriangle {
     }
 }
 
-/// The unit vector perpendicular to the unit vector `a` on the way to `b`; zero if there is no way.
+/// Returns the unit vector perpendicular to the unit vector `a` towards `b`; zero if they are
+/// parallel.
 #[inline]
 fn perpendicular(a: DVec3, b: DVec3) -> DVec3 {
     let way = b - a;
     (way - way.dot(a) * a).normalize_or_zero()
 }
 
-/// The cap of a sphere that is seen from a point outside, [`crate::equation::LIGHT_SPHERE`].
+/// The cap of a sphere that is visible from a point outside, [`crate::equation::LIGHT_SPHERE`].
 #[derive(Clone, Copy, Debug)]
 pub struct VisibleCap<V: Vector = DVec3> {
     centre: DVec3,
     radius: f64,
-    /// Around the direction from the centre to the point.
+    /// Frame around the direction from the centre to the point.
     frame: Frame<V>,
     /// Sine and cosine of the cone's half-angle.
     sine: V::Real,
     cosine: V::Real,
-    /// Its solid angle.
+    /// Solid angle of the cap.
     pub solid_angle: V::Real,
 }
 
 impl VisibleCap {
-    /// The cap of a whole sphere with its normal outward; `None` for zones and inward normals, too.
+    /// Creates the cap of a whole sphere with its normal outward; `None` for zones and inward
+    /// normals, too.
     #[inline]
     pub fn new(from: DVec3, sphere: &Sphere) -> Option<Self> {
         let (cap, exists) = Self::of(from, sphere)?;
@@ -194,8 +199,8 @@ impl VisibleCap {
 }
 
 impl<V: Vector> VisibleCap<V> {
-    /// The caps from several points, and which of these see one; `None` for zones and inward
-    /// normals.
+    /// Returns the caps from several points, and which of the points see one; `None` for zones and
+    /// inward normals.
     #[inline]
     pub fn of(from: V, sphere: &Sphere) -> Option<(Self, <V::Real as Real>::Mask)> {
         let Sphere { centre, radius, .. } = *sphere;
@@ -224,7 +229,7 @@ impl<V: Vector> VisibleCap<V> {
         ))
     }
 
-    /// The point of the cap in whose direction two uniform numbers map.
+    /// Maps two uniform numbers to a point of the cap, uniform in solid angle.
     #[inline]
     pub fn sample(&self, [r1, r2]: [V::Real; 2]) -> V {
         let (sine, cosine, one) = (self.sine, self.cosine, V::Real::splat(1.0));
@@ -235,7 +240,7 @@ impl<V: Vector> VisibleCap<V> {
             square.sqrt(),
             (one - square).at_least(V::Real::splat(0.0)).sqrt(),
         );
-        // The angle at the centre is the arc sine of that ratio less θ.
+        // The angle at the centre is the arc sine of that ratio minus θ.
         let (sin_theta, cos_theta) = (ratio * sine, one - lost);
         let sin = (ratio * cos_theta - rest * sin_theta).at_least(V::Real::splat(0.0));
         let cos = rest * cos_theta + ratio * sin_theta;

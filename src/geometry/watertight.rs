@@ -3,7 +3,7 @@
 //! [`moller_trumbore`](crate::geometry::shape::moller_trumbore), equation
 //! [`crate::equation::TRIANGLE_SOLUTION`].
 //!
-//! Why nothing leaks: each vertex is sheared and projected to two dimensions by the same rounded
+//! Nothing leaks because each vertex is sheared and projected to two dimensions by the same rounded
 //! operations, whatever triangle it belongs to, so a closed mesh stays a closed polygonal map
 //! around the ray. An edge value is the difference of two rounded products. Rounding is monotone,
 //! so its sign is the true sign or it is exactly zero, and zero counts as inside. Neighbours that
@@ -18,11 +18,11 @@ use super::shape::Ray;
 use crate::math::real::{Mask, Real};
 use crate::math::simd::{Axes, Turn};
 
-/// A vertex as a ray sees it: sheared across the direction, and its depth along the axis nearest to
-/// it.
+/// A projected vertex: sheared across the ray's direction, with its depth along the axis nearest to
+/// that.
 pub type Projected<R> = [R; 3];
 
-/// What is computed once per ray: the axis order and the shear that turns the direction to +z.
+/// Per-ray data of the test: the axis order and the shear that turns the direction to +z.
 #[derive(Clone, Copy, Debug)]
 pub struct Shear<R = f64, A = [usize; 3]> {
     origin: [R; 3],
@@ -30,14 +30,14 @@ pub struct Shear<R = f64, A = [usize; 3]> {
     shear: [R; 3],
 }
 
-/// Of several rays.
+/// [`Shear`] of several rays.
 pub type LaneShear<R> = Shear<R, <<R as Real>::Vector as Turn>::Axes>;
 
 /// A hit of the watertight test: distance in units of the direction's length, and the barycentric
 /// weights of the three vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit<R = f64> {
-    /// t of (1).
+    /// Distance t of (1).
     pub t: R,
     /// Weights of V₀, V₁, V₂; they sum to one up to rounding.
     pub weights: [R; 3],
@@ -57,7 +57,7 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
         }
     }
 
-    /// A vertex as the ray sees it.
+    /// Returns a vertex in the ray's sheared coordinates.
     #[inline]
     pub fn project(&self, vertex: [R; 3]) -> Projected<R> {
         let ([ox, oy, oz], [sx, sy, _]) = (self.origin, self.shear);
@@ -66,22 +66,22 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
         [(x - ox) - sx * z, (y - oy) - sy * z, z]
     }
 
-    /// The distance of what is seen at a depth, in units of the direction's length.
+    /// Returns the distance of a point at a depth, in units of the direction's length.
     #[inline]
     pub fn distance(&self, depth: R) -> R {
         depth * self.shear[2]
     }
 
-    /// The hit ahead, from either side, edges and vertices included, on the triangle of three
-    /// projected vertices; t is infinite where there is none. What is as near as rounding
-    /// ([`NEAREST`]) is where the ray starts, not ahead.
+    /// Returns the hit ahead, from either side, edges and vertices included, on the triangle of
+    /// three projected vertices; t is infinite where there is none. Hits as near as rounding
+    /// ([`NEAREST`]) are at the ray's origin, not ahead.
     #[inline]
     pub fn hit(&self, [a, b, c]: [&Projected<R>; 3]) -> TriangleHit<R> {
         self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
     }
 
-    /// The same by the triangle's [`edge`]s, each opposite to its vertex, and the depths of its
-    /// vertices.
+    /// Returns the hit as [`hit`](Self::hit), from the triangle's [`edge`]s, each opposite to its
+    /// vertex, and the depths of its vertices.
     #[inline(always)]
     pub fn hit_within(&self, [u, v, w]: [R; 3], depths: [R; 3]) -> TriangleHit<R> {
         let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
@@ -114,22 +114,22 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
     }
 }
 
-/// Relative to the farthest vertex of a triangle, a bound on the rounding of the distance at which
-/// a ray meets it: 2⁻⁴⁸, sixteen machine epsilons.
+/// Bound on the rounding of the distance at which a ray meets a triangle, relative to its farthest
+/// vertex: 2⁻⁴⁸, sixteen machine epsilons.
 pub const NEAREST: f64 = 1.0 / 281_474_976_710_656.0;
-/// The same in single precision, 2⁻¹⁹.
+/// [`NEAREST`] in single precision, 2⁻¹⁹.
 pub const SINGLE_NEAREST: f64 = 1.0 / 524_288.0;
 
-/// On which side of the edge between two projected vertices the ray passes: twice the signed area
-/// of the triangle of these two and the ray. Exchanging the vertices changes the sign and nothing
-/// else.
+/// Returns the edge function of two projected vertices, whose sign is the side on which the ray
+/// passes: twice the signed area of the triangle of these two and the ray. Exchanging the vertices
+/// changes the sign and nothing else.
 #[inline]
 pub fn edge<R: Real>(a: &Projected<R>, b: &Projected<R>) -> R {
     a[0] * b[1] - a[1] * b[0]
 }
 
 impl Shear {
-    /// The same ray in every lane, each for another triangle.
+    /// Returns the ray in every lane, each for another triangle.
     #[inline]
     pub fn splat<R: Real>(&self) -> Shear<R> {
         let splat = |numbers: [f64; 3]| numbers.map(R::splat);
@@ -140,7 +140,7 @@ impl Shear {
         }
     }
 
-    /// The hit of one ray with 0 < t < `t_max` on a triangle of these vertices.
+    /// Returns the hit of one ray with 0 < t < `t_max` on a triangle of these vertices.
     #[inline]
     pub fn intersect(&self, vertices: [DVec3; 3], t_max: f64) -> Option<TriangleHit> {
         let [a, b, c] = vertices.map(|vertex| self.project(vertex.to_array()));

@@ -1,15 +1,15 @@
-//! Means of consecutive values, kept for the data file of a test that fails: they show whether all
-//! values are off, or some.
+//! Means of consecutive values, kept for the data file of a failing test: they show whether all
+//! values are off, or only some.
 
 use super::outcome::Cell;
 
-/// At most this many batches are kept.
+/// Largest number of batches kept.
 const MOST: usize = 64;
 
 /// Means of batches of equal size; the size doubles whenever there are too many.
 #[derive(Clone, Copy, Debug)]
 pub struct Batches {
-    /// Values per batch, and values in the batch that is not full yet.
+    /// Values per batch (`size`) and values in the batch that is not yet full (`open`).
     size: u64,
     open: u64,
     sum: f64,
@@ -52,7 +52,7 @@ impl Batches {
         }
     }
 
-    /// The batches of the values times `factor` plus `shift`.
+    /// Returns the batches of the values times `factor` plus `shift`.
     pub fn transformed(mut self, factor: f64, shift: f64) -> Self {
         let map = |x: &mut f64| *x = factor * *x + shift;
         self.means.iter_mut().for_each(map);
@@ -60,13 +60,13 @@ impl Batches {
         self
     }
 
-    /// The means of the full batches, 32 to 63 of them once there are as many values.
+    /// Returns the means of the full batches: 32 to 63 of them once there are as many values.
     pub fn means(&self) -> &[f64] {
         &self.means[..self.full]
     }
 
-    /// The batches of values with this variance against the mean `expected`; `what` begins the
-    /// places.
+    /// Returns the batches of values with this variance as cells against the mean `expected`;
+    /// `what` begins their places.
     pub fn cells(&self, what: &str, expected: f64, variance: f64) -> Vec<Cell> {
         let standard_error = (variance / self.size as f64).sqrt();
         let cell = |(i, &observed): (usize, &f64)| Cell {

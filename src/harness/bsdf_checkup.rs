@@ -1,4 +1,4 @@
-//! A BSDF's check-up in one call, for any BSDF with a density: closures are all it takes. For
+//! Complete check of one BSDF in one call, for any BSDF with a density, given as closures. For
 //! mirrors and glass, whose light goes into single directions, see [`super::lobe_checkup`].
 //!
 //! # Example: a microfacet conductor that is not ours
@@ -59,11 +59,11 @@
 //! }
 //! ```
 //!
-//! # Example: single precision, vectors of one's own
+//! # Example: single precision, own vector type
 //!
-//! Lambert in `f32`. That it computes in single precision is found from its values;
-//! [`CheckUp::roundoff`] states it. Bounds then follow from the conditioning of the functions, up
-//! to half a percent, so that a slip of one percent is seen.
+//! Lambert in `f32`. The check-up finds from its values that it computes in single precision;
+//! [`CheckUp::roundoff`] states it explicitly. Bounds then follow from the conditioning of the
+//! functions, up to half a percent, so that an error of one percent is detected.
 //!
 //! ```
 //! use glam::DVec3;
@@ -121,12 +121,12 @@ use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 pub use sampled::at_direction;
 
-/// What a BSDF's sampler returns.
+/// A direction drawn by a BSDF's sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledDirection {
     /// The sampled direction, unit, pointing away from the surface.
     pub wi: DVec3,
-    /// What the path's throughput is multiplied by: f |cos θᵢ| / pdf.
+    /// Factor of the path's throughput: f |cos θᵢ| / pdf.
     pub weight: f64,
     /// The pdf of `wi` with respect to solid angle, 1/sr.
     pub pdf: f64,
@@ -136,14 +136,14 @@ pub struct SampledDirection {
 pub enum Loss {
     /// None: the pdf integrates to one.
     None,
-    /// This share, for each wo, known apart from the pdf.
+    /// This fraction, for each wo, known independently of the pdf.
     Declared(Box<dyn Fn(DVec3) -> f64 + Send + Sync>),
-    /// As many as the pdf's integral says, which is at most one.
+    /// As many as the pdf's integral, at most one, implies.
     Allowed,
 }
 
 impl Loss {
-    /// How far the integral of the pdf for wo is from what it may be.
+    /// Returns how far the integral of the pdf for wo is from an allowed value.
     pub(super) fn error(&self, integral: f64, wo: DVec3) -> f64 {
         match self {
             Self::None => (integral - 1.0).abs(),
@@ -169,17 +169,17 @@ pub struct BsdfSubject {
     pub reciprocal: bool,
     /// Whether light may leave through the other side, so that the domain is the sphere.
     pub transmits: bool,
-    /// What the sampler may lose.
+    /// How many samples the sampler may lose.
     pub loss: Loss,
-    /// No directional albedo may exceed this. Correct Oren-Nayar exceeds 1 by up to 1.52 %.
+    /// Bound of every directional albedo. Correct Oren-Nayar exceeds 1 by up to 1.52 %.
     pub energy_bound: f64,
     /// The directional albedo, where it is known in closed form.
     pub albedo: Option<Box<dyn Fn(DVec3) -> f64 + Send + Sync>>,
 }
 
 impl BsdfSubject {
-    /// A reciprocal BSDF of the upper hemisphere whose sampler loses nothing, energy bound 1; the
-    /// methods below change that.
+    /// Creates a reciprocal BSDF of the upper hemisphere whose sampler loses nothing, with energy
+    /// bound 1; the methods below change that.
     pub fn new(
         eval: impl Fn(DVec3, DVec3) -> f64 + Send + Sync + 'static,
         sample: impl Fn(DVec3, [f64; 3]) -> Option<SampledDirection> + Send + Sync + 'static,
@@ -197,8 +197,8 @@ impl BsdfSubject {
         }
     }
 
-    /// A model as it is rendered: with the sampler and pdf that every estimator calls. The first
-    /// colour channel.
+    /// Wraps a renderer's model, with the sampler and pdf that every estimator calls; first colour
+    /// channel.
     pub fn of(bsdf: Bsdf) -> Self {
         Self::new(
             move |wo, wi| bsdf.eval(wo, wi).x,
@@ -224,7 +224,7 @@ impl BsdfSubject {
         Self { transmits, ..self }
     }
 
-    /// Sets what the sampler may lose.
+    /// Sets how many samples the sampler may lose.
     pub fn loss(self, loss: Loss) -> Self {
         Self { loss, ..self }
     }
@@ -257,7 +257,7 @@ impl BsdfSubject {
         (self.pdf)(copied(wo), copied(wi))
     }
 
-    /// f(wo, wi) |cos θᵢ|.
+    /// Returns f(wo, wi) |cos θᵢ|.
     fn f_cos(&self, wo: DVec3, wi: DVec3) -> f64 {
         self.eval(wo, wi) * wi.z.abs()
     }
@@ -274,14 +274,14 @@ impl BsdfSubject {
 /// The size of a check-up at scale 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckUp {
-    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace; above 90
-    /// they are those of a BSDF that transmits, seen from the other side.
+    /// Inclinations of wo, degrees from the normal, for chi-square, albedo and furnace; above 90,
+    /// for a BSDF that transmits, wo is on the other side.
     pub inclinations: Vec<f64>,
     /// Samples of each chi-square test and furnace.
     pub samples: u64,
-    /// Cells of each chi-square test.
+    /// Number of cells of each chi-square test.
     pub cells: usize,
-    /// Random pairs of directions of the pointwise checks.
+    /// Number of random pairs of directions of the pointwise checks.
     pub pairs: u64,
     /// δ of the furnace means, relative to the albedo.
     pub delta: f64,
@@ -306,13 +306,13 @@ impl Default for CheckUp {
     }
 }
 
-/// How many of [`check_up`]'s outcomes are random, at most.
+/// Returns the largest number of [`check_up`]'s outcomes that are random.
 pub fn assertions(size: &CheckUp) -> usize {
     2 * size.inclinations.len()
 }
 
-/// Everything that can be asked of a BSDF without a scene: no NaN, negative or infinite values on a
-/// fuzzed domain; reciprocity; the sampler's weight = f cos/pdf and reported pdf = pdf, pointwise;
+/// Checks all that can be asked of a BSDF without a scene: no NaN, negative or infinite values on a
+/// fuzzed domain; reciprocity; pointwise, the sampler's weight = f cos/pdf and reported pdf = pdf;
 /// and for each inclination the pdf's integral, chi-square of the sampler, the directional albedo
 /// against its closed form and bound, and the furnace (mean weight) against the albedo by
 /// quadrature.
@@ -342,10 +342,10 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
     outcomes
 }
 
-/// Pairs of directions on which a subject's precision is found.
+/// Number of pairs of directions from which a subject's precision is found.
 const PRECISION_PAIRS: usize = 400;
 
-/// The bounds for the precision that is stated, or else found from the values of the subject.
+/// Returns the bounds for the precision that is stated, or else found from the subject's values.
 fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Rounding {
     let found = || {
         let rng = &mut context.rng("precision");
@@ -374,9 +374,9 @@ fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Roundin
     Rounding::new(size.roundoff.unwrap_or_else(found))
 }
 
-/// No value is NaN, infinite or negative, nor any sampled direction off the unit sphere; corners of
-/// the domain (normal and grazing incidence, both; retroreflection; random numbers at 0 and near 1)
-/// included.
+/// Checks that no value is NaN, infinite or negative and that sampled directions are unit, corners
+/// of the domain included (normal and grazing incidence, both; retroreflection; random numbers at 0
+/// and near 1).
 fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
     let mut worst = format!(
         "every value is finite and not negative; judged as {}",
@@ -397,7 +397,7 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Str
             subject.sample(wo, u),
         );
         let sample_ok = sample.is_none_or(|s| {
-            // At corners that single precision meets now and then a pdf may round to 0.
+            // In single precision a pdf may round to 0 at corners.
             let corner = wo.z.abs().min(s.wi.z.abs()) <= rounding.horizon()
                 || u.iter().any(|&u| u == 0.0 || u == last);
             let dense = s.pdf > 0.0 || (s.pdf == 0.0 && corner && rounding.is_coarse());
@@ -414,7 +414,7 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Str
     Outcome::exact("finite and not negative", size.pairs, bad, 0.0, worst)
 }
 
-/// weight · pdf = f cos, and the sample's pdf is the pdf, pointwise.
+/// Checks pointwise that weight · pdf = f cos and that the sample's pdf is the pdf.
 fn weights(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
     let mut largest = Largest::default();
     let [mut compared, mut left_out] = [0; 2];

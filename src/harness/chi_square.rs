@@ -1,4 +1,5 @@
-//! A sampler against its pdf: chi-square over cells, exact binomial tails for what is lost.
+//! Chi-square test of a sampler against its pdf over cells, with exact binomial tails for lost
+//! samples.
 
 use glam::DVec3;
 
@@ -12,18 +13,18 @@ use super::tails::{
     poisson_cdf, poisson_interval, poisson_sf,
 };
 
-/// A cell must expect this many samples where there are fewer than [`FEW_CELLS`] cells...
+/// Least expected count of a cell where there are fewer than [`FEW_CELLS`] cells.
 pub const LEAST_EXPECTED_FEW: f64 = 1000.0;
-/// ...and this many otherwise, for the far tail to be valid. With 100, 32 cells had twice the
-/// nominal tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
+/// Least expected count of a cell otherwise, for the far tail to be valid. With 100, 32 cells had
+/// twice the nominal tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
 pub const LEAST_EXPECTED_MANY: f64 = 300.0;
-/// See [`LEAST_EXPECTED_FEW`].
+/// Number of cells from which [`LEAST_EXPECTED_MANY`] applies instead of [`LEAST_EXPECTED_FEW`].
 pub const FEW_CELLS: usize = 32;
 
-/// How many samples fell where.
+/// Sample counts per cell.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
-    /// Samples asked for: accepted, lost and forbidden.
+    /// Number of samples asked for: accepted, lost and forbidden.
     pub n: u64,
     /// Samples per cell.
     pub observed: Vec<u64>,
@@ -31,12 +32,12 @@ pub struct Counts {
     pub lost: u64,
     /// Samples outside the domain, or where the pdf is not a positive finite number.
     pub forbidden: u64,
-    /// The first of those.
+    /// First forbidden sample.
     pub example: Option<DVec3>,
 }
 
 impl Counts {
-    /// The same of the cells that were gathered from those on which it was counted.
+    /// Sums the counts of the fields of each cell of a partition gathered from theirs.
     pub(super) fn gathered(&self, partition: &Partition) -> Self {
         let mut counts = Self {
             observed: vec![0; partition.masses.len()],
@@ -48,9 +49,9 @@ impl Counts {
         counts
     }
 
-    /// As if the least probable cell that is not pooled were off by `effect`, relative, and the
-    /// others made up for it evenly: of all laws that are off by so much in some cell, the one that
-    /// shows least. `None` if there are no two cells.
+    /// Returns the counts as if the least probable cell that is not pooled were off by `effect`,
+    /// relative, and the others made up for it evenly: the law with such an error in some cell that
+    /// is hardest to detect. `None` if there are fewer than two cells.
     fn moved(&self, partition: &Partition, effect: f64) -> Option<Self> {
         let kept: u64 = self.observed.iter().sum();
         let mass = partition.mass();
@@ -135,8 +136,8 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         .map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass })
         .collect();
     let pooled = pool(&expected, &counts.observed);
-    // What rounding of the density explains is no deviation. Normalised, masses may be off by twice
-    // as much.
+    // Deviations that the density's rounding explains do not count. Normalised, masses may be off
+    // by twice as much.
     let deviation = |[e, o]: [f64; 2]| ((o - e).abs() - 2.0 * partition.relative * e).max(0.0);
     let statistic: f64 = pooled
         .iter()
@@ -149,13 +150,13 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         1.0
     };
     let p_lost = lost_p(partition, counts);
-    // Where nothing may be lost at all, there is no chance in that, and no second test to pay for.
+    // If nothing can be lost, there is no second random test to divide the level with.
     let tests = if partition.loss == 0.0 && partition.error == 0.0 {
         1
     } else {
         2
     };
-    // Without a quadrature's error, a cell without probability is as forbidden as the outside.
+    // Without quadrature error, a cell of probability zero is as forbidden as the outside.
     let impossible = partition.error == 0.0
         && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
     let p = if counts.forbidden > 0 || impossible {
@@ -192,13 +193,14 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     let blur = partition.error * partition.error * kept as f64 / (least / kept as f64);
     let certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
     if blur > LARGEST_BLUR && !certain {
-        // Undecided: the cells' probabilities are not known well enough for so many samples.
+        // Undecided: the cells' probabilities are not known accurately enough for this many
+        // samples.
         Outcome {
             valid_from: u64::MAX,
             ..outcome
         }
     } else if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
-        // Two cells take so many samples, if they are equally probable.
+        // Two equally probable cells need this many samples.
         let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
         outcome.without_evidence("one cell holds everything", needed)
     } else {
@@ -206,7 +208,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     }
 }
 
-/// One call for a sampler with cells of known probability: `n` samples, a 2 % claim per cell.
+/// Tests a sampler against cells of known probability: `n` samples, a 2 % claim per cell.
 pub fn sampler_against_partition(
     name: &str,
     partition: &Partition,
@@ -221,15 +223,15 @@ pub fn sampler_against_partition(
     )
 }
 
-/// The ceiling of δ for a single cell's probability, relative.
+/// Largest relative δ of a single cell's probability.
 pub const CELL_DELTA: f64 = 0.02;
 
-/// Errors of the cells' probabilities may add this much to the statistic's mean: at 6 standard
-/// deviations a fifth to the tail.
+/// Largest amount that errors of the cells' probabilities may add to the statistic's mean: at 6
+/// standard deviations, a fifth of the tail.
 const LARGEST_BLUR: f64 = 1e-3;
 
-/// Cells that expect too little are joined, smallest first, until none does; pairs of expected and
-/// observed counts.
+/// Pools cells that expect too little, smallest first, until none does; returns pairs of expected
+/// and observed counts.
 pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     let least = |cells: usize| {
         if cells < FEW_CELLS {
@@ -249,7 +251,7 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
         let last = cells.len() - 1;
         cells[last][0] += e;
         cells[last][1] += o;
-        // The pool has grown: put it back in order.
+        // The pooled cell has grown: restore the order.
         let pooled = cells.pop().unwrap_or_default();
         let at = cells.partition_point(|c| c[0] >= pooled[0]);
         cells.insert(at, pooled);
@@ -257,7 +259,7 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
     cells
 }
 
-/// The two-sided exact p-value of the number of lost samples, given that the loss is known to
+/// Returns the two-sided exact p-value of the number of lost samples, the loss being known to
 /// within the partition's error.
 fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
     let error = partition.error + partition.relative * partition.mass();
@@ -268,7 +270,7 @@ fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
     (2.0 * tails).min(1.0)
 }
 
-/// The hull of the cells' relative deviations.
+/// Hull of the simultaneous intervals of the cells' relative deviations.
 struct Hull {
     worst: f64,
     interval: [f64; 2],
@@ -303,7 +305,7 @@ fn cells(partition: &Partition, counts: &Counts, expected: &[f64]) -> Vec<Cell> 
             place: place.clone(),
             expected: e,
             observed: o as f64,
-            // A cell without probability and without samples is right.
+            // An empty cell of probability zero is right.
             sigmas: if o as f64 == e {
                 0.0
             } else {
@@ -345,12 +347,12 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
         })
 }
 
-/// A discrete choice (mirror or refraction, which lobe, which light): k of n against its
-/// probability, by exact binomial tails. `delta` is absolute. Also where the probability is 0 or 1:
-/// no success in n bounds the true one.
+/// Tests a discrete choice (mirror or refraction, which lobe, which light), k of n against its
+/// probability, by exact binomial tails. `delta` is absolute. Probabilities of 0 or 1 are allowed,
+/// too: no success in n bounds the true one.
 pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     grade(share(name, k, n, probability, delta), |effect| {
-        // No probability is beyond 0 and 1, and no count.
+        // Probabilities stay within 0 and 1, and counts within 0 and n.
         let wrong = (k as f64 + effect * n as f64).round();
         let possible = (0.0..=1.0).contains(&(probability + effect));
         possible.then(|| {
@@ -407,7 +409,7 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
         graded: Vec::new(),
     };
     if n == 0 {
-        // 0 of 0 is NaN, but no wrong share.
+        // 0 of 0 is NaN, but no wrong proportion.
         Outcome {
             estimate: probability,
             ..outcome
@@ -418,8 +420,8 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
     }
 }
 
-/// Rare events among n values: k of them against the Poisson law with mean `expected` ≥ 0, by exact
-/// tails. `delta` is a number of events.
+/// Tests rare events among n values, k of them against the Poisson law with mean `expected` ≥ 0, by
+/// exact tails. `delta` is a number of events.
 pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
     grade(events(name, k, n, expected, delta), |effect| {
         let wrong = (k as f64 + effect).round().max(0.0) as u64;

@@ -1,4 +1,4 @@
-//! How fast an error shrinks, and how the variances of two samplers compare.
+//! Tests of the order of convergence, and of the ratio of two samplers' variances.
 
 use super::graded::grade;
 use super::mean::{ROUNDING, Sigma, Values, mean, satterthwaite, skewness_of_sum};
@@ -6,7 +6,7 @@ use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{f_sf, student_two_sided, student_upper};
 
-/// The least-squares slope of ln `errors` against ln `sizes`.
+/// Returns the least-squares slope of ln `errors` against ln `sizes`.
 pub fn log_slope(sizes: &[f64], errors: &[f64]) -> f64 {
     let n = sizes.len() as f64;
     let x: Vec<f64> = sizes.iter().map(|s| s.ln()).collect();
@@ -22,9 +22,9 @@ pub fn log_slope(sizes: &[f64], errors: &[f64]) -> f64 {
 /// Tests the order of convergence: the mean over independent `groups` of the slope of ln error
 /// against ln N must be within ±`margin` of `reference`.
 ///
-/// Each group holds one error (variance or mean squared error) per size. A logarithm of a noisy
+/// Each group holds one error (variance or mean squared error) per size. The logarithm of a noisy
 /// error is biased, but equally at every size if each group's errors come from the same number of
-/// replications at all sizes: the slope is not biased.
+/// replications at all sizes: then the slope is unbiased.
 pub fn slope(
     name: &str,
     sizes: &[f64],
@@ -41,7 +41,7 @@ pub fn slope(
     outcome
 }
 
-/// Mean errors per size against the line of the reference slope through their centre.
+/// Returns mean errors per size against the line of the reference slope through their centre.
 fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> {
     let logs: Vec<f64> = (0..sizes.len())
         .map(|i| groups.iter().map(|g| g[i].ln()).sum::<f64>() / groups.len() as f64)
@@ -101,7 +101,7 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         claim: Claim::Exact {
             delta: delta * ratio,
         },
-        // An effect on the ratio moves the difference by as many times the second mean.
+        // An effect on the ratio moves the difference by that times the second mean.
         sensitivity: Sensitivity::Normal {
             standard_error: standard_error / mb.mean(),
             dof: satterthwaite([
@@ -124,22 +124,23 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
     }
 }
 
-/// All r with |x − r y| ≤ c √(v_x + r² v_y), for independent x and y; the whole line if y is not
-/// clearly different from zero.
+/// Returns all r with |x − r y| ≤ c √(v_x + r² v_y), for independent x and y; the whole line if y
+/// is not clearly different from zero.
 fn fieller([x, y]: [f64; 2], [vx, vy]: [f64; 2], c: f64) -> [f64; 2] {
     let g = y * y - c * c * vy;
     if g <= 0.0 {
         return [f64::NEG_INFINITY, f64::INFINITY];
     }
-    // A quarter of the quadratic equation's discriminant, without its cancelling part (xy)².
+    // A quarter of the quadratic equation's discriminant, without the part (xy)² that cancels.
     let root = c * (vx * g + vy * x * x).sqrt();
     [(x * y - root) / g, (x * y + root) / g]
 }
 
-/// The two-sided F test of the ratio of two sample variances (s², n) of *normal* values.
-pub fn f_test(a: (f64, u64), b: (f64, u64), ratio: f64) -> f64 {
-    let f = a.0 / b.0 / ratio;
-    let (d1, d2) = (a.1 as f64 - 1.0, b.1 as f64 - 1.0);
+/// Returns the p-value of the two-sided F test of the ratio of two sample variances s² of `counts`
+/// *normal* values each.
+pub fn f_test(variances: [f64; 2], counts: [u64; 2], ratio: f64) -> f64 {
+    let f = variances[0] / variances[1] / ratio;
+    let [d1, d2] = counts.map(|n| n as f64 - 1.0);
     // The lower tail is the upper tail of the reciprocal.
     2.0 * f_sf(f, d1, d2).min(f_sf(1.0 / f, d2, d1))
 }

@@ -1,5 +1,5 @@
-//! Sampled directions on trial, of whatever program drew them: against a density, with their
-//! weights and reported pdfs.
+//! Tests of sampled directions from any program: against a density, with their weights and reported
+//! pdfs.
 //!
 //! ```
 //! use whitefurnace::harness::directions::{Density, Directions, Sample};
@@ -34,14 +34,14 @@ use density::{MOMENTS, SHARP, at_centre};
 pub use rounding::{Precision, Rounding};
 use rounding::{range, refined};
 
-/// What a sampler returned.
+/// One output of a sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// A unit vector, as far as its precision goes; `None` for a sample that was lost.
+    /// Unit vector, within its precision; `None` for a lost sample.
     pub direction: Option<DVec3>,
-    /// What a path's throughput is multiplied by: f |cos θ| / pdf.
+    /// Factor of a path's throughput: f |cos θ| / pdf.
     pub weight: Option<f64>,
-    /// The pdf that the sampler reports, with respect to solid angle, 1/sr.
+    /// Pdf reported by the sampler, with respect to solid angle, 1/sr.
     pub pdf: Option<f64>,
 }
 
@@ -51,56 +51,55 @@ pub struct Directions<'a> {
     precision: Precision,
     counts: Counts,
     moments: [Values; MOMENTS.len()],
-    /// Weights; a lost sample's is 0.
+    /// Weights; 0 for a lost sample.
     weights: Values,
     pdfs: Reported,
-    /// Draws one of the directions that are rounded to the same numbers.
+    /// Source of randomness for drawing among directions that round to the same numbers.
     random: Stream,
 }
 
 /// Reported pdfs so far.
 struct Reported {
     count: u64,
-    /// The largest error relative to the density, beyond what rounding explains, and which sample
-    /// has it.
+    /// Largest error relative to the density, beyond rounding, and the sample that has it.
     worst: (f64, String),
-    /// The smallest relative error that a sample could have shown.
+    /// Smallest relative error that a sample could have shown.
     finest: f64,
 }
 
-/// How far a pdf reported in double precision may be off, relative to the density.
+/// Largest error of a pdf reported in double precision, relative to the density.
 pub const PDF_TOLERANCE: f64 = 1e-3;
-/// The same for a pdf that may have been computed in single precision: half of a slip of one
-/// percent, so that this is seen. Right pdfs of GGX with α of 0.02 or more, by the usual 1 − cos² θ
-/// (1 − α²) in the denominator, were off by up to 1.5e-3.
+/// Largest relative error of a pdf that may have been computed in single precision: half of an
+/// error of one percent, so that such an error is detected. Correct pdfs of GGX with α of 0.02 or
+/// more, by the usual 1 − cos² θ (1 − α²) in the denominator, were off by up to 1.5e-3.
 pub const SINGLE_PDF_TOLERANCE: f64 = 5e-3;
-/// In single precision a pdf, in 1/sr, may be off by so much times itself besides, relative to it:
-/// where 1 − cos θ is of the size 1/(8π pdf), as over the half vectors of a lobe, a rounding of
-/// cos² θ, 2⁻²⁴, changes a pdf with the square of that in the denominator by 16π · 2⁻²⁴ pdf. Here
-/// are two and a half; pdfs of GGX with α of 0.01 were off by 1.2.
+/// Further relative error of a pdf in single precision, times the pdf in 1/sr: where 1 − cos θ is
+/// of the size 1/(8π pdf), as over the half vectors of a lobe, a rounding of cos² θ, 2⁻²⁴, changes
+/// a pdf with the square of that in the denominator by 16π · 2⁻²⁴ pdf. The constant is 2.5 times
+/// that; pdfs of GGX with α of 0.01 were off by 1.2 times.
 const SINGLE_PDF_CONDITION: f64 = 128.0 / 16_777_216.0;
-/// A slip of a pdf that must be seen.
+/// Relative error of a pdf that must be detected.
 const SLIP: f64 = 1e-2;
-/// Of so many samples it is found how finely a reported pdf can be judged.
+/// Number of samples from which it is found how finely a reported pdf can be judged.
 const GAUGED: u64 = 1000;
-/// Weights that vary by less than this are all the same but for rounding to 32 bits.
+/// Relative variation below which weights are equal up to rounding to 32 bits.
 const CONSTANT: f64 = 1e-5;
-/// Numbers of cells: a few whose probabilities are told to a margin, and many for what is small in
-/// extent.
+/// Least and largest numbers of cells: `FEW`, whose probabilities are tested to a margin, and
+/// `MANY`, for errors of small extent.
 const FEW: [usize; 2] = [6, 96];
 const MANY: [usize; 2] = [128, 1024];
-/// Samples of each of the many cells.
+/// Samples per cell of the many cells.
 const PER_CELL: u64 = 1200;
-/// Cells whose probabilities are known to [`SHARP`] are enough for so many samples times cells.
+/// Largest product of samples and cells for which probabilities known to [`SHARP`] suffice.
 const SHARP_ENOUGH: u64 = 100_000_000_000;
 
 impl<'a> Directions<'a> {
-    /// No samples yet, of numbers in double precision.
+    /// Starts without samples, for numbers in double precision.
     pub fn new(density: &'a Density) -> Self {
         Self::with_precision(density, Precision::DOUBLE)
     }
 
-    /// No samples yet, of numbers with this precision.
+    /// Starts without samples, for numbers of this precision.
     pub fn with_precision(density: &'a Density, precision: Precision) -> Self {
         Self {
             density,
@@ -122,10 +121,10 @@ impl<'a> Directions<'a> {
 
     /// Adds a sample.
     ///
-    /// A direction that is rounded to more than 1e-8 is replaced by one that is drawn by the
-    /// density among those that are rounded to the same numbers. So rounded samples of the density
-    /// follow it exactly, and what rounding hides is not judged. A sample counts as forbidden if
-    /// the density is zero wherever it may have been.
+    /// A direction rounded to more than 1e-8 is replaced by one drawn from the density among those
+    /// that round to the same numbers. So rounded samples of the density follow it exactly, and
+    /// errors hidden by rounding are not judged. A sample counts as forbidden if the density is
+    /// zero wherever it may have been.
     pub fn push(&mut self, sample: &Sample) {
         self.counts.n += 1;
         if let Some(weight) = sample.weight {
@@ -162,7 +161,7 @@ impl<'a> Directions<'a> {
         self.pdfs.count += 1;
         let pdf = self.density.pdf(direction.normalize());
         let rounding = self.precision.pdf.half_width(reported);
-        // How far the reported pdf lies outside a range of densities, relative to the density.
+        // Relative distance of the reported pdf from a range of densities.
         let beyond = |[least, most]: [f64; 2]| {
             let excess = ((least - reported).max(reported - most) - rounding).max(0.0);
             if excess == 0.0 { 0.0 } else { excess / pdf }
@@ -173,7 +172,7 @@ impl<'a> Directions<'a> {
         } else {
             0.0
         };
-        // In such units that the tolerance is what rounding explains.
+        // In units in which the tolerance covers rounding.
         let scale = tolerance / tolerance.max(conditioned);
         let error = if reported.is_nan() {
             f64::NAN
@@ -205,20 +204,19 @@ impl<'a> Directions<'a> {
         }
     }
 
-    /// The mean weight and its standard error, of two samples with weights or more.
+    /// Returns the mean weight and its standard error, from two or more samples with weights.
     pub fn mean_weight(&self) -> Option<[f64; 2]> {
         let weights = self.weights.moments;
         (weights.count() > 1).then(|| [weights.mean(), weights.standard_error()])
     }
 
-    /// What the samples say: chi-square over few and over many cells, means, reported pdfs, and the
-    /// mean weight against what it should be. `margin` is how far a cell's probability and the mean
-    /// weight may be off, relative to them, and means of functions of the quantiles, absolute; in
-    /// (0, 1).
+    /// Returns the outcomes: chi-square over few and over many cells, means, reported pdfs, and the
+    /// mean weight against its expected value. `margin`, in (0, 1), is how far a cell's probability
+    /// and the mean weight may be off, relative, and means of functions of the quantiles, absolute.
     pub fn outcomes(&self, margin: f64, mean_weight: Option<f64>) -> Vec<Outcome> {
         let n = self.counts.n;
         let fields = &self.density.fields;
-        // The interval of each cell's share, and as much again for the largest of their deviations,
+        // The interval of each cell's probability, and as much again for the largest deviation,
         // lies within the margin.
         let wanted = (2.0 * normal_upper(ALPHA / FEW[1] as f64) / margin).powi(2);
         let most = ((n as f64 / wanted) as usize).clamp(FEW[0], FEW[1]);
@@ -272,8 +270,8 @@ impl<'a> Directions<'a> {
         }
     }
 
-    /// The outcome of reported pdfs, if there are any; undecided if they are too coarse to show a
-    /// slip of one percent.
+    /// Returns the outcome of reported pdfs, if there are any; undecided if they are too coarse to
+    /// show an error of one percent.
     fn pdfs(&self) -> Option<Outcome> {
         let Reported {
             count,
@@ -293,8 +291,8 @@ impl<'a> Directions<'a> {
         })
     }
 
-    /// The outcome of the mean weight; undecided if the weights are rounded to more than the
-    /// margin.
+    /// Returns the outcome of the mean weight; undecided if the weights are rounded to more than
+    /// the margin.
     fn weight(&self, expected: f64, margin: f64) -> Outcome {
         let (name, moments) = ("mean weight", self.weights.moments);
         let rounding = self.precision.weight.half_width(expected);

@@ -1,4 +1,4 @@
-//! Where samplers put their points, and how the place is cut into cells.
+//! Domains of samplers, and their partition into cells.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -7,15 +7,15 @@ use glam::DVec3;
 use super::quadrature::{Integral, Rectangle, integrate_within, work};
 use super::quantiles::Quantiles;
 
-/// A set of directions (local, unit, measured by solid angle) or of points (measured by area), with
-/// a map to the unit square in which rows and columns make cells.
+/// Set of directions (local, unit, measured by solid angle) or of points (measured by area), with a
+/// map to the unit square in which rows and columns make cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
     /// All directions; rows of equal solid angle.
     Sphere,
     /// Directions with z ≥ 0; rows of equal solid angle: equal probability for the uniform law.
     Hemisphere,
-    /// The same directions; rows of equal projected solid angle: equal probability for cos θ/π.
+    /// Directions with z ≥ 0; rows of equal projected solid angle: equal probability for cos θ/π.
     CosineHemisphere,
     /// Points (x, y, 0) with x² + y² ≤ 1; rings of equal area.
     Disk,
@@ -25,16 +25,16 @@ pub enum Domain {
     Triangle,
 }
 
-/// By so much points in double precision may miss unit length and borders: rounding, not more.
+/// Largest error of unit length and borders of points in double precision.
 const ROUNDING: f64 = 1e-9;
 
 impl Domain {
-    /// The place of a point in the unit square; `None` outside the domain (and for NaN).
+    /// Maps a point to the unit square; `None` outside the domain (and for NaN).
     pub fn to_square(self, p: DVec3) -> Option<[f64; 2]> {
         self.to_square_within(p, ROUNDING)
     }
 
-    /// The same for points that may miss unit length and borders by so much.
+    /// Maps a point whose unit length or border may be off by `rounding` to the unit square.
     fn to_square_within(self, p: DVec3, rounding: f64) -> Option<[f64; 2]> {
         let azimuth = || {
             let turn = p.y.atan2(p.x) / TAU;
@@ -70,7 +70,7 @@ impl Domain {
         }
     }
 
-    /// The largest polar angle, radians; `None` for a domain of points.
+    /// Returns the largest polar angle, radians; `None` for a domain of points.
     pub(super) fn largest_angle(self) -> Option<f64> {
         match self {
             Self::Sphere => Some(PI),
@@ -79,15 +79,15 @@ impl Domain {
         }
     }
 
-    /// Whether a vector is one of the domain's directions, which may miss unit length and horizon
-    /// by so much.
+    /// Returns whether a vector is one of the domain's directions, up to an error `rounding` of
+    /// unit length and horizon.
     fn has_direction(self, w: DVec3, rounding: f64) -> bool {
-        // Directions in double precision do not miss the horizon.
+        // Directions in double precision are exact at the horizon.
         let above = w.z >= if rounding > ROUNDING { -rounding } else { 0.0 };
         (w.length_squared() - 1.0).abs() < rounding && (self == Self::Sphere || above)
     }
 
-    /// The smooth coordinate (θ, r, x or u) of the row border at s in [0, 1].
+    /// Returns the smooth coordinate (θ, r, x or u) of the row border at s in [0, 1].
     fn border(self, s: f64) -> f64 {
         match self {
             Self::Sphere => (1.0 - 2.0 * s).acos(),
@@ -99,8 +99,8 @@ impl Domain {
         }
     }
 
-    /// The point at smooth coordinate a and column coordinate b in [0, 1], and its measure per da
-    /// db.
+    /// Returns the point at smooth coordinate a and column coordinate b in [0, 1], and its measure
+    /// per da db.
     fn point(self, a: f64, b: f64) -> (DVec3, f64) {
         let (sin_phi, cos_phi) = (TAU * b).sin_cos();
         match self {
@@ -114,8 +114,8 @@ impl Domain {
         }
     }
 
-    /// ∫ f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the domain's
-    /// measure.
+    /// Integrates f over rows × columns [s₀, s₁] × [b₀, b₁] of the square, with respect to the
+    /// domain's measure.
     pub fn integrate(
         self,
         part: [[f64; 2]; 2],
@@ -125,7 +125,7 @@ impl Domain {
         self.integrate_within(self.area(part), tolerance, &mut work(), f)
     }
 
-    /// The smooth coordinates of rows × columns of the square.
+    /// Returns the rectangle of smooth coordinates of rows × columns of the square.
     fn area(self, [rows, columns]: [[f64; 2]; 2]) -> Rectangle {
         Rectangle {
             x: rows.map(|s| self.border(s)),
@@ -133,7 +133,7 @@ impl Domain {
         }
     }
 
-    /// ∫ f over a rectangle of the smooth coordinates.
+    /// Integrates f over a rectangle of the smooth coordinates.
     fn integrate_within(
         self,
         area: Rectangle,
@@ -147,7 +147,7 @@ impl Domain {
         })
     }
 
-    /// ∫ f over the whole domain, cut into 2 × 4 parts to begin with, so that a lobe is not
+    /// Integrates f over the whole domain, cut into 2 × 4 parts to begin with, so that no lobe is
     /// overlooked.
     pub fn integrate_all(self, tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
         let parts = (0..8).map(|k| self.integrate(field(k, [2, 4]), tolerance / 8.0, f));
@@ -158,7 +158,7 @@ impl Domain {
     }
 }
 
-/// A field of a grid of the unit square, counted row by row.
+/// Returns the rows and columns of field k of a grid of the unit square, counted row by row.
 fn field(k: usize, [rows, columns]: [usize; 2]) -> [[f64; 2]; 2] {
     let ends = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
     [ends(k / columns, rows), ends(k % columns, columns)]
@@ -167,38 +167,38 @@ fn field(k: usize, [rows, columns]: [usize; 2]) -> [[f64; 2]; 2] {
 /// A domain cut into cells of known probability.
 #[derive(Clone, Debug)]
 pub struct Partition {
-    /// What is cut.
+    /// Domain that is partitioned.
     pub domain: Domain,
-    /// The cells' probabilities; with `loss` they sum to one.
+    /// Probabilities of the cells; with `loss` they sum to one.
     pub masses: Vec<f64>,
-    /// Where each cell lies, in words.
+    /// Places of the cells, in words.
     pub places: Vec<String>,
-    /// The probability that the sampler returns nothing.
+    /// Probability that the sampler returns nothing.
     pub loss: f64,
-    /// How exactly the probabilities are known: 0 for closed forms, else the quadrature's error, at
-    /// least its tolerance.
+    /// Accuracy of the probabilities: 0 for closed forms, else the quadrature's error, at least its
+    /// tolerance.
     pub error: f64,
-    /// How far each probability may be off besides, relative to it: by the rounding of a density in
-    /// single precision.
+    /// Further relative error of each probability: rounding of a density in single precision.
     pub(crate) relative: f64,
-    /// By how much points may miss unit length and borders.
+    /// Largest error of unit length and borders of points.
     rounding: f64,
     rows: usize,
     columns: usize,
-    /// By what rows and columns are cut, if not by the domain's square.
+    /// Quantiles that define rows and columns, if the domain's square does not.
     quantiles: Option<Quantiles>,
-    /// For each field of the grid, its cell.
+    /// Cell of each field of the grid.
     cell_of: Vec<usize>,
 }
 
-/// Fields of the grid on which a density is integrated, before they are gathered into cells.
+/// Rows and columns of the grid on which a density is integrated before its fields are gathered
+/// into cells.
 pub(super) const FIELDS: [usize; 2] = [32, 64];
-/// To how much a partition's probabilities are known.
+/// Total tolerance of a partition's probabilities.
 pub const MASS_TOLERANCE: f64 = 1e-6;
 
 impl Partition {
-    /// rows × columns cells of equal probability, for the law that is uniform in the domain's
-    /// square: exact, without loss.
+    /// Creates rows × columns cells of equal probability, for the law that is uniform in the
+    /// domain's square: exact, without loss.
     pub fn equal(domain: Domain, rows: usize, columns: usize) -> Self {
         let cells = rows * columns;
         Self {
@@ -225,7 +225,7 @@ impl Partition {
         }
     }
 
-    /// Fields of equal probability by the quantiles of a density of directions.
+    /// Creates fields of equal probability from the quantiles of a density of directions.
     pub(super) fn quantiles(domain: Domain, quantiles: Quantiles) -> Self {
         Self {
             quantiles: Some(quantiles),
@@ -233,8 +233,8 @@ impl Partition {
         }
     }
 
-    /// Outcomes of a discrete law with these probabilities (which sum to one): for counts made
-    /// elsewhere.
+    /// Creates the outcomes of a discrete law with these probabilities (which sum to one), for
+    /// counts made elsewhere.
     pub fn of_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
         Self {
             domain: Domain::Square,
@@ -251,16 +251,16 @@ impl Partition {
         }
     }
 
-    /// About `cells` cells of nearly equal probability under a density, by adaptive quadrature:
-    /// fields of a fine grid, for directions one of the density's quantiles, are integrated and
-    /// gathered by halving.
+    /// Creates about `cells` cells of nearly equal probability under a density: adaptive quadrature
+    /// integrates the fields of a fine grid (for directions, one of the density's quantiles), which
+    /// are gathered by halving.
     pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         Self::fields(domain, MASS_TOLERANCE, pdf).gathered(cells)
     }
 
-    /// Each field of a fine grid as a cell, by adaptive quadrature of a density to this tolerance
-    /// in all. What is missing to one is the loss. The work is bounded: a density that is too rough
-    /// leaves an error that no test holds with, NaN leaves NaN.
+    /// Integrates a density over each field of a fine grid by adaptive quadrature, to this
+    /// tolerance in all; each field is a cell. One minus the sum is the loss. The work is bounded:
+    /// a density that is too rough leaves an error with which no test holds, NaN leaves NaN.
     pub(crate) fn fields(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let [rows, columns] = FIELDS;
         let grid = match domain.largest_angle() {
@@ -290,8 +290,7 @@ impl Partition {
         }
     }
 
-    /// About so many cells of nearly equal probability, gathered by halving from the cells of a
-    /// grid.
+    /// Gathers the cells of a grid by halving into about `cells` cells of nearly equal probability.
     pub fn gathered(&self, cells: usize) -> Self {
         let mut partition = Self {
             masses: Vec::new(),
@@ -302,13 +301,14 @@ impl Partition {
         partition
     }
 
-    /// Sets by how much points may miss unit length and borders: 1e-9 unless set, 1e-5 will do for
+    /// Sets the largest error of unit length and borders of points: 1e-9 unless set; 1e-5 suits
     /// points in single precision.
     pub fn rounding(self, rounding: f64) -> Self {
         Self { rounding, ..self }
     }
 
-    /// Why a point is outside the domain, in words that follow the point; `None` if it is inside.
+    /// Returns why a point is outside the domain, in words that follow the point; `None` if it is
+    /// inside.
     pub(crate) fn outside(&self, point: DVec3) -> Option<String> {
         let directions = matches!(
             self.domain,
@@ -325,7 +325,7 @@ impl Partition {
         self.cell(point).is_none().then(why)
     }
 
-    /// The cell of a point; `None` outside the domain.
+    /// Returns the cell of a point; `None` outside the domain.
     pub fn cell(&self, point: DVec3) -> Option<usize> {
         let [s, b] = match &self.quantiles {
             Some(quantiles) if self.domain.has_direction(point, self.rounding) => {
@@ -338,17 +338,17 @@ impl Partition {
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
 
-    /// The cell of each field of the grid, row by row.
+    /// Iterates over the cells of the grid's fields, row by row.
     pub(crate) fn cells_of_grid(&self) -> impl Iterator<Item = usize> {
         self.cell_of.iter().copied()
     }
 
-    /// The sum of all probabilities: 1 − loss.
+    /// Returns the sum of all probabilities: 1 − loss.
     pub fn mass(&self) -> f64 {
         self.masses.iter().sum()
     }
 
-    /// Where a block of fields lies, in words.
+    /// Describes where a block of fields lies.
     fn place(&self, rows: [usize; 2], columns: [usize; 2]) -> String {
         let Some(quantiles) = &self.quantiles else {
             return place(rows, columns, self.rows, self.columns);
@@ -371,7 +371,7 @@ impl Partition {
         let total = mass(rows, columns);
         let first = cells / 2;
         let target = total * first as f64 / cells as f64;
-        // Every cut across rows or columns, by how far it is from the wanted share.
+        // All cuts across rows or columns, by their distance from the wanted probability.
         let cuts = (rows[0] + 1..rows[1])
             .map(|m| ([[rows[0], m], columns], [[m, rows[1]], columns]))
             .chain(

@@ -1,17 +1,17 @@
 //! Graded controls: the right subject's values, off by exactly the size of the claim.
 //!
-//! Gross faults show that a trial can fail; these show that it fails where it says. Each statistic
-//! runs again on transformed values: drawn ones are scaled or shifted, samples are moved from cell
-//! to cell, counts change by as many events. Nothing new is drawn, so they cost nothing.
+//! Gross faults show that a trial can fail; graded controls show that it fails at the size it
+//! claims. Each statistic runs again on transformed values: values are scaled or shifted, samples
+//! moved from cell to cell, counts changed. Nothing new is drawn, so they cost nothing.
 //!
-//! For statistics with an interval they are no new chance of a false alarm: a claim holds if its
+//! For statistics with an interval they add no chance of a false alarm: a claim holds if its
 //! interval lies within δ, and then the values that are off by δ are rejected. Cells are tested
-//! jointly, and have shares of their own.
+//! jointly, and have their own shares of the error budget.
 
 use super::outcome::{Claim, Graded, Outcome};
 
-/// The outcome with its graded controls, of both signs; `again` runs the statistic on values that
-/// are off by an effect, or says that no values can be.
+/// Adds to the outcome its graded controls, of both signs. `again` runs the statistic on values
+/// that are off by an effect; `None` if no values can be.
 pub(super) fn grade(mut outcome: Outcome, again: impl Fn(f64) -> Option<Outcome>) -> Outcome {
     let size = outcome.claim.size();
     let off = outcome.estimate - outcome.reference;

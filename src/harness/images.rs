@@ -1,6 +1,6 @@
-//! Two renderers on trial by images that they made independently: the image mean, regions, tiles
-//! and pixels, by Welch's test under one level for all, with nothing assumed of how a pixel's
-//! values are distributed or how neighbours are correlated but what the images show.
+//! Tests of two renderers by images that they made independently: the image mean, regions, tiles
+//! and pixels, by Welch's test under one level for all, with nothing assumed about the distribution
+//! of a pixel's values or the correlation of neighbours beyond what the images show.
 //!
 //! A quarter of the level goes to each kind of place, and is divided among its places and channels
 //! (Bonferroni). A place is judged where skewness leaves the tail of its test valid
@@ -18,12 +18,12 @@
 //! [`LARGEST_LONE_SHARE`], and pixels are held against the noisiest of their tile as well.
 //!
 //! All this holds as far as the images show their brightest paths. Noise that has not been seen has
-//! no test: [`Comparison::brightest`] tells where a few values carry much of the noise
+//! no test: [`Comparison::brightest`] shows where a few values carry much of the noise
 //! ([`LARGEST_BRIGHT_SHARE`]), so that rarer ones may be missing.
 //!
 //! In a channel without noise, where no pixel of either side varies in [`ENOUGH_WITHOUT_NOISE`]
-//! values or more, values are compared as they stand: any difference beyond rounding is one. What
-//! images never show, such as light that is hit once in many images, is not excluded by that.
+//! values or more, values are compared directly: any difference beyond rounding is a rejection.
+//! Light that is hit once in many images may still be missing.
 //!
 //! ```
 //! use whitefurnace::harness::images::{Rules, Side, compare};
@@ -50,60 +50,58 @@ use super::tails::{student_two_sided, student_upper};
 use crate::image::read::HALF;
 use side::{Part, Prepared, area, grid};
 
-/// The least share of the places that vary that must be judged for their kind to count.
+/// Least fraction of the varying places that must be judged for their kind to count.
 pub const LEAST_SHARE: f64 = 0.5;
-/// The largest term of one side's skewness where the other's takes it away: four times as far as
-/// otherwise, for the next terms of the expansion fall as the square.
+/// Largest term of one side's skewness where the other's cancels it: four times the usual limit, as
+/// the next terms of the expansion fall as the square.
 pub const LARGEST_ALIKE: f64 = 4.0 * LARGEST_SKEW_TERM;
-/// A difference of so many times the standard errors that its level needs stands in spite of
-/// skewness, if the tail there, times what skewness may do to it twice over (the exponential of two
+/// Factor on the critical standard errors of its level above which a difference stands in spite of
+/// skewness, if the tail there, times twice the effect of skewness (the exponential of two
 /// [`Sigma::skew_term`]s), is below the level.
 pub const FAR: f64 = 2.0;
-/// The largest skewness with which a large difference stands: as of 25 events that were seen, which
-/// tell of the law.
+/// Largest skewness with which a large difference stands: that of 25 observed events, enough to
+/// know the law.
 pub const LARGEST_SKEWNESS: f64 = 0.2;
-/// So many pixels that vary independently tell how variance and skewness are shared between the
-/// sides.
+/// Number of independently varying pixels that show how variance and skewness are divided between
+/// the sides.
 pub const MANY: f64 = 64.0;
-/// Where the brightest thousandth of the values carries more than this share of a side's variance,
-/// there may be more that have not been seen: exponential noise has 5 %, noise whose variance is
-/// barely finite (Pareto's law of index 2.5) and shadow rays to a lamp on the ceiling, at 4
-/// samples, a quarter and more.
+/// Fraction of a side's variance carried by the brightest thousandth of its values above which
+/// further bright values may be missing: exponential noise has 5 %, noise whose variance is barely
+/// finite (Pareto's law of index 2.5) and shadow rays to a lamp on the ceiling, at 4 samples, a
+/// quarter and more.
 pub const LARGEST_BRIGHT_SHARE: f64 = 0.2;
-/// The least normal 16-bit float: below it, rounding is absolute.
+/// Least normal 16-bit float: below it, rounding is absolute.
 pub const LEAST_HALF: f64 = 1.0 / 16384.0;
-/// How far a mean of 4096 samples may be off, relatively, if they are added one by one in single
-/// precision: 4096·2⁻²⁴.
+/// Largest relative error of a mean of 4096 samples that are added one by one in single precision:
+/// 4096·2⁻²⁴.
 pub const SINGLE_SUMS: f64 = 1.0 / 4096.0;
-/// The largest share of a part's difference that one pixel may have.
+/// Largest fraction of an area's difference that one pixel may have.
 pub const LARGEST_LONE_SHARE: f64 = 0.5;
-/// The chance to miss a bias that "would have been seen".
+/// Probability of missing a bias of the minimum detectable size.
 pub const MISS: f64 = 0.1;
-/// Where the second image is darker than this share of its mean, differences are relative to that
-/// mean.
+/// Fraction of the second image's mean below which differences are relative to that mean.
 pub const DARK: f64 = 1e-3;
 
-/// The least number of values of each side, pixels times images, none of which varies, that are
-/// taken to have no noise. Independent values of one law are all the same on either side, but
-/// differ between the sides, with a chance of at most 4⁻ⁿ.
+/// Least number of values of each side, pixels times images, none of which varies, that are taken
+/// to have no noise. Independent values of one law are all the same on either side, but differ
+/// between the sides, with a probability of at most 4⁻ⁿ.
 pub const ENOUGH_WITHOUT_NOISE: f64 = 64.0;
 
-/// How images are judged.
+/// Rules by which images are judged.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    /// The chance that two right renderers are called different, at most.
+    /// Largest probability that two right renderers are called different.
     pub level: f64,
-    /// How far image means may differ to be called equal, relative to the second's.
+    /// Largest difference of image means that are called equal, relative to the second's.
     pub margin: f64,
-    /// The side of a tile, pixels.
+    /// Side of a tile, pixels.
     pub tile: usize,
-    /// Regions to judge beside a grid of nine.
+    /// Regions to judge besides a grid of nine.
     pub regions: Vec<Area>,
-    /// Differences below this share of the values are rounding.
+    /// Fraction of the values below which differences are rounding.
     pub rounding: f64,
     /// Whether samples may have been added one by one in single precision: differences up to
-    /// [`SINGLE_SUMS`] are then no evidence, and all that is found if there are no others is
-    /// undecided.
+    /// [`SINGLE_SUMS`] are then no evidence, and the verdict is undecided if there are no others.
     pub single_sums: bool,
 }
 
@@ -120,32 +118,31 @@ impl Default for Rules {
     }
 }
 
-/// One channel of a part of the images.
+/// One channel of one area of the images, compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Where.
+    /// Area of the images.
     pub area: Area,
-    /// The number of the channel.
+    /// Number of the channel.
     pub channel: usize,
-    /// Of the two sides.
+    /// Means of the two sides.
     pub means: [f64; 2],
-    /// What differences are relative to.
+    /// Value that differences are relative to.
     pub scale: f64,
-    /// Of the difference.
+    /// Standard error of the difference.
     pub standard_error: f64,
     /// Degrees of freedom of the standard error.
     pub dof: f64,
-    /// The skewness of the difference, and what it were if the sides' did not cancel; NaN if
-    /// unknown.
+    /// Skewness of the difference, and its value if the sides' did not cancel; NaN if unknown.
     pub skewness: [f64; 2],
-    /// The difference in standard errors, after what may be rounding.
+    /// Difference in standard errors, minus possible rounding.
     pub sigmas: f64,
-    /// Two-sided, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`] constants
-    /// differ, and where any values differ in a channel without noise.
+    /// Two-sided p-value, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`]
+    /// constants differ, and where any values differ in a channel without noise.
     pub p: f64,
     /// Whether its channel has no noise on either side: see [`ENOUGH_WITHOUT_NOISE`].
     pub noiseless: bool,
-    /// What may be rounding, relative.
+    /// Largest relative difference that may be rounding.
     pub rounding: f64,
     /// Whether skewness leaves the tail at the level of its kind valid, or the difference is far.
     pub judged: bool,
@@ -154,20 +151,21 @@ pub struct Place {
 }
 
 impl Place {
-    /// The difference, relative.
+    /// Returns the relative difference.
     pub fn difference(&self) -> f64 {
         (self.means[0] - self.means[1]) / self.scale
     }
 
-    /// The difference's interval at a two-sided level, relative.
+    /// Returns the interval of the relative difference at a two-sided level.
     pub fn interval(&self, level: f64) -> [f64; 2] {
         let half =
             student_upper(level / 2.0, self.dof.clamp(1.0, 1e9)) * self.standard_error / self.scale;
         [-1.0, 1.0].map(|side| self.difference() + side * (half + self.rounding))
     }
 
-    /// The smallest relative difference that would be seen at a level in other images like these,
-    /// but for a chance of [`MISS`], on average over what the standard error is estimated to be.
+    /// Returns the smallest relative difference that would be detected at a level in other images
+    /// like these, except with probability [`MISS`], averaged over the estimates of the standard
+    /// error.
     pub fn seen(&self, level: f64) -> f64 {
         let estimates = if self.standard_error > 0.0 {
             smallest_effect_in_estimates(self.dof, level, MISS)
@@ -177,14 +175,14 @@ impl Place {
         estimates * self.standard_error / self.scale + self.rounding
     }
 
-    /// Whether its difference, if any, is within [`SINGLE_SUMS`].
+    /// Returns whether the difference, if any, is within [`SINGLE_SUMS`].
     pub fn may_be_single_sums(&self) -> bool {
         (self.means[0] - self.means[1]).abs()
             <= SINGLE_SUMS * self.means[0].abs().max(self.means[1].abs())
     }
 
-    /// Whether it says anything: images show noise here, or nowhere in the channel, or two
-    /// constants that differ beyond doubt.
+    /// Returns whether the place is evidence: images show noise here, or nowhere in the channel, or
+    /// two constants differ beyond doubt.
     pub fn varies(&self) -> bool {
         self.standard_error > 0.0 || self.noiseless || self.p == 0.0
     }
@@ -193,57 +191,57 @@ impl Place {
 /// Places of one kind, channel by channel.
 #[derive(Clone, Debug)]
 pub struct Kind {
-    /// What they are.
+    /// Name of the kind.
     pub name: &'static str,
-    /// Across and down, where they are a grid.
+    /// Numbers across and down, where the places are a grid.
     pub grid: [usize; 2],
-    /// All of them.
+    /// All places of the kind.
     pub places: Vec<Place>,
-    /// The level of each.
+    /// Level of each place.
     pub level: f64,
-    /// Whether enough of those that vary are judged.
+    /// Whether enough of the varying places are judged.
     pub counts: bool,
 }
 
 impl Kind {
-    /// The places that are judged.
+    /// Iterates over the places that are judged.
     pub fn judged(&self) -> impl Iterator<Item = &Place> {
         self.places.iter().filter(|place| place.judged)
     }
 
-    /// How many vary.
+    /// Returns the number of places that vary.
     pub fn varying(&self) -> usize {
         self.places.iter().filter(|place| place.varies()).count()
     }
 
-    /// Whether a place of it differs.
+    /// Returns whether a place differs.
     pub fn rejects(&self, place: &Place) -> bool {
         (self.counts || place.far) && place.judged && place.p < self.level
     }
 
-    /// What differs.
+    /// Iterates over the places that differ.
     pub fn rejected(&self) -> impl Iterator<Item = &Place> {
         self.places.iter().filter(|place| self.rejects(place))
     }
 }
 
-/// What was found: the image mean, regions, tiles and pixels.
+/// Result of a comparison: the image mean, regions, tiles and pixels.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// In this order.
+    /// The image mean, regions, tiles and pixels, in this order.
     pub kinds: [Kind; 4],
-    /// The brightest values of the two sides, channel by channel.
+    /// Brightest values of the two sides, channel by channel.
     pub brightest: Vec<[Brightest; 2]>,
-    /// Fails if any place is rejected, by more than [`Rules::single_sums`] lets pass; holds if none
-    /// is, and the image means are equal within the margin. If undecided, about how many times as
-    /// many images would decide; `u64::MAX` if more of the same would not.
+    /// Verdict: fails if any place is rejected by more than [`Rules::single_sums`] allows; holds if
+    /// none is, and the image means are equal within the margin. If undecided, about how many times
+    /// as many images would decide; `u64::MAX` if more of the same would not.
     pub verdict: Verdict,
 }
 
-/// Compares two sides, channel by channel, of frames of this `width`.
+/// Compares two sides, channel by channel, of images of this `width`.
 ///
 /// # Panics
-/// If sides have different numbers of pixels, or a region is not within the frame.
+/// If sides have different numbers of pixels, or a region is not within the image.
 pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Comparison {
     let pixels = match &channels[0][0] {
         Side::Images(images) => images[0].len(),
@@ -280,16 +278,15 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     let of_tiles: Vec<Vec<[Part; 2]>> = (0..channels.len())
         .map(|channel| tiles.par_iter().map(|tile| parts(channel, tile)).collect())
         .collect();
-    // Whether so many pixels vary independently on both sides that they tell how their noise is
-    // shared.
+    // Whether enough pixels vary independently on both sides to show how their noise is divided.
     let are_many = |channel: usize, at: &Area| {
         let correlation = prepared[channel].each_ref().map(|side| side.correlation);
         area(at) / correlation[0].max(correlation[1]) >= MANY
     };
     let tile_of = |at: &Area| at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
-    // Whether a difference that seems real is more than one pixel with few values, of which each
-    // side happens to have met another one every time: of a pixel, by the noisiest of its tile; of
-    // a part, if no pixel makes up half of it.
+    // Whether a significant difference is more than one pixel with few values, of which each side
+    // happens to have met another one every time: for a pixel, by the noisiest of its tile; for an
+    // area, if no pixel makes up half of it.
     let is_confirmed = |place: &Place, critical: f64| {
         let [a, b] = &prepared[place.channel];
         if area(&place.area) > 1.0 {
@@ -313,7 +310,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     let place = |channel: usize, at: Area| {
         let [a, b] = parts(channel, &at);
         let pixels = area(&at);
-        // A pixel's images are too few to tell of skewness: those of its tile do.
+        // A pixel's images are too few to estimate skewness: use those of its tile.
         let tile = tile_of(&at);
         let (pool, of) = if pixels > 1.0 {
             ([a, b], pixels)
@@ -323,7 +320,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let [of_a, of_b] =
             [0, 1].map(|side| prepared[channel][side].cumulants(&pool[side], of, pixels));
         let alike = of_a[1].abs() + of_b[1].abs();
-        // A bound takes nothing away from the other side.
+        // A bound cancels nothing of the other side.
         let bounded = channels[channel]
             .iter()
             .any(|side| matches!(side, Side::Errors(..)));
@@ -352,11 +349,12 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let standard_error = (a.variance + b.variance).sqrt();
         let dof = match are_many(channel, &at) {
             true => satterthwaite([(of_a[0], a.dof), (of_b[0], b.dof)]),
-            // At least so many, whatever the shares of the sides (Mickey and Brown 1966).
+            // Least possible degrees of freedom, whatever the sides' variances (Mickey and Brown
+            // 1966).
             false => a.dof.min(b.dof),
         };
         let sigmas = (difference.abs() - rounding).max(0.0).copysign(difference) / standard_error;
-        // So many values that are all the same speak against another mean.
+        // Many values that are all the same are evidence against another mean.
         let values = channels[channel]
             .iter()
             .map(|side| side.images() as f64 * pixels)
@@ -399,7 +397,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let count = areas.len();
         let level = rules.level / (4 * count * channels.len()) as f64;
         let critical = |dof: f64| student_upper(level / 2.0, dof.clamp(1.0, 1e9));
-        // Pixels have the fewest degrees of freedom, all the same.
+        // All pixels share the fewest degrees of freedom.
         let fewest = critical(fewest_dof);
         let judge = |place: Place| {
             let critical = if place.dof == fewest_dof {
@@ -465,9 +463,10 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     }
 }
 
-/// How many true standard errors a difference is off that is t estimated ones: √E(z² | t), where
-/// normal noise has E(z² | t) = (ν + 1) t²/(ν + t²). With few degrees of freedom t is large for its
-/// small denominator more than for values far out, where skewness bends the law.
+/// Returns the deviation of a difference in true standard errors if it is t estimated ones: √E(z² |
+/// t), where normal noise has E(z² | t) = (ν + 1) t²/(ν + t²). With few degrees of freedom t is
+/// large because its denominator is small rather than because values are far out, where skewness
+/// bends the law.
 fn deviation(t: f64, dof: f64) -> f64 {
     if dof.is_finite() {
         t * ((dof + 1.0) / (dof + t * t)).sqrt()
@@ -476,7 +475,8 @@ fn deviation(t: f64, dof: f64) -> f64 {
     }
 }
 
-/// How many times as many images let the image mean be called equal, if these do not.
+/// Returns how many times as many images would let the image means be called equal, if these do
+/// not.
 fn lacking(means: &Kind, margin: f64) -> Option<u64> {
     let level = means.level;
     let lack = |place: &Place| {
@@ -492,8 +492,7 @@ fn lacking(means: &Kind, margin: f64) -> Option<u64> {
             _ => Some(valid_from),
         }
     };
-    // Few values without noise say nothing; where all channels have no more, nothing is said at
-    // all.
+    // Few values without noise are no evidence; if no channel has more, nothing can be decided.
     let varying: Vec<&Place> = means.places.iter().filter(|place| place.varies()).collect();
     if varying.is_empty() {
         Some(u64::MAX)

@@ -1,11 +1,11 @@
-//! One-dimensional laws: the Kolmogorov-Smirnov test.
+//! Kolmogorov-Smirnov test of one-dimensional laws.
 
 use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{kolmogorov_sf, kolmogorov_upper};
 
-/// How many points of the two distribution functions are kept for the data file.
+/// Number of points of the two distribution functions kept for the data file.
 const KEPT_POINTS: usize = 64;
 
 /// Tests whether independent values follow the law with the continuous distribution function `cdf`.
@@ -27,8 +27,8 @@ pub fn kolmogorov_smirnov(
     })
 }
 
-/// The number whose law is uniform on either half of [0, 1] with 1/2 + effect in the lower, if that
-/// of u is uniform: the distribution functions differ most at one point, the middle.
+/// Maps a uniform number to one with density constant on either half of [0, 1] and probability
+/// 1/2 + effect in the lower: the distribution functions differ most at the middle.
 fn bent(u: f64, effect: f64) -> f64 {
     let lower = (0.5 + effect).clamp(0.0, 1.0);
     if u < lower {
@@ -38,7 +38,7 @@ fn bent(u: f64, effect: f64) -> f64 {
     }
 }
 
-/// The statistic of values in order.
+/// Returns the statistic of sorted values.
 fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -> Outcome {
     let count = values.len() as u64;
     let n = values.len() as f64;
@@ -46,7 +46,7 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
     for (i, &x) in values.iter().enumerate() {
         let expected = cdf(x);
         let gap = (expected - i as f64 / n).max((i as f64 + 1.0) / n - expected);
-        // NaN from the law or among the values is the largest of all distances.
+        // NaN from the law or among the values counts as the largest distance.
         if gap.is_nan() {
             return not_a_number(name, count);
         }
@@ -93,7 +93,7 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
     }
 }
 
-/// The outcome of values, or of a law, that are not numbers: fails.
+/// Returns the failing outcome for NaN among the values or in the law.
 fn not_a_number(name: &str, n: u64) -> Outcome {
     Outcome::exact(name, n, f64::NAN, 0.0, "a value or its cdf is NaN")
 }

@@ -1,4 +1,4 @@
-//! The check-up of a BSDF whose light goes into single directions, the lobes: mirrors, glass, and
+//! Complete check of a BSDF whose light goes into single directions, its lobes: mirrors, glass, and
 //! choices among them.
 //!
 //! # Example: a mirror that absorbs a fifth
@@ -38,24 +38,24 @@ use super::trial::Context;
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 
-/// A direction into which light goes, for some wo.
+/// One direction of scattering for some wo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
-    /// The direction wi, unit, pointing away from the surface.
+    /// Direction wi, unit, pointing away from the surface.
     pub direction: DVec3,
-    /// With what probability the sampler picks it.
+    /// Probability that the sampler picks it.
     pub probability: f64,
-    /// What radiance that arrives from there is multiplied by on its way to wo: R for a mirror,
-    /// (1 − R)(n₁/n₂)² for refraction.
+    /// Factor of radiance arriving from there on its way to wo: R for a mirror, (1 − R)(n₁/n₂)² for
+    /// refraction.
     pub share: f64,
 }
 
-/// What the sampler returns.
+/// A lobe drawn by the sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LobeSample {
-    /// The picked direction, unit, pointing away from the surface.
+    /// Picked direction, unit, pointing away from the surface.
     pub wi: DVec3,
-    /// What the path's throughput is multiplied by: share / probability.
+    /// Factor of the path's throughput: share / probability.
     pub weight: f64,
 }
 
@@ -65,22 +65,21 @@ type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync>;
 /// A BSDF of lobes under trial, one colour channel. Directions are local unit vectors that point
 /// away from the surface; the normal is z.
 pub struct LobeSubject {
-    /// The lobes for wo, derived apart from the sampler; lobes of probability 0 may be left out.
+    /// Lobes for wo, derived independently of the sampler; lobes of probability 0 may be omitted.
     pub lobes: Lobes,
-    /// Picks one for wo from three uniform numbers in [0, 1).
+    /// Picks a lobe for wo from three uniform numbers in [0, 1).
     pub sample: Sample,
     /// Whether light may leave through the other side; wo then comes from both.
     pub transmits: bool,
-    /// What the sampler may lose.
+    /// How many samples the sampler may lose.
     pub loss: Loss,
-    /// The shares may not sum to more than this for any wo. From inside glass of index n that is
-    /// n².
+    /// Bound of the sum of shares for any wo. From inside glass of index n it is n².
     pub energy_bound: f64,
 }
 
 impl LobeSubject {
-    /// A BSDF of the upper hemisphere whose sampler loses nothing, energy bound 1; the methods
-    /// below change that.
+    /// Creates a BSDF of the upper hemisphere whose sampler loses nothing, with energy bound 1; the
+    /// methods below change that.
     pub fn new(
         lobes: impl Fn(DVec3) -> Vec<Lobe> + Send + Sync + 'static,
         sample: impl Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync + 'static,
@@ -99,7 +98,7 @@ impl LobeSubject {
         Self { transmits, ..self }
     }
 
-    /// Sets what the sampler may lose.
+    /// Sets how many samples the sampler may lose.
     pub fn loss(self, loss: Loss) -> Self {
         Self { loss, ..self }
     }
@@ -121,14 +120,14 @@ impl LobeSubject {
     }
 }
 
-/// A subject with the bounds for its precision.
+/// Subject with the bounds for its precision.
 struct Judged<'a> {
     subject: &'a LobeSubject,
     rounding: Rounding,
 }
 
 impl Judged<'_> {
-    /// The lobe that has this direction, to within so much.
+    /// Returns the lobe with this direction, within `conditioning` and the rounding.
     fn lobe_of(&self, lobes: &[Lobe], wi: DVec3, conditioning: f64) -> Option<usize> {
         let near = self.rounding.tolerance() + conditioning.min(LARGEST_BOUND);
         lobes
@@ -141,9 +140,9 @@ impl Judged<'_> {
             .sample(wo, random.map(|u| self.rounding.number(u)))
     }
 
-    /// How far rounding may move lobes at wo: their directions, and their probabilities and shares
-    /// relative to them. Infinite where there are more or fewer lobes beside it, as at the edge of
-    /// total reflection; 0 in double precision.
+    /// Returns how far rounding may move lobes at wo: their directions, and their probabilities and
+    /// shares, relative. Infinite where lobes appear or vanish nearby, as at the edge of total
+    /// reflection; 0 in double precision.
     fn conditioning(&self, wo: DVec3) -> f64 {
         if !self.rounding.is_coarse() {
             return 0.0;
@@ -173,7 +172,7 @@ impl Judged<'_> {
     }
 }
 
-/// The bounds for the precision that is stated, or else found from the values of the subject.
+/// Returns the bounds for the precision that is stated, or else found from the subject's values.
 fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Rounding {
     let found = || {
         let rng: &mut Stream = &mut context.rng("precision");
@@ -209,10 +208,10 @@ fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Roundin
     Rounding::new(size.roundoff.unwrap_or_else(found))
 }
 
-/// Directions on which a subject's precision is found.
+/// Number of directions from which a subject's precision is found.
 const PRECISION_DIRECTIONS: u64 = 400;
 
-/// Everything that can be asked of a BSDF of lobes without a scene. Pointwise, on random
+/// Checks all that can be asked of a BSDF of lobes without a scene. Pointwise, on random
 /// directions: no NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to
 /// one minus the loss; samples in the direction of a lobe with weight share/probability; a lobe
 /// back to wo from every lobe's direction, as light paths are reversible; shares within the energy
@@ -267,7 +266,7 @@ fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
     Outcome::exact("finite and not negative", size.pairs, bad, 0.0, worst)
 }
 
-/// The checks on random directions.
+/// Runs the checks on random directions.
 fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outcome> {
     let Judged { subject, rounding } = judged;
     let mut rng = context.rng("pointwise");
@@ -330,10 +329,10 @@ fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outc
     vec![sums, rounding.outcome(weights, left_out), back, energy]
 }
 
-/// δ of a lobe's probability is relative to it, but never below that of a lobe of this probability.
+/// Probability below which δ of a lobe's probability is no longer relative to it.
 const LEAST_PROBABILITY: f64 = 0.1;
 
-/// The checks by sampling for one wo.
+/// Runs the checks by sampling for one wo.
 fn at_direction(
     judged: &Judged<'_>,
     size: &CheckUp,
@@ -352,7 +351,7 @@ fn at_direction(
     let [mut strays, mut lost] = [0_u64; 2];
     for _ in 0..n {
         let sample = judged.sample(wo, uniform3(&mut rng));
-        // A lost sample carries nothing, and counts.
+        // A lost sample has weight 0, and counts.
         values.push(sample.map_or(0.0, |s| s.weight));
         match sample.map(|s| judged.lobe_of(&lobes, s.wi, conditioning)) {
             Some(Some(lobe)) => picked[lobe] += 1,
@@ -362,12 +361,12 @@ fn at_direction(
     }
     let forbidden_loss = match subject.loss {
         Loss::None => lost,
-        // How many may be lost follows from the lobes' probabilities, each of which is tested
+        // The number of losses follows from the lobes' probabilities, each of which is tested
         // below.
         Loss::Declared(_) | Loss::Allowed => 0,
     };
     let at = |what: &str| format!("{what} at {place}");
-    // Weights are share/probability, or 0 for what is lost: the same for all, or not.
+    // Whether all weights, share/probability or 0 for a loss, are the same.
     let lossless =
         lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - rounding.tolerance();
     let same = |lobe: &Lobe| (lobe.share - albedo * lobe.probability).abs() <= rounding.tolerance();

@@ -1,4 +1,4 @@
-//! Means on trial: against a closed form, against another mean, exactly or within a margin.
+//! Tests of means: against a closed form, against another mean, exactly or within a margin.
 
 mod skewness;
 mod values;
@@ -12,23 +12,23 @@ use super::power::{Sensitivity, bernstein_exponent};
 use super::tails::{normal_sf, normal_upper, student_two_sided, student_upper};
 use crate::math::moments::Moments;
 
-/// Differences below this share of the reference are rounding, not effect: sums of up to 1e9 values
-/// stay well within it.
+/// Fraction of the reference below which differences are rounding: sums of up to 1e9 values stay
+/// well within it.
 pub const ROUNDING: f64 = 1e-12;
 
-/// So many values that are all the same speak against another mean; fewer say nothing. At level
-/// [`ALPHA`] no other value has a probability above ln(1/α)/n, which is 0.2 % here.
+/// Number of equal values that is evidence against another mean; fewer are none. At level [`ALPHA`]
+/// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
 pub const ENOUGH_EQUAL: u64 = 10_000;
 
-/// A difference that is close to normal: what z, t and Welch tests have in common.
+/// A nearly normal difference: the common part of z, t and Welch tests.
 struct Difference {
     estimate: f64,
     reference: f64,
-    /// The magnitude of the means, to which rounding is relative.
+    /// Magnitude of the means, to which rounding is relative.
     scale: f64,
     standard_error: f64,
     dof: f64,
-    /// What the noise of the standard error says of them: see [`Values::variance_dof`].
+    /// Degrees of freedom of the noise of the standard error: see [`Values::variance_dof`].
     noise_dof: f64,
 }
 
@@ -84,12 +84,12 @@ impl Difference {
     }
 }
 
-/// Student's t test of a mean against a closed form. The tail's validity is checked by skewness:
-/// below [`Values::valid_from`] the outcome is undecided, and so it is if nothing varies: a sampler
-/// that is stuck cannot be told from one that need not vary.
+/// Tests a mean against a closed form by Student's t. Skewness decides whether the tail is valid:
+/// below [`Values::valid_from`] the outcome is undecided. It is also undecided if nothing varies,
+/// as a sampler that is stuck cannot be told from one that need not vary.
 ///
-/// The latter claims more, by δ = 0: *every* value is the reference, to within [`EVERY`] (an
-/// identity, checked without chance).
+/// A claim with δ = 0 says more: *every* value is the reference, to within [`EVERY`] (an identity,
+/// not random).
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     if claim == (Claim::Exact { delta: 0.0 }) {
@@ -117,12 +117,12 @@ fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome
     outcome
 }
 
-/// How far a single value may be from a reference that all values have, relative to it (absolute
-/// below one): hundreds of roundings.
+/// Largest difference of a single value from a reference that all values have, relative to it
+/// (absolute below one): hundreds of roundings.
 pub const EVERY: f64 = 1e-9;
 
-/// Whether all values are the reference: none is further from their mean than √(n − 1) standard
-/// deviations (Samuelson 1968, "How deviant can you be?").
+/// Checks whether all values are the reference: none is further from their mean than √(n − 1)
+/// standard deviations (Samuelson 1968, "How deviant can you be?").
 pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
     let n = moments.count() as f64;
     let spread = if n < 2.0 {
@@ -138,7 +138,7 @@ pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Ou
     Outcome::exact(name, moments.count(), error, tolerance, worst)
 }
 
-/// The z test of a mean whose standard deviation `sigma` > 0 is known in closed form.
+/// Tests a mean whose standard deviation `sigma` > 0 is known in closed form by the z test.
 pub fn mean_known_sigma(
     name: &str,
     values: &Values,
@@ -191,8 +191,8 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
     }
 }
 
-/// A test of the mean of values that lie in [low, high], valid for every n ≥ 2 and every law: the
-/// empirical Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4), both sides.
+/// Tests the mean of values in [low, high], for every n ≥ 2 and every law: the two-sided empirical
+/// Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4).
 ///
 /// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
 pub fn bounded_mean(
@@ -260,11 +260,12 @@ fn bounded(
     }
 }
 
-/// Welch's test of the difference of two means; the claim's size is in the units of the difference.
+/// Tests the difference of two means by Welch's t; the claim's size is in the units of the
+/// difference.
 ///
-/// Two unbiased estimators have [`Claim::Exact`]: their means are equal, whatever the margin.
-/// With [`Claim::Approximate`] this is the equivalence of two means: the interval within ±Δ is the
-/// verdict of two one-sided tests.
+/// [`Claim::Exact`] is for two unbiased estimators: their means are equal, whatever the margin.
+/// [`Claim::Approximate`] tests the equivalence of two means: the interval lies within ±Δ if two
+/// one-sided tests reject.
 pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     grade(difference(name, a, b, claim), |effect| {
         let wrong = a.off_by(effect, b.moments.mean());
@@ -293,13 +294,15 @@ fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     outcome
 }
 
-/// Degrees of freedom of a sum of independent variances of means of n values (v, n); infinite
-/// variance of few values gives NaN, and no variance at all the number of values.
+/// Returns the degrees of freedom (Welch-Satterthwaite) of a sum of independent variances of means
+/// of n values (v, n); infinite variance of few values gives NaN, and no variance at all the number
+/// of values.
 pub fn welch_satterthwaite(parts: impl IntoIterator<Item = (f64, u64)>) -> f64 {
     satterthwaite(parts.into_iter().map(|(v, n)| (v, n as f64 - 1.0)))
 }
 
-/// As [`welch_satterthwaite`], for variances with these degrees of freedom.
+/// Returns the degrees of freedom of a sum of independent variances (v, degrees of freedom);
+/// infinite or no variance as in [`welch_satterthwaite`].
 pub(crate) fn satterthwaite(parts: impl IntoIterator<Item = (f64, f64)>) -> f64 {
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
     for (v, dof) in parts {

@@ -1,7 +1,7 @@
-//! The harness: statistics that put a sampler, a BSDF, an estimator or an image on trial.
+//! The harness: statistics that test a sampler, a BSDF, an estimator or an image.
 //!
-//! Nothing here needs our scenes or our renderer: samplers and BSDFs come in as closures, images as
-//! slices.
+//! Nothing here needs this project's scenes or renderer: samplers and BSDFs come in as closures,
+//! images as slices.
 //!
 //! | question | answer |
 //! |---|---|
@@ -15,16 +15,16 @@
 //! | in which precision does it compute, and what does rounding explain? | [`roundoff`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | can an expensive test stop early? | [`sequential`] |
-//! | how large an effect would have been seen, how surely? | [`power`] |
-//! | is an effect of exactly that size seen? | [`graded`] |
+//! | how large an effect would be detected, and how surely? | [`power`] |
+//! | is an effect of exactly that size detected? | [`graded`] |
 //! | is it large enough for the error budget? | [`guard`] |
 //! | how is all this registered, run and reported? | [`trial`] |
 //!
 //! Every statistic returns an [`Outcome`](outcome::Outcome): statistic, p-value, estimate,
 //! interval, minimum detectable effect, worst cell. Its [`Verdict`](outcome::Verdict) has three
-//! values: a test that could not have seen the effect is *undecided*, never green.
+//! values: a test that could not have detected the effect is *undecided*, never green.
 //!
-//! A sampler on trial, in full:
+//! A complete test of a sampler:
 //!
 //! ```
 //! use whitefurnace::harness::chi_square::sampler_against_partition;
@@ -66,8 +66,8 @@ pub mod tails;
 pub mod trial;
 pub mod welch_map;
 
-/// An argument for a closure that is not the caller's own variable: built without `incremental`,
-/// rustc (1.95 at least) lets closures change their caller's,
+/// Passes an argument to a closure as another variable than the caller's own: built without
+/// `incremental`, rustc (1.95 at least) lets closures change their caller's,
 /// github.com/rust-lang/rust/issues/155241.
 fn copied<T>(argument: T) -> T {
     black_box(argument)

@@ -1,21 +1,22 @@
-//! What one statistic found, and the three-valued verdict on it.
+//! Outcome of one statistic, and the three-valued verdict on it.
 
 use std::fmt;
 
 pub use super::level::{ALPHA, CAPACITY, SUITE_BUDGET};
 use super::power::Sensitivity;
 
-/// A rejection at this level, by 20 standard errors, stands although the tail at [`ALPHA`] is not
-/// valid, if n is at least one part in [`FAR_SHARE`] of what that takes: with |γ| z³/(3√n) of 1.2
-/// at z = 6.1 in place of 0.3, the cubic term of the exponent is 42 at z = 20, against z²/2 = 200.
+/// Level, 20 standard errors, at which a rejection stands even if the tail at [`ALPHA`] is not
+/// valid, provided that n is at least 1/[`FAR_SHARE`] of the number for which it is: with |γ|
+/// z³/(3√n) of 1.2 at z = 6.1 in place of 0.3, the cubic term of the exponent is 42 at z = 20,
+/// against z²/2 = 200.
 pub const FAR_LEVEL: f64 = 1e-90;
-/// See [`FAR_LEVEL`].
+/// Divisor of the number of values that [`FAR_LEVEL`] requires.
 pub const FAR_SHARE: u64 = 16;
 
-/// What is claimed of an estimate, and how finely.
+/// Claim about an estimate, with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Claim {
-    /// Equal to the reference; an effect of size `delta` must not stay unseen.
+    /// Equal to the reference; an effect of size `delta` must be detected.
     Exact {
         /// δ > 0, in the units of the estimate.
         delta: f64,
@@ -30,7 +31,7 @@ pub enum Claim {
 }
 
 impl Claim {
-    /// δ or Δ; 0 where no size is claimed.
+    /// Returns δ or Δ; 0 where no size is claimed.
     pub fn size(self) -> f64 {
         match self {
             Self::Exact { delta } => delta,
@@ -40,22 +41,22 @@ impl Claim {
     }
 }
 
-/// The answer to a trial.
+/// Verdict of a test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The claim stands, as finely as it was made.
+    /// The claim stands, at its size.
     Holds,
     /// The claim is rejected.
     Fails,
-    /// There are too few samples to say.
+    /// There are too few samples to decide.
     Undecided {
-        /// About how many would decide.
+        /// About how many samples would decide.
         needed: u64,
     },
 }
 
 impl Verdict {
-    /// One word for tables.
+    /// Returns one word for tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -65,8 +66,8 @@ impl Verdict {
     }
 }
 
-/// The verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval lies
-/// within ±`delta` of the reference; else undecided. `n` samples gave the interval.
+/// Returns the verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval
+/// lies within ±`delta` of the reference; else undecided. `n` samples gave the interval.
 pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: u64) -> Verdict {
     if p < ALPHA || p.is_nan() {
         Verdict::Fails
@@ -77,7 +78,7 @@ pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: 
     }
 }
 
-/// The verdict on an approximate claim: holds if the interval lies within ±`margin` of the
+/// Returns the verdict on an approximate claim: holds if the interval lies within ±`margin` of the
 /// reference, fails if it lies wholly outside, else undecided.
 pub fn approximate_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u64) -> Verdict {
     let [low, high] = interval;
@@ -94,7 +95,8 @@ fn within([low, high]: [f64; 2], reference: f64, size: f64) -> bool {
     low >= reference - size && high <= reference + size
 }
 
-/// Half the width shrinks as 1/√n; a claim is decided almost surely once its size is twice that.
+/// Estimates the samples needed: the interval's half-width shrinks as 1/√n, and a claim is decided
+/// almost surely once its size is twice that.
 fn undecided([low, high]: [f64; 2], size: f64, n: u64) -> Verdict {
     let needed = n as f64 * ((high - low) / size).powi(2);
     Verdict::Undecided {
@@ -103,59 +105,60 @@ fn undecided([low, high]: [f64; 2], size: f64, n: u64) -> Verdict {
     }
 }
 
-/// A cell of a histogram, a tile or a pixel: what a data file holds and a plot shows.
+/// A cell of a histogram, a tile or a pixel, for data files and plots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// Where it is, in words.
+    /// Place, in words.
     pub place: String,
-    /// What the hypothesis expects.
+    /// Expected value under the hypothesis.
     pub expected: f64,
-    /// What was found.
+    /// Observed value.
     pub observed: f64,
-    /// The difference in standard deviations.
+    /// Difference in standard deviations.
     pub sigmas: f64,
 }
 
-/// What one statistic found.
+/// Outcome of one statistic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What was measured: "mean of z", "chi-square".
+    /// Quantity that was measured: "mean of z", "chi-square".
     pub name: String,
-    /// The statistic: "t", "chi-square", "binomial", "exact".
+    /// Name of the statistic: "t", "chi-square", "binomial", "exact".
     pub statistic: &'static str,
-    /// Its value.
+    /// Value of the statistic.
     pub value: f64,
-    /// Its degrees of freedom, where it has any.
+    /// Degrees of freedom of the statistic, where it has any.
     pub dof: Option<f64>,
-    /// The probability of a value at least as extreme under the hypothesis.
+    /// p-value: the probability of a value at least as extreme under the hypothesis.
     pub p: f64,
-    /// How many independent values entered.
+    /// Number of independent values.
     pub n: u64,
-    /// The least number of values for which the tail is valid.
+    /// Least number of values for which the tail is valid.
     pub valid_from: u64,
-    /// What is estimated (a mean, a worst relative deviation).
+    /// Estimated quantity (a mean, a worst relative deviation).
     pub estimate: f64,
-    /// What the estimate should be.
+    /// Value that the estimate should have.
     pub reference: f64,
-    /// The interval for the estimate at level 1 − [`ALPHA`].
+    /// Confidence interval of the estimate at level 1 − [`ALPHA`].
     pub interval: [f64; 2],
-    /// The claim that the estimate is held to.
+    /// Claim about the estimate.
     pub claim: Claim,
-    /// How the statistic answers to an effect: its power follows from it.
+    /// Response of the statistic to an effect, which gives its power.
     pub sensitivity: Sensitivity,
-    /// The worst cell, tile, pixel or argument, in words.
+    /// Worst cell, tile, pixel or argument, in words.
     pub worst: String,
-    /// What a data file holds and a plot shows: the cells of a histogram, tiles, pixels, means of
+    /// Contents of the data file and its plot: the cells of a histogram, tiles, pixels, means of
     /// batches, points of a distribution function. Empty for exact identities.
     pub cells: Vec<Cell>,
-    /// The same statistic on the same values made wrong by the size of the claim; empty where
-    /// nothing is random.
+    /// The statistic on the same values made wrong by the size of the claim; empty where nothing is
+    /// random.
     pub graded: Vec<Graded>,
 }
 
 impl Outcome {
-    /// An identity checked without chance: the largest error found over `n` arguments against its
-    /// tolerance; `worst` names the argument. Without arguments it is undecided.
+    /// Creates the outcome of an identity that is not random: the largest error found over `n`
+    /// arguments against its tolerance; `worst` names the argument. Without arguments it is
+    /// undecided.
     pub fn exact(
         name: impl Into<String>,
         n: u64,
@@ -183,15 +186,15 @@ impl Outcome {
         }
     }
 
-    /// The same outcome of a sample that says nothing (no values, one value, one cell, no
-    /// variance): no verdict but *undecided*. `needed` values might decide; `u64::MAX` if more of
-    /// the same will not. NaN still fails.
+    /// Makes the outcome undecided because its sample is no evidence (no values, one value, one
+    /// cell, no variance). `needed` values might decide; `u64::MAX` if more of the same will not.
+    /// NaN still fails.
     pub(crate) fn without_evidence(mut self, why: &str, needed: u64) -> Self {
         let bad = self.estimate.is_nan() && self.n > 0;
         self.p = if bad { f64::NAN } else { 1.0 };
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
         self.valid_from = needed.max(self.n.saturating_add(1));
-        // No effect would have been seen.
+        // No effect would be detected.
         self.sensitivity = Sensitivity::Normal {
             standard_error: f64::INFINITY,
             dof: f64::INFINITY,
@@ -201,14 +204,13 @@ impl Outcome {
         self
     }
 
-    /// The same outcome under a more telling name.
+    /// Returns the outcome under another name.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
         self
     }
 
-    /// The same outcome held to equality within ±δ only: for two means of which one is known to be
-    /// biased.
+    /// Claims equality within ±δ only: for two means one of which is known to be biased.
     pub fn within_delta(mut self) -> Self {
         self.claim = Claim::Approximate {
             margin: self.claim.size(),
@@ -216,12 +218,13 @@ impl Outcome {
         self
     }
 
-    /// Whether chance can change the verdict: such outcomes use up the suite's error budget.
+    /// Returns whether chance can change the verdict: such outcomes use up the suite's error
+    /// budget.
     pub fn is_random(&self) -> bool {
         self.statistic != "exact"
     }
 
-    /// The verdict at level [`ALPHA`].
+    /// Returns the verdict at level [`ALPHA`].
     pub fn verdict(&self) -> Verdict {
         if self.p.is_nan() {
             return Verdict::Fails;
@@ -239,7 +242,7 @@ impl Outcome {
         verdict
     }
 
-    /// The verdict if the tail is valid.
+    /// Returns the verdict if the tail is valid.
     fn verdict_of_claim(&self) -> Verdict {
         match self.claim {
             Claim::Exact { delta } => {
@@ -253,14 +256,14 @@ impl Outcome {
         }
     }
 
-    /// Half the width of the interval.
+    /// Returns half the width of the interval.
     pub fn half_width(&self) -> f64 {
         0.5 * (self.interval[1] - self.interval[0])
     }
 
-    /// The smallest δ or margin for which the verdict is reached with probability at least 1 −
-    /// [`ALPHA`]: an effect of that size is rejected, and of a right subject it is concluded that
-    /// there is none. The tolerance of an exact identity.
+    /// Returns the smallest δ or margin for which the verdict is right with probability at least 1
+    /// − [`ALPHA`]: an effect of that size is rejected, and a right subject holds. For an exact
+    /// identity, its tolerance.
     pub fn minimum_detectable_effect(&self) -> f64 {
         if self.is_random() {
             self.sensitivity.smallest_effect(ALPHA / self.sides())
@@ -269,10 +272,9 @@ impl Outcome {
         }
     }
 
-    /// 1 − power: the chance that an effect of the claim's size is not rejected, or that it is not
-    /// concluded of a right subject that there is none, on either side. Where no size is claimed,
-    /// that of the minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact
-    /// identities.
+    /// Returns 1 − power: the probability that an effect of the claim's size is not rejected, or
+    /// that a right subject does not hold, on either side. Where no size is claimed, that of the
+    /// minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact identities.
     pub fn miss(&self) -> f64 {
         if self.claim == Claim::Test {
             ALPHA
@@ -281,7 +283,7 @@ impl Outcome {
         }
     }
 
-    /// Power in words: "exact", "0.87", or near 1 by what is missing: "1 - 2.3e-12".
+    /// Returns the power in words: "exact", "0.87", or near 1 as its complement: "1 - 2.3e-12".
     pub fn power(&self) -> String {
         let miss = self.miss();
         if !self.is_random() {
@@ -293,9 +295,9 @@ impl Outcome {
         }
     }
 
-    /// An estimate may leave ±δ or the margin on either side. With both counted, what is not
-    /// concluded for chance has the level's own probability: of an exact claim it is the very event
-    /// of a rejection if the minimum detectable effect is δ.
+    /// Returns the number of sides on which an estimate may leave ±δ or the margin. With both
+    /// counted, a right subject stays undecided with the level's own probability: for an exact
+    /// claim that is the very event of a rejection if the minimum detectable effect is δ.
     fn sides(&self) -> f64 {
         match self.claim {
             Claim::Exact { .. } | Claim::Approximate { .. } => 2.0,
@@ -304,8 +306,8 @@ impl Outcome {
     }
 }
 
-/// One line: "mean: fails; 0.510 in [0.503, 0.517], should be 0.5 ± 0.001 (t = 9.2, n = 1000000, p
-/// = 3.1e-20)".
+/// Prints one line: "mean: fails; 0.510 in [0.503, 0.517], should be 0.5 ± 0.001 (t = 9.2, n =
+/// 1000000, p = 3.1e-20)".
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [low, high] = self.interval;
@@ -330,22 +332,22 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// What a statistic says of values that are off by a known effect.
+/// Outcome of a statistic on values that are off by a known effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graded {
-    /// By how much the estimated value is off, with its sign, in the units of the estimate.
+    /// Error of the estimated value, with its sign, in the units of the estimate.
     pub effect: f64,
-    /// The statistic on those values.
+    /// Outcome of the statistic on those values.
     pub outcome: Outcome,
 }
 
-/// Room for rounding where an effect is compared with a margin.
+/// Relative allowance for rounding where an effect is compared with a margin.
 const ROUNDING: f64 = 1e-9;
 
 impl Graded {
-    /// Whether the verdict is what the effect demands: an exact claim fails at δ; an approximate
-    /// one, whose value need not be the reference, does not hold where the estimate lies at its
-    /// margin, and fails if twice the margin is added.
+    /// Returns whether the verdict is the one that the effect demands: an exact claim fails at δ;
+    /// an approximate one, whose value need not be the reference, does not hold where the estimate
+    /// lies at its margin, and fails if twice the margin is added.
     pub fn is_answered(&self) -> bool {
         let verdict = self.outcome.verdict();
         match self.outcome.claim {

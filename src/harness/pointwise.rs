@@ -8,21 +8,21 @@ use crate::sampling::warp::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
 pub const POINTWISE: f64 = 1e-9;
-/// Below this cosine, products of cosines in a BSDF's denominators lose the digits of
+/// Cosine below which products of cosines in a BSDF's denominators lose the digits of
 /// [`POINTWISE`].
 pub const LEAST_COSINE: f64 = 1e-4;
 
-/// The largest error seen and where.
+/// Largest error seen, and where.
 #[derive(Default)]
 pub struct Largest {
-    /// The error.
+    /// Largest error.
     pub error: f64,
-    /// Its place, in words.
+    /// Place of the largest error, in words.
     pub place: String,
 }
 
 impl Largest {
-    /// NaN counts as the largest error, and stays.
+    /// Keeps the error if it is the largest so far; NaN counts as the largest, and stays.
     pub fn see(&mut self, error: f64, place: impl FnOnce() -> String) {
         if error.is_nan() || error > self.error {
             (self.error, self.place) = (error, place());
@@ -30,7 +30,7 @@ impl Largest {
     }
 }
 
-/// The difference relative to the larger magnitude.
+/// Returns the difference relative to the larger magnitude.
 pub fn relative(a: f64, b: f64) -> f64 {
     if a == b {
         0.0
@@ -39,12 +39,12 @@ pub fn relative(a: f64, b: f64) -> f64 {
     }
 }
 
-/// Three uniform numbers in [0, 1).
+/// Draws three uniform numbers in [0, 1).
 pub fn uniform3(rng: &mut Stream) -> [f64; 3] {
     [uniform(rng), uniform(rng), uniform(rng)]
 }
 
-/// A uniform direction of the hemisphere, or of the sphere, away from exact grazing.
+/// Samples a uniform direction of the hemisphere, or of the sphere, away from exact grazing.
 pub(crate) fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     loop {
         let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
@@ -54,7 +54,7 @@ pub(crate) fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     }
 }
 
-/// The direction, or as likely its opposite, where both sides count.
+/// Returns the direction or, if both sides count, with equal probability its opposite.
 fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
     if both_sides && uniform(rng) < 0.5 {
         -w
@@ -63,7 +63,7 @@ fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
     }
 }
 
-/// Random, and often at the corners: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45
+/// Draws a random direction, often a corner: θ at 0, 1e-9 and near 90 degrees, φ at multiples of 45
 /// degrees.
 pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     const INCLINATIONS: [f64; 4] = [0.0, 1e-9, std::f64::consts::FRAC_PI_4, 1.570_795];
@@ -82,10 +82,10 @@ pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     either_side(from_spherical(theta, phi), rng, both_sides)
 }
 
-/// The largest number below 1.
+/// Largest number below 1.
 pub(crate) const LAST_NUMBER: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// A number of [0, 1), often 0 or the largest.
+/// Draws a number of [0, 1), often 0 or the largest.
 pub(crate) fn fuzzed_number(rng: &mut Stream) -> f64 {
     let [pick, r] = [uniform(rng), uniform(rng)];
     if pick < 0.1 {

@@ -1,7 +1,7 @@
-//! Power: how likely a statistic is to reject under an effect of a given size.
+//! Power: the probability that a statistic rejects under an effect of a given size.
 //!
-//! A probability near 1 says little in 16 digits, so what is computed is its complement, the chance
-//! of a miss. The experiment `power` measures these curves where they can be measured.
+//! A probability near 1 loses its information in 16 digits, so the complement is computed: the
+//! probability of a miss. The experiment `power` measures these curves where they can be measured.
 
 use super::level::ALPHA;
 use super::tails::{
@@ -9,7 +9,7 @@ use super::tails::{
     normal_sf, normal_upper, poisson_cdf, poisson_sf, student_upper,
 };
 
-/// How a statistic answers to an effect. Effects are in the units of the estimate.
+/// Response of a statistic to an effect. Effects are in the units of the estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sensitivity {
     /// Nothing is random: every error above the tolerance is found.
@@ -18,39 +18,39 @@ pub enum Sensitivity {
     Normal {
         /// Standard error of the estimate, ≥ 0.
         standard_error: f64,
-        /// Degrees of freedom of the standard error, fewer than its test's where values have
+        /// Degrees of freedom of the standard error: fewer than its test's where values have
         /// outliers; infinite if it is known.
         dof: f64,
-        /// How many such statistics share the level (Bonferroni), at least 1.
+        /// Number of such statistics that share the level (Bonferroni), at least 1.
         tests: usize,
     },
     /// Pearson's statistic; the effect is the relative error of some cell's probability.
     Cells {
         /// Degrees of freedom.
         dof: f64,
-        /// Samples in the cells.
+        /// Number of samples in the cells.
         n: f64,
-        /// The smallest probability of a cell, in which an effect shows least.
+        /// Smallest probability of a cell, in which an effect is hardest to detect.
         least: f64,
-        /// How many tests share the level (Bonferroni), at least 1: two where losses are tested,
-        /// too.
+        /// Number of tests that share the level (Bonferroni), at least 1: two where losses are
+        /// tested, too.
         tests: usize,
     },
     /// Kolmogorov's distance of n values; the effect is the distance of the two laws.
     Distance {
-        /// Values.
+        /// Number of values.
         n: u64,
     },
     /// Successes among n, by exact tails; the effect is a change of the probability.
     Binomial {
-        /// Values.
+        /// Number of values.
         n: u64,
-        /// The hypothesis.
+        /// Probability under the hypothesis.
         probability: f64,
     },
     /// A Poisson count, by exact tails; the effect is a change of its mean.
     Poisson {
-        /// The hypothesis.
+        /// Mean under the hypothesis.
         mean: f64,
     },
     /// The empirical Bernstein inequality: a deviation above `root` √L + `range` L has probability
@@ -64,14 +64,15 @@ pub enum Sensitivity {
 }
 
 impl Sensitivity {
-    /// The probability that an effect of this size and sign is *not* rejected at level [`ALPHA`]:
-    /// exact for counts and cells, close for normal statistics, an upper bound for distances and
-    /// bounded values. Zero effect is missed with probability about 1.
+    /// Returns the probability that an effect of this size and sign is *not* rejected at level
+    /// [`ALPHA`]: exact for counts and cells, close for normal statistics, an upper bound for
+    /// distances and bounded values. Zero effect is missed with probability about 1.
     pub fn miss(&self, effect: f64) -> f64 {
         self.miss_at(effect, ALPHA)
     }
 
-    /// The same at another level, in (0, 1].
+    /// Returns the probability that an effect is not rejected, as [`miss`](Self::miss), at a level
+    /// in (0, 1].
     pub fn miss_at(&self, effect: f64, alpha: f64) -> f64 {
         let size = effect.abs();
         match *self {
@@ -89,17 +90,17 @@ impl Sensitivity {
             } => {
                 let level = alpha / tests as f64;
                 if dof < 1.0 {
-                    // One cell holds everything: nothing can show.
+                    // One cell holds everything: no effect is detectable.
                     return 1.0;
                 }
-                // Of all laws that are off by this share in some cell, the one that takes it evenly
+                // Of all laws with this relative error in some cell, the one that takes it evenly
                 // from all others has the least Σ (p' − p)²/p.
                 let noncentrality = n * size * size * least / (1.0 - least);
                 noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
             }
             Self::Distance { n } => {
-                // Where the laws differ most, the share of values is off by more than the excess
-                // with at most this probability (Hoeffding 1963, theorem 1).
+                // Where the laws differ most, the fraction of values deviates by more than the
+                // excess with at most this probability (Hoeffding 1963, theorem 1).
                 let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
@@ -115,9 +116,9 @@ impl Sensitivity {
         }
     }
 
-    /// The smallest level, but none finer than [`ALPHA`], at which an effect of this size and sign
-    /// is rejected with at least this probability; 1 if that takes rejecting everything. Found by
-    /// halving, to 1e-9 of it.
+    /// Returns the smallest level, at least [`ALPHA`], at which an effect of this size and sign is
+    /// rejected with at least this probability; 1 if that takes rejecting everything. Found by
+    /// bisection, to a relative 1e-9.
     pub fn level_with_power(&self, effect: f64, power: f64) -> f64 {
         let seen = |level: f64| self.miss_at(effect, level) <= 1.0 - power;
         if seen(ALPHA) {
@@ -135,8 +136,8 @@ impl Sensitivity {
         high
     }
 
-    /// The probability of a miss on the worse side of the hypothesis; an effect that is impossible
-    /// on one side (a probability above 1) is looked for on the other.
+    /// Returns the probability of a miss on the worse side of the hypothesis; an effect that is
+    /// impossible on one side (a probability above 1) is looked for on the other.
     pub fn worst_miss(&self, size: f64) -> f64 {
         self.worst_miss_at(size, ALPHA)
     }
@@ -145,24 +146,25 @@ impl Sensitivity {
         self.miss_at(size, alpha).max(self.miss_at(-size, alpha))
     }
 
-    /// The smallest effect that is missed with probability at most `chance`, on either side;
-    /// infinite if there is none.
+    /// Returns the smallest effect that is missed with probability at most `chance`, on either
+    /// side; infinite if there is none.
     pub fn smallest_effect(&self, chance: f64) -> f64 {
         self.smallest_effect_at(chance, ALPHA)
     }
 
-    /// The same at another level.
+    /// Returns the smallest effect that is missed with probability at most `chance` at level
+    /// `alpha`.
     pub fn smallest_effect_at(&self, chance: f64, alpha: f64) -> f64 {
         smallest(|size| self.worst_miss_at(size, alpha) <= chance)
     }
 }
 
-/// The smallest effect, in *estimated* standard errors, that a t test at a two-sided `level` misses
-/// with probability at most `chance`, on average over the estimate: an effect that is stated by
+/// Returns the smallest effect, in *estimated* standard errors, that a t test at a two-sided
+/// `level` misses with probability at most `chance`, averaged over the estimate: an effect found in
 /// some values is looked for in others, whose standard error is another estimate. `dof` > 0,
 /// infinite if the standard error is known.
 pub fn smallest_effect_in_estimates(dof: f64, level: f64, chance: f64) -> f64 {
-    // The estimate's quantiles over the true standard error, each as likely as the others.
+    // Equally likely quantiles of the estimate over the true standard error.
     let quantiles: Vec<f64> = match dof < 1e6 {
         true => (0..64)
             .map(|i| (chi_square_upper((f64::from(i) + 0.5) / 64.0, dof) / dof).sqrt())
@@ -179,12 +181,12 @@ pub fn smallest_effect_in_estimates(dof: f64, level: f64, chance: f64) -> f64 {
     smallest(|size| miss(size) <= chance * quantiles.len() as f64)
 }
 
-/// The smallest size that is seen, if larger ones are; infinite if none is.
+/// Returns the smallest detected size, if larger ones are detected, too; infinite if none is.
 fn smallest(seen: impl Fn(f64) -> bool) -> f64 {
     if seen(f64::MIN_POSITIVE) {
         return 0.0;
     }
-    // Powers of two enclose it, halves narrow it down: misses fall as effects grow.
+    // Powers of two bracket it, bisection narrows it down: misses fall as effects grow.
     let mut high = 1.0;
     while !seen(high) {
         high *= 2.0;
@@ -207,8 +209,8 @@ fn smallest(seen: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// The L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic equation
-/// in √L, solved without cancellation.
+/// Returns the L at which a deviation just reaches the radius `root` √L + `range` L: a quadratic
+/// equation in √L, solved without cancellation.
 pub(crate) fn bernstein_exponent(deviation: f64, root: f64, range: f64) -> f64 {
     (2.0 * deviation / (root + (root * root + 4.0 * range * deviation).sqrt())).powi(2)
 }
@@ -220,7 +222,7 @@ fn normal_miss(size: f64, standard_error: f64, dof: f64, level: f64) -> f64 {
     noncentral_miss(size / standard_error, critical(dof, level), dof)
 }
 
-/// The t beyond which a two-sided level rejects.
+/// Returns the t beyond which a two-sided level rejects.
 fn critical(dof: f64, level: f64) -> f64 {
     if dof.is_finite() {
         student_upper(level / 2.0, dof.max(1.0))
@@ -229,32 +231,34 @@ fn critical(dof: f64, level: f64) -> f64 {
     }
 }
 
-/// The noncentral t law at the critical value c: (c (1 − 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to
-/// normal (Abramowitz and Stegun, 26.7.10).
+/// Returns the miss probability from the noncentral t law at the critical value c: (c (1 − 1/(4ν))
+/// − δ)/√(1 + c²/(2ν)) is close to normal (Abramowitz and Stegun, 26.7.10).
 fn noncentral_miss(shift: f64, critical: f64, dof: f64) -> f64 {
     let spread = (1.0 + critical * critical / (2.0 * dof)).sqrt();
     let bound = critical * (1.0 - 0.25 / dof);
-    // Beyond the other critical value it is rejected, too.
+    // Values beyond the other critical value are rejected, too.
     normal_sf((shift - bound) / spread) - normal_sf((shift + bound) / spread)
 }
 
-/// P(k is accepted) under probability q of the two-sided exact test of `null`; q beyond [0, 1] is
-/// impossible, and misses nothing.
+/// Returns P(k is accepted) under probability q of the two-sided exact test of `null`; 0 for the
+/// impossible q outside [0, 1].
 fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
     if !(0.0..=1.0).contains(&q) {
         return 0.0;
     }
-    // The first rejected count above, and how many below are rejected.
+    // First rejected count above, and number of rejected counts below.
     let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
     let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
     accepted(
-        (below, above),
+        below,
+        above,
         |k| binomial_cdf(k, n, q),
         |k| binomial_sf(k, n, q),
     )
 }
 
-/// As [`binomial_miss`], for a count with the given means.
+/// Returns P(k is accepted) under a Poisson mean `mean` of the two-sided exact test of `null`; 0
+/// for the impossible mean below 0.
 fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     if mean < 0.0 {
         return 0.0;
@@ -263,14 +267,15 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     let above = first(most, |k| 2.0 * poisson_sf(k, null) < alpha);
     let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= alpha);
     accepted(
-        (below, above),
+        below,
+        above,
         |k| poisson_cdf(k, mean),
         |k| poisson_sf(k, mean),
     )
 }
 
-/// P(below ≤ K < above), by the tails on that side on which they are small.
-fn accepted((below, above): (u64, u64), cdf: impl Fn(u64) -> f64, sf: impl Fn(u64) -> f64) -> f64 {
+/// Returns P(below ≤ K < above), from the tails on the side on which they are small.
+fn accepted(below: u64, above: u64, cdf: impl Fn(u64) -> f64, sf: impl Fn(u64) -> f64) -> f64 {
     if above <= below {
         0.0
     } else if cdf(above - 1) < sf(below) {
@@ -280,7 +285,7 @@ fn accepted((below, above): (u64, u64), cdf: impl Fn(u64) -> f64, sf: impl Fn(u6
     }
 }
 
-/// The first of 0..end where an increasing condition is true; `end` if it nowhere is.
+/// Returns the first of 0..end where an increasing condition is true; `end` if there is none.
 fn first(end: u64, holds: impl Fn(u64) -> bool) -> u64 {
     let (mut low, mut high) = (0, end);
     while low < high {

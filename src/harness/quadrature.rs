@@ -2,8 +2,8 @@
 
 use std::collections::BinaryHeap;
 
-/// Nodes of the 15-point Kronrod rule in [0, 1) of [−1, 1], largest first; odd ones are Gauss
-/// nodes.
+/// Nodes of the 15-point Kronrod rule on [−1, 1] that lie in [0, 1), largest first; those of odd
+/// index are Gauss nodes.
 const NODES: [f64; 8] = [
     0.991_455_371_120_812_6,
     0.949_107_912_342_758_5,
@@ -14,7 +14,7 @@ const NODES: [f64; 8] = [
     0.207_784_955_007_898_47,
     0.0,
 ];
-/// Their Kronrod weights.
+/// Kronrod weights of [`NODES`].
 const KRONROD: [f64; 8] = [
     0.022_935_322_010_529_224,
     0.063_092_092_629_978_55,
@@ -25,7 +25,7 @@ const KRONROD: [f64; 8] = [
     0.204_432_940_075_298_9,
     0.209_482_141_084_727_82,
 ];
-/// The Gauss weights of the odd ones.
+/// Gauss weights of the [`NODES`] of odd index.
 const GAUSS: [f64; 4] = [
     0.129_484_966_168_869_7,
     0.279_705_391_489_276_64,
@@ -33,7 +33,7 @@ const GAUSS: [f64; 4] = [
     0.417_959_183_673_469_4,
 ];
 
-/// An axis-parallel rectangle: x in [`x[0]`, `x[1]`], y likewise.
+/// Axis-parallel rectangle: x in [`x[0]`, `x[1]`], y in [`y[0]`, `y[1]`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
     /// Range of the first variable.
@@ -42,7 +42,7 @@ pub struct Rectangle {
     pub y: [f64; 2],
 }
 
-/// A value and a bound on its error, as far as the pair of rules can tell.
+/// Value of an integral with an estimate of its error from the pair of rules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Integral {
     /// ∫∫ f dx dy.
@@ -51,16 +51,16 @@ pub struct Integral {
     pub error: f64,
 }
 
-/// At most this many rectangles, 225 evaluations each.
+/// Largest number of rectangles, 225 evaluations each.
 const MOST_RECTANGLES: usize = 20_000;
 
-/// Four times as many rectangles must leave at most this share of the error. Steps leave a quarter
-/// to a half; what leaves more is rounding, noise, or a pair of rules that disagree.
+/// Largest fraction of the error that four times as many rectangles may leave. Refinement steps
+/// leave a quarter to a half; more is due to rounding, noise, or a pair of rules that disagree.
 const PROGRESS: f64 = 0.9;
 
-/// ∫∫ f over `domain`, refined where the error is largest until its sum is below `tolerance`
-/// (absolute), refinement gains nothing, or 20 000 rectangles are used; then `error` says what was
-/// reached. A value that is not finite makes the integral NaN.
+/// Integrates f over `domain`, refined where the error is largest until its sum is below
+/// `tolerance` (absolute), refinement gains nothing, or 20 000 rectangles are used; then `error` is
+/// the error reached. A value that is not finite makes the integral NaN.
 pub fn integrate(
     domain: Rectangle,
     tolerance: f64,
@@ -69,12 +69,13 @@ pub fn integrate(
     integrate_within(domain, tolerance, &mut work(), f)
 }
 
-/// How often rectangles may be halved in one task.
+/// Returns how often rectangles may be halved in one task.
 pub(super) fn work() -> usize {
     MOST_RECTANGLES - 1
 }
 
-/// As [`integrate`], with so many halvings `left` for this integral and others.
+/// Integrates f over `domain` as [`integrate`], with `left` halvings shared among several
+/// integrals.
 pub(super) fn integrate_within(
     domain: Rectangle,
     tolerance: f64,
@@ -84,7 +85,7 @@ pub(super) fn integrate_within(
     let first = Part::new(domain, f);
     let mut total = first.integral;
     let mut parts = BinaryHeap::from([first]);
-    // When to look next, and the error at the last look.
+    // Number of parts at the next check of progress, and the error at the last check.
     let (mut look, mut before) = (16, f64::INFINITY);
     while total.error > tolerance && *left > 0 {
         if parts.len() == look {
@@ -98,7 +99,7 @@ pub(super) fn integrate_within(
         for half in worst.halves() {
             parts.push(Part::new(half, f));
         }
-        // Sums are renewed rather than updated, lest rounding piles up.
+        // Sums are recomputed rather than updated, lest rounding accumulates.
         total = parts
             .iter()
             .fold(Integral::default(), |sum, part| Integral {
@@ -109,11 +110,11 @@ pub(super) fn integrate_within(
     total
 }
 
-/// A rectangle with its integral.
+/// Rectangle with its integral.
 struct Part {
     domain: Rectangle,
     integral: Integral,
-    /// Whether the error comes from the first variable.
+    /// Whether the error comes mainly from the first variable.
     along_x: bool,
 }
 
@@ -171,7 +172,8 @@ impl Ord for Part {
     }
 }
 
-/// The 15 nodes of an interval, each with its Kronrod and its Gauss weight (0 for even nodes).
+/// Returns the 15 nodes of an interval, each with its Kronrod and its Gauss weight (0 if it is no
+/// Gauss node).
 fn nodes([low, high]: [f64; 2]) -> impl Iterator<Item = [f64; 3]> {
     let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
     (0..15).map(move |i: usize| {

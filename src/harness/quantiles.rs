@@ -1,5 +1,5 @@
-//! Where the quantiles of a density of directions lie: a grid whose rows and columns follow lobes,
-//! however narrow.
+//! Quantiles of a density of directions: a grid whose rows and columns follow lobes, however
+//! narrow.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -8,8 +8,8 @@ use glam::DVec3;
 use super::quadrature::Rectangle;
 use crate::math::frame::{azimuth, from_spherical};
 
-/// 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector of length one, as far as rounding
-/// leaves it.
+/// Returns 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector whose length is one up to
+/// rounding.
 pub(super) fn place(w: DVec3) -> [f64; 2] {
     let aside = (w.x * w.x + w.y * w.y) / (1.0 + w.z.abs());
     [
@@ -18,19 +18,19 @@ pub(super) fn place(w: DVec3) -> [f64; 2] {
     ]
 }
 
-/// Where the quantiles of a density lie.
+/// Quantiles of a density of directions.
 #[derive(Clone, Debug)]
 pub(super) struct Quantiles {
-    /// Those of 1 − z.
+    /// Quantiles of 1 − z.
     polar: Scale,
-    /// Those of the azimuth in turns, for each interval of `polar`.
+    /// Quantiles of the azimuth in turns, for each interval of `polar`.
     azimuths: Vec<Scale>,
 }
 
 impl Quantiles {
-    /// Rows of about equal probability by the polar angle from 0 to `largest`, radians, and columns
-    /// in each by the azimuth. On the sphere a border of rows is the horizon, at which densities of
-    /// surfaces jump.
+    /// Finds rows of about equal probability by the polar angle from 0 to `largest`, radians, and
+    /// columns in each by the azimuth. On the sphere the horizon is a border of rows, as densities
+    /// of surfaces jump there.
     pub fn of_pdf([rows, columns]: [usize; 2], largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
         let blocks = sketch(largest, pdf);
         let mut theta = borders(
@@ -61,8 +61,8 @@ impl Quantiles {
         }
     }
 
-    /// Those of a density that is constant on the cells of a table of equal solid angles up to this
-    /// 1 − z.
+    /// Finds the quantiles of a density that is constant on the cells of a table of equal solid
+    /// angles up to 1 − z = `height`.
     pub fn of_table(height: f64, table: &[Vec<f64>]) -> Self {
         let even = |count: usize, size: f64| {
             (0..=count)
@@ -80,7 +80,7 @@ impl Quantiles {
         }
     }
 
-    /// The shares of the probability at smaller polar angles, and at smaller azimuths within the
+    /// Returns the probability of smaller polar angles, and that of smaller azimuths within the
     /// row. A direction that rounding moved across the last border counts as on it; `None` for NaN.
     pub fn to_square(&self, w: DVec3) -> Option<[f64; 2]> {
         let [height, turn] = place(w);
@@ -89,7 +89,8 @@ impl Quantiles {
         Some([u, v])
     }
 
-    /// The ranges of the polar angle, radians, and of the azimuth, turns, of a field of the grid.
+    /// Returns the ranges of the polar angle, radians, and of the azimuth, turns, of a field of the
+    /// grid.
     pub fn field(&self, [row, column]: [usize; 2]) -> Rectangle {
         let turns = &self.azimuths[row].borders;
         Rectangle {
@@ -98,28 +99,28 @@ impl Quantiles {
         }
     }
 
-    /// The polar angle below which this share of the probability lies, degrees.
+    /// Returns the polar angle, degrees, below which this fraction of the probability lies.
     pub fn degrees(&self, share: f64) -> f64 {
         angle(self.polar.at(share)).to_degrees()
     }
 }
 
-/// The polar angle of 1 − z.
+/// Returns the polar angle of 1 − z, radians.
 fn angle(height: f64) -> f64 {
     2.0 * (0.5 * height).sqrt().min(1.0).asin()
 }
 
-/// A distribution function that is linear between its borders.
+/// Piecewise linear distribution function.
 #[derive(Clone, Debug)]
 struct Scale {
-    /// Ascending.
+    /// Borders of the pieces, ascending.
     borders: Vec<f64>,
-    /// The function's values there, from 0 to 1.
+    /// Values of the function at the borders, from 0 to 1.
     shares: Vec<f64>,
 }
 
 impl Scale {
-    /// Intervals of equal probability.
+    /// Creates intervals of equal probability.
     fn even(borders: Vec<f64>) -> Self {
         let last = (borders.len() - 1) as f64;
         Self {
@@ -128,7 +129,8 @@ impl Scale {
         }
     }
 
-    /// Intervals with probabilities in proportion to `masses`; even ones if these are all 0.
+    /// Creates intervals with probabilities in proportion to `masses`; equal ones if these are
+    /// all 0.
     fn new(borders: Vec<f64>, masses: &[f64]) -> Self {
         let total: f64 = masses.iter().sum();
         if total == 0.0 {
@@ -143,8 +145,8 @@ impl Scale {
         Self { borders, shares }
     }
 
-    /// The interval in which x lies, and the distribution function there, at the nearer end if it
-    /// lies outside; `None` for NaN.
+    /// Returns the interval that contains x and the distribution function at x, or the nearer end
+    /// if x lies outside; `None` for NaN.
     fn share(&self, x: f64) -> Option<(usize, f64)> {
         let last = self.borders.len() - 2;
         if x.is_nan() {
@@ -163,7 +165,7 @@ impl Scale {
         ))
     }
 
-    /// Where the distribution function has a value in [0, 1].
+    /// Returns where the distribution function has a value in [0, 1].
     fn at(&self, share: f64) -> f64 {
         let i = self
             .shares
@@ -179,7 +181,7 @@ impl Scale {
     }
 }
 
-/// A rectangle of polar angle and azimuth with a rough value of its probability.
+/// Rectangle of polar angle and azimuth with a rough value of its probability.
 struct Block {
     /// Range of the polar angle, radians.
     theta: [f64; 2],
@@ -190,7 +192,7 @@ struct Block {
     across: bool,
 }
 
-/// Points of a block along each side.
+/// Number of evaluation points along each side of a block.
 const POINTS: usize = 4;
 
 impl Block {
@@ -212,7 +214,7 @@ impl Block {
             sums.iter().fold(f64::MIN, |a, &b| a.max(b))
                 - sums.iter().fold(f64::MAX, |a, &b| a.min(b))
         };
-        // Quadrature finds what is not finite.
+        // Values that are not finite are left to the quadrature to find.
         Self {
             theta,
             turn,
@@ -232,8 +234,8 @@ impl Block {
     }
 }
 
-/// A density in blocks of little probability each, roughly: where quantiles lie, not how much lies
-/// between them.
+/// Cuts a density into blocks of little probability each, roughly: it places quantiles, but does
+/// not measure the probability between them.
 fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
     const SIDES: [usize; 2] = [64, 64];
     const LARGEST_SHARE: f64 = 1.0 / 8192.0;
@@ -264,8 +266,8 @@ fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
     blocks
 }
 
-/// Borders, strictly ascending, that cut `range` into `count` intervals of about equal mass, of
-/// pieces of constant density.
+/// Returns strictly ascending borders that cut `range` into `count` intervals of about equal mass,
+/// for pieces of constant density.
 fn borders(
     pieces: impl Iterator<Item = ([f64; 2], f64)>,
     range: [f64; 2],
@@ -278,7 +280,7 @@ fn borders(
         changes.extend([[low, slope], [high, -slope]]);
         total += mass;
     }
-    // A little everywhere keeps borders apart.
+    // A little mass everywhere keeps borders apart.
     let little = (1e-6 * total).max(f64::MIN_POSITIVE.sqrt());
     total += little;
     changes.push([range[1], 0.0]);

@@ -1,9 +1,9 @@
-//! The precision in which a subject computes, and how far rounding may move its values.
+//! Precision in which a subject computes, and how far rounding may move its values.
 //!
 //! A right function in floating point returns nearly the exact value for nearly the given arguments
 //! (backward error analysis: Higham 2002, "Accuracy and Stability of Numerical Algorithms", section
-//! 1.5). So the error that its precision explains is a few roundings, and as much as its values
-//! change where its arguments move by a few roundings.
+//! 1.5). So its precision explains an error of a few roundings, plus the change of its values where
+//! its arguments move by a few roundings.
 
 use std::collections::BTreeSet;
 
@@ -17,23 +17,23 @@ pub const DOUBLE: f64 = f64::EPSILON / 2.0;
 /// Unit roundoff of single precision, 2⁻²⁴.
 pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 
-/// Roundings of one value, at most.
+/// Largest number of roundings of one value.
 const ROUNDINGS: f64 = 64.0;
-/// By so many roundings of 1 components of directions, and cosines, may be off.
+/// Largest error of components of directions, and of cosines, in roundings of 1.
 const MOVES: f64 = 16.0;
-/// Half of a slip of one percent. Where rounding may explain a larger relative error, nothing is
+/// Half of an error of one percent. Where rounding may explain a larger relative error, nothing is
 /// judged.
 pub(crate) const LARGEST_BOUND: f64 = 5e-3;
-/// By so much are arguments moved to see whether a function notices: less than single precision can
-/// hold.
+/// Relative change of arguments that shows whether a function computes in double precision: less
+/// than single precision can hold.
 pub(crate) const NUDGE: f64 = 1e-11;
-/// So many different values tell of a precision; fewer may be small fractions, such as
+/// Number of different values that show a precision; fewer may be simple fractions, such as
 /// probabilities.
 const ENOUGH_DIFFERENT: usize = 100;
 
-/// Whether a quantity is computed in single precision: its values at different arguments, each with
-/// the value for arguments moved by [`NUDGE`]. Either all are numbers of single precision, or most
-/// don't notice the nudge.
+/// Returns whether a quantity is computed in single precision, from its values at different
+/// arguments, each with the value for arguments moved by [`NUDGE`]. Either all are numbers of
+/// single precision, or most do not change.
 pub(crate) fn looks_single(values: &[[f64; 2]]) -> bool {
     let telling = || {
         values
@@ -55,36 +55,36 @@ pub(crate) struct Rounding {
 }
 
 impl Rounding {
-    /// Bounds for a unit roundoff; none is finer than [`DOUBLE`], and NaN counts as that.
+    /// Creates bounds for a unit roundoff; at least [`DOUBLE`], also for NaN.
     pub fn new(unit: f64) -> Self {
         Self {
             unit: unit.max(DOUBLE),
         }
     }
 
-    /// Whether the precision is coarser than double.
+    /// Returns whether the precision is coarser than double.
     pub fn is_coarse(self) -> bool {
         self.unit > DOUBLE
     }
 
-    /// The unit roundoff.
+    /// Returns the unit roundoff.
     pub fn unit(self) -> f64 {
         self.unit
     }
 
-    /// Whether a direction is so near to the horizon that rounding may have put it there, where
-    /// densities are zero; never in double precision.
+    /// Returns whether a direction is so near to the horizon that rounding may have put it there,
+    /// where densities are zero; never in double precision.
     pub fn at_horizon(self, direction: DVec3) -> bool {
         self.is_coarse() && direction.z.abs() <= self.tolerance()
     }
 
-    /// How near to the horizon, by their z, directions are that rounding may put onto it, or whose
-    /// products with others round to 0: the root of a rounded 1 − r² is off by as much.
+    /// Returns the |z| below which rounding may put directions onto the horizon, or their products
+    /// with others round to 0: the root of a rounded 1 − r² is off by as much.
     pub fn horizon(self) -> f64 {
         8.0 * self.unit.sqrt()
     }
 
-    /// The precision in words.
+    /// Returns the precision in words.
     pub fn words(self) -> String {
         match self.unit {
             DOUBLE => String::from("double precision"),
@@ -93,13 +93,13 @@ impl Rounding {
         }
     }
 
-    /// The relative error of a value, or error of a unit vector's length, that is rounding whatever
-    /// the arguments.
+    /// Returns the relative error of a value, or the error of a unit vector's length, that rounding
+    /// explains whatever the arguments.
     pub fn tolerance(self) -> f64 {
         POINTWISE.max(ROUNDINGS * self.unit)
     }
 
-    /// A number of [0, 1) in this precision: rounded down, so that it stays below 1, and above 0 if
+    /// Rounds a number of [0, 1) to this precision: down, so that it stays below 1, and above 0 if
     /// it was.
     pub fn number(self, uniform: f64) -> f64 {
         if !self.is_coarse() || uniform <= 0.0 {
@@ -109,15 +109,15 @@ impl Rounding {
         (uniform / last_digit).floor() * last_digit
     }
 
-    /// The difference relative to the larger magnitude; 0 for numbers so small that single
-    /// precision has no digits for them.
+    /// Returns the difference relative to the larger magnitude; 0 for numbers too small for the
+    /// digits of single precision.
     pub fn relative(self, a: f64, b: f64) -> f64 {
         let vanishes =
             self.is_coarse() && a.abs().max(b.abs()) < f64::from(f32::MIN_POSITIVE) / self.unit;
         if vanishes { 0.0 } else { relative(a, b) }
     }
 
-    /// Errors of a direction by rounding: each component by 16 roundings of 1, up and down.
+    /// Returns errors of a direction by rounding: each component by 16 roundings of 1, up and down.
     pub fn steps(self) -> [DVec3; 6] {
         let step = MOVES * self.unit;
         [
@@ -131,10 +131,10 @@ impl Rounding {
         .map(|axis| step * axis)
     }
 
-    /// How far a value changes, relative to it, where its arguments move as rounding may:
-    /// directions by [`steps`](Self::steps), and the cosine to the normal, to the other direction
-    /// and to its mirror image by four times as much, for the cosine of a half vector is four times
-    /// as sensitive. Infinite if that cannot be told.
+    /// Returns the relative change of a value where its arguments move as rounding may: directions
+    /// by [`steps`](Self::steps), and the cosine to the normal, to the other direction and to its
+    /// mirror image by four times as much, as the cosine of a half vector is four times as
+    /// sensitive. Infinite if unknown.
     pub fn spread(self, wo: DVec3, wi: DVec3, value: &dyn Fn(DVec3, DVec3) -> f64) -> f64 {
         let here = value(wo, wi);
         let step = MOVES * self.unit;
@@ -157,9 +157,9 @@ impl Rounding {
             })
     }
 
-    /// A relative error in such units that [`Rounding::tolerance`] is the most that rounding
-    /// explains, given the conditioning there. `None` where it might explain more than
-    /// [`LARGEST_BOUND`], so that a slip would not be seen.
+    /// Scales a relative error so that [`Rounding::tolerance`] is the largest that rounding
+    /// explains, given the conditioning there. `None` where rounding might explain more than
+    /// [`LARGEST_BOUND`], so that an error of one percent would not be detected.
     pub fn excess(self, error: f64, conditioning: impl FnOnce() -> f64) -> Option<f64> {
         let tolerance = self.tolerance();
         // NaN is judged.
@@ -170,8 +170,7 @@ impl Rounding {
         (bound <= LARGEST_BOUND).then(|| error * tolerance / bound)
     }
 
-    /// An exact outcome of which `left_out` arguments could not be judged: it says nothing if those
-    /// are the most.
+    /// Returns an exact outcome, made undecided if most arguments (`left_out`) could not be judged.
     pub fn outcome(self, outcome: Outcome, left_out: u64) -> Outcome {
         if outcome.n < left_out && outcome.p > 0.0 {
             let why = format!(
@@ -184,8 +183,8 @@ impl Rounding {
     }
 }
 
-/// The direction in the plane of the axis whose cosine to it differs by `change`, as far as there
-/// is one.
+/// Turns a direction in the plane of the axis so that its cosine to the axis changes by `change`,
+/// as far as possible.
 fn turned(direction: DVec3, axis: DVec3, change: f64) -> DVec3 {
     let cosine = direction.dot(axis);
     let across = (direction - cosine * axis)

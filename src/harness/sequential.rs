@@ -1,9 +1,9 @@
-//! Tests that may stop as soon as they know: their error is bounded whenever they stop.
+//! Sequential tests: their error is bounded whenever they stop.
 
-/// What a sequential test says so far.
+/// Decision of a sequential test so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// Not enough seen.
+    /// Not enough values yet.
     Continue,
     /// The null hypothesis is accepted against the alternative.
     Null,
@@ -26,7 +26,7 @@ pub struct Sprt {
 }
 
 impl Sprt {
-    /// A test with errors at most `alpha` and `beta`, both in (0, 1).
+    /// Creates a test with error probabilities at most `alpha` and `beta`, both in (0, 1).
     pub fn new(alpha: f64, beta: f64) -> Self {
         Self {
             log_ratio: 0.0,
@@ -52,12 +52,12 @@ impl Sprt {
         self.add((alternative - null) * (value - middle) / (sigma * sigma))
     }
 
-    /// How many values were seen.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The decision so far; final once it is not [`Decision::Continue`].
+    /// Returns the decision so far; final once it is not [`Decision::Continue`].
     pub fn decision(&self) -> Decision {
         if self.log_ratio >= self.upper {
             Decision::Alternative
@@ -95,11 +95,11 @@ pub struct ConfidenceSequence {
     penalty: f64,
 }
 
-/// Bets stay below this, so that ln(1 − λ) is finite (the paper's c).
+/// Bound of the bets, so that ln(1 − λ) is finite (the paper's c).
 const LARGEST_BET: f64 = 0.5;
 
 impl ConfidenceSequence {
-    /// A sequence at level 1 − `alpha` for values in [low, high].
+    /// Creates a sequence at level 1 − `alpha` for values in [low, high].
     pub fn new(alpha: f64, bounds: [f64; 2]) -> Self {
         Self {
             bounds,
@@ -118,7 +118,7 @@ impl ConfidenceSequence {
         let [low, high] = self.bounds;
         let x = (value - low) / (high - low);
         let t = self.count + 1.0;
-        // All of this is known before x is seen.
+        // The bet depends only on values before x.
         let mean_before = (0.5 + self.sum) / t;
         let variance_before = (0.25 + self.squares) / t;
         let bet = (2.0 * self.log_term / (variance_before * t * (1.0 + t).ln()))
@@ -134,7 +134,7 @@ impl ConfidenceSequence {
         self.squares += (x - mean_now).powi(2);
     }
 
-    /// The interval so far.
+    /// Returns the interval so far.
     pub fn interval(&self) -> [f64; 2] {
         let [low, high] = self.bounds;
         if self.count == 0.0 {
@@ -145,21 +145,21 @@ impl ConfidenceSequence {
         [centre - half, centre + half].map(|x| low + (high - low) * x)
     }
 
-    /// The smallest effect that is seen with probability at least 1 − α after these values: the
-    /// width of the interval. As long as it covers the mean, it excludes every reference that is
-    /// further off.
+    /// Returns the smallest effect that is detected with probability at least 1 − α after these
+    /// values: the width of the interval. As long as the interval covers the mean, it excludes
+    /// every reference further off.
     pub fn minimum_detectable_effect(&self) -> f64 {
         let [low, high] = self.interval();
         high - low
     }
 
-    /// How many values were seen.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         self.count as u64
     }
 
-    /// Whether the mean is within ±`margin` of `reference`: [`Decision::Null`] once the interval
-    /// lies within, [`Decision::Alternative`] once it lies outside `reference` itself.
+    /// Decides whether the mean is within ±`margin` of `reference`: [`Decision::Null`] once the
+    /// interval lies within, [`Decision::Alternative`] once it excludes `reference` itself.
     pub fn decide(&self, reference: f64, margin: f64) -> Decision {
         let [low, high] = self.interval();
         if low > reference || high < reference {

@@ -11,17 +11,17 @@ use statrs::function::erf::erfc;
 use statrs::function::gamma::ln_gamma;
 
 const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_8;
-/// Series and fractions stop when a step changes the sum by less than this share.
+/// Relative change of the sum at which series and fractions stop.
 const STEP: f64 = 1e-16;
-/// Keeps Lentz's denominators from zero.
+/// Bound that keeps Lentz's denominators from zero.
 const TINY: f64 = 1e-300;
 
-/// P(Z ≥ z) of the standard normal law.
+/// Returns P(Z ≥ z) of the standard normal law.
 pub fn normal_sf(z: f64) -> f64 {
     0.5 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
-/// The z with P(Z ≥ z) = p, for p in (0, 1).
+/// Returns the z with P(Z ≥ z) = p, for p in (0, 1).
 pub fn normal_upper(p: f64) -> f64 {
     if p > 0.5 {
         return -normal_upper(1.0 - p);
@@ -29,7 +29,7 @@ pub fn normal_upper(p: f64) -> f64 {
     decreasing_root(normal_sf, p, 0.0, 40.0)
 }
 
-/// P(|T| ≥ |t|) of Student's law with `dof` > 0 degrees of freedom.
+/// Returns P(|T| ≥ |t|) of Student's law with `dof` > 0 degrees of freedom.
 pub fn student_two_sided(t: f64, dof: f64) -> f64 {
     if !t.is_finite() {
         return if t.is_nan() { f64::NAN } else { 0.0 };
@@ -38,7 +38,7 @@ pub fn student_two_sided(t: f64, dof: f64) -> f64 {
     beta(0.5 * dof, 0.5, dof / scale, t * t / scale)
 }
 
-/// The t with P(T ≥ t) = p, for p in (0, 1/2].
+/// Returns the t with P(T ≥ t) = p, for p in (0, 1/2], of Student's law.
 pub fn student_upper(p: f64, dof: f64) -> f64 {
     let mut high = 64.0;
     while student_two_sided(high, dof) > 2.0 * p {
@@ -47,12 +47,12 @@ pub fn student_upper(p: f64, dof: f64) -> f64 {
     decreasing_root(|t| student_two_sided(t, dof), 2.0 * p, 0.0, high)
 }
 
-/// P(X ≥ x) of the chi-square law with `dof` > 0 degrees of freedom.
+/// Returns P(X ≥ x) of the chi-square law with `dof` > 0 degrees of freedom.
 pub fn chi_square_sf(x: f64, dof: f64) -> f64 {
     gamma_q(0.5 * dof, 0.5 * x)
 }
 
-/// The x with P(X ≥ x) = p of the same law.
+/// Returns the x with P(X ≥ x) = p of the chi-square law with `dof` > 0 degrees of freedom.
 pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
     let mut high = 64.0 + 2.0 * dof;
     while chi_square_sf(high, dof) > p {
@@ -61,10 +61,10 @@ pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
     decreasing_root(|x| chi_square_sf(x, dof), p, 0.0, high)
 }
 
-/// P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean `noncentrality`/2 ≥ 0,
-/// of central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and Balakrishnan, Continuous
-/// Univariate Distributions 2, 1995, chapter 29). All terms are positive: the tail keeps its
-/// digits.
+/// Returns P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean
+/// `noncentrality`/2 ≥ 0, of central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and
+/// Balakrishnan, Continuous Univariate Distributions 2, 1995, chapter 29). All terms are positive:
+/// the tail keeps its digits.
 pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
     let half = 0.5 * noncentrality;
     let (mut sum, mut j) = (0.0, 0.0);
@@ -79,28 +79,27 @@ pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
         let term = weight * gamma_p(0.5 * dof + j, 0.5 * x);
         sum += term;
         j += 1.0;
-        // Weights fall beyond their mean, the central tails everywhere.
+        // The weights fall beyond their mean, the central tails everywhere.
         if j > half && term <= STEP * sum {
             return sum;
         }
     }
 }
 
-/// P(F ≥ f) of the F law with `d1` and `d2` degrees of freedom.
+/// Returns P(F ≥ f) of the F law with `d1` and `d2` degrees of freedom.
 pub fn f_sf(f: f64, d1: f64, d2: f64) -> f64 {
     let scale = d1 * f + d2;
     beta(0.5 * d2, 0.5 * d1, d2 / scale, d1 * f / scale)
 }
 
-/// P(√n D ≥ x) of Kolmogorov's limit law.
+/// Returns P(√n D ≥ x) of Kolmogorov's limit law.
 pub fn kolmogorov_limit_sf(x: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if x <= 0.0 {
         return 1.0;
     }
     if x < 0.5 {
-        // The lower tail by the law's other series; its second term is less than 1e-17 of the
-        // first.
+        // Lower tail by the law's other series; its second term is less than 1e-17 of the first.
         let lower = TAU.sqrt() / x * (-(PI / x).powi(2) / 8.0).exp();
         return 1.0 - lower;
     }
@@ -109,10 +108,10 @@ pub fn kolmogorov_limit_sf(x: f64) -> f64 {
     2.0 * pairs.sum::<f64>()
 }
 
-/// Below this probability [`kolmogorov_sf`] is a proved bound.
+/// Probability below which [`kolmogorov_sf`] is a proved bound.
 pub const KOLMOGOROV_SWITCH: f64 = 1e-4;
 
-/// P(D ≥ d) of Kolmogorov's statistic of n independent values, for n ≥ 100.
+/// Returns P(D ≥ d) of Kolmogorov's statistic of n independent values, for n ≥ 100.
 ///
 /// Above [`KOLMOGOROV_SWITCH`] the limit law at √n d + 1/(6√n) + (√n d − 1)/(4n) (Vrbik,
 /// "Small-Sample Corrections to Kolmogorov-Smirnov Test Statistic", 2018), with an absolute error
@@ -129,12 +128,13 @@ pub fn kolmogorov_sf(n: u64, d: f64) -> f64 {
     }
 }
 
-/// The d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_SWITCH`]: Massart's inequality solved for d.
+/// Returns the d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_SWITCH`]: Massart's inequality solved for
+/// d.
 pub fn kolmogorov_upper(n: u64, p: f64) -> f64 {
     ((2.0 / p).ln() / (2.0 * n as f64)).sqrt()
 }
 
-/// P(X ≥ k) of the binomial law of n trials with success probability q in [0, 1].
+/// Returns P(X ≥ k) of the binomial law of n trials with success probability q in [0, 1].
 pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
     if k == 0 {
         1.0
@@ -145,7 +145,7 @@ pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
     }
 }
 
-/// P(X ≤ k) of the same law.
+/// Returns P(X ≤ k) of the binomial law of n trials with success probability q.
 pub fn binomial_cdf(k: u64, n: u64, q: f64) -> f64 {
     if k >= n {
         1.0
@@ -154,13 +154,13 @@ pub fn binomial_cdf(k: u64, n: u64, q: f64) -> f64 {
     }
 }
 
-/// Twice the smaller binomial tail, at most 1: the two-sided p-value of k successes.
+/// Returns twice the smaller binomial tail, at most 1: the two-sided p-value of k successes.
 pub fn binomial_two_sided(k: u64, n: u64, q: f64) -> f64 {
     (2.0 * binomial_sf(k, n, q).min(binomial_cdf(k, n, q))).min(1.0)
 }
 
-/// The interval for a success probability after k of n, each side at level `p` (Clopper and Pearson
-/// 1934: it covers at least 1 − 2p for every n).
+/// Returns the interval for a success probability after k of n, each side at level `p` (Clopper and
+/// Pearson 1934: it covers at least 1 − 2p for every n).
 pub fn binomial_interval(k: u64, n: u64, p: f64) -> [f64; 2] {
     let low = if k == 0 {
         0.0
@@ -175,18 +175,18 @@ pub fn binomial_interval(k: u64, n: u64, p: f64) -> [f64; 2] {
     [low, high]
 }
 
-/// P(X ≥ k) of the Poisson law with the given mean.
+/// Returns P(X ≥ k) of the Poisson law with the given mean.
 pub fn poisson_sf(k: u64, mean: f64) -> f64 {
     if k == 0 { 1.0 } else { gamma_p(k as f64, mean) }
 }
 
-/// P(X ≤ k) of the Poisson law with the given mean.
+/// Returns P(X ≤ k) of the Poisson law with the given mean.
 pub fn poisson_cdf(k: u64, mean: f64) -> f64 {
     gamma_q(k as f64 + 1.0, mean)
 }
 
-/// The interval for a Poisson mean after k events, each side at level `p` (Garwood, Biometrika 28,
-/// 1936: it covers at least 1 − 2p).
+/// Returns the interval for a Poisson mean after k events, each side at level `p` (Garwood,
+/// Biometrika 28, 1936: it covers at least 1 − 2p).
 pub fn poisson_interval(k: u64, p: f64) -> [f64; 2] {
     let largest = 2.0 * k as f64 - 4.0 * p.ln() + 64.0;
     let low = decreasing_root(|mean| -poisson_sf(k, mean), -p, 0.0, largest);
@@ -194,9 +194,9 @@ pub fn poisson_interval(k: u64, p: f64) -> [f64; 2] {
     [if k == 0 { 0.0 } else { low }, high]
 }
 
-/// ln Γ(a) − [(a − ½) ln a − a + ln √2π], Stirling's remainder, for a > 0.
+/// Returns ln Γ(a) − [(a − ½) ln a − a + ln √2π], Stirling's remainder, for a > 0.
 fn stirling_remainder(a: f64) -> f64 {
-    /// From here on five terms of the series give 16 digits.
+    /// Argument from which five terms of the series give 16 digits.
     const SERIES_FROM: f64 = 16.0;
     if a < SERIES_FROM {
         return ln_gamma(a) - ((a - 0.5) * a.ln() - a + LN_SQRT_TAU);
@@ -205,8 +205,8 @@ fn stirling_remainder(a: f64) -> f64 {
     (1.0 / 12.0 - s * (1.0 / 360.0 - s * (1.0 / 1260.0 - s * (1.0 / 1680.0 - s / 1188.0)))) / a
 }
 
-/// x − ln(1 + x) for x > −1, without cancellation near 0. `whole` is 1 + x: where it is small, it
-/// has digits that x has lost.
+/// Returns x − ln(1 + x) for x > −1, without cancellation near 0. `whole` is 1 + x: where that is
+/// small, it has digits that x has lost.
 fn log_defect(x: f64, whole: f64) -> f64 {
     if x.abs() > 0.05 {
         return x - whole.ln();
@@ -218,13 +218,13 @@ fn log_defect(x: f64, whole: f64) -> f64 {
     x * x * series
 }
 
-/// x^a e^(−x)/Γ(a).
+/// Returns x^a e^(−x)/Γ(a).
 fn gamma_prefactor(a: f64, x: f64) -> f64 {
     let deviance = a * log_defect((x - a) / a, x / a);
     (0.5 * a.ln() - LN_SQRT_TAU - deviance - stirling_remainder(a)).exp()
 }
 
-/// The upper regularised incomplete gamma function Q(a, x), a > 0.
+/// Returns the upper regularised incomplete gamma function Q(a, x), a > 0.
 pub fn gamma_q(a: f64, x: f64) -> f64 {
     if x <= 0.0 {
         1.0
@@ -235,7 +235,7 @@ pub fn gamma_q(a: f64, x: f64) -> f64 {
     }
 }
 
-/// The lower regularised incomplete gamma function P(a, x), a > 0.
+/// Returns the lower regularised incomplete gamma function P(a, x), a > 0.
 pub fn gamma_p(a: f64, x: f64) -> f64 {
     if x <= 0.0 {
         0.0
@@ -262,7 +262,7 @@ fn gamma_fraction(a: f64, x: f64) -> f64 {
     gamma_prefactor(a, x) / fraction
 }
 
-/// b₀ + a₁/(b₁ + a₂/(b₂ + …)) with (aᵢ, bᵢ) = `term(i)`, by the modified Lentz method.
+/// Evaluates b₀ + a₁/(b₁ + a₂/(b₂ + …)) with (aᵢ, bᵢ) = `term(i)`, by the modified Lentz method.
 fn lentz(b0: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
     let away_from_zero = |x: f64| if x.abs() < TINY { TINY } else { x };
     let mut value = away_from_zero(b0);
@@ -274,15 +274,15 @@ fn lentz(b0: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
         c = away_from_zero(b + a / c);
         let step = c * d;
         value *= step;
-        // A fraction of ours has converged long before this many steps, or never will.
+        // The fractions used here converge long before this many steps, or never.
         if (step - 1.0).abs() <= 4.0 * STEP || step.is_nan() || i > 1e7 {
             return value;
         }
     }
 }
 
-/// The regularised incomplete beta function I_x(a, b); y = 1 − x is given apart, so that neither is
-/// rounded away.
+/// Returns the regularised incomplete beta function I_x(a, b); y = 1 − x is given separately, so
+/// that neither is rounded away.
 pub fn beta(a: f64, b: f64, x: f64, y: f64) -> f64 {
     if x <= 0.0 {
         0.0
@@ -308,17 +308,17 @@ fn beta_fraction(a: f64, b: f64, x: f64, y: f64) -> f64 {
     beta_prefactor(a, b, x, y) / (a * fraction)
 }
 
-/// x^a y^b / B(a, b).
+/// Returns x^a y^b / B(a, b).
 fn beta_prefactor(a: f64, b: f64, x: f64, y: f64) -> f64 {
     let sum = a + b;
-    // How far x lies from the mean a/(a + b), computed so that x and y enter alike.
+    // Distance of x from the mean a/(a + b), computed symmetrically in x and y.
     let shift = x * b - y * a;
     let deviance = a * log_defect(shift / a, x * sum / a) + b * log_defect(-shift / b, y * sum / b);
     let remainders = stirling_remainder(sum) - stirling_remainder(a) - stirling_remainder(b);
     (0.5 * (a * b / sum).ln() - LN_SQRT_TAU - deviance + remainders).exp()
 }
 
-/// Where a decreasing function takes a value, to the last bit, by bisection of [low, high].
+/// Returns where a decreasing function takes a value, to the last bit, by bisection of [low, high].
 fn decreasing_root(f: impl Fn(f64) -> f64, value: f64, mut low: f64, mut high: f64) -> f64 {
     loop {
         let middle = 0.5 * (low + high);

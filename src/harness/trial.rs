@@ -12,16 +12,16 @@ pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
 
 use super::outcome::{Outcome, Verdict};
 
-/// What a trial does: takes its random numbers and sizes from the context, returns what it found.
+/// Function of a trial: takes random numbers and sizes from the context, returns outcomes.
 pub type Run = Box<dyn Fn(&Context) -> Vec<Outcome> + Send + Sync>;
 
-/// A faulty subject on which the same trial must fail.
+/// Negative control: a faulty subject on which the same trial must fail.
 pub struct Control {
-    /// A short name, unique within its trial.
+    /// Short name, unique within its trial.
     pub name: &'static str,
-    /// What is wrong, in one line.
+    /// The fault, in one line.
     pub wrong: &'static str,
-    /// The outcomes that must all reject it, by name. May be empty where the trial leaves no
+    /// Names of the outcomes that must all reject it. May be empty where the trial leaves no
     /// choice: see [`meant`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function with the faulty subject.
@@ -29,7 +29,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// A control that the trial's only outcome rejects.
+    /// Creates a control that the trial's only outcome rejects.
     pub fn new(
         name: &'static str,
         wrong: &'static str,
@@ -44,10 +44,10 @@ impl Control {
     }
 }
 
-/// A property on trial. Sizes and claims are those of its outcomes ([`Outcome::n`],
+/// A property under test. Sizes and claims are those of its outcomes ([`Outcome::n`],
 /// [`Outcome::claim`]).
 ///
-/// Its power follows from what its outcomes vary ([`Outcome::miss`]); the tests assert that each
+/// Its power follows from the noise of its outcomes ([`Outcome::miss`]); the tests assert that each
 /// random outcome misses an effect of its δ with probability at most
 /// [`ALPHA`](super::outcome::ALPHA).
 pub struct Trial {
@@ -56,44 +56,44 @@ pub struct Trial {
     pub name: String,
     /// The statement that is true or false.
     pub property: String,
-    /// What the property belongs to: the id of an [`Equation`](crate::equation::Equation), or a
-    /// source in words.
+    /// Source of the property: the id of an [`Equation`](crate::equation::Equation), or a source in
+    /// words.
     pub source: &'static str,
-    /// What is examined: the path of the function.
+    /// Subject: the path of the function under test.
     pub subject: &'static str,
-    /// Which statistic.
+    /// Name of the statistic.
     pub statistic: &'static str,
-    /// The function on the right subject.
+    /// Function on the right subject.
     pub run: Run,
-    /// The same function on faulty subjects; at least one.
+    /// The trial's function on faulty subjects; at least one.
     pub controls: Vec<Control>,
 }
 
-/// One line of the report: what one outcome of a trial says.
+/// One line of the report: one outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The trial's name.
+    /// Name of the trial.
     pub trial: String,
-    /// The control's name; empty for the trial itself.
+    /// Name of the control; empty for the trial itself.
     pub control: String,
-    /// The trial's property.
+    /// Property of the trial.
     pub property: String,
-    /// The trial's source.
+    /// Source of the property.
     pub source: &'static str,
-    /// What was found.
+    /// Outcome.
     pub outcome: Outcome,
-    /// The verdict on it.
+    /// Verdict on the outcome.
     pub verdict: Verdict,
-    /// The master seed.
+    /// Master seed.
     pub seed: u64,
 }
 
-/// The columns of [`Row::csv`].
+/// Columns of [`Row::csv`].
 pub const CSV_HEADER: &str = "trial,control,equation,measure,statistic,n,estimate,reference,low,high,\
      p,verdict,delta,minimum_detectable_effect,power,seed";
 
 impl Row {
-    /// The row with the columns of [`CSV_HEADER`].
+    /// Returns the row with the columns of [`CSV_HEADER`].
     pub fn csv(&self) -> String {
         let o = &self.outcome;
         let quoted = || format!("\"{}\"", self.source.replace('"', "\"\""));
@@ -128,7 +128,7 @@ pub fn run_trial(trial: &Trial, context: &Context) -> Vec<Row> {
     rows(trial, "", &trial.run, context)
 }
 
-/// Runs a trial on a faulty subject, with random numbers of its own.
+/// Runs a trial on a faulty subject, with its own random numbers.
 pub fn run_control(trial: &Trial, control: &Control, context: &Context) -> Vec<Row> {
     rows(trial, control.name, &control.run, context)
 }
@@ -148,7 +148,7 @@ fn rows(trial: &Trial, control: &str, run: &Run, context: &Context) -> Vec<Row> 
         .collect()
 }
 
-/// The name of a trial, or of a fault (control) under it: "trial!fault".
+/// Returns the name of a trial, or of a control under it: "trial!control".
 pub fn full_name(trial: &str, control: &str) -> String {
     if control.is_empty() {
         trial.to_owned()
@@ -157,7 +157,7 @@ pub fn full_name(trial: &str, control: &str) -> String {
     }
 }
 
-/// The part of a trial's name before the first '/': the name of its integration test.
+/// Returns the part of a trial's name before the first '/': the name of its integration test.
 pub fn group(trial: &str) -> &str {
     trial.split('/').next().unwrap_or(trial)
 }

@@ -1,10 +1,9 @@
-//! Two images against each other: Welch's test of the image mean, of tiles and of pixels (Jung,
-//! Hanika and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT
-//! 9(2), 2020).
+//! Comparison of two images: Welch's test of the image mean, of tiles and of pixels (Jung, Hanika
+//! and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2),
+//! 2020).
 //!
-//! Images enter as plain slices, so that any renderer's will do. Only the image mean carries a
-//! claim of equivalence: per-pixel tests are far less sensitive to a bias that is the same
-//! everywhere.
+//! Images enter as plain slices, from any renderer. Only the image mean carries a claim of
+//! equivalence: per-pixel tests are far less sensitive to a bias that is the same everywhere.
 
 use super::graded::grade;
 use super::ks::kolmogorov_smirnov;
@@ -13,43 +12,43 @@ use super::outcome::{ALPHA, Cell, Claim, Outcome};
 use super::power::Sensitivity;
 use super::tails::{student_two_sided, student_upper};
 
-/// One channel of an image with the statistics of each pixel, row by row. The count is of
+/// One channel of an image with the statistics of each pixel, row by row. The count is that of
 /// independent replications: whole grids where samples within a pixel are stratified.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelStatistics<'a> {
     /// Mean of each pixel.
     pub mean: &'a [f64],
-    /// Sample variance of one replication, each pixel.
+    /// Sample variance of one replication of each pixel.
     pub variance: &'a [f64],
-    /// Replications of each pixel.
+    /// Number of replications of each pixel.
     pub count: &'a [u64],
 }
 
-/// A map of p-values.
+/// Map of p-values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PValueMap {
-    /// Tiles across.
+    /// Number of tiles across.
     pub width: usize,
-    /// Tiles down.
+    /// Number of tiles down.
     pub height: usize,
-    /// p of each tile, row by row; `None` where nothing is judged: neither image has any variance
-    /// and both agree, or the tile was left out. NaN, where an image's mean or variance is none,
-    /// fails.
+    /// p-value of each tile, row by row; `None` where nothing is judged: neither image has any
+    /// variance and both agree, or the tile was left out. NaN, where an image's mean or variance is
+    /// NaN, fails.
     pub p: Vec<Option<f64>>,
-    /// The difference of the tile's means in standard errors; NaN where nothing is judged.
+    /// Difference of each tile's means in standard errors; NaN where nothing is judged.
     pub sigmas: Vec<f64>,
-    /// Degrees of freedom of those.
+    /// Degrees of freedom of each tile's difference.
     pub dof: Vec<f64>,
 }
 
 impl PValueMap {
-    /// The tiles that are judged.
+    /// Iterates over the tiles that are judged, with their p-values.
     fn judged(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let tiles = self.p.iter().enumerate();
         tiles.filter_map(|(tile, p)| Some((tile, (*p)?)))
     }
 
-    /// Counts of the p-values in `bins` equal bins of [0, 1]: flat if there is no bias. NaN counts
+    /// Counts the p-values in `bins` equal bins of [0, 1]: flat if there is no bias. NaN counts
     /// as 0.
     pub fn histogram(&self, bins: usize) -> Vec<u64> {
         let mut counts = vec![0; bins];
@@ -59,19 +58,19 @@ impl PValueMap {
         counts
     }
 
-    /// Whether the p-values are uniform, by Kolmogorov-Smirnov. `delta` is the distance that would
-    /// matter: the pixels' values are means of few samples, and only nearly normal.
+    /// Tests by Kolmogorov-Smirnov whether the p-values are uniform. `delta` is the distance that
+    /// would matter: the pixels' values are means of few samples, and only nearly normal.
     pub fn flatness(&self, name: &str, delta: f64) -> Outcome {
         let mut p: Vec<f64> = self.judged().map(|(_, p)| p).collect();
         let mut outcome = kolmogorov_smirnov(name, &mut p, |p| p, delta);
         outcome.claim = Claim::Approximate { margin: delta };
-        // Those of the exact claim say nothing of this one.
+        // Graded controls of the exact claim do not apply to this one.
         outcome.graded = Vec::new();
         outcome
     }
 
-    /// The smallest p-value times the number of tiles (Bonferroni), with the worst tile; no size of
-    /// effect is claimed.
+    /// Returns the smallest p-value times the number of tiles (Bonferroni), with the worst tile; no
+    /// size of effect is claimed.
     pub fn smallest(&self, name: &str, n: u64) -> Outcome {
         let rank = |p: f64| if p.is_nan() { f64::NEG_INFINITY } else { p };
         let worst = self.judged().min_by(|a, b| rank(a.1).total_cmp(&rank(b.1)));
@@ -111,7 +110,7 @@ impl PValueMap {
         }
     }
 
-    /// The outcome of a map of which no tile says anything.
+    /// Returns the outcome of a map without a judged tile.
     fn none_judged(name: &str, n: u64) -> Outcome {
         Outcome {
             statistic: "Welch map",
@@ -138,7 +137,7 @@ impl PValueMap {
     }
 }
 
-/// A difference of means of a set of pixels.
+/// Difference of the means of a set of pixels.
 struct Difference {
     difference: f64,
     variance: f64,
@@ -146,7 +145,8 @@ struct Difference {
 }
 
 impl Difference {
-    /// In standard errors. Without any variance: 0/0 says nothing (NaN); x/0 is certain (infinite).
+    /// Returns the difference in standard errors. Without any variance, 0/0 is no evidence (NaN)
+    /// and x/0 is certain (infinite).
     fn sigmas(&self) -> f64 {
         self.difference / self.variance.sqrt()
     }
@@ -168,31 +168,41 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
     }
 }
 
-/// One channel of an image of independent pixels, with the skewness of one replication of every
-/// pixel.
-pub type Skewed<'a> = (&'a PixelStatistics<'a>, &'a [f64]);
+/// One channel of an image of independent pixels, with the skewness of their replications.
+#[derive(Clone, Copy, Debug)]
+pub struct Skewed<'a> {
+    /// Mean, variance and count of each pixel.
+    pub statistics: &'a PixelStatistics<'a>,
+    /// Skewness of one replication of each pixel.
+    pub skewness: &'a [f64],
+}
 
-/// The test of the means of the two images: `delta` is relative to the mean of the second. The
-/// claim is exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
+/// Tests the means of two images: `delta` is relative to the mean of the second. The claim is
+/// exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
 pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     grade(compare_means(name, a, b, delta), |effect| {
-        let mean: Vec<f64> = a.0.mean.iter().map(|x| x + effect).collect();
+        let mean: Vec<f64> = a.statistics.mean.iter().map(|x| x + effect).collect();
         let wrong = PixelStatistics {
             mean: &mean,
-            ..*a.0
+            ..*a.statistics
         };
-        Some(compare_means(name, (&wrong, a.1), b, delta))
+        let wrong = Skewed {
+            statistics: &wrong,
+            ..a
+        };
+        Some(compare_means(name, wrong, b, delta))
     })
 }
 
 fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
-    let skewness = skewness_of_sum([a, b].into_iter().flat_map(|(s, skewness)| {
+    let skewness = skewness_of_sum([a, b].into_iter().flat_map(|image| {
+        let s = image.statistics;
         let part = |(i, &skewness): (usize, &f64)| {
             (skewness, s.variance[i] / s.count[i] as f64, s.count[i])
         };
-        skewness.iter().enumerate().map(part)
+        image.skewness.iter().enumerate().map(part)
     }));
-    let (a, b) = (a.0, b.0);
+    let (a, b) = (a.statistics, b.statistics);
     // Replications of the pixels that vary: a deterministic image needs no second one.
     let counts = |s: &PixelStatistics| -> Vec<u64> {
         let vary = s.variance.iter().zip(s.count);
@@ -243,10 +253,10 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     }
 }
 
-/// How many parts of an image are kept for the data file of its mean.
+/// Number of parts of an image kept for the data file of its mean.
 const STRETCHES: usize = 64;
 
-/// Means of consecutive pixels of the first image against the second's.
+/// Returns the means of consecutive pixels of the first image against the second's.
 fn stretches(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
     let pixels: Vec<usize> = (0..a.mean.len()).collect();
     let cell = |part: &[usize]| {
@@ -263,8 +273,8 @@ fn stretches(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
     pixels.chunks(length).map(cell).collect()
 }
 
-/// p-values of square tiles of `tile` × `tile` pixels; 1 gives pixels. Tiles at the right and lower
-/// border may be smaller.
+/// Tests square tiles of `tile` × `tile` pixels, 1 for pixels, and returns their p-values. Tiles at
+/// the right and lower border may be smaller.
 pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) -> PValueMap {
     let height = a.mean.len() / width;
     let [across, down] = [width.div_ceil(tile), height.div_ceil(tile)];

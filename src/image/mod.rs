@@ -1,4 +1,4 @@
-//! Image files: EXR with linear radiance and its standard error, PNG for the eye.
+//! Image files: EXR with linear radiance and its standard error, PNG for display.
 
 pub mod read;
 
@@ -17,20 +17,21 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::film::{Features, Film, Pixel};
 
-/// How linear radiance becomes an 8-bit value.
+/// Conversion of linear radiance to 8-bit values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Display {
-    /// Radiance × 2^`exposure`, cut at 1, through the sRGB transfer curve (IEC 61966-2-1), rounded.
+    /// Radiance × 2^`exposure`, clamped to 1, through the sRGB transfer curve (IEC 61966-2-1),
+    /// rounded.
     Srgb {
-        /// In stops.
+        /// Exposure in stops.
         exposure: f64,
     },
-    /// floor(255 · min(1, radiance)): what the report's program did.
+    /// floor(255 · min(1, radiance)), as in the report's program.
     Truncated,
 }
 
 impl Display {
-    /// The 8-bit value of a linear radiance of at least 0.
+    /// Returns the 8-bit value of a linear radiance of at least 0.
     pub fn encode(self, radiance: f64) -> u8 {
         match self {
             Self::Srgb { exposure } => {
@@ -43,8 +44,8 @@ impl Display {
 }
 
 impl Display {
-    /// The mean 8-bit value of each channel over a film's pixels, as one measures it on the written
-    /// image: each pixel's mean radiance is encoded, and what comes of it averaged.
+    /// Returns the mean 8-bit value of each channel over a film's pixels, as measured on the
+    /// written image: each pixel's mean radiance is encoded, and the encoded values are averaged.
     pub fn encoded_mean(self, film: &Film) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for pixel in film.pixels() {
@@ -56,7 +57,7 @@ impl Display {
     }
 }
 
-/// The sRGB transfer curve from linear [0, 1] to encoded [0, 1].
+/// Applies the sRGB transfer curve, from linear [0, 1] to encoded [0, 1].
 pub fn srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear
@@ -66,16 +67,16 @@ pub fn srgb(linear: f64) -> f64 {
 }
 
 /// Writes the film as one EXR part of 32-bit floats: mean radiance in R, G, B (linear, not
-/// clamped), its standard error in `stderr.*` ([`Pixel::standard_error`]), camera samples in
-/// `samples.Y`, and the first hit's `albedo.*`, `normal.*` and `depth.Z`, of which the attribute
-/// `comments` says what they measure. `provenance` becomes the one text attribute of that name,
-/// `camera` the standard attributes `worldToCamera` and `worldToNDC`: a point times a matrix, as a
-/// row, has coordinates to the right, upwards and ahead of the eye; or those of the image, from its
-/// top left to its bottom right corner from 0 to 1, and the reciprocal of how far ahead the point
-/// is.
+/// clamped), its standard error in `stderr.*` ([`Pixel::standard_error`]), the number of camera
+/// samples in `samples.Y`, and the first hit's `albedo.*`, `normal.*` and `depth.Z`, explained by
+/// the attribute `comments`. `provenance` becomes the one text attribute of that name, `camera` the
+/// standard attributes `worldToCamera` and `worldToNDC`: a point, as a row vector, times the first
+/// matrix has coordinates to the right, upwards and ahead of the eye; times the second, those of
+/// the image, from 0 to 1 from its top left to its bottom right corner, and the reciprocal of the
+/// distance ahead.
 ///
 /// # Errors
-/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
+/// [`Error::File`] or [`Error::Image`]; no file is left behind then.
 pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) -> Result<(), Error> {
     let mut columns = CHANNELS.map(|_| Vec::with_capacity(film.pixels().len()));
     for pixel in film.pixels() {
@@ -107,7 +108,7 @@ pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) ->
     })
 }
 
-/// The provenance that [`write_exr`] gave a file of these bytes; `None` for any other file.
+/// Returns the provenance that [`write_exr`] gave a file of these bytes; `None` for any other file.
 pub fn provenance(bytes: &[u8]) -> Option<String> {
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)
         .ok()?
@@ -120,7 +121,7 @@ pub fn provenance(bytes: &[u8]) -> Option<String> {
     })
 }
 
-/// What the channels of an image are called.
+/// Names of the channels of an image.
 pub(crate) const CHANNELS: [&str; 14] = [
     "R",
     "G",
@@ -138,7 +139,7 @@ pub(crate) const CHANNELS: [&str; 14] = [
     "samples.Y",
 ];
 
-/// The values of a pixel in them.
+/// Returns a pixel's values in the order of [`CHANNELS`].
 pub(crate) fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
     let Features {
         albedo,
@@ -154,8 +155,8 @@ pub(crate) fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
     CHANNELS.map(|_| values.next().unwrap_or_default() as f32)
 }
 
-/// From the world to the camera and to the film, which may be a part of its frame: the first index
-/// is that of the row.
+/// Returns the matrices from the world to the camera and to the film, which may be a part of its
+/// image; the first index is that of the row.
 fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
     let ([forward, right, up], half_height) = camera.frame();
     let [right, up, ahead] = [right, up, forward].map(|axis| axis.extend(-axis.dot(camera.eye)));
@@ -174,13 +175,13 @@ fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
     ]
 }
 
-/// What an image says of [`Features`].
+/// Explanation of the channels of [`Features`].
 const COMMENTS: &str = "albedo.*, normal.* and depth.Z are means over the camera rays of a pixel that meet something, of \
                         what they meet first; 0 where none does. albedo.*: its colour, in [0, 1]. normal.*: its unit \
                         normal in world space, on the side of the camera. depth.Z: the distance from the eye along the \
                         ray, not its share along the line of sight, in the unit of the world.";
 
-/// Text attributes of a file.
+/// Returns text attributes of a file.
 pub(crate) fn attributes<'a>(
     path: &Path,
     texts: impl IntoIterator<Item = (&'a str, &'a str)>,
@@ -214,10 +215,11 @@ pub(crate) fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_
     }
 }
 
-/// Writes the film's mean radiance as an 8-bit PNG, each pixel as `magnification`² equal ones.
+/// Writes the film's mean radiance as an 8-bit PNG, each pixel as a block of `magnification`² equal
+/// ones.
 ///
 /// # Errors
-/// [`Error::File`] or [`Error::Image`]; nothing is left behind then.
+/// [`Error::File`] or [`Error::Image`]; no file is left behind then.
 pub fn write_png(
     path: &Path,
     film: &Film,
@@ -238,7 +240,7 @@ pub fn write_png(
 /// Writes 8-bit sRGB triples, row by row from the top, as a PNG of `size` pixels.
 ///
 /// # Errors
-/// [`Error::File`] or [`Error::Image`], for triples that do not fill the size, too; nothing is left
+/// [`Error::File`] or [`Error::Image`], for triples that do not fill the size, too; no file is left
 /// behind then.
 pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
     let bytes = encode_rgb(size, rgb).map_err(|error| Error::Image {
@@ -251,7 +253,7 @@ pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
     })
 }
 
-/// The bytes of such a PNG.
+/// Encodes 8-bit sRGB triples, row by row from the top, as the bytes of a PNG.
 ///
 /// # Errors
 /// If there are not 3 × width × height values.
@@ -265,11 +267,11 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
     Ok(bytes)
 }
 
-/// Writes a file whole or not at all: into a temporary file beside it, which is renamed when the
-/// disk has it, so that even a power cut leaves the old file or the new one.
+/// Writes a file whole or not at all: into a temporary file beside it, which is renamed once it is
+/// on the disk, so that even a power cut leaves the old file or the new one.
 ///
 /// # Errors
-/// [`Error::File`] if the file cannot be created or renamed, or what `fill` returns.
+/// [`Error::File`] if the file cannot be created or renamed, or the error of `fill`.
 pub fn write_whole(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
@@ -293,7 +295,8 @@ pub fn write_whole(
 }
 
 /// Checks, before hours of work, that `path` can be written: its folder exists or can be made,
-/// takes a file, and `path` is not a folder. Removes what programs that were killed left of it.
+/// takes a file, and `path` is not a folder. Removes temporary files of it that killed programs
+/// left.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -314,7 +317,7 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     remove_temporaries(path, folder).map_err(Error::file("create", path))
 }
 
-/// Removes what programs that were killed left of this file, on its way to the disk.
+/// Removes the temporary files of this file that killed programs left.
 fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
     let own = format!(".{}.", path.file_name().unwrap_or_default().display());
     for entry in std::fs::read_dir(folder)? {

@@ -1,4 +1,5 @@
-//! Images of any renderer: EXR of any layout that the codec decodes, PFM and Radiance pictures.
+//! Reading of images from any renderer: EXR of any layout that the codec decodes, PFM and Radiance
+//! pictures.
 
 mod hdr;
 mod layers;
@@ -9,7 +10,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::film::LARGEST_FILM;
 
-/// How the channels of an image are understood.
+/// Interpretation of an image's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meaning {
     /// Linear red, green and blue.
@@ -24,25 +25,25 @@ pub enum Meaning {
     Three,
 }
 
-/// The radiance, or what else was asked for, that a file holds.
+/// Channels of an image file: radiance, or others that were chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height.
+    /// Width and height, pixels.
     pub size: [usize; 2],
-    /// Where the upper left pixel lies in the frame.
+    /// Position of the upper left pixel in the full image.
     pub corner: [i32; 2],
-    /// How its channels are understood.
+    /// Interpretation of the channels.
     pub meaning: Meaning,
-    /// The names of the channels in the file, with that of their layer.
+    /// Names of the channels in the file, including their layer.
     pub channels: Vec<String>,
-    /// Everything else in the file: layers, and channels without one.
+    /// Channels and layers of the file that were not read.
     pub left_out: Vec<String>,
-    /// The values of each channel, row by row from the top.
+    /// Values of each channel, row by row from the top.
     pub values: Vec<Vec<f64>>,
-    /// Standard errors of these, where the file has them: channels `stderr.R` and so on beside `R`.
-    /// None if one is infinite, as that of a single sample.
+    /// Standard errors of the values, where the file has them: channels `stderr.R` and so on beside
+    /// `R`. `None` if one is infinite, as that of a single sample.
     pub standard_errors: Option<Vec<Vec<f64>>>,
-    /// How far values may be off by rounding, relative to them.
+    /// Largest relative rounding error of the values.
     pub rounding: f64,
     /// Chromaticities x, y of red, green, blue and white: [`REC_709`] if the file states none.
     pub primaries: [[f32; 2]; 4],
@@ -50,11 +51,11 @@ pub struct Picture {
     pub is_cube: bool,
 }
 
-/// The primaries of Rec. 709 and sRGB, which an EXR has that states none.
+/// Primaries of Rec. 709 and sRGB, the default of an EXR.
 pub const REC_709: [[f32; 2]; 4] = [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]];
 
 impl Picture {
-    /// The kind of each channel: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
+    /// Returns the label of each channel: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
     pub fn labels(&self) -> Vec<&str> {
         match self.meaning {
             Meaning::Rgb => vec!["R", "G", "B"],
@@ -64,7 +65,7 @@ impl Picture {
         }
     }
 
-    /// Whether it has these primaries, as far as they are written with three digits.
+    /// Returns whether it has these primaries, to three digits.
     pub fn has_primaries(&self, other: [[f32; 2]; 4]) -> bool {
         self.primaries
             .iter()
@@ -73,7 +74,7 @@ impl Picture {
             .all(|(x, y)| (x - y).abs() <= 2e-3)
     }
 
-    /// Which channels were read, how they are understood, and what else the file holds, in words.
+    /// Describes which channels were read, how they are interpreted, and what else the file holds.
     pub fn reading(&self) -> String {
         let meaning = match self.meaning {
             Meaning::Rgb => "RGB",
@@ -94,7 +95,7 @@ impl Picture {
         )
     }
 
-    /// The picture whose pixel at column x and row y is that of `from(x, y)` in this one.
+    /// Returns the picture whose pixel at column x and row y is that of `from(x, y)` in this one.
     ///
     /// # Panics
     /// If `from` leads outside.
@@ -137,7 +138,7 @@ impl Picture {
         }
     }
 
-    /// The part of this size whose upper left pixel is `corner` of the frame.
+    /// Returns the part of this size whose upper left pixel is at `corner` of the full image.
     ///
     /// # Panics
     /// If it is not within the picture.
@@ -152,7 +153,7 @@ impl Picture {
     }
 }
 
-/// Names for a message, the first twenty of them.
+/// Lists names for a message, the first twenty of them.
 fn listed(names: &[String]) -> String {
     const MOST: usize = 20;
     let more = names.len().saturating_sub(MOST);
@@ -164,22 +165,22 @@ fn listed(names: &[String]) -> String {
     names[..names.len().min(MOST)].join(", ") + &more
 }
 
-/// Sums of many 32-bit floats are off by less than this share.
+/// Largest relative error of sums of many 32-bit floats.
 const FLOAT: f64 = 1e-5;
 /// Half a unit in the last place of a 16-bit float.
 pub(crate) const HALF: f64 = 1.0 / 2048.0;
 
-/// Decodes the bytes of a file, whose `path` is for messages. `layer` is what stands before the
-/// last dot of the channels' names, or one or three full names of channels with commas; `option` is
-/// how a user gives it, for messages.
+/// Decodes the bytes of a file, whose `path` is for messages. `layer` is the part of the channels'
+/// names before the last dot, or one or three full names of channels with commas; `option` is how a
+/// user gives it, for messages.
 ///
-/// Without `layer` the channels R, G, B that belong to none are read. If there are none, it is the
-/// one layer of R, G, B or Y that is not known to be something else, such as normals or depth, or
-/// X, Y, Z without a layer; all of these only if no other layer could be the image.
+/// Without `layer` the channels R, G, B outside any layer are read. If there are none, the only
+/// layer of R, G, B or Y that is not known to be something else, such as normals or depth, or X, Y,
+/// Z without a layer; all of these only if no other layer could be the image.
 ///
 /// # Errors
-/// [`Error::Image`]: no such format, truncated, too large, no such layer, not clear which is the image, or a value that is
-/// no finite number.
+/// [`Error::Image`] for an unknown format, a truncated or too large file, a missing layer, several
+/// layers that may be the image, or a value that is not finite.
 pub fn decode(
     path: &Path,
     bytes: &[u8],
@@ -202,7 +203,7 @@ pub fn decode(
     })
 }
 
-/// The same picture if all its values are finite, and all standard errors at least 0.
+/// Checks that all values are finite, and all standard errors at least 0.
 fn finite(mut picture: Picture) -> Result<Picture, String> {
     let width = picture.size[0];
     let fault = |what: &str, planes: &[Vec<f64>], good: fn(&f64) -> bool| {
@@ -223,7 +224,7 @@ fn finite(mut picture: Picture) -> Result<Picture, String> {
     fault.map_or(Ok(picture), Err)
 }
 
-/// A header must not promise more than this: what is read is held in memory.
+/// Refuses a header that promises too many pixels, as the image is held in memory.
 fn check_size(pixels: Option<usize>) -> Result<(), String> {
     let fits = pixels.is_some_and(|pixels| (1..=LARGEST_FILM as usize).contains(&pixels));
     if fits {

@@ -101,7 +101,7 @@ pub trait NextEvent: Sync {
     /// Returns whether a point with this normal sees the background in a direction.
     #[inline]
     fn sees_background(&self, scene: &Scene, x: (DVec3, DVec3), direction: DVec3) -> bool {
-        scene.sees_background(x, direction)
+        scene.sees_background(x.0, x.1, direction)
     }
     /// Returns whether two points, each with its normal, are mutually visible, through glass if
     /// `glass` is set.

@@ -1,28 +1,28 @@
 //! EON, the energy-preserving Oren-Nayar model (Portsmouth, Kutz and Hill, JCGT 14(1), 2025):
-//! Fujii's variant of the bracket (14), and a second lobe that gives back what single scattering
-//! loses.
+//! Fujii's variant of the bracket (14), and a second lobe that returns the energy lost by single
+//! scattering.
 //!
-//! The directional albedo is the exact integral, not the polynomial that the paper offers beside
-//! it. What is lost, 1 − E(θ) = A r (c − G(θ)/π), is computed as this product: nothing cancels, and
-//! nothing is divided by zero where the roughness r is 0.
+//! The directional albedo is the exact integral, not the polynomial that the paper also offers. The
+//! loss, 1 − E(θ) = A r (c − G(θ)/π), is computed as this product: nothing cancels, and nothing is
+//! divided by zero where the roughness r is 0.
 
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-/// c = 1/2 − 2/(3π): the largest value of G(θ)/π, at grazing.
+/// Largest value of G(θ)/π, at grazing: c = 1/2 − 2/(3π).
 pub const LARGEST_GAIN: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;
-/// 2/3 − 28/(15π): the average of G(θ)/π over cos θ/π.
+/// Average of G(θ)/π over cos θ/π: 2/3 − 28/(15π).
 pub const AVERAGE_GAIN: f64 = 2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI;
 
-/// A of roughness r in [0, 1]: 1/(1 + cr), which makes the albedo at grazing 1.
+/// Returns A of roughness r in [0, 1]: 1/(1 + cr), which makes the albedo at grazing 1.
 #[inline]
 pub fn scale(roughness: f64) -> f64 {
     1.0 / (1.0 + LARGEST_GAIN * roughness)
 }
 
-/// π f_r/ρ of single scattering, [`crate::equation::EON_SINGLE`]: the bracket A + B s/t with B =
-/// rA.
+/// Returns π f_r/ρ of single scattering, [`crate::equation::EON_SINGLE`]: the bracket A + B s/t
+/// with B = rA.
 #[inline]
 pub fn single_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     let s = wo.x * wi.x + wo.y * wi.y;
@@ -30,7 +30,8 @@ pub fn single_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     scale(roughness) * (1.0 + roughness * s / t)
 }
 
-/// G(θ)/π of [`crate::equation::EON_ALBEDO`], from cos θ in [0, 1]; in [0, [`LARGEST_GAIN`]].
+/// Returns G(θ)/π of [`crate::equation::EON_ALBEDO`], from cos θ in [0, 1]; in [0,
+/// [`LARGEST_GAIN`]].
 ///
 /// tan θ (1 − sin³ θ) is written as sin θ cos θ (1 + sin θ + sin² θ)/(1 + sin θ), which stays
 /// finite.
@@ -43,33 +44,35 @@ pub fn gain(cos_theta: f64) -> f64 {
     FRAC_1_PI * (sin * (theta - product - 2.0 / 3.0) + 2.0 / 3.0 * tangent)
 }
 
-/// E(θ), the directional albedo of single scattering with ρ = 1, [`crate::equation::EON_ALBEDO`].
+/// Returns E(θ), the directional albedo of single scattering with ρ = 1,
+/// [`crate::equation::EON_ALBEDO`].
 #[inline]
 pub fn albedo(roughness: f64, cos_theta: f64) -> f64 {
     scale(roughness) * (1.0 + roughness * gain(cos_theta))
 }
 
-/// Ē, the average of E(θ) over cos θ/π.
+/// Returns Ē, the average of E(θ) over cos θ/π.
 #[inline]
 pub fn average_albedo(roughness: f64) -> f64 {
     scale(roughness) * (1.0 + roughness * AVERAGE_GAIN)
 }
 
-/// ρₘ: the albedo of all orders of scattering after the first, whose colour deepens with each.
+/// Returns ρₘ, the albedo of all orders of scattering after the first, whose colour deepens with
+/// each.
 #[inline]
 pub fn multiple_albedo(albedo: DVec3, roughness: f64) -> DVec3 {
     let average = average_albedo(roughness);
     albedo * albedo * average / (DVec3::ONE - albedo * (1.0 - average))
 }
 
-/// π f_r/ρₘ of multiple scattering, [`crate::equation::EON_MULTIPLE`].
+/// Returns π f_r/ρₘ of multiple scattering, [`crate::equation::EON_MULTIPLE`].
 #[inline]
 pub fn multiple_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     let lost = |cos: f64| LARGEST_GAIN - gain(cos);
     scale(roughness) * roughness * (lost(wo.z) * lost(wi.z)) / (LARGEST_GAIN - AVERAGE_GAIN)
 }
 
-/// π f_r of the whole model: ρ and r in [0, 1], local directions above the horizon.
+/// Returns π f_r of the whole model: ρ and r in [0, 1], local directions above the horizon.
 #[inline]
 pub fn eon(albedo: DVec3, roughness: f64, wo: DVec3, wi: DVec3) -> DVec3 {
     albedo * single_scattering(roughness, wo, wi)

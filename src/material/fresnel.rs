@@ -7,14 +7,14 @@ use glam::DVec3;
 
 use crate::math::real::{Real, Vector};
 
-/// cos² θ₂ by Snell's law; not above 0 past the critical angle, where reflection is total.
+/// Returns cos² θ₂ by Snell's law; not above 0 past the critical angle, where reflection is total.
 #[inline]
 pub fn squared_cos_refracted<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     let ratio = n1 / n2;
     R::splat(1.0) - ratio * ratio * (R::splat(1.0) - cos_1 * cos_1)
 }
 
-/// R_s of (10), [`crate::equation::FRESNEL_S`]; 1 in total reflection.
+/// Returns R_s of (10), [`crate::equation::FRESNEL_S`]; 1 in total reflection.
 #[inline]
 pub fn reflectance_s<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     let squared = squared_cos_refracted(cos_1, n1, n2);
@@ -23,7 +23,7 @@ pub fn reflectance_s<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     R::choose(squared.above(R::splat(0.0)), r * r, R::splat(1.0))
 }
 
-/// R_p of (11), [`crate::equation::FRESNEL_P`]; 1 in total reflection.
+/// Returns R_p of (11), [`crate::equation::FRESNEL_P`]; 1 in total reflection.
 #[inline]
 pub fn reflectance_p<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     let squared = squared_cos_refracted(cos_1, n1, n2);
@@ -32,20 +32,21 @@ pub fn reflectance_p<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     R::choose(squared.above(R::splat(0.0)), r * r, R::splat(1.0))
 }
 
-/// R of (12) for unpolarised light, [`crate::equation::FRESNEL`]: the share of flux that is
-/// reflected, in [0, 1].
+/// Returns R of (12) for unpolarised light, [`crate::equation::FRESNEL`]: the reflected fraction of
+/// flux, in [0, 1].
 #[inline]
 pub fn reflectance<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     (reflectance_s(cos_1, n1, n2) + reflectance_p(cos_1, n1, n2)) * 0.5
 }
 
-/// The mirror direction of a unit direction `d` that arrives at a surface with unit normal `n`.
+/// Returns the mirror direction of a unit direction `d` that arrives at a surface with unit normal
+/// `n`.
 #[inline]
 pub fn mirror<V: Vector>(d: V, n: V) -> V {
     d - n * (d.dot(n) * 2.0)
 }
 
-/// The refracted unit direction of `d` arriving with −d·n = cos θ₁ ≥ 0,
+/// Returns the refracted unit direction of `d` arriving with −d·n = cos θ₁ ≥ 0,
 /// [`crate::equation::REFRACTION`], and whether there is one: not in total reflection.
 #[inline]
 pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, <V::Real as Real>::Mask) {
@@ -56,16 +57,16 @@ pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, <V::Rea
     (direction.normalize(), squared.above(V::Real::splat(0.0)))
 }
 
-/// The same of one ray; `None` in total reflection.
+/// Returns the refracted unit direction of one ray; `None` in total reflection.
 #[inline]
 pub fn refract(d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3> {
     let (direction, passes) = refracted(d, n, n1, n2);
     passes.then_some(direction)
 }
 
-/// What a camera path's throughput is multiplied by when it goes from index `n1` into `n2`:
-/// (n₁/n₂)², [`crate::equation::REFRACTION`]. Radiance divided by n² is what refraction conserves;
-/// flux, which particles carry, is not changed.
+/// Returns the factor of a camera path's throughput on refraction from index `n1` into `n2`:
+/// (n₁/n₂)², [`crate::equation::REFRACTION`]. Refraction conserves radiance divided by n²; flux,
+/// which particles carry, is not changed.
 #[inline]
 pub fn radiance_factor<R: Real>(n1: R, n2: R) -> R {
     (n1 / n2) * (n1 / n2)

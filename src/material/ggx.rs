@@ -1,6 +1,6 @@
 //! GGX, a rough conductor: microfacets of Trowbridge and Reitz's distribution (Walter et al., EGSR
-//! 2007) with height-correlated masking and shadowing (Heitz, JCGT 3(2), 2014), sampled by the
-//! normals that are visible (Heitz, JCGT 7(4), 2018). Light that meets a second facet is lost.
+//! 2007) with height-correlated masking and shadowing (Heitz, JCGT 3(2), 2014), sampled by visible
+//! normals (Heitz, JCGT 7(4), 2018). Light that meets a second facet is lost.
 //!
 //! Local unit directions, the normal is z. m is the facet's normal, the half vector of wo and wi.
 
@@ -15,12 +15,13 @@ use super::Model;
 pub struct Ggx {
     /// F₀, the reflectance of a facet at normal incidence, per colour channel in [0, 1].
     pub reflectance: DVec3,
-    /// α > 0, the width of the slopes' distribution: the square of what artists call roughness.
+    /// α > 0, the width of the slopes' distribution: the square of the usual artistic roughness
+    /// parameter.
     pub alpha: f64,
 }
 
-/// D(m) of [`crate::equation::GGX_NORMALS`], 1/sr: facets' area per area of the surface and solid
-/// angle.
+/// Returns D(m) of [`crate::equation::GGX_NORMALS`], 1/sr: facets' area per area of the surface and
+/// solid angle.
 #[inline]
 pub fn normals(alpha: f64, m: DVec3) -> f64 {
     let a2 = alpha * alpha;
@@ -32,30 +33,30 @@ pub fn normals(alpha: f64, m: DVec3) -> f64 {
     }
 }
 
-/// Λ(w) of [`crate::equation::GGX_MASKING`]: how much of the facets' area other facets hide, per
-/// visible area.
+/// Returns Smith's Λ(w) of [`crate::equation::GGX_MASKING`]: the facet area hidden by other facets
+/// per visible area.
 #[inline]
 pub fn hidden(alpha: f64, w: DVec3) -> f64 {
     let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
-/// G₂(wo, wi) of [`crate::equation::GGX_MASKING`], in [0, 1]: which share of the facets is seen
-/// from both sides.
+/// Returns G₂(wo, wi) of [`crate::equation::GGX_MASKING`], in [0, 1]: the fraction of the facets
+/// visible from both directions.
 #[inline]
 pub fn seen_from_both(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
     1.0 / (1.0 + hidden(alpha, wo) + hidden(alpha, wi))
 }
 
-/// D_o(m) of [`crate::equation::GGX_VISIBLE`], 1/sr: the density of the facets' normals that are
-/// seen from `wo`.
+/// Returns D_o(m) of [`crate::equation::GGX_VISIBLE`], 1/sr: the density of the facet normals
+/// visible from `wo`.
 #[inline]
 pub fn visible_normals(alpha: f64, wo: DVec3, m: DVec3) -> f64 {
     normals(alpha, m) * wo.dot(m).max(0.0) / ((1.0 + hidden(alpha, wo)) * wo.z)
 }
 
-/// A facet's normal with the density [`visible_normals`], from two uniform numbers: the surface is
-/// stretched until its facets form a hemisphere, of which a point of the part that is seen is
+/// Samples a facet's normal with the density [`visible_normals`], from two uniform numbers: the
+/// surface is stretched until its facets form a hemisphere, and a point of its visible part is
 /// chosen.
 #[inline]
 pub fn sample_visible_normal(alpha: f64, wo: DVec3, [r1, r2]: [f64; 2]) -> DVec3 {
@@ -67,7 +68,7 @@ pub fn sample_visible_normal(alpha: f64, wo: DVec3, [r1, r2]: [f64; 2]) -> DVec3
     let (sin, cos) = (TAU * r2).sin_cos();
     let radius = r1.sqrt();
     let a = radius * cos;
-    // The lower half of the disc is seen at an angle.
+    // The lower half of the disc is foreshortened.
     let share = 0.5 * (1.0 + v.z);
     let b = (1.0 - share) * (1.0 - a * a).sqrt() + share * radius * sin;
     let n = a * x + b * y + (1.0 - a * a - b * b).max(0.0).sqrt() * v;
@@ -75,8 +76,8 @@ pub fn sample_visible_normal(alpha: f64, wo: DVec3, [r1, r2]: [f64; 2]) -> DVec3
 }
 
 impl Ggx {
-    /// F of a facet by Schlick's approximation (Computer Graphics Forum 13(3), 1994), from the
-    /// cosine at it.
+    /// Returns F of a facet by Schlick's approximation (Computer Graphics Forum 13(3), 1994), from
+    /// the cosine at it.
     #[inline]
     pub fn fresnel(&self, cosine: f64) -> DVec3 {
         self.reflectance + (1.0 - self.reflectance) * (1.0 - cosine).powi(5)

@@ -1,8 +1,7 @@
 //! Reflection models: Lambert (13), Oren-Nayar (14)-(15) in two forms, [EON](eon), mirror, glass,
-//! [rough glass](rough_glass), and models that are not of this library; how light goes on at a
-//! surface.
+//! [rough glass](rough_glass), and user-defined models; sampling of scattered directions.
 //!
-//! Directions are local unit vectors that point away from the surface, the normal is z.
+//! Directions are local unit vectors that point away from the surface; the normal is z.
 
 pub mod eon;
 pub mod fresnel;
@@ -20,23 +19,23 @@ pub use scattering::{BsdfSample, Model, Scattering, Standard, Vertex};
 use crate::math::real::{Real, Vector};
 use rough_glass::RoughGlass;
 
-/// How a surface scatters light. Albedos are per colour channel, in [0, 1].
+/// A reflection model. Albedos are per colour channel, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
     /// Reflects nothing.
     Black,
-    /// (13).
+    /// Lambert's model (13).
     Lambert {
         /// ρ.
         albedo: DVec3,
     },
-    /// (14) and (15).
+    /// Oren-Nayar, (14) and (15).
     OrenNayar {
         /// ρ.
         albedo: DVec3,
-        /// What (15) makes of σ.
+        /// A and B of (15).
         constants: OrenNayar,
-        /// Which form of (14).
+        /// Form of (14).
         form: OrenNayarForm,
     },
     /// Energy-preserving Oren-Nayar, [`eon`].
@@ -48,7 +47,7 @@ pub enum Bsdf {
     },
     /// A perfect mirror.
     Mirror {
-        /// Share of radiance that is reflected.
+        /// Fraction of radiance that is reflected.
         reflectance: DVec3,
     },
     /// Smooth glass in air (index 1), without absorption.
@@ -56,10 +55,10 @@ pub enum Bsdf {
         /// Index of refraction on the inner side of the surface.
         index: f64,
     },
-    /// Rough glass in air, without absorption: of the estimators only
+    /// Rough glass in air, without absorption: of all estimators only
     /// [`Path`](crate::integrator::Path) renders it.
     RoughGlass(RoughGlass),
-    /// A model that is not of this library: [`Bsdf::model`].
+    /// A user-defined model: [`Bsdf::model`].
     Model(&'static dyn Model),
 }
 
@@ -83,7 +82,8 @@ pub struct OrenNayar<R = f64> {
 }
 
 impl OrenNayar {
-    /// The constants of a surface whose facets' slope angle has standard deviation σ ≥ 0, radians.
+    /// Returns the constants of a surface whose facets' slope angle has standard deviation σ ≥ 0,
+    /// radians.
     pub fn new(sigma: f64) -> Self {
         let s2 = sigma * sigma;
         Self {
@@ -92,20 +92,20 @@ impl OrenNayar {
         }
     }
 
-    /// The roughness B/A, in [0, 0.9), of the EON model whose single scattering has the same shape:
-    /// both are in proportion to 1 + (B/A) s/t where s > 0.
+    /// Returns the roughness B/A, in [0, 0.9), of the EON model whose single scattering has the
+    /// same shape: both are in proportion to 1 + (B/A) s/t where s > 0.
     pub fn roughness(self) -> f64 {
         self.b / self.a
     }
 }
 
-/// f_r of (13), [`crate::equation::LAMBERT`], 1/sr.
+/// Returns f_r of (13), [`crate::equation::LAMBERT`], 1/sr.
 #[inline]
 pub fn lambert<V: Vector>(albedo: V) -> V {
     albedo * V::Real::splat(FRAC_1_PI)
 }
 
-/// The bracket of (14), π f_r/ρ, in the angles in which it is printed;
+/// Returns the bracket of (14), π f_r/ρ, in the angles in which it is printed;
 /// [`crate::equation::OREN_NAYAR`].
 ///
 /// Inclinations in [0, π/2), `azimuth` = φ_in − φ_out, radians.
@@ -125,8 +125,8 @@ pub fn oren_nayar_angles(
     constants.a + constants.b * azimuth.cos().max(0.0) * alpha.sin() * last
 }
 
-/// The bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos Δφ is
-/// the scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
+/// Returns the bracket of (14) without angles, as the renderer evaluates it: sin θ_in sin θ_out cos
+/// Δφ is the scalar product of the tangential parts, and tan β = sin β / max(cos θ_in, cos θ_out).
 #[inline]
 pub fn oren_nayar<V: Vector>(
     constants: OrenNayar<V::Real>,
@@ -144,12 +144,12 @@ pub fn oren_nayar<V: Vector>(
 }
 
 impl Bsdf {
-    /// A model that is not of this library. It lives as long as the program.
+    /// Creates a user-defined model. It lives as long as the program.
     pub fn model(model: impl Model + 'static) -> Self {
         Self::Model(Box::leak(Box::new(model)))
     }
 
-    /// Oren-Nayar with the given albedo, σ in radians, and form.
+    /// Creates Oren-Nayar with the given albedo, σ in radians, and form.
     pub fn oren_nayar(albedo: DVec3, sigma: f64, form: OrenNayarForm) -> Self {
         Self::OrenNayar {
             albedo,
@@ -158,31 +158,31 @@ impl Bsdf {
         }
     }
 
-    /// Whether light leaves in single directions only, by Dirac distributions: mirror and glass.
-    /// Shadow rays find nothing there.
+    /// Returns whether scattering is by Dirac distributions only: mirror and glass. Next-event
+    /// estimation contributes nothing there.
     #[inline]
     pub(crate) fn is_specular(&self) -> bool {
         matches!(self, Self::Mirror { .. } | Self::Glass { .. })
     }
 
-    /// Whether it is glass, which some shadow rays pass.
+    /// Returns whether it is smooth glass, which some shadow rays pass.
     pub(crate) fn is_glass(&self) -> bool {
         matches!(self, Self::Glass { .. })
     }
 
-    /// Whether light leaves in all directions, so that shadow rays and connections find some.
+    /// Returns whether the model has a density, so that shadow rays and connections contribute.
     #[inline]
     pub fn is_rough(&self) -> bool {
         !matches!(self, Self::Black | Self::Mirror { .. } | Self::Glass { .. })
     }
 
-    /// Whether light goes on behind the surface in all directions.
+    /// Returns whether light is transmitted in all directions.
     #[inline]
     pub fn is_rough_glass(&self) -> bool {
         matches!(self, Self::RoughGlass(_))
     }
 
-    /// The same for directions relative to the side from which a ray came.
+    /// Returns the model for directions relative to the side from which a ray came.
     #[inline]
     pub(crate) fn facing(&self, outside: bool) -> Self {
         match *self {
@@ -191,7 +191,8 @@ impl Bsdf {
         }
     }
 
-    /// Whether directions are sampled by their cosine, whatever the other direction.
+    /// Returns whether directions are sampled by their cosine, independently of the other
+    /// direction.
     #[inline]
     pub(crate) fn is_sampled_by_cosine(&self) -> bool {
         matches!(
@@ -200,8 +201,9 @@ impl Bsdf {
         )
     }
 
-    /// A local direction of a model that is not sampled by the cosine, from uniform numbers, of
-    /// which the third counts for rough glass alone; `None` where it has no density.
+    /// Samples a local direction of a model that is not sampled by the cosine, from uniform
+    /// numbers, of which the third counts for rough glass alone; `None` where the model has no
+    /// density.
     #[inline]
     pub(crate) fn sample_direction(&self, wo: DVec3, random: [f64; 3]) -> Option<DVec3> {
         match self {
@@ -211,9 +213,9 @@ impl Bsdf {
         }
     }
 
-    /// f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in single
-    /// directions, and below the horizon but for rough glass, whose [`facing`](RoughGlass::facing)
-    /// counts.
+    /// Returns f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in
+    /// single directions, and below the horizon except for rough glass, which must be
+    /// [`facing`](RoughGlass::facing) wo.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z <= 0.0 || (wi.z <= 0.0 && !self.is_rough_glass()) {
@@ -233,21 +235,21 @@ impl Bsdf {
         }
     }
 
-    /// A way on from a vertex, in world space; `None` where light is absorbed.
+    /// Samples a scattered direction at a vertex, in world space; `None` where light is absorbed.
     #[inline]
     pub fn sample<R: Rng>(&self, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         Standard.sample(self, at, rng)
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, local directions; 0
-    /// for mirror and glass.
+    /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, for local
+    /// directions; 0 for mirror and glass.
     #[inline]
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         Standard.pdf(self, wo, wi)
     }
 
-    /// ρ of the models with a density, the reflectance of a mirror, 1 for glass: what a denoiser
-    /// calls albedo.
+    /// Returns the albedo for a denoiser: ρ of the models with a density, the reflectance of a
+    /// mirror, 1 for glass.
     pub fn albedo(&self) -> DVec3 {
         match *self {
             Self::Black => DVec3::ZERO,

@@ -1,15 +1,15 @@
 //! A rough dielectric: facets of smooth glass (Walter et al., EGSR 2007) with the normals and the
 //! masking of [GGX](crate::material::ggx). Light that meets a second facet is lost.
 //!
-//! Local unit directions. wo is above the horizon, on the side whose index of refraction is 1; wi
-//! below it is transmitted. f is that of flux, or of radiance divided by the square of the index,
-//! which refraction conserves: what multiplies radiance itself is kept apart, as
-//! [`BsdfSample::radiance_factor`](crate::material::BsdfSample).
+//! Directions are local unit vectors. wo is above the horizon, on the side whose index of
+//! refraction is 1; a wi below it is transmitted. f is that of flux, or of radiance divided by the
+//! square of the index, which refraction conserves: the factor of radiance itself is kept
+//! separately, as [`BsdfSample::radiance_factor`](crate::material::BsdfSample).
 //!
-//! A facet at the quantile u of all heights is seen from above, along w, with probability u^Λ(w),
-//! and from below with (1 − u)^Λ(w). In the mean over u, both sides above see 1/(1 + Λ + Λ) of the
-//! facets, but one above and one below B(1 + Λ, 1 + Λ), Euler's beta function: what is high is seen
-//! from above and hidden from below.
+//! A facet at the quantile u of all heights is visible from above, along w, with probability
+//! u^Λ(w), and from below with (1 − u)^Λ(w). Averaged over u, two directions above both see 1/(1 +
+//! Λ + Λ) of the facets, but one above and one below see B(1 + Λ, 1 + Λ), Euler's beta function:
+//! high facets are visible from above and hidden from below.
 
 use glam::DVec3;
 use statrs::function::beta::ln_beta;
@@ -20,15 +20,16 @@ use super::ggx::{hidden, sample_visible_normal, seen_from_both, visible_normals}
 /// A rough surface of glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughGlass {
-    /// Index of refraction on the inner side of the surface, to that on the outer; for wo and wi,
-    /// beyond the surface.
+    /// Index of refraction on the inner side of the surface relative to the outer; for wo and wi,
+    /// on the far side of the surface.
     pub index: f64,
-    /// α > 0, the width of the slopes' distribution: the square of what artists call roughness.
+    /// α > 0, the width of the slopes' distribution: the square of the usual artistic roughness
+    /// parameter.
     pub alpha: f64,
 }
 
-/// G₂(wo, wi) of [`crate::equation::ROUGH_GLASS_MASKING`], in [0, 1]: which share of the facets is
-/// seen from both of two directions on opposite sides.
+/// Returns G₂(wo, wi) of [`crate::equation::ROUGH_GLASS_MASKING`], in [0, 1]: the fraction of the
+/// facets visible from both of two directions on opposite sides.
 #[inline]
 pub fn seen_from_opposite(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
     let (o, i) = (hidden(alpha, wo), hidden(alpha, wi));
@@ -39,9 +40,9 @@ pub fn seen_from_opposite(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
     }
 }
 
-/// The normal, on the side of wo, of the facets that refract wo into wi, and the solid angle of
-/// such normals per solid angle of wi, of [`crate::equation::ROUGH_GLASS_REFRACTION`]. `None` if no
-/// facet does.
+/// Returns the normal, on the side of wo, of the facets that refract wo into wi, and the solid
+/// angle of such normals per solid angle of wi, of [`crate::equation::ROUGH_GLASS_REFRACTION`].
+/// `None` if no facet does.
 #[inline]
 pub fn refracting(index: f64, wo: DVec3, wi: DVec3) -> Option<(DVec3, f64)> {
     let sum = wo + index * wi;
@@ -51,7 +52,7 @@ pub fn refracting(index: f64, wo: DVec3, wi: DVec3) -> Option<(DVec3, f64)> {
 }
 
 impl RoughGlass {
-    /// The same surface for directions that are relative to its outer or its inner side.
+    /// Returns the surface for directions relative to its outer or its inner side.
     #[inline]
     pub fn facing(self, outside: bool) -> Self {
         if outside {
@@ -64,7 +65,7 @@ impl RoughGlass {
         }
     }
 
-    /// Whether its numbers are sound. Where the indices are equal no facet bends light.
+    /// Returns whether its parameters are valid. Where the indices are equal no facet bends light.
     pub fn is_valid(&self) -> bool {
         let Self { index, alpha } = *self;
         index.is_finite()
@@ -74,13 +75,13 @@ impl RoughGlass {
             && alpha > 0.0
     }
 
-    /// F of a facet of which the cosine to wo is known.
+    /// Returns F of a facet from its cosine to wo.
     #[inline]
     fn fresnel(&self, cosine: f64) -> f64 {
         fresnel::reflectance(cosine, 1.0, self.index)
     }
 
-    /// f of [`crate::equation::ROUGH_GLASS`], 1/sr.
+    /// Returns f of [`crate::equation::ROUGH_GLASS`], 1/sr.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
         let seen = if wi.z > 0.0 {
@@ -88,7 +89,7 @@ impl RoughGlass {
         } else {
             seen_from_opposite
         }(self.alpha, wo, wi);
-        // The pdf is what f would be if all that is sampled were seen from wi.
+        // The pdf is f as if all sampled facets were visible from wi.
         let density = self.pdf(wo, wi);
         if density > 0.0 && seen > 0.0 {
             density * seen * (1.0 + hidden(self.alpha, wo)) / wi.z.abs()
@@ -97,8 +98,8 @@ impl RoughGlass {
         }
     }
 
-    /// A direction: a visible normal by two uniform numbers, reflection or refraction by the third.
-    /// `None` for light that meets a second facet.
+    /// Samples a direction: a visible normal by two uniform numbers, reflection or refraction by
+    /// the third. `None` for light that meets a second facet.
     #[inline]
     pub fn sample(&self, wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<DVec3> {
         let m = sample_visible_normal(self.alpha, wo, [r1, r2]);
@@ -109,7 +110,7 @@ impl RoughGlass {
         }
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle,
+    /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle,
     /// [`crate::equation::ROUGH_GLASS_PDF`], 1/sr.
     #[inline]
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
@@ -126,5 +127,5 @@ impl RoughGlass {
     }
 }
 
-/// The least difference of the indices: below it half vectors have few digits.
+/// Least difference of the indices: below it half vectors lose too many digits.
 const LEAST_STEP: f64 = 0.001;

@@ -1,5 +1,4 @@
-//! How light goes on at a surface: one interface for all models, and the parts of it that a trial
-//! can replace.
+//! Scattering at a surface: one interface for all models, with parts that a trial can replace.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -16,36 +15,36 @@ use crate::math::real::{Real, Vector};
 use crate::sampling::rng::{uniform, uniform2};
 use crate::sampling::warp;
 
-/// A point of a surface as light that scatters there sees it: the frame around the normal on the
-/// side from which a ray came.
+/// A surface point at which a path scatters, with the frame around the normal on the side from
+/// which the ray came.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<V: Vector = DVec3> {
     /// The point, world space.
     pub point: V,
-    /// Its z is the unit normal on the ray's side.
+    /// Frame whose z is the unit normal on the ray's side.
     pub frame: Frame<V>,
-    /// Unit direction of the ray that came, world space.
+    /// Unit direction of the incoming ray, world space.
     pub direction: V,
-    /// Towards where the ray came from, local, unit.
+    /// Unit direction towards the ray's origin, local.
     pub wo: V,
     /// Whether the ray came from the side to which the surface's own normal points.
     pub outside: <V::Real as Real>::Mask,
 }
 
 impl Vertex {
-    /// The vertex where a ray hit a surface.
+    /// Creates the vertex where a ray hit a surface.
     #[inline]
     pub fn new(hit: &Hit, ray: &Ray) -> Self {
         Self::of(hit.point, hit.normal, ray.direction)
     }
 
-    /// A vertex at the origin with normal z, whose world space is its local space: `wo` is a unit
-    /// vector above the horizon, `outside` as in [`Vertex`].
+    /// Creates a vertex at the origin with normal z, whose world space is its local space: `wo` is
+    /// a unit vector above the horizon, `outside` as in [`Vertex`].
     pub fn local(wo: DVec3, outside: bool) -> Self {
         Self::of(DVec3::ZERO, if outside { DVec3::Z } else { -DVec3::Z }, -wo)
     }
 
-    /// The point of a surface where light starts that it emits.
+    /// Creates the vertex of a light path on an emitter.
     #[inline]
     pub(crate) fn emitting(point: DVec3, normal: DVec3) -> Self {
         Self::of(point, normal, -normal)
@@ -67,7 +66,8 @@ impl<V: Vector> Vertex<V> {
         }
     }
 
-    /// The indices of refraction on the ray's side and beyond, of a body of index `index` in air.
+    /// Returns the indices of refraction on the ray's side and beyond, for an object of index
+    /// `index` in air.
     #[inline]
     pub fn indices(&self, index: V::Real) -> (V::Real, V::Real) {
         let air = V::Real::splat(1.0);
@@ -78,104 +78,106 @@ impl<V: Vector> Vertex<V> {
     }
 }
 
-/// One way on from a surface.
+/// A sampled direction of scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
-    /// Unit, away from the surface: in world space from a [`Vertex`], local from local directions.
+    /// Unit direction away from the surface: in world space from a [`Vertex`], local from local
+    /// directions.
     pub direction: DVec3,
     /// f_r cos θ / p per colour channel; the reflectance of a mirror, 1 for the branch of glass
     /// that is chosen with its probability. Without the radiance factor.
     pub weight: DVec3,
-    /// p with respect to solid angle, 1/sr; `None` where the direction has no choice but a few
-    /// (mirror, glass).
+    /// p with respect to solid angle, 1/sr; `None` for directions of a discrete choice (mirror,
+    /// glass).
     pub pdf: Option<f64>,
-    /// What refraction multiplies radiance by, which particles that carry flux do without; 1
-    /// elsewhere.
+    /// Factor of radiance due to refraction, which particles that carry flux omit; 1 elsewhere.
     pub radiance_factor: f64,
 }
 
-/// A reflection model that is not of this library: opaque, reciprocal, without Dirac distributions.
-/// Local unit directions away from the surface, the normal is z; both are above the horizon.
+/// A user-defined reflection model: opaque, reciprocal, without Dirac distributions. Local unit
+/// directions away from the surface, the normal is z; both are above the horizon.
 pub trait Model: Any + Debug + Send + Sync {
-    /// f_r per colour channel, 1/sr.
+    /// Returns f_r per colour channel, 1/sr.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3;
-    /// A direction from two uniform numbers in [0, 1), `None` for no way on; one below the horizon
-    /// is none.
+    /// Samples a direction from two uniform numbers in [0, 1); `None`, or a direction below the
+    /// horizon, ends the path.
     fn sample(&self, wo: DVec3, random: [f64; 2]) -> Option<DVec3>;
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
+    /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64;
-    /// What a denoiser calls albedo, in [0, 1] per colour channel.
+    /// Returns the albedo for a denoiser, in [0, 1] per colour channel.
     fn albedo(&self) -> DVec3;
 }
 
-/// Models are equal if they are one and the same.
+/// Models are equal if they are the same object.
 impl PartialEq for dyn Model {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::addr_eq(self, other)
     }
 }
 
-/// The replaceable parts of scattering, and what is made of them.
+/// Replaceable parts of scattering, and the functions built on them.
 pub trait Scattering: Sync {
-    /// Whether nothing is replaced, here and in the other traits of parts: then all lanes are
-    /// computed at once.
+    /// Returns whether nothing is replaced, here and in the other traits of parts: then all lanes
+    /// are computed at once.
     #[inline]
     fn is_standard(&self) -> bool {
         false
     }
-    /// R of (12).
+    /// Returns R of (12).
     #[inline]
     fn fresnel(&self, cos_1: f64, n1: f64, n2: f64) -> f64 {
         fresnel::reflectance(cos_1, n1, n2)
     }
-    /// The refracted direction.
+    /// Returns the refracted direction; `None` in total reflection.
     #[inline]
     fn refract(&self, d: DVec3, n: DVec3, n1: f64, n2: f64) -> Option<DVec3> {
         fresnel::refract(d, n, n1, n2)
     }
-    /// The factor of refracted radiance.
+    /// Returns the factor of refracted radiance.
     #[inline]
     fn radiance_factor(&self, n1: f64, n2: f64) -> f64 {
         fresnel::radiance_factor(n1, n2)
     }
-    /// The mirror direction.
+    /// Returns the mirror direction.
     #[inline]
     fn mirror(&self, d: DVec3, n: DVec3) -> DVec3 {
         fresnel::mirror(d, n)
     }
-    /// f_r of (13) or (14), local directions.
+    /// Returns f_r of (13) or (14), for local directions.
     #[inline]
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
         bsdf.eval(wo, wi)
     }
-    /// cos θ of (9).
+    /// Returns cos θ of (9).
     #[inline]
     fn cosine(&self, normal: DVec3, direction: DVec3) -> f64 {
         radiometry::cosine(normal, direction)
     }
-    /// A direction by (18) and (19), local.
+    /// Samples a local direction by (18) and (19).
     #[inline]
     fn uniform_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         warp::uniform_hemisphere(random)
     }
-    /// Its pdf (17) with respect to solid angle.
+    /// Returns the pdf (17) of [`uniform_hemisphere`](Self::uniform_hemisphere) with respect to
+    /// solid angle.
     #[inline]
     fn uniform_hemisphere_pdf(&self, cos_theta: f64) -> f64 {
         warp::uniform_hemisphere_pdf(cos_theta)
     }
-    /// A cosine-weighted direction, local.
+    /// Samples a cosine-weighted local direction.
     #[inline]
     fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
         warp::cosine_hemisphere(random)
     }
-    /// Its pdf with respect to solid angle.
+    /// Returns the pdf of [`cosine_hemisphere`](Self::cosine_hemisphere) with respect to solid
+    /// angle.
     #[inline]
     fn cosine_hemisphere_pdf(&self, cos_theta: f64) -> f64 {
         warp::cosine_hemisphere_pdf(cos_theta)
     }
 
-    /// The pdf of [`sample`](Self::sample) with respect to solid angle, local directions; 0 for
-    /// mirror and glass.
+    /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle, for local
+    /// directions; 0 for mirror and glass.
     #[inline]
     fn pdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> f64 {
         if bsdf.is_sampled_by_cosine() {
@@ -188,8 +190,8 @@ pub trait Scattering: Sync {
         }
     }
 
-    /// A way on from a surface that scatters in all directions, local, from uniform numbers, of
-    /// which the third counts for rough glass only; `None` where it has no density.
+    /// Samples a local direction at a surface whose model has a density, from uniform numbers, of
+    /// which the third counts for rough glass only; `None` where the density is zero.
     #[inline]
     fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
         let [r1, r2, _] = random;
@@ -202,14 +204,14 @@ pub trait Scattering: Sync {
         (pdf != 0.0).then(|| self.weighted(bsdf, wo, wi, pdf))
     }
 
-    /// The same uniform over the hemisphere, whatever the model.
+    /// Samples a local direction uniformly over the hemisphere, whatever the model.
     #[inline]
     fn sample_uniform(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> BsdfSample {
         let wi = self.uniform_hemisphere(random);
         self.weighted(bsdf, wo, wi, self.uniform_hemisphere_pdf(wi.z))
     }
 
-    /// What radiance that arrives from a direction is multiplied by: that of refraction for rough
+    /// Returns the factor of radiance that arrives from a direction: that of refraction for rough
     /// glass, from behind.
     #[inline]
     fn radiance_factor_from(&self, bsdf: &Bsdf, wi: DVec3) -> f64 {
@@ -219,7 +221,7 @@ pub trait Scattering: Sync {
         }
     }
 
-    /// A direction of this pdf with its weight.
+    /// Returns a direction of this pdf with its weight.
     #[inline]
     fn weighted(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3, pdf: f64) -> BsdfSample {
         let brdf = self.brdf(bsdf, wo, wi);
@@ -237,8 +239,9 @@ pub trait Scattering: Sync {
         }
     }
 
-    /// A way on from a vertex, in world space; `None` where light is absorbed. Draws two numbers
-    /// for a model with a density, three for rough glass, one for glass, none for a mirror.
+    /// Samples a scattered direction at a vertex, in world space; `None` where light is absorbed.
+    /// Draws two numbers for a model with a density, three for rough glass, one for glass, none for
+    /// a mirror.
     #[inline]
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         match *bsdf {
@@ -265,7 +268,8 @@ pub trait Scattering: Sync {
         }
     }
 
-    /// One branch of a glass surface: reflection with probability R, from one uniform number.
+    /// Samples one branch of a glass surface: reflection with probability R, from one uniform
+    /// number.
     #[inline]
     fn sample_glass(&self, index: f64, at: &Vertex, random: f64) -> BsdfSample {
         let (n1, n2) = at.indices(index);

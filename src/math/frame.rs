@@ -16,8 +16,8 @@ pub struct Frame<V = DVec3> {
 }
 
 impl<V: Vector> Frame<V> {
-    /// The frame of a unit normal, without branches or singularities (Duff et al., "Building an
-    /// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    /// Creates the frame of a unit normal, without branches or singularities (Duff et al.,
+    /// "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
     #[inline]
     pub fn new(n: V) -> Self {
         let [x, y, z] = n.components();
@@ -31,13 +31,13 @@ impl<V: Vector> Frame<V> {
         }
     }
 
-    /// From world to local coordinates.
+    /// Converts from world to local coordinates.
     #[inline]
     pub fn local(&self, w: V) -> V {
         V::of([self.x.dot(w), self.y.dot(w), self.z.dot(w)])
     }
 
-    /// From local to world coordinates.
+    /// Converts from local to world coordinates.
     #[inline]
     pub fn world(&self, w: V) -> V {
         let [x, y, z] = w.components();
@@ -45,20 +45,20 @@ impl<V: Vector> Frame<V> {
     }
 }
 
-/// The unit vector with inclination θ from z and azimuth φ from x, radians.
+/// Returns the unit vector with inclination θ from z and azimuth φ from x, radians.
 pub fn from_spherical(theta: f64, phi: f64) -> DVec3 {
     let (sin_theta, cos_theta) = theta.sin_cos();
     let (sin_phi, cos_phi) = phi.sin_cos();
     DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
 }
 
-/// Inclination θ in [0, π] and azimuth φ in [0, 2π) of a unit vector, radians.
+/// Returns inclination θ in [0, π] and azimuth φ in [0, 2π) of a unit vector, radians.
 pub fn to_spherical(w: DVec3) -> (f64, f64) {
     (w.x.hypot(w.y).atan2(w.z), azimuth(w))
 }
 
-/// Azimuth φ in [0, 2π) of a vector, radians; angles just below 0 that would round to a full turn
-/// are 0.
+/// Returns the azimuth φ in [0, 2π) of a vector, radians; angles just below 0 that would round to a
+/// full turn are 0.
 pub fn azimuth(w: DVec3) -> f64 {
     let phi = w.y.atan2(w.x);
     if phi >= 0.0 {

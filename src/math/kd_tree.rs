@@ -1,5 +1,5 @@
-//! A kd-tree (Bentley 1975) of points with values: all that lie within a radius, always in the same
-//! order.
+//! A kd-tree (Bentley 1975) of points with values, for queries of all points within a radius,
+//! always in the same order.
 
 use std::ops::Range;
 
@@ -12,38 +12,39 @@ use super::simd::{LANES, Lanes, Lanes3};
 /// middle by a plane, and so are both halves. A short range is a leaf.
 #[derive(Clone, Debug, Default)]
 pub struct KdTree<T> {
-    /// The coordinates of all points, one axis after the other; each list ends with numbers that
-    /// are no point's.
+    /// Coordinates of all points, one list per axis; each list ends with padding.
     points: [Vec<f64>; 3],
-    /// Number i divides a range of points after the first (i + 1) [`LANES`] of all points.
+    /// Splitting planes: number i divides a range of points after the first (i + 1) [`LANES`] of
+    /// all points.
     planes: Vec<Plane>,
     values: Vec<T>,
 }
 
-/// Across an axis: no point of the first half lies beyond it, none of the second half before it.
+/// A splitting plane across an axis: no point of the first half lies beyond it, none of the second
+/// half before it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Plane {
     at: f64,
     axis: u8,
 }
 
-/// A point on its way to its place, instead of its value.
+/// A point during construction, without its value.
 struct Node {
     point: DVec3,
-    /// Which of the points it is.
+    /// Index of the point in the list given.
     index: u32,
 }
 
-/// Slices at least this long are arranged by two threads.
+/// Length of slices from which two threads arrange them.
 const PARALLEL: usize = 4096;
-/// The most points of a leaf, all of which are looked at.
+/// Largest number of points of a leaf, all of which are tested.
 const LEAF: usize = 2 * LANES;
-/// The most points that have one and the same [`KdTree::place`].
+/// Largest number of points with the same [`KdTree::place`].
 const NEIGHBOURS: usize = 512;
 
 impl<T: Copy> KdTree<T> {
-    /// A tree of finite points, fewer than 2³². The same points in the same order give the same
-    /// tree, whatever the threads.
+    /// Builds a tree of finite points, fewer than 2³². The same points in the same order give the
+    /// same tree, whatever the number of threads.
     pub fn new(points: &[(DVec3, T)]) -> Self {
         let node = |(&(point, _), index)| Node { point, index };
         let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
@@ -70,21 +71,21 @@ impl<T: Copy> KdTree<T> {
 }
 
 impl<T> KdTree<T> {
-    /// Bytes of memory that each point takes while the tree is made.
+    /// Bytes of memory that each point takes during construction.
     pub const BYTES: usize =
         size_of::<Node>() + 3 * size_of::<f64>() + size_of::<Plane>() / LANES + size_of::<T>();
 
-    /// How many points there are.
+    /// Returns the number of points.
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// The values, in the tree's order.
+    /// Iterates over the values, in the tree's order.
     pub fn values(&self) -> impl Iterator<Item = &T> {
         self.values.iter()
     }
@@ -95,7 +96,8 @@ impl<T> KdTree<T> {
         self.walk(0..self.len(), centre, radius_squared, &mut visit);
     }
 
-    /// About where in the tree's order a point would be: near most of those that lie near it.
+    /// Returns the approximate index, in the tree's order, of a point: near most of those that lie
+    /// near it.
     pub fn place(&self, point: DVec3) -> usize {
         let mut range = 0..self.len();
         while range.len() > NEIGHBOURS {
@@ -132,7 +134,7 @@ impl<T> KdTree<T> {
         }
     }
 
-    /// Looks at each point of a range.
+    /// Tests each point of a range.
     #[inline]
     fn scan(
         &self,
@@ -160,12 +162,13 @@ impl<T> KdTree<T> {
     }
 }
 
-/// After how many points a range is divided: whole [`LANES`], so that all leaves begin with some.
+/// Returns the index at which a range is divided: a multiple of [`LANES`], so that all leaves begin
+/// at one.
 fn middle(length: usize) -> usize {
     (length / 2).next_multiple_of(LANES)
 }
 
-/// Divides the slice across its widest axis, and so on in both halves.
+/// Divides the slice across its widest axis, and recursively both halves.
 fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
     if nodes.len() <= LEAF {
         return;
@@ -183,7 +186,7 @@ fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
         axis: axis as u8,
     };
     let (before, after) = nodes.split_at_mut(middle);
-    // The last of the former is none of the first half's.
+    // The last plane of the former is not used by the first half.
     let (planes_before, planes_after) = planes.split_at_mut(middle / LANES);
     planes_before[middle / LANES - 1] = plane;
     if before.len() >= PARALLEL {

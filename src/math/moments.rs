@@ -24,7 +24,7 @@ impl Moments {
         self.squares += deviation * (value - self.mean);
     }
 
-    /// The moments of `count` values with this mean and unbiased sample variance.
+    /// Creates the moments of `count` values with this mean and unbiased sample variance.
     pub fn of(count: u64, mean: f64, variance: f64) -> Self {
         let squares = if count < 2 {
             0.0
@@ -38,7 +38,7 @@ impl Moments {
         }
     }
 
-    /// The moments of both sets of values together.
+    /// Returns the moments of both sets of values together.
     pub fn merge(self, other: Self) -> Self {
         let count = self.count + other.count;
         if count == 0 {
@@ -53,17 +53,17 @@ impl Moments {
         }
     }
 
-    /// How many values were pushed.
+    /// Returns the number of values.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The estimate: the arithmetic mean (0 when empty).
+    /// Returns the estimate: the arithmetic mean (0 when empty).
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// The unbiased sample variance; infinite below two values, where nothing is known of it.
+    /// Returns the unbiased sample variance; infinite below two values, where it is unknown.
     pub fn variance(&self) -> f64 {
         if self.count < 2 {
             return f64::INFINITY;
@@ -71,7 +71,7 @@ impl Moments {
         self.squares / (self.count - 1) as f64
     }
 
-    /// The standard error of the mean; infinite below two values.
+    /// Returns the standard error of the mean; infinite below two values.
     pub fn standard_error(&self) -> f64 {
         (self.variance() / self.count as f64).sqrt()
     }
@@ -85,38 +85,38 @@ impl FromIterator<f64> for Moments {
     }
 }
 
-/// Values are rounded once to a multiple of this unit; every later step is exact.
+/// Unit to whose multiples values are rounded once; every later step is exact.
 pub const UNIT: f64 = 1.0 / 4_294_967_296.0;
 
 /// First and second moment (16) as integers, so that merging is exact: associative, commutative,
 /// and independent of threads, passes and machines.
 ///
-/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed [`LARGEST_RADIANCE`] =
-/// 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸, and sums of fewer than
-/// 2¹⁵ such squares fit 128 bits even when every value is the largest.
+/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed
+/// [`LARGEST_RADIANCE`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸,
+/// and sums of fewer than 2¹⁵ such squares fit 128 bits even when every value is the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExactMoments {
     sum: i128,
     squares: i128,
 }
 
-/// An accumulator that can take no more.
+/// Returns the error of an accumulator that is full.
 pub(crate) fn full() -> Error {
     Error::Option("a pixel's sums are full: take fewer samples in one film".to_owned())
 }
 
-/// The nearest multiple of [`UNIT`], halves away from zero.
+/// Returns the nearest multiple of [`UNIT`], halves away from zero.
 #[inline]
 pub fn in_units(value: f64) -> i64 {
     (value * (1.0 / UNIT)).round() as i64
 }
 
 impl ExactMoments {
-    /// Adds one value, whose count the caller keeps (channels of a pixel share it).
+    /// Adds one value; the caller keeps the count (channels of a pixel share it).
     ///
     /// # Errors
-    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST_RADIANCE`]; that of
-    /// [`merge`](Self::merge).
+    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST_RADIANCE`];
+    /// [`Error::Option`] as [`merge`](Self::merge).
     #[inline]
     pub fn push(&mut self, value: f64) -> Result<(), Error> {
         // The comparison is false for NaN, too.
@@ -148,18 +148,19 @@ impl ExactMoments {
         Ok(())
     }
 
-    /// Both sums, as files keep them.
+    /// Returns both sums, for files.
     pub(crate) fn sums(&self) -> [i128; 2] {
         [self.sum, self.squares]
     }
 
-    /// What has these sums of `count` values of at least 0; nothing if no such values have them.
+    /// Restores the moments of `count` values of at least 0 from their sums; `None` if no such
+    /// values have them.
     pub(crate) fn of_sums([sum, squares]: [i128; 2], count: u32) -> Option<Self> {
         let most = i128::from(count) * i128::from(in_units(LARGEST_RADIANCE));
         ((0..=most).contains(&sum) && sum <= squares).then_some(Self { sum, squares })
     }
 
-    /// The mean of `count` values; 0 if there are none.
+    /// Returns the mean of `count` values; 0 if there are none.
     pub fn mean(&self, count: u32) -> f64 {
         if count == 0 {
             return 0.0;
@@ -167,13 +168,13 @@ impl ExactMoments {
         self.sum as f64 / f64::from(count) * UNIT
     }
 
-    /// The unbiased sample variance of `count` values; infinite below two values.
+    /// Returns the unbiased sample variance of `count` values; infinite below two values.
     pub fn variance(&self, count: u32) -> f64 {
         if count < 2 {
             return f64::INFINITY;
         }
-        // Σ(q − m)² about an integer m near the mean, in exact arithmetic (products may wrap on the
-        // way; the result fits), then the remaining shift of the mean in floating point.
+        // Σ(q − m)² about an integer m near the mean, in exact arithmetic (products may overflow
+        // and wrap, but the result fits), then the remaining shift of the mean in floating point.
         let n = i128::from(count);
         let centre = self.sum / n;
         let about_centre = self
@@ -185,7 +186,7 @@ impl ExactMoments {
         squares.max(0.0) / f64::from(count - 1) * UNIT * UNIT
     }
 
-    /// The standard error of the mean of `count` values; infinite below two values.
+    /// Returns the standard error of the mean of `count` values; infinite below two values.
     pub fn standard_error(&self, count: u32) -> f64 {
         (self.variance(count) / f64::from(count)).sqrt()
     }

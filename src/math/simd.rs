@@ -27,11 +27,11 @@ pub const SINGLES: usize = 16;
 /// An order of the axes in which the one nearest to a ray's direction is the last, and the frame
 /// right-handed.
 pub trait Axes<R>: Copy + Debug {
-    /// Components in this order.
+    /// Returns the components in this order.
     fn turned(self, components: [R; 3]) -> [R; 3];
 }
 
-/// Their numbers.
+/// Axis order of one ray, as indices.
 impl<R: Copy> Axes<R> for [usize; 3] {
     #[inline]
     fn turned(self, components: [R; 3]) -> [R; 3] {
@@ -39,7 +39,7 @@ impl<R: Copy> Axes<R> for [usize; 3] {
     }
 }
 
-/// For each ray whether the last axis is the first, or the second.
+/// Axis order of several rays: masks of those whose last axis is the first, or the second.
 impl<R: Real> Axes<R> for [R::Mask; 2] {
     #[inline]
     fn turned(self, [x, y, z]: [R; 3]) -> [R; 3] {
@@ -51,10 +51,10 @@ impl<R: Real> Axes<R> for [R::Mask; 2] {
 
 /// Vectors whose axes can be turned so that the one nearest to a direction is the last.
 pub trait Turn: Vector {
-    /// What says the order of the axes.
+    /// Type of the axis order.
     type Axes: Axes<Self::Real>;
 
-    /// The order for a direction.
+    /// Returns the axis order for a direction.
     fn axes(direction: Self) -> Self::Axes;
 }
 

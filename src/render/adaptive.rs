@@ -1,36 +1,36 @@
 //! Adaptive sampling, [`crate::equation::ADAPTIVE`]: more samples for pixels where a pilot, a few
-//! samples of each pixel, has seen more noise.
+//! samples of each pixel, found more noise.
 //!
 //! The pilot's own samples are thrown away. So the number of samples of a pixel depends on none of
-//! them, and the mean over these is as unbiased as with any other number. Averages in which the
-//! pilot's samples have a share by their number are biased: what the pilot happens to see decides
-//! how much it weighs.
+//! the samples it has, and their mean is as unbiased as with any other number. Averages that
+//! include the pilot's samples are biased, as the pilot's values decide how much it weighs.
 
 use crate::film::{Film, Pixel};
 use crate::sampling::Sampling;
 use crate::sampling::rng::seed_for;
 use crate::sampling::sampler::LONGEST;
 
-/// Scrambles of the pilot, whose spread tells the noise.
+/// Number of scrambles of the pilot, whose spread gives the noise.
 pub const REPLICATIONS: u32 = 4;
 
-/// The pilot has one sample for so many of a pixel, but at least one point and at most so many of
-/// each scramble.
+/// Divisor of the pixel's number of samples that gives the pilot's (`SHARE`), with at least one
+/// point and at most `MOST_POINTS` of each scramble.
 const SHARE: u32 = 32;
 const MOST_POINTS: u32 = 8;
 
-/// The share of all samples that is divided evenly: so much of the mean number has each pixel,
-/// whatever the pilot overlooks there.
+/// Fraction of the samples that is divided evenly, so that pixels where the pilot overlooked the
+/// noise still get samples.
 const EVEN: f64 = 0.2;
 
-/// The most noise that counts, in multiples of the mean: no pixel waits for all.
+/// Largest noise that counts, in multiples of the mean, so that no pixel takes nearly all samples.
 const MOST: f64 = 8.0;
 
-/// How far around a pixel noise is averaged, twice: a pixel's own estimate is far too noisy.
+/// Radius, pixels, of the box filter that is applied twice to the noise: a pixel's own estimate is
+/// far too noisy.
 const REACH: usize = 3;
 
-/// How to draw the [`REPLICATIONS`] of the pilot of an image that has so many: from other random
-/// numbers.
+/// Returns how to draw the [`REPLICATIONS`] of the pilot of an image of `replications`
+/// replications: from other random numbers.
 pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
     let samples = sampling
         .samples_per_replication()
@@ -42,19 +42,19 @@ pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
     }
 }
 
-/// How many samples a replication of each pixel has, row by row from the top: from 1 to
-/// [`LONGEST`], `mean` in the mean (which is within these, too), and the more the larger the
-/// standard error is around it in the pilot's film, of two replications at least.
+/// Returns the number of samples in a replication of each pixel, row by row from the top: from 1 to
+/// [`LONGEST`], `mean` on average (itself in that range), and the more the larger the standard
+/// error is around the pixel in the pilot's film, which needs two replications or more.
 pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     let noise = |pixel: &Pixel| pixel.standard_error().length();
     let width = pilot.size()[0] as usize;
-    // Roots are averaged, not squares: a few large values, which are there by chance, shall not
+    // Standard deviations are averaged, not variances, lest a few values that are large by chance
     // take all samples.
     let noise: Vec<f64> = pilot.pixels().iter().map(noise).collect();
     let noise = blurred(&blurred(&noise, width), width);
     let average = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
     let more = f64::from(mean.saturating_sub(1));
-    // No scramble has more points than there are.
+    // A scramble has at most [`LONGEST`] points.
     let most = MOST.min((f64::from(LONGEST - 1) / more - 1.0) / (1.0 - EVEN));
     let of_all = average(&noise);
     let relative = |noise: f64| {
@@ -68,7 +68,7 @@ pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     let mean_relative = average(&relative);
     let mut carried = 0.5;
     let count = |relative: f64| {
-        // What is rounded off goes to the next pixel.
+        // The rounding remainder is carried to the next pixel.
         carried += more * (1.0 + (1.0 - EVEN) * (relative - mean_relative));
         let whole = f64::floor(carried);
         carried -= whole;
@@ -77,7 +77,7 @@ pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     relative.into_iter().map(count).collect()
 }
 
-/// The mean of what lies within [`REACH`] columns and rows of each place.
+/// Returns the mean within [`REACH`] columns and rows of each pixel.
 fn blurred(values: &[f64], width: usize) -> Vec<f64> {
     let height = values.len() / width;
     let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);

@@ -1,5 +1,5 @@
-//! The loop over pixels, replications and samples for estimators that follow several paths at a
-//! time.
+//! The loop over pixels, replications and samples for estimators that trace several paths at a
+//! time, in lanes.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::sampling::Sampling;
 use crate::scene::Scene;
 use crate::scene::lanes::LaneScene;
 
-/// [`render`](super::render()) several paths at a time: the same bytes.
+/// Renders as [`render`](super::render()), several paths at a time, to the same bytes.
 ///
 /// # Errors
 /// Those of [`render`](super::render()).
@@ -34,19 +34,19 @@ pub fn render_lanes(
     .add(scene, film, range.clone(), done)
 }
 
-/// Refuses scenes in which single precision would be seen: where the largest coordinate lies
-/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of something: the
-/// radius of a sphere or the height of a zone, or the second largest extent of triangles that hang
-/// together; and where surfaces [coincide](Scene::coincident_in_singles).
+/// Refuses scenes in which single precision would be visible: where the largest coordinate lies
+/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of a detail (the
+/// radius of a sphere or the height of a zone, or the second largest extent of connected
+/// triangles); and where surfaces [coincide](Scene::coincident_in_singles).
 ///
 /// # Errors
-/// [`Error::Option`] that says why, and what to do.
+/// [`Error::Option`] with the reason, and advice.
 pub fn check_singles(scene: &Scene) -> Result<(), Error> {
     let extent = scene.extent();
     let [low, high] = SINGLE_EXTENTS;
     if !(low..=high).contains(&extent) {
         return Err(Error::Option(format!(
-            "the scene reaches to {extent:?}, and in single precision may to {low:?} at least and {high:?} at most"
+            "the scene reaches to {extent:?}; in single precision it must reach from {low:?} to {high:?}"
         )));
     }
     let detail = scene.smallest_detail();
@@ -62,34 +62,34 @@ pub fn check_singles(scene: &Scene) -> Result<(), Error> {
     }
 }
 
-/// The least and the most that a scene may reach to in single precision: no product of a few
-/// lengths is lost.
+/// Least and largest extent of a scene in single precision: no product of a few lengths overflows
+/// or underflows.
 pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
-/// How many times as far as the size of its smallest thing a scene may reach in single precision.
-/// The experiment `single` measures what is seen below and beyond.
+/// Largest ratio of a scene's extent to its smallest detail in single precision. The experiment
+/// `single` measures the error below and beyond.
 pub const SINGLE_DETAIL: f64 = 4096.0;
 
-/// Renders as [`ByRays`](super::ByRays) does, several paths at a time.
+/// Renderer as [`ByRays`](super::ByRays), several paths at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByLanes {
-    /// The estimator of the radiance along a ray.
+    /// Estimator of the radiance along a ray.
     pub estimator: LaneEstimator,
-    /// Which rays, by which random numbers.
+    /// Sampling settings.
     pub sampling: Sampling,
-    /// How exactly it computes.
+    /// Precision of the arithmetic.
     pub precision: Precision,
 }
 
-/// The precision of the numbers of a lane.
+/// Precision of a lane's numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// Eight paths at a time, to the bytes of [`ByRays`](super::ByRays).
     #[default]
     Double,
-    /// Sixteen paths at a time: the same paths by the same random numbers, rounded, where
-    /// [`check_singles`] finds nothing.
+    /// Sixteen paths at a time: the same paths by the same random numbers, rounded, in scenes that
+    /// pass [`check_singles`].
     Single,
-    /// The same in any scene, to measure what would be seen there.
+    /// Single precision in any scene, to measure the errors that [`check_singles`] prevents.
     UncheckedSingle,
 }
 

@@ -18,7 +18,7 @@ use crate::sampling::sampler::{Numbers, Pass};
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// The features of what is seen through these points of the frame.
+/// Returns the features seen through these points of the image.
 fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
     let lanes: LaneScene<'_, Lanes, LANES> = LaneScene::new(scene);
     let mut scratch = IntersectionScratch::new();
@@ -40,22 +40,23 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
     eight.collect()
 }
 
-/// Adds the replications `range` of an image estimator to a film of the full frame. A replication
+/// Adds the replications `range` of an image estimator to a film of the full image. A replication
 /// is one pass, or the mean of as many as a scramble has points. Albedo, normal and depth are those
-/// of one camera ray per pixel and pass, the one that [`render`](super::render()) sends for
-/// [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator sends
-/// itself. `pass_done` is called after each pass with its number of pixels; when it returns false,
-/// the remaining passes are left out and `Ok(false)` is returned: the film keeps those of a
-/// replication that is begun, with which the next call goes on.
+/// of one camera ray per pixel and pass, the one that [`render`](super::render()) traces for
+/// [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator itself
+/// traces. `pass_done` is called after each pass with its number of pixels; when it returns false,
+/// the remaining passes are left out and `Ok(false)` is returned: the film keeps the passes of an
+/// unfinished replication, which the next call continues.
 ///
 /// # Errors
-/// [`Error::Option`] for a film that is a part of its frame, and as for
-/// [`render`](super::render()); what the estimator refuses; [`Error::Radiance`] with the pixel and
-/// the pass for what no film can hold.
+/// [`Error::Option`] for a film that is a part of its image, and as for
+/// [`render`](super::render()); errors of the estimator; [`Error::Radiance`] with the pixel and the
+/// pass for an invalid radiance.
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
-    (numbers, seed): (Numbers, u64),
+    numbers: Numbers,
+    seed: u64,
     film: &mut Film,
     range: Range<u32>,
     pass_done: &dyn Fn(u64) -> bool,
@@ -143,14 +144,14 @@ pub fn render_passes<E: ImageEstimator>(
     Ok(true)
 }
 
-/// Renders by whole images.
+/// Renderer by whole images.
 #[derive(Clone, Copy, Debug)]
 pub struct ByPasses<E> {
-    /// The estimator of an image.
+    /// Estimator of an image.
     pub estimator: E,
-    /// Where the random numbers come from.
+    /// Source of the random numbers.
     pub numbers: Numbers,
-    /// The master seed.
+    /// Master seed.
     pub seed: u64,
 }
 
@@ -170,7 +171,7 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
     }
 }
 
-/// An estimator of whole images in its scene.
+/// An image renderer prepared for a scene.
 struct PreparedPasses<'a, E> {
     scene: &'a Scene,
     passes: &'a ByPasses<E>,
@@ -183,11 +184,11 @@ impl<E: ImageEstimator> Prepared for PreparedPasses<'_, E> {
             numbers,
             seed,
         } = self.passes;
-        render_passes(self.scene, estimator, (*numbers, *seed), film, range, done)
+        render_passes(self.scene, estimator, *numbers, *seed, film, range, done)
     }
 }
 
-/// The estimators of whole images, with standard parts.
+/// An estimator of whole images, with standard parts.
 #[derive(Clone, Copy, Debug)]
 pub enum PassEstimator {
     /// Light tracing.

@@ -1,4 +1,4 @@
-//! Films that are not finished, or a part of a whole, as files from which work goes on.
+//! Files of films that are unfinished, or a part of a whole, from which rendering resumes.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -19,26 +19,26 @@ use crate::error::{Error, LARGEST_RADIANCE};
 use crate::film::{Begun, Film, Pixel, SUMS, WORDS, Window};
 use crate::image::{CHANNELS, attributes, codec, values, write_whole};
 
-/// What a file says beside the film, by name: short texts of Latin-1.
+/// Text attributes of a file besides the film, by name: short texts of Latin-1.
 pub type Notes = BTreeMap<String, String>;
 
-/// Channels beyond the sums: a pixel's sums of 64-bit floats over the passes of a replication that
-/// is begun.
+/// Channels beyond the sums: a pixel's sums of 64-bit floats over the passes of an unfinished
+/// replication.
 const BEGUN: [&str; 3] = ["begun.R", "begun.G", "begun.B"];
 const ALL_WORDS: usize = WORDS + 2 * BEGUN.len();
-/// What the format itself says of a film.
+/// Text attribute of the format itself, which describes the film.
 const FILM: &str = "film";
-/// Pixels whose words are written at once.
+/// Number of pixels whose words are written at once.
 const TOGETHER: usize = 32;
 const CHECKSUM: &str = "checksum";
 
-/// The words of a pixel in this order, by the names of their channels.
+/// Returns the channel names of a pixel's words, in order.
 fn names() -> impl Iterator<Item = String> {
     let groups = SUMS.into_iter().chain(BEGUN.map(|name| (name, 2)));
     groups.flat_map(|(group, words)| (0..words).map(move |word| format!("sums.{group}.{word}")))
 }
 
-/// The words of the pixel with this number.
+/// Returns the words of the pixel with this index.
 fn words(film: &Film, at: usize) -> [u32; ALL_WORDS] {
     let mut all = [0; ALL_WORDS];
     all[..WORDS].copy_from_slice(&film.pixels()[at].words());
@@ -52,7 +52,8 @@ fn words(film: &Film, at: usize) -> [u32; ALL_WORDS] {
     all
 }
 
-/// FNV-1a by words of 64 bits, of texts and then pixels: one that is changed, changes it.
+/// FNV-1a checksum by words of 64 bits, of texts and then pixels: any single changed word changes
+/// it.
 struct Checksum(u64);
 
 impl Checksum {
@@ -88,24 +89,24 @@ impl Checksum {
     }
 }
 
-/// Writes a film with its exact sums, so that [`read_unfinished`] makes the very same film of it.
+/// Writes a film with its exact sums, so that [`read_unfinished`] restores the identical film.
 ///
-/// The file is one EXR part without compression. Viewers show the channels that
-/// [`write_exr`](crate::image::write_exr) writes of a finished film, for what is done so far. The others
-/// are 32-bit unsigned integers: `sums.<sum>.<k>` is bits 32k to 32k + 31 of an integer in two's
-/// complement. Sums are `replications`, `samples` and `hits`, counts of a pixel; `R`, `G`, `B`,
-/// over its replications, of radiance in multiples of 2⁻³², and `R2`, `G2`, `B2` of its square in
-/// multiples of 2⁻⁶⁴; `albedo.R` to `albedo.B`, `normal.X` to `normal.Z` and `depth`, over its hits
-/// in multiples of 2⁻³²; and `begun.R` to `begun.B`, the bits of 64-bit floats: sums over the
-/// passes of a replication that is only begun. A channel that is 0 everywhere is left out.
+/// The file is one EXR part without compression. Viewers show the channels of
+/// [`write_exr`](crate::image::write_exr), for the samples so far. The others are 32-bit unsigned
+/// integers: `sums.<sum>.<k>` is bits 32k to 32k + 31 of an integer in two's complement. Sums are
+/// `replications`, `samples` and `hits`, counts of a pixel; `R`, `G`, `B`, over its replications,
+/// of radiance in multiples of 2⁻³², and `R2`, `G2`, `B2` of its square in multiples of 2⁻⁶⁴;
+/// `albedo.R` to `albedo.B`, `normal.X` to `normal.Z` and `depth`, over its hits in multiples of
+/// 2⁻³²; and `begun.R` to `begun.B`, the bits of 64-bit floats: sums over the passes of an
+/// unfinished replication. A channel that is 0 everywhere is left out.
 ///
-/// The text attribute `film` is seven numbers: width and height of the frame, x and y of the
-/// window's first pixel, samples of a replication, passes that are begun, pixels. `checksum` covers
-/// texts and sums. The other text attributes are the `notes`.
+/// The text attribute `film` holds seven numbers: width and height of the full image, x and y of
+/// the window's first pixel, samples per replication, passes done of an unfinished replication,
+/// pixels. `checksum` covers texts and sums. The other text attributes are the `notes`.
 ///
 /// # Errors
-/// [`Error::File`] or [`Error::Image`]; nothing is left behind then, and a file that was there
-/// stays.
+/// [`Error::File`] or [`Error::Image`]; no file is left behind then, and an existing file stays as
+/// it was.
 pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), Error> {
     let [width, height] = film.frame();
     let [x, y] = film.window().corner;
@@ -126,7 +127,7 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
             .zip(words)
             .for_each(|(used, word)| *used |= word);
     }
-    // In the order of their names, as the format wants them.
+    // In the order of their names, as the format requires.
     let sums = names().enumerate().filter(|&(k, _)| used[k] != 0);
     let sums = sums.map(|(k, name)| {
         (
@@ -164,7 +165,8 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
         )?);
     let row = |y: usize| {
         let mut bytes = vec![0; 4 * width * columns.len()];
-        // Some pixels at a time: one alone would touch as many cache lines as there are channels.
+        // Some pixels at a time: a single one would touch as many cache lines as there are
+        // channels.
         for first in (0..width).step_by(TOGETHER) {
             let pixels = first..width.min(first + TOGETHER);
             let pixel = |x: usize| {
@@ -208,7 +210,7 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
     })
 }
 
-/// Reads what [`write_unfinished`] wrote.
+/// Reads a film written by [`write_unfinished`].
 ///
 /// # Errors
 /// [`Error::File`]; [`Error::Image`] for any other file, and for one that is damaged or truncated.
@@ -221,10 +223,10 @@ pub fn read_unfinished(path: &Path) -> Result<(Film, Notes), Error> {
     })
 }
 
-/// The same of a file's bytes; an error is what is wrong with them.
+/// Decodes a file's bytes; the error is a message.
 ///
 /// # Errors
-/// As [`read_unfinished`].
+/// A message where [`read_unfinished`] returns [`Error::Image`].
 pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
     let damaged = |what: &str| format!("damaged or truncated: {what}");
     let codec = |error: exr::error::Error| damaged(&error.to_string());
@@ -254,7 +256,7 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
     else {
         return Err(damaged("its attribute film"));
     };
-    // What is promised must be there, before memory is taken for it.
+    // The promised pixels must be there before memory is allocated for them.
     let size = header.layer_size;
     let promised = size.area().checked_mul(header.channels.bytes_per_pixel);
     let is_there = header.compression == Compression::Uncompressed

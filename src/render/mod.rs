@@ -30,16 +30,16 @@ pub use by_lanes::{
 pub use by_passes::{ByPasses, PassEstimator, render_passes};
 pub use row::LaneEstimator;
 
-/// Called, from any thread, with a number of samples that are done; false to stop. What was stopped
-/// goes on by the same call: pixels that have more replications than others got them by it.
+/// Callback, from any thread, with a number of samples that are done; it returns false to stop. The
+/// same call again continues; pixels may differ in their replications after a stop.
 pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
-/// Refuses what the numbers of samples cannot name, and films of others.
+/// Refuses numbers of samples that the generators cannot index, and films of other numbers.
 ///
 /// # Errors
 /// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol'
-/// points, or so many up to `replications` that their samples have no 32-bit numbers, or not as
-/// many as the film says; for numbers of each pixel's own, but by Sobol' points without
+/// points, or so many up to `replications` that 32 bits do not number their samples, or not as
+/// many as the film has; for different numbers per pixel, except with Sobol' points without
 /// sub-pixels.
 fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Error> {
     let own = sampling.samples_per_replication();
@@ -60,7 +60,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
             || sampling.pixel.samples_per_replication() != 1)
     {
         return refuse(
-            "pixels may differ in them only by Sobol' points without sub-pixels".to_owned(),
+            "different numbers per pixel need Sobol' points without sub-pixels".to_owned(),
         );
     }
     if fewest == 0 {
@@ -82,7 +82,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
         )
     {
         return Err(Error::Option(
-            "points of outlines are anywhere in a pixel, and samples must be too".to_owned(),
+            "outlines need samples anywhere in a pixel, not at its centre or on a grid".to_owned(),
         ));
     }
     if film.samples_per_replication() != own {
@@ -96,7 +96,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 
 /// Adds the replications `range` to every pixel of the film.
 ///
-/// Sample k of pixel (x, y) of the full frame draws from the stream (seed, pixel, k) and sums are
+/// Sample k of pixel (x, y) of the full image draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
 /// `done` is called after each part of the film, of about [`Estimator::TOGETHER`] samples or less,
@@ -104,9 +104,9 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// is returned: see [`Progress`].
 ///
 /// # Errors
-/// [`Error::Radiance`] with pixel and replication if the estimator returns what no film can hold;
+/// [`Error::Radiance`] with pixel and replication if the estimator returns an invalid radiance;
 /// [`Error::Option`] for replications with no sample, more than 2³² in all, more Sobol' points than
-/// [`LONGEST`], or not as many samples as the film says.
+/// [`LONGEST`], or not as many samples as the film has.
 pub fn render<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -118,23 +118,23 @@ pub fn render<E: Estimator>(
     PreparedRays::new(scene, estimator, sampling, film.frame()).add(film, range.clone(), done)
 }
 
-/// About the most samples that a thread takes in lanes between two calls of [`Progress`], but never
-/// less than a replication of a pixel.
+/// Approximate largest number of samples that a thread takes in lanes between two calls of
+/// [`Progress`], but never less than a replication of a pixel.
 pub const UNINTERRUPTED: u32 = 1 << 14;
 
-/// Neighbouring pixels of a row which lack the same replications.
+/// Neighbouring pixels of a row that lack the same replications.
 pub(crate) struct Piece<'a> {
-    /// Where the first is in the frame.
+    /// Position of the first pixel in the full image.
     pub corner: [u32; 2],
-    /// The replications.
+    /// Replications to add.
     pub missing: Range<u32>,
     pub pixels: &'a mut [Pixel],
-    /// How many samples a replication of each has.
+    /// Number of samples in a replication of each pixel.
     pub counts: &'a [u32],
 }
 
-/// Calls `add` with parts of the film's window: pieces of its rows, of about so many samples
-/// `together` or less.
+/// Calls `add` with parts of the film's window: pieces of its rows, of about `together` samples or
+/// less.
 fn each_part(
     sampling: Sampling,
     together: u32,
@@ -150,8 +150,7 @@ fn each_part(
     let per_replication = sampling.samples_per_replication();
     let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
     let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
-    // Some rows at once where more samples than theirs gain by it, but enough parts for all
-    // threads.
+    // Several rows at once for estimators that gain by it, but enough parts for all threads.
     let most = height / (PARTS_PER_THREAD * rayon::current_num_threads());
     let rows = if together > UNINTERRUPTED {
         (at_once / width).min(most).max(1)
@@ -210,17 +209,19 @@ fn each_part(
     Ok(!stopped.into_inner())
 }
 
-/// So many parts or more are there for each thread where a part could be of several rows.
+/// Least number of parts per thread where a part could span several rows.
 const PARTS_PER_THREAD: usize = 8;
 
-/// Which sample: the place of its pixel in a list, the replication, and its number there.
+/// Index of a sample: the index of its pixel in a list, the replication, and its number there.
 type SampleName = (usize, u32, u32);
 
-/// Adds the missing replications of some pixels: first the radiance along all camera rays, and with
-/// it the points of outlines.
+/// Adds the missing replications of some pixels: first the radiance along all camera rays, then the
+/// points of silhouettes.
 fn add_samples<E: Estimator>(
-    (scene, estimator): (&Scene, &E),
-    (sampling, outlines): (Sampling, &Outlines),
+    scene: &Scene,
+    estimator: &E,
+    sampling: Sampling,
+    outlines: &Outlines,
     frame: [u32; 2],
     pieces: &mut [Piece<'_>],
 ) -> Result<(), Error> {
@@ -261,7 +262,7 @@ fn add_samples<E: Estimator>(
         outlines.points(y * frame[0] + x, replication, index)
     };
     let mut refused = None;
-    // Of each sample, what its radiance is multiplied by, and what emitters show along its ray.
+    // For each sample, the weight of its radiance, and the emission seen along its ray.
     let mut views = Vec::new();
     let samples = names.iter().map(|&name| {
         let (i, replication, index) = name;
@@ -300,7 +301,7 @@ fn add_samples<E: Estimator>(
             });
             radiance = replaced(radiance, own, shown);
         }
-        // Here, for the mean of several can hide one.
+        // Checked here, as the mean of several could hide an invalid one.
         check_radiance(radiance).map_err(|error| error_of(name, error))?;
         sum += radiance;
         let samples = sampling.samples_per_replication();
@@ -314,7 +315,7 @@ fn add_samples<E: Estimator>(
     Ok(())
 }
 
-/// The features of what a camera ray has hit.
+/// Returns the features of a camera ray's hit.
 fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
     features(
         scene.surface(hit).bsdf.albedo(),
@@ -324,15 +325,15 @@ fn features_of(scene: &Scene, ray: &Ray, hit: &Hit) -> Features {
     )
 }
 
-/// What adds replications to films, whichever kind of estimator makes them.
+/// Renderer: adds replications to films, with any kind of estimator.
 pub trait Renderer: Sync {
-    /// How many samples one replication has.
+    /// Returns the number of samples of one replication.
     fn samples_per_replication(&self) -> u32;
-    /// Makes what depends on the scene and on the size of the full frame (width, height) alone,
-    /// once for all ranges.
+    /// Prepares all that depends on the scene and on the size of the full image (width, height)
+    /// alone, once for all ranges.
     ///
     /// # Errors
-    /// [`Error::Option`] for a scene that the renderer does not take.
+    /// [`Error::Option`] for a scene that the renderer does not support.
     fn prepare<'a>(
         &'a self,
         scene: &'a Scene,
@@ -355,7 +356,7 @@ pub trait Renderer: Sync {
     }
 }
 
-/// A renderer in its scene, for films of one frame.
+/// A renderer prepared for a scene and an image size.
 pub trait Prepared: Sync {
     /// Adds the replications `range` to every pixel of the film, as [`render`] and
     /// [`render_passes`] do.
@@ -365,12 +366,12 @@ pub trait Prepared: Sync {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error>;
 }
 
-/// Renders by single rays.
+/// Renderer by single rays.
 #[derive(Clone, Copy, Debug)]
 pub struct ByRays<E> {
-    /// What a ray brings.
+    /// Estimator of the radiance along a ray.
     pub estimator: E,
-    /// Which rays, by which random numbers.
+    /// Sampling settings.
     pub sampling: Sampling,
 }
 
@@ -392,7 +393,7 @@ impl<E: Estimator> Renderer for ByRays<E> {
     }
 }
 
-/// An estimator of single rays in its scene.
+/// A ray renderer prepared for a scene.
 struct PreparedRays<'a, E> {
     scene: &'a Scene,
     estimator: &'a E,
@@ -422,21 +423,21 @@ impl<E: Estimator> Prepared for PreparedRays<'_, E> {
         } = self;
         let frame = film.frame();
         each_part(*sampling, E::TOGETHER, film, &range, done, |pieces| {
-            add_samples((scene, *estimator), (*sampling, outlines), frame, pieces)
+            add_samples(scene, *estimator, *sampling, outlines, frame, pieces)
         })
     }
 }
 
-/// Renders by photons, looked up along single rays. Its photons are those of one map.
+/// Renderer by photon mapping along single rays, with one photon map.
 #[derive(Debug)]
 pub struct ByPhotons {
-    /// The photons.
+    /// Photon mapping estimator.
     pub photons: PhotonMapping<Standard>,
-    /// Which rays, by which random numbers.
+    /// Sampling settings.
     pub sampling: Sampling,
 }
 
-// Not [`ByRays`], whose code is compiled where it is used, and not as fast there.
+// Not [`ByRays`], whose code is compiled where it is used, and is slower there.
 impl Renderer for ByPhotons {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()

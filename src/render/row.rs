@@ -20,12 +20,12 @@ use crate::sampling::pixel::PixelSampling;
 use crate::sampling::sampler::Numbers;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
-/// An estimator that follows several paths at a time, with standard parts.
+/// An estimator that traces several paths at a time, with standard parts.
 #[derive(Clone, Copy, Debug)]
 pub enum LaneEstimator {
     /// The path tracer.
     Path(Path),
-    /// The report's.
+    /// The report's path tracer.
     Report(Report),
     /// Whitted ray tracing.
     Whitted(Whitted),

@@ -1,11 +1,11 @@
-//! Outlines of lights, which are the sharpest edges of an image: where one crosses a pixel, more
-//! points of the pixel than its samples have tell how much of the light is seen.
+//! Supersampling of emitter silhouettes, the sharpest edges of an image: where one crosses a pixel,
+//! additional points of the pixel show how much of the emitter is visible.
 //!
-//! What an emitter shows directly, or by way of mirrors, is a function E(x) of the point x of the
-//! pixel alone. Of a sample whose ray passes x, its own E(x) gives way to the mean over other
-//! points that are uniform in the pixel: the mean stays as it is for any estimator, and most of the
-//! variance of the pixel goes. For that, camera rays follow mirrors to what is seen in them before
-//! an estimator begins.
+//! The radiance E(x) of an emitter seen directly, or through mirrors, is a function of the point x
+//! of the pixel alone. In a sample whose ray passes x, its own E(x) is replaced by the mean over
+//! other points that are uniform in the pixel: the expectation stays the same for any estimator,
+//! and most of the pixel's variance goes. For that, camera rays follow mirrors before an estimator
+//! begins.
 
 use std::array::from_fn;
 
@@ -22,18 +22,18 @@ use crate::sampling::rng::{seed_for, stream, uniform2};
 use crate::sampling::sampler::{LONGEST, Sobol, scramble};
 use crate::scene::Scene;
 
-/// How many points stand for that of a sample.
+/// Number of points that replace that of a sample.
 pub const POINTS: usize = 8;
 
-/// The corners of the polygon that stands for the outline of a sphere.
+/// Number of corners of the polygon that approximates the silhouette of a sphere.
 const CORNERS: u32 = 64;
 
-/// The points for sample `index` of a replication of a pixel, in [0, 1)²: the next ones of an
-/// Owen-scrambled sequence, of which each replication has its own.
+/// Returns the points for sample `index` of a replication of a pixel, in [0, 1)²: the next ones of
+/// an Owen-scrambled sequence; each replication has its own.
 pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2]; POINTS] {
     let seed = seed_for(seed, "outlines");
     let first = u64::from(index) * POINTS as u64;
-    // A sequence that ends goes on in another scramble.
+    // A sequence that ends continues in another scramble.
     let (part, first) = (first / u64::from(LONGEST), first % u64::from(LONGEST));
     let scramble = scramble(seed ^ part, pixel, replication);
     let fill = stream(seed, pixel, replication);
@@ -46,30 +46,31 @@ pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2];
     })
 }
 
-/// The radiance of a sample whose `own` direct emission gives way to what the points have `shown`.
+/// Returns the radiance of a sample after its `own` direct emission is replaced by the mean of the
+/// points' emission, `shown`.
 pub fn replaced(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
     let sum = shown.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
     (radiance - own) + sum * (1.0 / POINTS as f64)
 }
 
-/// So many mirrors at most a camera ray follows before an estimator begins.
+/// Largest number of mirrors that a camera ray follows before an estimator begins.
 pub const MIRRORS: u32 = 8;
 
-/// What a camera ray shows that has followed mirrors.
+/// A camera ray after it has followed mirrors.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// The ray from the last of them.
+    /// Ray after the last mirror.
     pub ray: Ray,
-    /// What it meets: no mirror, but for one that emits and one after [`MIRRORS`].
+    /// Hit of the ray: no mirror, except one that emits and one after [`MIRRORS`].
     pub hit: Option<Hit>,
-    /// The product of the mirrors' reflectances.
+    /// Product of the mirrors' reflectances.
     pub weight: DVec3,
-    /// How many they are.
+    /// Number of mirrors.
     pub mirrors: u32,
 }
 
 impl View {
-    /// Along a ray that meets `hit`.
+    /// Creates the view along a ray that meets `hit`.
     #[inline]
     pub fn new(ray: Ray, hit: Option<Hit>) -> Self {
         Self {
@@ -80,7 +81,7 @@ impl View {
         }
     }
 
-    /// By way of mirrors.
+    /// Follows mirrors, up to [`MIRRORS`].
     pub fn in_mirrors(mut self, scene: &Scene) -> Self {
         while let Some((here, reflectance)) =
             self.hit.and_then(|hit| Some((hit, mirror(scene, &hit)?)))
@@ -94,7 +95,7 @@ impl View {
         self
     }
 
-    /// What an emitter shows.
+    /// Returns the emitted radiance seen, times the weight.
     #[inline]
     pub fn emitted(&self, scene: &Scene) -> DVec3 {
         self.hit.map_or(DVec3::ZERO, |hit| {
@@ -103,7 +104,7 @@ impl View {
     }
 }
 
-/// The reflectance where there is a mirror that does not emit.
+/// Returns the reflectance of a mirror that does not emit; `None` elsewhere.
 fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
     match scene.surface(hit).bsdf {
         Bsdf::Mirror { reflectance } if hit.emitter.is_none() => Some(reflectance),
@@ -111,7 +112,7 @@ fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
     }
 }
 
-/// The outlines in a frame, or none.
+/// Silhouette pixels of an image; empty if silhouettes are not supersampled.
 pub(crate) struct Outlines {
     crossed: Vec<bool>,
     seed: u64,
@@ -120,7 +121,7 @@ pub(crate) struct Outlines {
 }
 
 impl Outlines {
-    /// For an estimator that sees in mirrors or not.
+    /// Finds the silhouette pixels, for an estimator that sees in mirrors or not.
     pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling, sees_in_mirrors: bool) -> Self {
         let mut crossed = if sampling.outlines {
             crossed(scene, frame)
@@ -141,7 +142,7 @@ impl Outlines {
         }
     }
 
-    /// What a camera ray shows, in mirrors or not.
+    /// Returns the view of a camera ray, through mirrors if these are followed.
     #[inline]
     pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> View {
         let view = View::new(ray, hit);
@@ -152,7 +153,7 @@ impl Outlines {
         }
     }
 
-    /// The [`points`] for a sample of a pixel that an outline crosses.
+    /// Returns the [`points`] for a sample of a silhouette pixel; `None` in other pixels.
     #[inline]
     pub fn points(&self, pixel: u32, replication: u32, index: u32) -> Option<[[f64; 2]; POINTS]> {
         let crosses = self
@@ -163,8 +164,8 @@ impl Outlines {
     }
 }
 
-/// Which pixels of a frame, row by row, the outline of an emitter crosses, whatever stands before
-/// it.
+/// Returns for the pixels of an image, row by row, whether an emitter's silhouette crosses them,
+/// occluded or not.
 pub fn crossed(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
     let mut crossed = vec![false; frame[0] as usize * frame[1] as usize];
     for emitter in scene.emitters() {
@@ -188,8 +189,9 @@ fn has_mirrors(scene: &Scene) -> bool {
         .any(|surface| matches!(surface.bsdf, Bsdf::Mirror { .. }))
 }
 
-/// Which pixels the outline of an emitter crosses that is seen in mirrors: those whose corners do
-/// not all show the same there. What is smaller than a pixel is not found.
+/// Returns for the pixels of an image whether an emitter's silhouette seen in mirrors crosses them:
+/// those whose corners do not all show the same emission there. Silhouettes smaller than a pixel
+/// are not found.
 pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
     let [width, height] = frame.map(|n| n as usize);
     let shown = |x: usize, y: usize| {
@@ -201,7 +203,7 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
             DVec3::ZERO
         }
     };
-    // Some rows at a time: their corners need no room for all.
+    // Some rows at a time, to save memory for their corners.
     let rows = |first: usize| {
         let last = height.min(first + ROWS);
         let corners: Vec<DVec3> = (first..=last)
@@ -223,10 +225,10 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
         .collect()
 }
 
-/// Rows of pixels whose corners are looked at together.
+/// Number of rows of pixels whose corners are traced together.
 const ROWS: usize = 16;
 
-/// The outline of a shape seen from the eye.
+/// Returns the silhouette of a shape seen from the eye, as a polygon.
 fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
     match *shape {
         EmitterShape::Triangle(corners) => corners.to_vec(),
@@ -240,7 +242,7 @@ fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
             if cosine.is_nan() || cosine >= 1.0 {
                 return Vec::new();
             }
-            // The circle in which the cone of the eye touches the sphere.
+            // The circle in which the cone from the eye touches the sphere.
             let frame = Frame::new(to_eye.normalize());
             let sine = (1.0 - cosine * cosine).sqrt();
             let corner = |i: u32| {
@@ -252,7 +254,7 @@ fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
     }
 }
 
-/// The part of a polygon that is ahead of the eye, by a millionth of its distance at least.
+/// Returns the part of a polygon that is ahead of the eye, by a millionth of its distance at least.
 fn clipped(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
     let farthest = corners
         .iter()

@@ -231,7 +231,8 @@ impl<const N: usize> Points<N> {
             let (first, points) = (group * EIGHT, &mut self.groups[group]);
             let own = drawing >> first & 0xFF;
             let next = points.next(own);
-            let scrambled: [u64; EIGHT] = from_fn(|i| scrambled(next[i], fill[first + i]));
+            let scrambled: [u64; EIGHT] =
+                from_fn(|i| scrambled(next[i].0, next[i].1, fill[first + i]));
             words[first..][..EIGHT].copy_from_slice(&scrambled);
             points.go_on(own);
         }

@@ -10,30 +10,31 @@ pub mod warp;
 use pixel::PixelSampling;
 use sampler::{Numbers, Pass, Source};
 
-/// What, besides scene and estimator, decides every sample.
+/// Sampling settings: with scene and estimator, they decide every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
-    /// Where in a pixel the rays go.
+    /// Sampling of the pixel.
     pub pixel: PixelSampling,
-    /// Where the random numbers come from.
+    /// Source of the random numbers.
     pub numbers: Numbers,
-    /// The master seed.
+    /// Master seed.
     pub seed: u64,
-    /// Whether more points tell what emitters show directly or in mirrors where their outlines
-    /// cross a pixel, as [`outline`](crate::render::silhouette) says; for samples anywhere in a pixel.
+    /// Whether emitter silhouettes, seen directly or in mirrors, are supersampled as in
+    /// [`outline`](crate::render::silhouette); only where samples lie anywhere in a pixel.
     pub outlines: bool,
 }
 
 impl Sampling {
-    /// How many samples one replication has: the smallest number that is independent of the next.
+    /// Returns the number of samples of one replication: the smallest number that is independent of
+    /// the next.
     pub fn samples_per_replication(&self) -> u32 {
         self.pixel
             .samples_per_replication()
             .saturating_mul(self.numbers.samples())
     }
 
-    /// The same with another number of samples in a replication; of independent numbers it is
-    /// always one.
+    /// Returns the settings with another number of samples in a replication; for independent
+    /// numbers it is always one.
     pub(crate) fn with_samples(self, samples: u32) -> Self {
         match self.numbers {
             Numbers::Independent => self,
@@ -44,7 +45,7 @@ impl Sampling {
         }
     }
 
-    /// What sample `index` of a replication of a pixel draws from.
+    /// Returns the random numbers of sample `index` of a replication of a pixel.
     #[inline]
     pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> Source {
         let samples = self.samples_per_replication();

@@ -1,8 +1,8 @@
-//! Where in a pixel the rays go, section 2.7: [`crate::equation::SUPERSAMPLING`] and
+//! Sampling of the pixel, section 2.7: [`crate::equation::SUPERSAMPLING`] and
 //! [`crate::equation::RANDOMISATION`]. The filter is a box of one pixel.
 
-/// A strategy of section 2.7. A replication is the smallest set of samples that is independent of
-/// the next one: one sample, or one whole grid.
+/// A sampling strategy of section 2.7. A replication is the smallest set of samples that is
+/// independent of the next one: one sample, or one whole grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelSampling {
     /// Every ray through the centre.
@@ -16,7 +16,7 @@ pub enum PixelSampling {
 }
 
 impl PixelSampling {
-    /// How many samples one replication has.
+    /// Returns the number of samples of one replication.
     pub fn samples_per_replication(self) -> u32 {
         match self {
             Self::Centre | Self::Random => 1,
@@ -24,8 +24,8 @@ impl PixelSampling {
         }
     }
 
-    /// The position in [0, 1]² of sample `index` of a replication; `random` are two uniform numbers
-    /// in [0, 1), used by the random strategies only.
+    /// Returns the position in [0, 1]² of sample `index` of a replication; `random` are two uniform
+    /// numbers in [0, 1), used by the random strategies only.
     #[inline]
     pub fn position(self, index: u32, random: [f64; 2]) -> [f64; 2] {
         let cell = |n: u32, offset: [f64; 2]| {

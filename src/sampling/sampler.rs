@@ -1,5 +1,4 @@
-//! Where an estimator's random numbers come from: independent streams, or Owen-scrambled Sobol'
-//! points.
+//! Sources of an estimator's random numbers: independent streams, or Owen-scrambled Sobol' points.
 
 use std::array::from_fn;
 use std::convert::Infallible;
@@ -11,15 +10,15 @@ use wide::u32x8;
 
 use super::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
 
-/// A source of uniform numbers that knows which part of a path asks.
+/// A source of uniform numbers that knows which part of a path draws them.
 ///
 /// The dimensions of one sample are divided into blocks of [`BLOCK`]: block 0 is the camera's,
 /// block k ≥ 1 that of the eye path's k-th vertex, block [`LIGHT`] + k that of the light path's
 /// k-th vertex (k = 0 is the emitter). Within a block the order of use is the order of dimensions:
-/// which emitter, point on it, direction, roulette. So a dimension means the same in every
-/// estimator that walks.
+/// emitter, point on it, direction, roulette. So a dimension has the same meaning in every
+/// estimator of paths.
 pub trait Sampler: Rng {
-    /// Says that the next numbers belong to this block. Independent streams need not know.
+    /// Selects the block of the next numbers. Independent streams ignore it.
     #[inline]
     fn block(&mut self, _block: u32) {}
 }
@@ -31,19 +30,19 @@ impl<S: Sampler> Sampler for &mut S {
     }
 }
 
-/// Where an estimator's random numbers come from.
+/// Kind of an estimator's random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Numbers {
-    /// A stream of its own for each sample.
+    /// An independent stream for each sample.
     #[default]
     Independent,
-    /// [`Sobol`] points; a replication is one scramble of this many for each of the pixel's
+    /// Points of [`Sobol`]; a replication is one scramble of this many for each of the pixel's
     /// positions.
     Sobol(u32),
 }
 
 impl Numbers {
-    /// How many samples one replication has.
+    /// Returns the number of samples of one replication.
     pub fn samples(self) -> u32 {
         match self {
             Self::Independent => 1,
@@ -52,21 +51,22 @@ impl Numbers {
     }
 }
 
-/// A pass over a whole image: what, besides scene and frame, decides it. The pair (seed, index) is
-/// one by independent numbers.
+/// A pass over a whole image: with scene and image size, it decides all samples. The pair (seed,
+/// index) converts to a pass of independent numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pass {
-    /// Where its random numbers come from. Of Sobol' points, so many consecutive passes make up a
+    /// Source of its random numbers. With Sobol' points, as many consecutive passes make up a
     /// replication.
     pub numbers: Numbers,
-    /// The master seed.
+    /// Master seed.
     pub seed: u64,
-    /// Its number.
+    /// Index of the pass.
     pub index: u32,
 }
 
 impl From<(u64, u32)> for Pass {
-    fn from((seed, index): (u64, u32)) -> Self {
+    fn from(seed_and_index: (u64, u32)) -> Self {
+        let (seed, index) = seed_and_index;
         Self {
             numbers: Numbers::Independent,
             seed,
@@ -76,8 +76,8 @@ impl From<(u64, u32)> for Pass {
 }
 
 impl Pass {
-    /// What the paths of a pixel draw from. The passes of a replication take the points of one
-    /// scramble.
+    /// Returns the random numbers of the paths of a pixel. The passes of a replication take the
+    /// points of one scramble.
     pub fn pixel(self, pixel: u32) -> Source {
         let fill = stream(self.seed, pixel, self.index);
         match self.numbers {
@@ -93,8 +93,9 @@ impl Pass {
         }
     }
 
-    /// What particle `number` of `count` draws from. All particles of a replication, pass after
-    /// pass, take the points of one sequence, which goes on in another scramble where it ends.
+    /// Returns the random numbers of particle `number` of `count`. All particles of a replication,
+    /// pass after pass, take the points of one sequence, which continues in another scramble where
+    /// it ends.
     pub fn particle(self, number: u32, count: u32) -> Source {
         let fill = stream(self.seed, number, self.index);
         match self.numbers {
@@ -112,7 +113,7 @@ impl Pass {
         }
     }
 
-    /// The pass of the same index under the seed of a named part.
+    /// Returns the pass of the same index under the seed of a named part.
     pub fn of(self, part: &str) -> Self {
         Self {
             seed: seed_for(self.seed, part),
@@ -124,9 +125,9 @@ impl Pass {
 /// Random numbers of either kind.
 #[derive(Clone, Debug)]
 pub enum Source {
-    /// Of [`Numbers::Independent`].
+    /// Numbers of [`Numbers::Independent`].
     Independent(Stream),
-    /// Of [`Numbers::Sobol`].
+    /// Numbers of [`Numbers::Sobol`].
     Sobol(Sobol),
 }
 
@@ -165,11 +166,11 @@ impl TryRng for Source {
     }
 }
 
-/// Dimensions per block.
+/// Number of dimensions per block.
 pub const BLOCK: u32 = 8;
-/// The first block of the light path.
+/// First block of the light path.
 pub const LIGHT: u32 = 1 << 16;
-/// A block that is used up goes on in the block this much further on, which nobody else asks for.
+/// Distance to the block in which a used-up block continues; nothing else asks for that block.
 const OVERFLOW: u32 = 1 << 20;
 
 impl Sampler for Stream {}
@@ -177,11 +178,11 @@ impl Sampler for Stream {}
 /// One point of a Sobol' sequence (Joe and Kuo 2008) with Owen scrambling by hash (Laine and Karras
 /// 2011, Burley 2020), [`crate::equation::SOBOL`].
 ///
-/// Each block takes the first [`BLOCK`] dimensions of a sequence with scramble and shuffle of its
-/// own, so that there are as many as a path needs. The hash that scrambles and shuffles has 32
-/// bits, too few for all pixels of a large image: each dimension is shifted (exclusive or) by bits
-/// of its own as well, which leaves every elementary interval its points. The 23 leading bits of a
-/// number are the sequence's, the others those of an independent stream.
+/// Each block takes the first [`BLOCK`] dimensions of a sequence with its own scramble and shuffle,
+/// so that there are as many as a path needs. The hash that scrambles and shuffles has 32 bits, too
+/// few for all pixels of a large image: each dimension is also shifted (exclusive or) by bits of
+/// its own, which leaves every elementary interval its points. The 23 leading bits of a number are
+/// the sequence's, the others those of an independent stream.
 #[derive(Clone, Debug)]
 pub struct Sobol {
     point: Point,
@@ -189,22 +190,22 @@ pub struct Sobol {
     fill: Stream,
 }
 
-/// The numbers of a [`Sobol`] in one block, without those that fill them up.
+/// Numbers of a [`Sobol`] in one block, without the bits that fill them up.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     index: u16,
-    /// What the keys of blocks come from.
+    /// Hash that gives the keys of blocks.
     hash: CounterHash,
     block: u32,
-    /// What scrambles and shuffles the block.
+    /// Key that scrambles and shuffles the block.
     key: u64,
-    /// Those of the sequence by dimension, before they are scrambled, bits reversed.
+    /// Numbers of the sequence by dimension, before they are scrambled, bits reversed.
     numbers: [u32; BLOCK as usize],
 }
 
-/// The most points of one scramble: as many as indices of [`Sobol::new`].
+/// Largest number of points of one scramble: the number of indices of [`Sobol::new`].
 pub const LONGEST: u32 = 1 << 16;
-/// Bits of a number that are the sequence's.
+/// Number of leading bits that are the sequence's.
 const LEADING: u32 = 23;
 
 impl Point {
@@ -234,40 +235,40 @@ impl Point {
     }
 }
 
-/// What scrambles and shuffles a block.
+/// Returns the key that scrambles and shuffles a block.
 #[inline]
 pub(crate) fn block_key(hash: CounterHash, block: u32) -> u64 {
     hash.number(block, 0)
 }
 
-/// The shuffled index in a block of this key, bits reversed.
+/// Returns the shuffled index in a block of this key, bits reversed.
 #[inline]
 pub(crate) fn place(index: u16, key: u64) -> u32 {
     owen_scramble_rev(u32::from(index).reverse_bits(), key as u32)
 }
 
-/// The numbers of a block by dimension, before they are scrambled, bits reversed.
+/// Returns the numbers of a block by dimension, before they are scrambled, bits reversed.
 #[inline]
 pub(crate) fn unscrambled(sequence: &Sequence, place: u32) -> u32x8 {
     let numbers = |i: usize| sequence[i][place as usize >> (16 + 4 * i) & 15];
     numbers(0) ^ numbers(1) ^ numbers(2) ^ numbers(3)
 }
 
-/// The block in which a used one goes on.
+/// Returns the block in which a used-up one continues.
 #[inline]
 pub(crate) fn next_block(block: u32) -> u32 {
     block.wrapping_add(OVERFLOW)
 }
 
-/// A number of the sequence scrambled, with the leading bits of `fill` after its own.
+/// Scrambles a number of the sequence by its key, and appends the leading bits of `fill`.
 #[inline]
-pub(crate) fn scrambled((number, key): (u32, u64), fill: u64) -> u64 {
+pub(crate) fn scrambled(number: u32, key: u64, fill: u64) -> u64 {
     let own = mix(key);
     let leading = owen_scramble_rev(number, own as u32).reverse_bits();
     (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
 }
 
-/// Points of the sequence.
+/// Table of points of the sequence.
 pub(crate) type Sequence = [[u32x8; 16]; 4];
 
 /// Points of the sequence, bits reversed, at the indices that have bits in one group of four only,
@@ -284,7 +285,7 @@ pub(crate) static SEQUENCE: LazyLock<Sequence> = LazyLock::new(|| {
 });
 
 impl Sobol {
-    /// Point `index` of the sequence with this scramble. Points of different scrambles are
+    /// Creates point `index` of the sequence with this scramble. Points of different scrambles are
     /// independent, those of one are not: error bars come from several scrambles.
     pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
         Self {
@@ -295,8 +296,8 @@ impl Sobol {
     }
 }
 
-/// The scramble of a pixel's replication under a master seed: a bijection, so that no two are the
-/// same.
+/// Returns the scramble of a pixel's replication under a master seed: a bijection, so that no two
+/// are the same.
 #[inline]
 pub fn scramble(seed: u64, pixel: u32, replication: u32) -> u64 {
     scramble_for(seed, pixel, replication)
@@ -326,7 +327,8 @@ impl TryRng for Sobol {
         } = self.point;
         let number = numbers[(self.dimension % BLOCK) as usize];
         let number = scrambled(
-            (number, key ^ u64::from(self.dimension)),
+            number,
+            key ^ u64::from(self.dimension),
             self.fill.next_u64(),
         );
         self.dimension += 1;

@@ -1,4 +1,4 @@
-//! What a scene is built from, and what it must satisfy.
+//! Construction and validation of scenes.
 
 use std::sync::OnceLock;
 
@@ -30,18 +30,18 @@ pub struct SceneBuilder {
     parts: Vec<Part>,
     emitters: Vec<Emitter>,
     background: Environment,
-    /// How messages name the surfaces.
+    /// Names of the surfaces in messages.
     names: Vec<String>,
-    /// How many objects there are.
+    /// Number of objects.
     objects: u32,
 }
 
-/// The index of a surface within its builder.
+/// Index of a surface within its builder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceId(u32);
 
 impl SceneBuilder {
-    /// An empty scene in the dark.
+    /// Creates an empty scene with a black background.
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -55,7 +55,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The parts of which a scene was built.
+    /// Returns the builder of a scene.
     pub(super) fn of(scene: Scene) -> Self {
         let Scene {
             name,
@@ -84,12 +84,12 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the radiance of rays that meet nothing to the same everywhere.
+    /// Sets the radiance of rays that hit nothing to the same everywhere.
     pub fn background(&mut self, radiance: DVec3) {
         self.environment(Environment::Uniform(radiance));
     }
 
-    /// Sets what rays see that meet nothing.
+    /// Sets the environment: the radiance of rays that hit nothing.
     pub fn environment(&mut self, environment: Environment) {
         self.background = environment;
     }
@@ -99,14 +99,14 @@ impl SceneBuilder {
         self.named(format!("surface {}", self.surfaces.len()), surface)
     }
 
-    /// Adds a surface that messages call by a name.
+    /// Adds a surface with a name for messages.
     pub(super) fn named(&mut self, name: String, surface: Surface) -> SurfaceId {
         self.names.push(name);
         self.surfaces.push(surface);
         SurfaceId(self.surfaces.len() as u32 - 1)
     }
 
-    /// Begins an object: what is added until the next one begins is a part of it.
+    /// Begins an object: primitives belong to it until the next one begins.
     pub(super) fn object(&mut self) {
         self.objects += 1;
     }
@@ -131,7 +131,7 @@ impl SceneBuilder {
     pub(super) fn triangles(&mut self, first: u32, triangles: &[[u32; 3]], surface: SurfaceId) {
         for triangle in triangles {
             let triangle = triangle.map(|v| first.saturating_add(v));
-            // An index that points nowhere is refused by `build`.
+            // `build` refuses invalid indices.
             let corner = |v: u32| self.vertices.get(v as usize).copied().unwrap_or(DVec3::NAN);
             let shape = EmitterShape::Triangle(triangle.map(corner));
             let emitter = self.emitter(surface, shape);
@@ -190,10 +190,10 @@ impl SceneBuilder {
     /// Validates the parts and builds the acceleration structure.
     ///
     /// Surfaces that coincide, up to [`COINCIDENT`] of the largest coordinate, are refused if it
-    /// can be seen which of them a ray meets. It makes no difference if both have the same surface,
-    /// which emits nothing and is neither mirror nor glass; it is not seen between two closed
-    /// opaque bodies. Where a closed body stands on an opaque sheet that is neither mirror nor
-    /// light and covers its face wholly, that face is left out: the sheet is seen there.
+    /// is visible which of them a ray meets. It is not visible if both have the same surface, which
+    /// emits nothing and is neither mirror nor glass, nor between two closed opaque bodies. Where a
+    /// closed body stands on an opaque sheet that is neither mirror nor light and covers its face
+    /// wholly, that face is left out: the sheet is visible there.
     ///
     /// # Errors
     /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an
@@ -204,7 +204,8 @@ impl SceneBuilder {
         self.build_from(camera, 0.0)
     }
 
-    /// As [`build`](Self::build), with a largest coordinate of `extent` at least.
+    /// Validates and builds as [`build`](Self::build), with a largest coordinate of at least
+    /// `extent`.
     pub(super) fn build_from(mut self, camera: Camera, extent: f64) -> Result<Scene, Error> {
         self.check_surfaces()?;
         check_camera(&self.name, &camera)?;
@@ -254,7 +255,7 @@ impl SceneBuilder {
         if extent > LARGEST {
             return Err(invalid(
                 &self.name,
-                format!("it reaches to {extent:?}, and may to {LARGEST:?}: take another unit"),
+                format!("it reaches to {extent:?}, farther than {LARGEST:?}: take another unit"),
             ));
         }
         let offset = extent * OFFSET;
@@ -369,21 +370,22 @@ impl SceneBuilder {
     }
 }
 
-/// The unit normal of the front; `None` below [`SMALLEST_AREA`], and for what is not finite.
+/// Returns the unit normal of the front; `None` below [`SMALLEST_AREA`], and for vertices that are
+/// not finite.
 pub(super) fn triangle_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let scaled = (b - a).cross(c - a);
     let sound = scaled.is_finite() && 0.5 * scaled.length() >= SMALLEST_AREA;
     if sound { scaled.try_normalize() } else { None }
 }
 
-/// Whether a sphere is finite and its zone has an area.
+/// Returns whether a sphere is finite and its zone has an area.
 pub(super) fn is_sound(sphere: &Sphere) -> bool {
     let Sphere { centre, radius, .. } = *sphere;
-    // Of an empty zone the area is 0 or negative, of NaN not above 0 either.
+    // An empty zone has an area of 0 or below, NaN is not above 0 either.
     centre.is_finite() && radius.is_finite() && radius > 0.0 && sphere.area() >= SMALLEST_AREA
 }
 
-/// Vertices and triangles of a closed box along the axes, its fronts inside or outside.
+/// Returns vertices and triangles of a closed axis-parallel box, its fronts inside or outside.
 pub(super) fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u32; 3]; 12]) {
     let vertices = std::array::from_fn(|i| {
         DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low)

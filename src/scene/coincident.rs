@@ -13,33 +13,35 @@ use crate::geometry::offsets::{OFFSET, SINGLE_END};
 use crate::geometry::shape::Sphere;
 use crate::material::Bsdf;
 
-/// Surfaces nearer to each other than this share of the scene's largest coordinate coincide: a ray
+/// Distance, as a fraction of the scene's largest coordinate, up to which surfaces coincide: a ray
 /// that leaves one of them from [`OFFSET`] above it, and a segment that ends as far above the
 /// other, need some room between them.
 pub const COINCIDENT: f64 = 4.0 * OFFSET;
-/// The same where rays are followed in single precision: 2⁻¹⁶.
+/// Distance up to which surfaces coincide in single precision, as a fraction of the largest
+/// coordinate: 2⁻¹⁶.
 pub const SINGLE_COINCIDENT: f64 = 4.0 * SINGLE_END;
-/// Two surfaces coincide if they are that near over more than this share of the way across their
-/// overlap: planes that cross at an angle are near to each other along a line only.
+/// Fraction of the way across their overlap over which two surfaces must be that near to coincide:
+/// planes that cross at an angle are near to each other along a line only.
 pub(super) const CLOSE_SHARE: f64 = 1e-3;
-/// The same in single precision, where the faces of a sharp edge are that near to each other over
-/// more of their width.
+/// [`CLOSE_SHARE`] in single precision, where the faces of a sharp edge are that near to each other
+/// over more of their width.
 const SINGLE_CLOSE_SHARE: f64 = 1.0 / 16.0;
-/// Neighbours may overlap by this share of the smaller one's height: files round coordinates.
+/// Overlap of neighbours that is tolerated, as a fraction of the smaller one's height: files round
+/// coordinates.
 const SLIVER: f64 = 1e-5;
-/// The least cosine, positive or negative, between the normals of triangles that coincide.
+/// Least absolute cosine between the normals of triangles that coincide.
 const PARALLEL: f64 = 0.99;
 
-/// Two surfaces that coincide where it can be seen which of them a ray meets.
+/// Two surfaces that coincide where it is visible which of them a ray meets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coincidence {
     /// Indices of the two primitives among [`Scene::primitives`], in ascending order.
     pub primitives: [u32; 2],
-    /// The objects that they belong to, by number and material.
+    /// Objects that they belong to, by number and material.
     pub objects: [String; 2],
-    /// A point of both.
+    /// A point of both surfaces.
     pub at: DVec3,
-    /// The distance up to which surfaces coincide.
+    /// Distance up to which surfaces coincide.
     pub tolerance: f64,
 }
 
@@ -75,16 +77,17 @@ pub(super) struct Overlap {
 }
 
 impl Scene {
-    /// The first two surfaces that are at most `tolerance` apart, a length, if it can be seen which
-    /// of them a ray meets: `None` if none are, or if it makes no difference. No scene has any at
-    /// [`COINCIDENT`] times its largest coordinate; single precision needs more.
+    /// Returns the first two surfaces that are at most `tolerance` apart, a length, if it is
+    /// visible which of them a ray meets: `None` if there are none, or if it makes no difference.
+    /// No scene has any at [`COINCIDENT`] times its largest coordinate; single precision needs
+    /// more.
     pub fn coincident(&self, tolerance: f64) -> Option<Coincidence> {
         self.coincident_over(tolerance, CLOSE_SHARE)
     }
 
-    /// The first two surfaces that coincide for whoever follows rays in single precision: those
-    /// that are at most [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth
-    /// of the way across their overlap or more.
+    /// Returns the first two surfaces that coincide for rays in single precision: those that are at
+    /// most [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth of the way
+    /// across their overlap or more.
     pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
         let find = || self.coincident_over(SINGLE_COINCIDENT * self.extent(), SINGLE_CLOSE_SHARE);
         self.in_singles.get_or_init(find).as_ref()
@@ -114,12 +117,12 @@ impl Scene {
 }
 
 impl Shapes<'_> {
-    /// The faces of closed bodies that sheets cover wholly, as a floor does that of a box which
-    /// stands on it: such a face can be left out, and then the sheet is what is seen there from
-    /// either side. Each with a sheet that covers it.
+    /// Returns the faces of closed bodies that sheets cover wholly, as a floor covers that of a box
+    /// which stands on it, each with a sheet that covers it: such a face can be left out, and then
+    /// the sheet is visible there from either side.
     ///
     /// # Errors
-    /// The first two that coincide otherwise, if it can be seen which of them a ray meets.
+    /// The first two that coincide otherwise, if it is visible which of them a ray meets.
     pub fn covered(&self) -> Result<Vec<(u32, Overlap)>, Overlap> {
         let overlaps = self.overlaps();
         if overlaps.iter().all(|overlap| self.are_alike(overlap.pair)) {
@@ -131,7 +134,7 @@ impl Shapes<'_> {
             [None, Some(_)] => self.may_cover(i, j).then_some(j),
             _ => None,
         };
-        // What lies between two bodies neither shows.
+        // Surfaces between two bodies are hidden.
         let is_seen = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
             [Some((a, hidden_by_a)), Some((b, hidden_by_b))] => {
                 a == b || hidden_by_a.dot(hidden_by_b) > 0.0
@@ -168,7 +171,7 @@ impl Shapes<'_> {
             .collect()
     }
 
-    /// An overlap as it is told of.
+    /// Returns an overlap as reported to the user.
     pub fn told(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
         let object = |i: u32| {
             let Part {
@@ -189,18 +192,19 @@ impl Shapes<'_> {
         &self.surfaces[self.parts[part as usize].surface as usize]
     }
 
-    /// Whether both look the same from either side, and shadow rays look for neither.
+    /// Returns whether both look the same from either side, and neither is a light or a specular
+    /// caster.
     fn are_alike(&self, [i, j]: [u32; 2]) -> bool {
         let surface = self.surface(i);
         surface == self.surface(j) && is_plain(surface)
     }
 
-    /// Whether a face can be left out where a sheet covers it.
+    /// Returns whether a face can be left out where a sheet covers it.
     fn may_cover(&self, sheet: u32, face: u32) -> bool {
         is_plain(self.surface(sheet)) && self.surface(face).emission == DVec3::ZERO
     }
 
-    /// All primitives that coincide.
+    /// Returns all primitives that coincide.
     fn overlaps(&self) -> Vec<Overlap> {
         let of = |i: u32| {
             let mut found = Vec::new();
@@ -235,7 +239,7 @@ impl Shapes<'_> {
             .collect()
     }
 
-    /// The overlap of a pair, of which the first may be this triangle.
+    /// Returns the overlap of a pair, whose first primitive may be this triangle.
     fn overlap(&self, pair: [u32; 2], triangle: Option<&Triangle>) -> Option<Overlap> {
         let (at, area) = match (triangle, pair.map(|i| &self.parts[i as usize].shape)) {
             (Some(a), [_, PartShape::Triangle { normal, .. }]) => {
@@ -257,14 +261,14 @@ impl Shapes<'_> {
         Some(Overlap { pair, at, area })
     }
 
-    /// Whether two surfaces whose distance takes the values from `low` to `high` across their
-    /// overlap are near each other in more of it than where they cross.
+    /// Returns whether two surfaces whose distance varies from `low` to `high` across their overlap
+    /// are near each other in more of it than where they cross.
     fn are_close(&self, [low, high]: [f64; 2]) -> bool {
         let close = high.min(self.tolerance) - low.max(-self.tolerance);
         close >= 0.0 && close >= self.share * (high - low)
     }
 
-    /// A point of the overlap of two spheres or zones that are nearly the same.
+    /// Returns a point of the overlap of two nearly equal spheres or zones.
     fn spheres_overlap(&self, a: &Sphere, b: &Sphere) -> Option<DVec3> {
         let (apart, wider) = ((b.centre - a.centre).length(), b.radius - a.radius);
         if !self.are_close([wider - apart, wider + apart]) {
@@ -280,7 +284,7 @@ impl Shapes<'_> {
             .then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
     }
 
-    /// A triangle by its corners; `None` for a sphere.
+    /// Returns a triangle by its corners; `None` for a sphere.
     pub fn triangle(&self, part: u32) -> Option<Triangle> {
         match self.parts[part as usize].shape {
             PartShape::Triangle { vertices, normal } => {
@@ -297,8 +301,8 @@ impl Shapes<'_> {
     }
 }
 
-/// Whether a surface is opaque, emits nothing and shows the same from both sides, and no shadow ray
-/// goes by way of it.
+/// Returns whether a surface is opaque, emits nothing, looks the same from both sides, and is no
+/// specular caster.
 fn is_plain(surface: &Surface) -> bool {
     surface.emission == DVec3::ZERO
         && !matches!(
@@ -307,7 +311,7 @@ fn is_plain(surface: &Surface) -> bool {
         )
 }
 
-/// The corners of a convex polygon.
+/// Corners of a convex polygon.
 type Polygon = ArrayVec<DVec3, 24>;
 
 /// A triangle, its unit normal and its area.
@@ -318,7 +322,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// A point and the area of the overlap with another triangle, whose plane is the same.
+    /// Returns a point and the area of the overlap with another triangle of the same plane.
     fn overlap(&self, other: &Self, shapes: &Shapes<'_>) -> Option<(DVec3, f64)> {
         let tolerance = shapes.tolerance;
         let height = |p: &DVec3| (*p - self.corners[0]).dot(self.normal);
@@ -356,7 +360,7 @@ impl Triangle {
         Some((inner.iter().sum::<DVec3>() / inner.len() as f64, fan.sum()))
     }
 
-    /// The polygon of another triangle that lies above this one or below it, at least `margin`
+    /// Returns the polygon of another triangle that lies above or below this one, at least `margin`
     /// within its edges; `None` if there is none (Sutherland and Hodgman 1974). Rounding may double
     /// its corners at each edge.
     fn clipped(&self, other: &Self, margin: f64) -> Option<Polygon> {

@@ -1,15 +1,15 @@
-//! How small the things of a scene are.
+//! Sizes of the smallest details of a scene.
 
 use glam::DVec3;
 
 use super::{Part, PartShape};
 use crate::geometry::offsets::OFFSET;
 
-/// The least radius of a sphere, height of a zone of one, and longest edge of a triangle, relative
-/// to the largest coordinate: a thousand times the [`OFFSET`] from which rays start.
+/// Least radius of a sphere, height of a zone of one, and longest edge of a triangle, relative to
+/// the largest coordinate: a thousand times the [`OFFSET`] from which rays start.
 pub const SMALLEST_DETAIL: f64 = 1024.0 * OFFSET;
 
-/// The longest edge of a triangle.
+/// Returns the length of the longest edge of a triangle.
 pub(super) fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
     [b - a, c - b, a - c]
         .map(DVec3::length)
@@ -17,9 +17,9 @@ pub(super) fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// [`Scene::smallest_detail`] of these parts.
+/// Returns [`Scene::smallest_detail`](super::Scene::smallest_detail) of these parts.
 pub(super) fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
-    // Each vertex names one before it of the same thing, or itself.
+    // Union-find: each vertex names an earlier one of the same component, or itself.
     let mut before: Vec<u32> = (0..vertices.len() as u32).collect();
     fn first_of(before: &mut [u32], mut vertex: u32) -> u32 {
         while before[vertex as usize] != vertex {

@@ -48,52 +48,52 @@ use crate::suggest::hint;
 use reader::{Source, shown};
 use schema::Reading;
 
-/// Largest scene file, in bytes: larger meshes belong into an OBJ file.
+/// Largest size of a scene file, bytes: larger meshes belong in an OBJ file.
 pub const LARGEST_FILE: u64 = 4 << 20;
-/// Most bytes of all other files of a scene: OBJ and images.
+/// Largest total size of all other files of a scene, bytes: OBJ and images.
 pub const LARGEST_OTHER: u64 = 256 << 20;
-/// Most vertices of a scene, and most triangles.
+/// Largest number of vertices of a scene, and of triangles.
 pub const MOST: usize = 4 << 20;
 
-/// A scene as plain data, of which [`build`](Self::build) makes one that can be rendered.
+/// A scene as plain data; [`build`](Self::build) turns it into one that can be rendered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// Its name.
+    /// Name of the scene.
     pub name: String,
-    /// What rays see that meet nothing.
+    /// Environment: the radiance of rays that hit nothing.
     pub background: Environment,
-    /// Who looks.
+    /// Camera.
     pub camera: Camera,
     /// Surfaces by name.
     pub materials: Vec<(String, Surface)>,
-    /// What is there.
+    /// Objects of the scene.
     pub objects: Vec<Object>,
 }
 
-/// A part of a scene; materials by name.
+/// An object of a scene; materials by name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Object {
-    /// See [`SceneBuilder::rectangle`].
+    /// A rectangle: see [`SceneBuilder::rectangle`].
     Rectangle {
-        /// A corner.
+        /// One corner.
         corner: DVec3,
-        /// The edges that leave it.
+        /// Edges from that corner.
         edges: [DVec3; 2],
-        /// Of what it is.
+        /// Name of the material.
         material: String,
     },
-    /// See [`SceneBuilder::sphere`].
+    /// A sphere: see [`SceneBuilder::sphere`].
     Sphere {
         /// The sphere or zone.
         sphere: Sphere,
-        /// Of what it is.
+        /// Name of the material.
         material: String,
     },
-    /// See [`SceneBuilder::mesh`].
+    /// A mesh: see [`SceneBuilder::mesh`].
     Mesh {
-        /// The vertices that all its triangles share.
+        /// Vertices shared by all its triangles.
         vertices: Vec<DVec3>,
-        /// The triangles of each material.
+        /// Triangles of each material.
         triangles: Vec<(String, Vec<[u32; 3]>)>,
     },
 }
@@ -101,14 +101,14 @@ pub enum Object {
 /// A scene that was read from files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
-    /// What they say.
+    /// Contents of the files.
     pub description: Description,
-    /// The scene file.
+    /// Path of the scene file.
     pub path: PathBuf,
-    /// SHA-256 of its bytes and those of the files it names, each after its length: other scenes
-    /// have another.
+    /// SHA-256 of its bytes and those of the files it names, each after its length: different
+    /// scenes have different ones.
     pub digest: String,
-    /// Facts about the reading that a user should know, one line each, such as parts that were left
+    /// Notes about the reading that a user should know, one line each, such as parts that were left
     /// out.
     pub notes: Vec<String>,
 }
@@ -116,9 +116,8 @@ pub struct SceneFile {
 impl SceneFile {
     /// Reads a scene file and the files that it names.
     ///
-    /// # Errors
-    /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of what is
-    /// wrong in it.
+    /// [`Error::File`] if it cannot be read, [`Error::Scene`] with the file and line of the error
+    /// in it.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let bytes = read(path, LARGEST_FILE).map_err(Error::file("read", path))?;
         let file = path.display().to_string();
@@ -147,10 +146,10 @@ impl SceneFile {
     }
 }
 
-/// The bytes of an ordinary file of at most this size.
+/// Reads an ordinary file of at most this size.
 fn read(path: &Path, largest: u64) -> std::io::Result<Vec<u8>> {
     use std::io::{Error, ErrorKind};
-    // To open a pipe would wait for its writer.
+    // Opening a pipe would wait for its writer.
     if !std::fs::metadata(path)?.is_file() {
         return Err(Error::new(
             ErrorKind::InvalidInput,
@@ -171,19 +170,19 @@ fn read(path: &Path, largest: u64) -> std::io::Result<Vec<u8>> {
 }
 
 impl Description {
-    /// The scene that a text describes, under a name if it says none. OBJ files are looked for in
+    /// Parses a text into a scene, with this name if the text has none. OBJ files are looked for in
     /// the current folder.
     ///
     /// # Errors
-    /// [`Error::Scene`] with the line of what is wrong.
+    /// [`Error::Scene`] with the line of the error.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         Ok(Reading::of(&Source { file: name, text }, name, Path::new(""))?.0)
     }
 
-    /// The surface of a material.
+    /// Returns the surface of a material.
     ///
     /// # Errors
-    /// [`Error::Scene`] if there is none of this name.
+    /// [`Error::Scene`] if there is no material of this name.
     pub fn surface(&mut self, material: &str) -> Result<&mut Surface, Error> {
         let found = self.materials.iter().position(|(name, _)| name == material);
         match found {
@@ -201,10 +200,10 @@ impl Description {
         )
     }
 
-    /// The scene that can be rendered.
+    /// Builds the scene for rendering.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a material that is not there, and as [`SceneBuilder::build`] and
+    /// [`Error::Scene`] for an unknown material, and as [`SceneBuilder::build`] and
     /// [`Scene::check_details`].
     pub fn build(&self) -> Result<Scene, Error> {
         let mut scene = SceneBuilder::new(&self.name);

@@ -39,19 +39,19 @@ use crate::math::simd::Scalar;
 use lanes::SceneData;
 use specular_casters::Bodies;
 
-/// How a surface scatters, emits and, in the report's roulette, absorbs.
+/// Scattering, emission and, in the report's roulette, absorption of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// How it scatters light, on both sides unless it is glass.
+    /// Reflection model, on both sides unless it is glass.
     pub bsdf: Bsdf,
-    /// Radiance that its front emits; zero for most.
+    /// Radiance that its front emits; zero for most surfaces.
     pub emission: DVec3,
     /// α of section 2.6.2; used by the report's estimator only.
     pub absorption: f64,
 }
 
 impl Surface {
-    /// A surface that emits nothing and, in the report's roulette, absorbs nothing.
+    /// Creates a surface that emits nothing and, in the report's roulette, absorbs nothing.
     pub fn new(bsdf: Bsdf) -> Self {
         Self {
             bsdf,
@@ -60,23 +60,23 @@ impl Surface {
         }
     }
 
-    /// The same surface with emission.
+    /// Returns the surface with emission.
     pub fn emitting(self, emission: DVec3) -> Self {
         Self { emission, ..self }
     }
 
-    /// The same surface with absorption α.
+    /// Returns the surface with absorption α.
     pub fn absorbing(self, absorption: f64) -> Self {
         Self { absorption, ..self }
     }
 }
 
-/// One primitive's place in the scene.
+/// A primitive of the scene with its surface, emitter and object.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part {
     pub surface: u32,
     pub emitter: Option<u32>,
-    /// Which object it belongs to, in the order in which these were added, from 0.
+    /// Index of its object, in the order in which these were added, from 0.
     pub object: u32,
     pub shape: PartShape,
 }
@@ -90,7 +90,7 @@ pub(crate) enum PartShape {
 /// The shape of a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Geometry {
-    /// Its corners, counter-clockwise from the front.
+    /// Corners of a triangle, counter-clockwise from the front.
     Triangle([DVec3; 3]),
     /// A sphere or a zone of one.
     Sphere(Sphere),
@@ -103,9 +103,9 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
     parts: Vec<Part>,
-    /// Parts that were left out because others cover them, each with its place among all.
+    /// Parts left out because others cover them, each with its index among all.
     covered: Vec<(usize, Part)>,
-    /// How messages name the surfaces.
+    /// Names of the surfaces in messages.
     names: Vec<String>,
     emitters: Vec<Emitter>,
     light_groups: Groups,
@@ -116,68 +116,67 @@ pub struct Scene {
     bvh: Bvh,
     hull: Option<Hull>,
     offset: f64,
-    /// [`smallest_detail`](Scene::smallest_detail).
+    /// Value of [`smallest_detail`](Scene::smallest_detail).
     smallest: f64,
-    /// The pairs that coincide in single precision, once it was asked for.
+    /// First pair that coincides in single precision, computed on demand.
     in_singles: OnceLock<Option<Coincidence>>,
-    /// The scene as rays in lanes see it, in double and in single precision, once they have asked
-    /// for it.
+    /// Scene data for rays in lanes, in double and in single precision, computed on demand.
     for_lanes: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
 }
 
 impl Scene {
-    /// The scene's name.
+    /// Returns the scene's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The same scene seen by another camera.
+    /// Returns the scene seen by another camera.
     ///
     /// # Errors
-    /// [`Error::Scene`] for a camera that looks nowhere, or sees surfaces that
+    /// [`Error::Scene`] for an invalid camera, or one that sees surfaces that
     /// [coincide](SceneBuilder::build).
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         let extent = self.extent();
         SceneBuilder::of(self).build_from(camera, extent)
     }
 
-    /// The camera.
+    /// Returns the camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// The emitters that shadow rays can pick.
+    /// Returns the emitters that shadow rays can pick.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
 
-    /// The same in groups.
+    /// Returns the emitters in groups.
     pub fn light_groups(&self) -> &Groups {
         &self.light_groups
     }
 
-    /// Which of them is picked where no place decides.
+    /// Returns the distribution of emitters by flux, for picks that do not depend on a place.
     pub fn flux_picks(&self) -> &FluxPicks {
         &self.flux_picks
     }
 
-    /// The mirrors and glass by way of which shadow rays are sent.
+    /// Returns the specular casters: mirrors and glass through which shadow rays are connected.
     pub fn bodies(&self) -> &Bodies {
         &self.bodies
     }
 
-    /// What rays see that meet nothing.
+    /// Returns the environment: the radiance of rays that hit nothing.
     pub fn background(&self) -> &Environment {
         &self.background
     }
 
-    /// The surface of a hit.
+    /// Returns the surface of a hit.
     #[inline]
     pub fn surface(&self, hit: &Hit) -> &Surface {
         &self.surfaces[hit.surface as usize]
     }
 
-    /// Every triangle and sphere with its surface.
+    /// Iterates over all triangles and spheres with their surfaces.
     pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
         self.parts.iter().map(|part| {
             let geometry = match part.shape {
@@ -188,7 +187,7 @@ impl Scene {
         })
     }
 
-    /// The parts of which [`primitives`](Self::primitives) tells.
+    /// Returns the parts behind [`primitives`](Self::primitives).
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
     }
@@ -198,12 +197,12 @@ impl Scene {
         vertices.map(|v| self.vertices[v as usize])
     }
 
-    /// All surfaces, in the order of [`Hit::surface`].
+    /// Returns all surfaces, in the order of [`Hit::surface`].
     pub(crate) fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
 
-    /// The scene as rays in lanes of a precision see it, made when it is first asked for.
+    /// Returns the scene data for lanes of a precision, computed when first asked for.
     pub(crate) fn lane_data<T: Scalar>(&self) -> &SceneData<T> {
         let (double, single): (&dyn Any, &dyn Any) = (&self.for_lanes.0, &self.for_lanes.1);
         let data: &OnceLock<SceneData<T>> = double
@@ -213,7 +212,7 @@ impl Scene {
         data.get_or_init(|| SceneData::new(self))
     }
 
-    /// The acceleration structure.
+    /// Returns the acceleration structure.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
     }
@@ -222,12 +221,12 @@ impl Scene {
         self.hull.as_ref()
     }
 
-    /// The nearest hit along a ray with a unit direction.
+    /// Returns the nearest hit along a ray with a unit direction.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         Some(self.hit(ray, &self.bvh.closest(ray, f64::INFINITY)?))
     }
 
-    /// What a ray has met, from where.
+    /// Returns the hit of a ray on a primitive.
     #[inline]
     fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
@@ -253,8 +252,8 @@ impl Scene {
         }
     }
 
-    /// The radiance that an emitter shows to a ray of this direction that hit it; zero for its back
-    /// and for other surfaces.
+    /// Returns the radiance that an emitter emits towards the origin of a ray of this direction
+    /// that hit it; zero for its back and for other surfaces.
     #[inline]
     pub fn emitted(&self, hit: &Hit, direction: DVec3) -> DVec3 {
         match hit.emitter {
@@ -265,32 +264,32 @@ impl Scene {
         }
     }
 
-    /// The ray that leaves a hit in a direction, and what it meets.
+    /// Returns the ray that leaves a hit in a direction, and its hit.
     pub fn onward(&self, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
         let ray = self.leave(here.point, here.normal, direction);
         (ray, self.intersect(&ray))
     }
 
-    /// Whether nothing lies between a surface point with its unit normal and the background in a
+    /// Returns whether the background is visible from a surface point with its unit normal in a
     /// direction.
-    pub fn sees_background(&self, (point, normal): (DVec3, DVec3), direction: DVec3) -> bool {
+    pub fn sees_background(&self, point: DVec3, normal: DVec3, direction: DVec3) -> bool {
         self.is_open(&self.leave(point, normal, direction))
     }
 
-    /// Whether a ray meets nothing.
+    /// Returns whether a ray hits nothing.
     pub(crate) fn is_open(&self, ray: &Ray) -> bool {
         !self.bvh.occluded(ray, f64::INFINITY, |_| true)
     }
 
-    /// The ray that leaves a surface point with the given unit normal, from the side that
+    /// Returns the ray that leaves a surface point with the given unit normal, from the side that
     /// `direction` points to.
     #[inline]
     pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
         self.place(point, normal).leave(direction)
     }
 
-    /// A surface point with its unit normal, from which rays start at the height of [`OFFSET`], in
-    /// single precision of [`SINGLE_END`].
+    /// Returns a surface point with its unit normal, from which rays start at the height of
+    /// [`OFFSET`], in single precision of [`SINGLE_END`].
     #[inline]
     pub(crate) fn place<V: Vector>(&self, point: V, normal: V) -> Place<V> {
         Place {
@@ -300,35 +299,24 @@ impl Scene {
         }
     }
 
-    /// How far above every surface rays start in double precision.
+    /// Returns how far above every surface rays start in double precision.
     pub(crate) fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// The segment from one surface point with its unit normal to another, as a ray that ends at t
-    /// = 1.
-    #[inline]
-    pub(crate) fn segment(
-        &self,
-        (x, normal_x): (DVec3, DVec3),
-        (y, normal_y): (DVec3, DVec3),
-    ) -> Ray {
-        self.place(x, normal_x).segment(&self.place(y, normal_y))
-    }
-
-    /// The largest coordinate.
+    /// Returns the largest coordinate.
     pub(crate) fn extent(&self) -> f64 {
         self.offset / OFFSET
     }
 
-    /// The size of the smallest thing: the radius of a sphere, or the height of a zone if that is
-    /// less, or the second largest extent along the axes of triangles that hang together by their
+    /// Returns the size of the smallest detail: the radius of a sphere, or the height of a zone if
+    /// that is less, or the second largest extent along the axes of triangles connected by their
     /// vertices. Infinite without any.
     pub(crate) fn smallest_detail(&self) -> f64 {
         self.smallest
     }
 
-    /// The largest coordinate of a primitive.
+    /// Returns the largest coordinate of a primitive.
     fn reach(&self, part: &Part) -> f64 {
         match part.shape {
             PartShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
@@ -340,19 +328,18 @@ impl Scene {
         }
     }
 
-    /// Refuses a scene of which something is less than [`SMALLEST_DETAIL`] times the largest
-    /// coordinate: rays would leave it from so far above it that its shadows move. Scenes from
-    /// files pass it.
+    /// Refuses a scene with a detail smaller than [`SMALLEST_DETAIL`] times the largest coordinate:
+    /// rays would start so far above it that its shadows move. Scenes from files pass this check.
     ///
     /// # Errors
-    /// [`Error::Scene`] that says how to mend it.
+    /// [`Error::Scene`] with advice.
     pub fn check_details(&self) -> Result<(), Error> {
         let (extent, detail) = (self.extent(), self.smallest);
         if detail >= SMALLEST_DETAIL * extent {
             return Ok(());
         }
         let far = 0.5 * detail / SMALLEST_DETAIL;
-        // A sun: all else lies near.
+        // A distant light such as a sun: all else lies near.
         let beyond: Vec<_> = self
             .parts
             .iter()
@@ -397,7 +384,7 @@ impl Scene {
         Err(builder::invalid(&self.name, message))
     }
 
-    /// [`SINGLE_EDGE_MARGIN`] as a share of the least height of a triangle, at most
+    /// Returns [`SINGLE_EDGE_MARGIN`] as a fraction of the least height of a triangle, at most
     /// [`SINGLE_LARGEST_MARGIN`].
     pub(crate) fn single_edge_margin(&self, part: &Part) -> f64 {
         let PartShape::Triangle { vertices, .. } = part.shape else {
@@ -408,10 +395,10 @@ impl Scene {
         (SINGLE_EDGE_MARGIN * self.extent() / height).min(SINGLE_LARGEST_MARGIN)
     }
 
-    /// How far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of its reach,
-    /// and [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's coordinates, each
-    /// times the unit normal's and without sign, as rounding errors along the normal are; 0 for a
-    /// triangle in a coordinate plane.
+    /// Returns how far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of
+    /// its reach, plus [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's absolute
+    /// coordinates, each times that of the unit normal, as rounding errors along the normal are; 0
+    /// for a triangle in a coordinate plane.
     pub(crate) fn single_offset(&self, part: &Part) -> f64 {
         let reach = match &part.shape {
             PartShape::Triangle { vertices, normal } => self
@@ -424,19 +411,20 @@ impl Scene {
         SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.extent()
     }
 
-    /// Whether a primitive is of smooth glass.
+    /// Returns whether a primitive is of smooth glass.
     pub(crate) fn is_glass(&self, primitive: u32) -> bool {
         let surface = self.parts[primitive as usize].surface;
         self.surfaces[surface as usize].bsdf.is_glass()
     }
 
-    /// Whether the segment between two surface points with unit normals is free. Glass blocks it
-    /// unless `through_glass`.
+    /// Returns whether the segment between two surface points with unit normals is free. Glass
+    /// blocks it unless `through_glass`.
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
-        self.is_free(&self.segment(x, y), through_glass)
+        let [from, to] = [x, y].map(|(point, normal)| self.place(point, normal));
+        self.is_free(&from.segment(&to), through_glass)
     }
 
-    /// Whether nothing lies on a segment up to t = 1.
+    /// Returns whether nothing lies on a segment up to t = 1.
     pub(crate) fn is_free(&self, segment: &Ray, through_glass: bool) -> bool {
         let bvh = match &self.hull {
             Some(hull) if hull.holds(segment.origin) && hull.holds(segment.at(1.0)) => &hull.within,

@@ -10,13 +10,13 @@ use crate::error::Error;
 use crate::geometry::shape::Sphere;
 use crate::material::{Bsdf, OrenNayarForm};
 
-/// How light travels in the room and how it is shown.
+/// Convention of light transport and display in the room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Convention {
     /// Energy-consistent: the base of every statistical claim.
     #[default]
     Physical,
-    /// What the report's text describes.
+    /// Light transport as the report's text describes it.
     Report,
     /// A hypothesis about the program that made the published figure 6.
     Published,
@@ -29,7 +29,7 @@ pub const SIGMA: f64 = 0.3;
 /// Reflection coefficient of the room's surfaces: albedo = colour × this.
 const COEFFICIENT: f64 = 0.75;
 
-/// Where the white sphere is.
+/// The white sphere.
 pub const WHITE_SPHERE: Sphere = Sphere {
     centre: DVec3::new(0.0, 1.5, 0.0),
     radius: 1.5,
@@ -37,36 +37,36 @@ pub const WHITE_SPHERE: Sphere = Sphere {
     inward: false,
 };
 
-/// The colours of the walls.
+/// Colours of the walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Walls {
-    /// As in the report's figures.
+    /// Colours of the report's figures.
     #[default]
     Coloured,
     /// Grey of the same luminance each.
     Grey,
 }
 
-/// The report's final scene under a convention.
+/// Builds the report's final scene under a convention.
 ///
 /// # Errors
-/// None for the numbers above; the type is that of
+/// None for the numbers here; the type is that of
 /// [`SceneBuilder::build`](super::SceneBuilder::build).
 pub fn report(convention: Convention, form: OrenNayarForm) -> Result<Scene, Error> {
     report_with(convention, form, Walls::default())
 }
 
-/// [`report`] with walls of either kind.
+/// Builds the scene of [`report`] with walls of either kind.
 ///
 /// # Errors
-/// As [`report`].
+/// Those of [`report`].
 pub fn report_with(
     convention: Convention,
     form: OrenNayarForm,
     walls: Walls,
 ) -> Result<Scene, Error> {
     let white = match convention {
-        // The authors' white sphere never absorbs; its extra cosine is the estimator's doing.
+        // The authors' white sphere never absorbs; its extra cosine is in the estimator.
         Convention::Published => Bsdf::oren_nayar(DVec3::ONE, 0.0, form),
         Convention::Physical | Convention::Report => {
             Bsdf::oren_nayar(DVec3::splat(WHITE), SIGMA, form)
@@ -75,8 +75,8 @@ pub fn report_with(
     with_white_sphere(white, walls)
 }
 
-/// The report's final scene with any reflection model on the white sphere, and walls of either
-/// kind.
+/// Builds the report's final scene with any reflection model on the white sphere, and walls of
+/// either kind.
 ///
 /// # Errors
 /// A model that [`SceneBuilder::build`](super::SceneBuilder::build) refuses.
@@ -86,19 +86,19 @@ pub fn with_white_sphere(white: Bsdf, walls: Walls) -> Result<Scene, Error> {
     painted(room, walls)
 }
 
-/// The same room with Lambert albedo 0.5 for mirror and glass objects and 0.55 for the white
-/// sphere, for methods that handle only diffuse surfaces.
+/// Builds the report's room with Lambert albedo 0.5 for mirror and glass objects and 0.55 for the
+/// white sphere, for methods that support only diffuse surfaces.
 ///
 /// # Errors
-/// As [`report`].
+/// Those of [`report`].
 pub fn diffuse() -> Result<Scene, Error> {
     diffuse_with(Walls::default())
 }
 
-/// [`diffuse`] with walls of either kind.
+/// Builds the scene of [`diffuse`] with walls of either kind.
 ///
 /// # Errors
-/// As [`report`].
+/// Those of [`report`].
 pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
     painted(
         Description::parse("diffuse-room", include_str!("files/diffuse-room.toml"))?,
@@ -106,7 +106,7 @@ pub fn diffuse_with(walls: Walls) -> Result<Scene, Error> {
     )
 }
 
-/// The room with walls of either kind.
+/// Builds the room with walls of either kind.
 fn painted(mut room: Description, walls: Walls) -> Result<Scene, Error> {
     if walls == Walls::Grey {
         for wall in ["blue", "red", "green", "magenta", "cyan", "yellow"] {
@@ -120,7 +120,7 @@ fn painted(mut room: Description, walls: Walls) -> Result<Scene, Error> {
     room.build()
 }
 
-/// Luminance of a colour with the primaries of ITU-R BT.709.
+/// Returns the luminance of a colour with the primaries of ITU-R BT.709.
 fn luminance(colour: DVec3) -> f64 {
     0.2126 * colour.x + 0.7152 * colour.y + 0.0722 * colour.z
 }

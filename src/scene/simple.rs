@@ -1,4 +1,4 @@
-//! Small scenes whose answers are known, and the Cornell box: files, and what trials change of
+//! Small scenes with known answers, and the Cornell box: files, and the changes that trials make to
 //! them.
 
 use glam::DVec3;
@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::light::environment::Environment;
 use crate::material::Bsdf;
 
-/// The white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a
+/// Builds the white furnace: a Lambert sphere of albedo 1, a perfect mirror and a glass sphere in a
 /// uniform environment of radiance 1. Every pixel's expectation is exactly 1.
 ///
 /// # Errors
@@ -20,7 +20,7 @@ pub fn environment() -> Result<Scene, Error> {
     furnace_under(DVec3::ONE)
 }
 
-/// The same under a sky of any radiance, which is every pixel's expectation then.
+/// Builds the white furnace under a sky of any radiance, which is then every pixel's expectation.
 ///
 /// # Errors
 /// A radiance that is negative or not finite.
@@ -33,8 +33,8 @@ pub fn furnace_under(sky: DVec3) -> Result<Scene, Error> {
     .build()
 }
 
-/// A closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the radiance
-/// is 1/(1 − a) everywhere and in every direction.
+/// Builds a closed cube whose walls emit radiance 1 and reflect with the given albedo a < 1: the
+/// radiance is 1/(1 − a) everywhere and in every direction.
 ///
 /// # Errors
 /// An albedo outside [0, 1].
@@ -44,7 +44,7 @@ pub fn furnace_box(albedo: f64) -> Result<Scene, Error> {
     scene.build()
 }
 
-/// What the emitting cap of [`cavity_cap`] does with light that arrives.
+/// Reflection of the emitting cap of [`cavity_cap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cap {
     /// Reflects like the rest of the cavity.
@@ -53,10 +53,10 @@ pub enum Cap {
     Black,
 }
 
-/// Share of the cavity's area that the cap takes: all within 60° of the pole, (1 − cos 60°)/2.
+/// Fraction of the cavity's area that the cap takes: all within 60° of the pole, (1 − cos 60°)/2.
 pub const CAP_SHARE: f64 = 0.25;
 
-/// A spherical cavity of albedo ρ with a cap of radiance 1 around its upper pole. With f =
+/// Builds a spherical cavity of albedo ρ with a cap of radiance 1 around its upper pole. With f =
 /// [`CAP_SHARE`] the radiance off the cap is ρf/(1 − ρ) if the cap reflects, ρf/(1 − ρ(1 − f)) if
 /// it is black, the same everywhere and in every direction, because every point of a sphere sees
 /// every area of it under the same form factor.
@@ -76,12 +76,12 @@ pub fn cavity_cap(albedo: f64, cap: Cap) -> Result<Scene, Error> {
     scene.build()
 }
 
-/// A glass cube of index 1.5 in a uniform environment of radiance 1. Every pixel's expectation is
-/// exactly 1 from outside and 1.5² from inside, total internal reflection included.
+/// Builds a glass cube of index 1.5 in a uniform environment of radiance 1. Every pixel's
+/// expectation is exactly 1 from outside and 1.5² from inside, total internal reflection included.
 ///
 /// From inside that holds for directions within the critical angle, 41.8°, of some axis; in all
 /// others light is trapped and the radiance is 0. The inner camera looks along an axis, so that
-/// every pixel of a frame up to 4:3 can see out.
+/// every pixel of an image up to 4:3 can see out.
 ///
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
@@ -94,8 +94,8 @@ pub fn glass_cube(inside: bool) -> Result<Scene, Error> {
     scene.build()
 }
 
-/// The Cornell box: published dimensions in decimetres, three-channel albedos near the published
-/// spectra, an emitting rectangle just below the ceiling.
+/// Builds the Cornell box: published dimensions in decimetres, three-channel albedos near the
+/// published spectra, an emitting rectangle just below the ceiling.
 ///
 /// # Errors
 /// None for these numbers; the type is that of [`SceneBuilder::build`].
@@ -104,7 +104,7 @@ pub fn cornell() -> Result<Scene, Error> {
 }
 
 impl Description {
-    /// Makes a surface reflect by an albedo and, in the report's roulette, absorb the rest.
+    /// Sets a surface's albedo and, in the report's roulette, absorbs the rest.
     fn reflects(&mut self, material: &str, albedo: f64) -> Result<(), Error> {
         let surface = self.surface(material)?;
         (surface.bsdf, surface.absorption) = (
@@ -117,7 +117,7 @@ impl Description {
     }
 }
 
-/// The cube [−h, h]³ as one indexed mesh, fronts inside or outside.
+/// Adds the cube [−h, h]³ as one indexed mesh, fronts inside or outside.
 pub fn closed_cube(scene: &mut SceneBuilder, half: f64, inward: bool, surface: SurfaceId) {
     let (vertices, triangles) = cuboid(DVec3::splat(-half), DVec3::splat(half), inward);
     scene.mesh(&vertices, &triangles, surface);

@@ -1,4 +1,4 @@
-//! Closed opaque bodies, and which side of their faces the camera cannot see.
+//! Closed opaque bodies, and which side of their faces is hidden from the camera.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -9,28 +9,28 @@ use super::{Part, PartShape, Surface};
 use crate::geometry::bvh::Bvh;
 use crate::material::Bsdf;
 
-/// The primitives of a scene, among which those are looked for that coincide.
+/// Primitives of a scene that are searched for coincident ones.
 pub(super) struct Shapes<'a> {
     pub parts: &'a [Part],
     pub surfaces: &'a [Surface],
     pub vertices: &'a [DVec3],
     pub bvh: &'a Bvh,
     pub eye: DVec3,
-    /// The distance up to which surfaces coincide.
+    /// Distance up to which surfaces coincide.
     pub tolerance: f64,
-    /// Over more than this share of the way across their overlap.
+    /// Fraction of the way across their overlap over which they must be that near.
     pub share: f64,
 }
 
-/// Triangles whose edges close to bodies.
+/// Closed bodies of triangles.
 pub(super) struct Solids {
-    /// Each primitive's body, and the vector, ± its normal, to the side that this hides from the
-    /// camera.
+    /// Body of each primitive, and the vector, ± its normal, to the side that the body hides from
+    /// the camera.
     hidden: Vec<Option<(u32, DVec3)>>,
 }
 
-/// An edge between two vertices, the lower index first, of a triangle that runs along it or,
-/// negative, against it.
+/// Edge between two vertices, the lower index first, of a triangle that runs along it or, negative,
+/// against it.
 #[derive(Clone, Copy)]
 struct Edge {
     ends: [u32; 2],
@@ -39,19 +39,19 @@ struct Edge {
     sign: i32,
 }
 
-/// What the triangles of a body sum up to.
+/// Sums over the triangles of a body.
 #[derive(Default)]
 struct Sums {
-    /// Whether there are edges with triangles on one side only, or triangles that light passes.
+    /// Whether there are edges with triangles on one side only, or triangles that transmit light.
     is_open: bool,
     area: f64,
     /// Six times the volume, negative if the fronts are inside.
     volume: f64,
-    /// The solid angle around the camera: ±4π if it is inside.
+    /// Solid angle around the camera: ±4π if it is inside.
     angle: f64,
 }
 
-/// Sets of numbers, each the tree below a number that is its own link.
+/// Union-find: the set of a number is the tree below a number that is its own link.
 struct Sets(Vec<u32>);
 
 impl Sets {
@@ -74,7 +74,7 @@ impl Sets {
 }
 
 impl Solids {
-    /// The bodies of a scene.
+    /// Finds the bodies of a scene.
     pub fn new(shapes: &Shapes) -> Self {
         let mut vertices = welded(shapes);
         let mut edges = Vec::with_capacity(3 * shapes.parts.len());
@@ -102,7 +102,8 @@ impl Solids {
         edges.sort_unstable_by_key(|edge| (edge.ends, edge.object, edge.triangle));
         let mut bodies = Sets::new(shapes.parts.len());
         let is_closed = |edges: &[Edge]| edges.iter().map(|edge| edge.sign).sum::<i32>() == 0;
-        // Edges that close within an object leave those of others that touch it there alone.
+        // Edges that close within an object are not matched with those of others that touch it
+        // there.
         let of_object = edges.chunk_by(|a, b| (a.ends, a.object) == (b.ends, b.object));
         let (closed, left): (Vec<&[Edge]>, Vec<&[Edge]>) =
             of_object.partition(|edges| is_closed(edges));
@@ -133,7 +134,7 @@ impl Solids {
             let volume = a.dot(b.cross(c));
             let [x, y, z] = [a, b, c].map(DVec3::length);
             body.volume += volume;
-            // van Oosterom and Strackee 1983.
+            // Solid angle by van Oosterom and Strackee 1983.
             body.angle +=
                 2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
         }
@@ -151,16 +152,16 @@ impl Solids {
         }
     }
 
-    /// The closed opaque body to which a triangle belongs, if any, and the vector, ± its normal, to
-    /// the side that this hides from the camera.
+    /// Returns the closed opaque body to which a triangle belongs, if any, and the vector, ± its
+    /// normal, to the side that the body hides from the camera.
     pub fn of(&self, part: u32) -> Option<(u32, DVec3)> {
         self.hidden[part as usize]
     }
 }
 
 impl Sums {
-    /// 1 if the fronts of a closed body are not seen, -1 if the backs are not; `None` for what is
-    /// open, or as thin as surfaces that coincide.
+    /// Returns 1 if the fronts of a closed body are hidden, -1 if the backs are; `None` for an open
+    /// body, or one as thin as surfaces that coincide.
     fn hidden(&self, tolerance: f64) -> Option<f64> {
         let is_thin = self.volume.abs() <= 6.0 * tolerance * self.area;
         let turns = (self.angle / (4.0 * PI)).round();
@@ -170,14 +171,14 @@ impl Sums {
     }
 }
 
-/// The vertices, those joined that lie in one place.
+/// Joins the vertices that lie in one place.
 fn welded(shapes: &Shapes) -> Sets {
     let cell = 4.0 * shapes.tolerance;
     let mut sets = Sets::new(shapes.vertices.len());
     let mut first = HashMap::new();
     for (i, vertex) in (0..).zip(shapes.vertices) {
-        // The cells of a grid that a small cube around the vertex meets: one, or more where it lies
-        // at their bounds.
+        // The cells of a grid that a small cube around the vertex meets: one, or several where it
+        // lies at their bounds.
         let ends = [-0.25, 0.25].map(|aside| (*vertex / cell + aside).floor().to_array());
         for corner in 0..8 {
             let key = [0, 1, 2].map(|axis| ends[corner >> axis & 1][axis] as i64);

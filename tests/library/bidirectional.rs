@@ -402,7 +402,8 @@ fn passes_fill_whole_films_only() {
         render_passes(
             &scene,
             &bdpt,
-            (Numbers::Independent, 1),
+            Numbers::Independent,
+            1,
             &mut film,
             0..3,
             &|_| true
@@ -414,7 +415,8 @@ fn passes_fill_whole_films_only() {
         render_passes(
             &scene,
             &bdpt,
-            (Numbers::Independent, 1),
+            Numbers::Independent,
+            1,
             &mut film,
             3..9,
             &|_| false
@@ -435,7 +437,8 @@ fn passes_fill_whole_films_only() {
         render_passes(
             &scene,
             &bdpt,
-            (Numbers::Independent, 1),
+            Numbers::Independent,
+            1,
             &mut part,
             0..1,
             &|_| true

@@ -284,11 +284,11 @@ pub fn passes<E: ImageEstimator>(
 ) -> Result<Film, Error> {
     let mut film = Film::new(frame, None, 1)?;
     for range in ranges {
-        let numbers = (Numbers::Independent, master());
         assert!(render_passes(
             scene,
             estimator,
-            numbers,
+            Numbers::Independent,
+            master(),
             &mut film,
             range.clone(),
             &|_| true

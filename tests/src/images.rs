@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
+use whitefurnace::harness::welch_map::{PixelStatistics, Skewed, image_mean, map};
 use whitefurnace::integrator::{Report, Whitted};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
@@ -115,8 +115,12 @@ fn with_path<E: Estimator>(
 
 /// Tests the means of two images for equality within a relative margin.
 pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
-    let [(sa, ka), (sb, kb)] = [a, b].map(|c| (c.statistics(), &c.skewness[..]));
-    image_mean(name, (&sa, ka), (&sb, kb), margin)
+    let statistics = [a, b].map(Levels::statistics);
+    let side = |i: usize| Skewed {
+        statistics: &statistics[i],
+        skewness: &[a, b][i].skewness,
+    };
+    image_mean(name, side(0), side(1), margin)
 }
 
 /// The outcome of an estimator whose values no film can hold.

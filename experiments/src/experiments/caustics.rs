@@ -239,7 +239,8 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
             let complete = render_passes(
                 scene,
                 &sppm,
-                (Numbers::Independent, seed),
+                Numbers::Independent,
+                seed,
                 &mut film,
                 0..samples,
                 &on,

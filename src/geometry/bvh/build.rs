@@ -1,4 +1,4 @@
-//! How the hierarchy is built: by the surface-area heuristic.
+//! Construction of the hierarchy by the surface-area heuristic.
 
 use std::array::from_fn;
 
@@ -6,12 +6,13 @@ use glam::DVec3;
 
 use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
 
-/// Below this depth nodes split at the median, so that depth stays within the stack: a median level
-/// divides by eight, and eleven of them tell apart more primitives than there are numbers for.
+/// Depth below which nodes split at the median, so that depth stays within the stack: a median
+/// level divides by eight, and eleven of them separate more primitives than 32-bit indices can
+/// number.
 const SORTED_DEPTH: u32 = 6;
 
-/// By how much boxes are widened, relative to the largest coordinate of all, 2⁻⁴⁸: rays along an
-/// axis drift across it by much less (`crate::geometry::bvh::TINY`).
+/// Widening of boxes relative to the largest coordinate of all, 2⁻⁴⁸: rays along an axis drift
+/// across it by much less (`crate::geometry::bvh::TINY`).
 const DRIFT: f64 = 1.0 / 281_474_976_710_656.0;
 
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +68,8 @@ impl Bvh {
         Self::of(primitives, |_| true)
     }
 
-    /// The same over those for which `takes` holds; all keep their places in the list.
+    /// Builds the hierarchy over the primitives for which `takes` holds; all keep their indices in
+    /// the list.
     pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
         let mut items: Vec<(Bounds, u32)> = all
@@ -142,7 +144,7 @@ impl Bvh {
     }
 }
 
-/// The largest single-precision number that is not above x.
+/// Returns the largest single-precision number that is not above x.
 pub(super) fn rounded_down(x: f64) -> f32 {
     let rounded = x as f32;
     if f64::from(rounded) > x {
@@ -152,8 +154,8 @@ pub(super) fn rounded_down(x: f64) -> f32 {
     }
 }
 
-/// Divides items among at most [`WIDTH`] parts, each time the part with the largest area that is
-/// too large for a leaf.
+/// Divides items into at most [`WIDTH`] parts, each time splitting the part with the largest area
+/// that is too large for a leaf.
 fn split(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
     let area = |part: &[(Bounds, u32)]| {
         let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
@@ -191,7 +193,8 @@ fn sort_along(items: &mut [(Bounds, u32)], axis: usize) {
     items.sort_unstable_by(|a, b| centre(a).total_cmp(&centre(b)).then(a.1.cmp(&b.1)));
 }
 
-/// Sorts along the axis of the cheapest split by the surface-area heuristic; returns its place.
+/// Sorts along the axis of the cheapest split by the surface-area heuristic; returns the position
+/// of the split.
 fn sort_at_best_split(items: &mut [(Bounds, u32)]) -> usize {
     let mut best = (f64::INFINITY, 0, items.len() / 2);
     let mut right_areas = vec![0.0; items.len()];

@@ -1,10 +1,10 @@
 //! A bounding volume hierarchy with eight children per node. A ray is tested against the boxes of
 //! all children at once, and against all triangles of a leaf.
 //!
-//! Why our own: the crates at hand answer hits in single precision, which a furnace of ten thousand
-//! bounces and a watertight room cannot use. Boxes here are single precision too, but only as a
-//! filter: they are rounded outward and tested with a margin that covers the rounding of the ray,
-//! so no primitive that the double-precision test would hit is ever skipped.
+//! Existing crates return hits in single precision, which a furnace of ten thousand bounces and a
+//! watertight room cannot use. Boxes here are single precision too, but only as a filter: they are
+//! rounded outward and tested with a margin that covers the rounding of the ray, so no primitive
+//! that the double-precision test would hit is ever skipped.
 
 mod build;
 mod packet;
@@ -19,7 +19,7 @@ use crate::math::simd::{EightSingles, FOUR, Four, LANES, Wide};
 pub(crate) use packet::Nearest;
 pub use packet::{PacketHit, PacketStack};
 
-/// What rays can hit.
+/// A primitive that rays can hit.
 #[derive(Clone, Copy, Debug)]
 pub enum Primitive {
     /// A triangle by its vertices.
@@ -28,10 +28,10 @@ pub enum Primitive {
     Sphere(Sphere),
 }
 
-/// The nearest hit on a primitive.
+/// Nearest hit on a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimitiveHit {
-    /// Which primitive, by its place in the list that the hierarchy was built from.
+    /// Index of the primitive in the list that the hierarchy was built from.
     pub primitive: u32,
     /// t of (1).
     pub t: f64,
@@ -40,8 +40,8 @@ pub struct PrimitiveHit {
 }
 
 impl PrimitiveHit {
-    /// This hit or a nearer one on another primitive. Of two at the same distance it is the one
-    /// that comes first in the list, in whatever order they are tested.
+    /// Returns this hit or a nearer one on another primitive. Of two at the same distance the one
+    /// that comes first in the list wins, in whatever order they are tested.
     #[inline]
     fn or(self, primitive: u32, hit: TriangleHit) -> Self {
         if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
@@ -56,7 +56,7 @@ impl PrimitiveHit {
     }
 }
 
-/// Where a ray meets a sphere, told as of a triangle.
+/// Returns the hit of a ray on a sphere in the form of a triangle's.
 #[inline]
 pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
     TriangleHit {
@@ -65,13 +65,13 @@ pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit
     }
 }
 
-/// Up to [`WIDTH`] children.
+/// A node with up to [`WIDTH`] children.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Node {
-    /// `planes[axis][0]` are the children's lower bounds, `planes[axis][1]` the upper ones.
+    /// Bounds of the children: `planes[axis][0]` lower, `planes[axis][1]` upper.
     planes: [[[f32; WIDTH]; 2]; 3],
-    /// Twice the place of a node, or of a leaf and one more.
+    /// Twice the index of a node, or twice that of a leaf plus one.
     children: [u32; WIDTH],
     child_count: usize,
 }
@@ -80,28 +80,28 @@ struct Node {
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Leaf {
-    /// Triangles by vertex and coordinate. In places that are left over is the first once more.
+    /// Triangles by vertex and coordinate. Unused places repeat the first.
     vertices: [[[f64; LEAF]; 3]; 3],
-    /// Their places in the original list.
+    /// Indices of the triangles in the original list.
     triangles: [u32; LEAF],
     triangle_count: usize,
-    /// The first of the spheres, and how many.
+    /// Index of the first sphere, and number of spheres.
     spheres: (u32, u32),
 }
 
-/// Most children of a node.
+/// Largest number of children of a node.
 const WIDTH: usize = LANES;
-/// Most primitives in a leaf.
+/// Largest number of primitives in a leaf.
 const LEAF: usize = FOUR;
-/// Seven siblings wait per level, so this suffices for 18 levels: the hierarchy has fewer
-/// (`build::SORTED_DEPTH`).
+/// Size of the traversal stack. Seven siblings wait per level, so this suffices for 18 levels: the
+/// hierarchy has fewer (`build::SORTED_DEPTH`).
 const STACK: usize = 128;
 /// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a
 /// margin of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
-/// What a component of a direction is at least, relative to the largest: 0 would give 0 · ∞. Rays
-/// from near the origin, whose coordinates have no rounding to allow for, thereby leave planes in
-/// which boxes end, so boxes are wider (`build::DRIFT`).
+/// Least component of a direction, relative to the largest: 0 would give 0 · ∞. Rays from near the
+/// origin, whose coordinates need no rounding margin, thereby drift across planes in which boxes
+/// end, so boxes are widened (`build::DRIFT`).
 const TINY: f32 = 1e-18;
 /// Rounding of the slab arithmetic, relative: a bound on 2γ₃ of Ize, JCGT 2(2), 2013.
 const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
@@ -111,12 +111,12 @@ const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 pub struct Bvh {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// In the order of the leaves, each with its place in the original list.
+    /// Spheres in the order of the leaves, each with its index in the original list.
     spheres: Vec<(u32, Sphere)>,
 }
 
 impl Leaf {
-    /// Where a ray meets its triangles.
+    /// Returns the nearest hit of a ray on the leaf's triangles, one lane each.
     #[inline]
     fn hit(&self, shear: &Shear<Four>) -> TriangleHit<Four> {
         let vertex = |i: usize| [0, 1, 2].map(|axis| Four::of_lanes(self.vertices[i][axis]));
@@ -126,7 +126,7 @@ impl Leaf {
 }
 
 impl Bvh {
-    /// The nearest hit with 0 < t < `t_max`.
+    /// Returns the nearest hit with 0 < t < `t_max`.
     pub fn closest(&self, ray: &Ray, t_max: f64) -> Option<PrimitiveHit> {
         let shear = Shear::new(ray).splat();
         let mut nearest = PrimitiveHit {
@@ -159,7 +159,7 @@ impl Bvh {
         (nearest.t < t_max).then_some(nearest)
     }
 
-    /// Whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
+    /// Returns whether any primitive for which `blocks` holds is hit with 0 < t < `t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, t_max: f64, blocks: impl Fn(u32) -> bool) -> bool {
         let shear = Shear::new(ray).splat();
@@ -177,8 +177,8 @@ impl Bvh {
         occluded
     }
 
-    /// Calls `each` for the primitives, by their places in the list, whose boxes meet the box from
-    /// `low` to `high`, and for some of their neighbours.
+    /// Calls `each` with the indices of the primitives whose boxes meet the box from `low` to
+    /// `high`, and of some of their neighbours.
     pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32)) {
         let (low, high) = (
             low.to_array().map(build::rounded_down),
@@ -215,11 +215,11 @@ impl Bvh {
         &self.spheres[first as usize..][..count as usize]
     }
 
-    /// Calls `leaf` for the leaves that the ray may meet, near ones first. It returns the
-    /// distance beyond which nothing matters any more, or `None` to stop.
+    /// Calls `leaf` for the leaves that the ray may meet, near ones first. It returns the distance
+    /// beyond which hits no longer matter, or `None` to stop.
     #[inline]
     fn traverse(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
-        // Of a single leaf no box saves anything.
+        // With a single leaf, testing boxes saves nothing.
         if let [all] = &self.leaves[..] {
             leaf(all);
             return;
@@ -264,8 +264,8 @@ impl Bvh {
     }
 }
 
-/// A ray as the box test sees it. Near planes are tested from an origin moved towards them and far
-/// planes from one moved away, by a bound on the origin's rounding.
+/// A ray prepared for the box test. Near planes are tested from an origin moved towards them and
+/// far planes from one moved away, by a bound on the origin's rounding.
 struct Slabs {
     near_origin: [EightSingles; 3],
     far_origin: [EightSingles; 3],
@@ -295,7 +295,8 @@ impl Slabs {
         }
     }
 
-    /// Entry distances of the boxes, and a bit for each box that the ray meets before `limit`.
+    /// Returns the entry distances of the boxes, and a bit for each box that the ray meets before
+    /// `limit`.
     #[inline]
     fn intersect(&self, node: &Node, limit: f32) -> (EightSingles, u32) {
         let (mut near, mut far) = (EightSingles::splat(0.0), EightSingles::all(limit));
@@ -310,7 +311,7 @@ impl Slabs {
     }
 }
 
-/// A number above the distance that was rounded to x, with the slabs' relative margin.
+/// Returns a bound above the distance that was rounded to x, with the slabs' relative margin.
 #[inline]
 fn rounded_up(x: f32) -> f32 {
     x * SLAB_MARGIN

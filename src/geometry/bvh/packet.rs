@@ -1,7 +1,8 @@
-//! Several rays that go through the hierarchy together, each with the same answer as alone.
+//! Packet traversal: several rays go through the hierarchy together, each with the same result as
+//! alone.
 //!
-//! A node is visited if any of them may meet it. Then the box of each of its children, and each
-//! primitive of a leaf, is tested against all of them at once.
+//! A node is visited if any ray may meet it. Then the box of each of its children, and each
+//! primitive of a leaf, is tested against all rays at once.
 
 use std::array::from_fn;
 
@@ -11,41 +12,41 @@ use crate::geometry::watertight::{LaneShear, Shear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{LANES, Lanes, Scalar, Wide};
 
-/// The nearest hits of several rays.
+/// Nearest hits of several rays.
 #[derive(Clone, Copy, Debug)]
 pub struct PacketHit<R: Real = Lanes, const N: usize = LANES> {
-    /// The lanes whose ray has hit something.
+    /// Lanes whose ray has hit something.
     pub met: R::Mask,
-    /// Which primitive, by its place in the list that the hierarchy was built from; 0 in other
-    /// lanes.
+    /// Index of the primitive in the list that the hierarchy was built from; 0 in other lanes.
     pub primitive: [u32; N],
-    /// t of (1), infinite in other lanes.
+    /// Distance t of (1), infinite in other lanes.
     pub t: R,
     /// Barycentric weights of a triangle's vertices; zero for spheres.
     pub weights: [R; 3],
 }
 
-/// What several rays have hit so far.
+/// Nearest hits of several rays so far.
 pub(crate) struct Nearest<R> {
     primitive: R,
     t: R,
     weights: [R; 3],
 }
 
-/// Children that wait to be visited: where the rays enter their boxes, and which they are. One
-/// buffer serves all packets.
+/// Traversal stack of a packet: children still to be visited, with the distances at which the rays
+/// enter their boxes. One buffer serves all packets.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct PacketStack<const N: usize = LANES> {
-    /// Where the first ray that meets a box enters it, which orders the children of a node.
+    /// Distance at which the first ray that meets a box enters it, which orders the children of a
+    /// node.
     nearest: [f32; STACK],
     entered: [[f32; N]; STACK],
     children: [u32; STACK],
 }
 
-/// Rays as the box test sees them, as [`crate::geometry::bvh::Slabs`] of each.
+/// Rays prepared for the box test, lane by lane as in [`crate::geometry::bvh::Slabs`].
 struct Slabs<S> {
-    /// What the planes at the low ends are seen from, and those at the high ends.
+    /// Origins for the planes at the low ends, and for those at the high ends.
     origins: [[S; 3]; 2],
     inverse: [S; 3],
 }
@@ -60,8 +61,8 @@ impl<R: Real> Nearest<R> {
         }
     }
 
-    /// Takes the hits on other primitives where they are nearer. Of two at the same distance it is
-    /// the one that comes first in the list, in whatever order they are tested.
+    /// Takes the hits on other primitives where they are nearer. Of two at the same distance the
+    /// one that comes first in the list wins, in whatever order they are tested.
     #[inline]
     pub fn or(&mut self, primitive: R, hit: &TriangleHit<R>) {
         let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
@@ -70,7 +71,7 @@ impl<R: Real> Nearest<R> {
         self.weights = from_fn(|i| R::choose(nearer, hit.weights[i], self.weights[i]));
     }
 
-    /// The hits of the `active` lanes.
+    /// Returns the hits of the `active` lanes.
     #[inline]
     pub fn of<const N: usize>(&self, active: R::Mask) -> PacketHit<R, N>
     where
@@ -99,7 +100,7 @@ impl<const N: usize> Default for PacketStack<N> {
 }
 
 impl Bvh {
-    /// [`closest`](Self::closest) for each ray of the `active` lanes, without limit.
+    /// Returns [`closest`](Self::closest) for each ray of the `active` lanes, without limit.
     #[inline]
     pub fn closest_of_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -124,8 +125,8 @@ impl Bvh {
         nearest.of(active)
     }
 
-    /// [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes; no in other
-    /// lanes.
+    /// Returns [`occluded`](Self::occluded) up to t = 1 for each segment of the `active` lanes;
+    /// false in other lanes.
     #[inline]
     pub fn occluded_of_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -148,8 +149,8 @@ impl Bvh {
         active & !free
     }
 
-    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns the distances
-    /// beyond which nothing matters to a ray any more.
+    /// Calls `leaf` for the leaves that any ray may meet, near ones first. It returns for each ray
+    /// the distance beyond which hits no longer matter.
     #[inline]
     fn traverse_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -202,7 +203,7 @@ impl Bvh {
 }
 
 impl Leaf {
-    /// Where rays meet one of its triangles.
+    /// Returns the hits of the rays on one of the leaf's triangles.
     #[inline]
     fn hit_of_packet<R: Wide<N>, const N: usize>(
         &self,
@@ -215,7 +216,7 @@ impl Leaf {
     }
 }
 
-/// The distances beyond which nothing matters; none matters where `lanes` says no.
+/// Returns the distances beyond which hits no longer matter; −∞ in lanes that are not in `lanes`.
 #[inline]
 fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
     let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
@@ -239,8 +240,8 @@ impl<S: Real> Slabs<S> {
         }
     }
 
-    /// Where the rays enter the box of a child, and a bit for each ray that does so before its
-    /// limit.
+    /// Returns the distances at which the rays enter the box of a child, and a bit for each ray
+    /// that enters it before its limit.
     #[inline(always)]
     fn intersect<const N: usize>(&self, node: &Node, slot: usize, limits: S) -> (S, u32)
     where

@@ -15,30 +15,31 @@ use crate::harness::roundoff::{LARGEST_BOUND, Rounding};
 use crate::harness::tails::binomial_sf;
 use crate::harness::trial::Context;
 
-/// Samples by which it is found how far rounding moves integrals.
+/// Number of samples that measure how far rounding moves integrals.
 const PROBES: usize = 2000;
-/// The chance that samples which rounding put onto the horizon are taken for forbidden ones: a
-/// thousandth of a share.
+/// Probability that samples which rounding put onto the horizon are taken for forbidden ones: a
+/// thousandth of a trial's share of the error budget.
 const HORIZON_LEVEL: f64 = 1e-12;
 
-/// Cells that show what a few cannot: a ring for the whole of a lobe.
+/// Number of cells of the fine chi-square, which shows what few cells cannot: a ring around a whole
+/// lobe.
 const MANY: usize = 128;
-/// Their share of the level of the chi-square: so little that the few cells tell what they would
-/// tell alone.
+/// Fraction of the chi-square's level given to the fine cells: so little that the few cells decide
+/// as they would alone.
 const SHARE_OF_MANY: f64 = 1e-3;
 
-/// What the precision of a subject does to its integrals for one outgoing direction.
+/// Effect of the subject's precision on its integrals for one outgoing direction.
 struct Blur {
     rounding: Rounding,
     /// Sampled directions, each with the relative error of f cos and of the pdf that rounding
-    /// explains there; none in double precision.
+    /// explains there; empty in double precision.
     probes: Vec<(DVec3, f64)>,
-    /// The mean of these errors.
+    /// Mean of these errors.
     mean: f64,
 }
 
 impl Blur {
-    /// By the conditioning at samples of the subject.
+    /// Estimates the errors from the conditioning at samples of the subject.
     fn new(
         subject: &BsdfSubject,
         wo: DVec3,
@@ -51,7 +52,7 @@ impl Blur {
             .map(|s| {
                 let pdf = rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
                 let f_cos = rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
-                // Where light is zero beside a pdf, it is zero with any rounding.
+                // A zero f beside a positive pdf is zero with any rounding.
                 let f_cos = if subject.eval(wo, s.wi) == 0.0 {
                     0.0
                 } else {
@@ -71,18 +72,18 @@ impl Blur {
         }
     }
 
-    /// How exactly integrals of size about one can be known.
+    /// Returns how accurately integrals of size about one can be known.
     fn known(&self) -> f64 {
         MASS_TOLERANCE + self.mean
     }
 
-    /// The outcome, unless rounding might hide half a slip of one percent: then it says nothing.
+    /// Returns the outcome, or an undecided one if rounding might hide an error of half a percent.
     fn judged(&self, outcome: Outcome) -> Outcome {
         if self.mean <= 0.5 * LARGEST_BOUND {
             return outcome;
         }
         let why = format!(
-            "in {} values are off by {:.1e} and more for rounding alone",
+            "in {} rounding alone explains errors of {:.1e} and more",
             self.rounding.words(),
             self.mean
         );
@@ -90,21 +91,21 @@ impl Blur {
     }
 }
 
-/// The mean of some numbers; 0 of none.
+/// Returns the mean of the numbers; 0 if there are none.
 fn mean_of(numbers: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = numbers.fold((0.0, 0), |(sum, count), number| (sum + number, count + 1));
     sum / f64::from(count.max(1))
 }
 
-/// The weights of samples, and the same with a control variate for those that are lost.
+/// Weights of samples, plain and with a control variate for lost samples.
 struct Weights {
     plain: Values,
-    /// A lost sample counts as the mean weight of the others, less what such samples bring in the
-    /// mean.
+    /// A lost sample counts as the mean weight of the others, minus the expected contribution of
+    /// such samples.
     controlled: Values,
-    /// The mean weight of samples that are not lost.
+    /// Mean weight of the samples that are not lost.
     kept: f64,
-    /// The probability of a loss.
+    /// Probability of a loss.
     loss: f64,
 }
 
@@ -125,8 +126,9 @@ impl Weights {
             .push(weight.unwrap_or(self.kept) - self.kept * self.loss);
     }
 
-    /// The values whose mean is the albedo. That as many are lost as the pdf says is tested apart
-    /// from them; where a few are, they alone would make plain weights too skewed for a test.
+    /// Returns the values whose mean is the albedo. The number of lost samples is tested
+    /// separately; where it is small, those few alone would make plain weights too skewed for a
+    /// test.
     fn values(self, rounding: Rounding, lost: u64) -> Values {
         let controlled = lost > 0 && self.kept.is_finite() && self.plain.moments.variance() > 0.0;
         let better = rounding.is_coarse() || self.plain.valid_from() > self.plain.moments.count();
@@ -138,7 +140,7 @@ impl Weights {
     }
 }
 
-/// The checks for one outgoing direction, `degrees` from the normal.
+/// Runs the checks for one outgoing direction, `degrees` from the normal.
 pub fn at_direction(
     subject: &BsdfSubject,
     size: &CheckUp,
@@ -158,7 +160,7 @@ pub fn at_direction(
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
         let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.number(u)));
-        // A lost sample carries nothing, and counts.
+        // A lost sample has weight 0, and counts.
         weights.push(sample.map(|s| s.weight));
         sample.map(|s| s.wi)
     };
@@ -222,7 +224,7 @@ pub fn at_direction(
         .collect()
 }
 
-/// The grid of the pdf's quantiles on which samples are counted.
+/// Returns the grid of the pdf's quantiles on which samples are counted.
 fn fields(subject: &BsdfSubject, wo: DVec3, blur: &Blur) -> Partition {
     let pdf = |wi| subject.pdf(wo, wi);
     if blur.rounding.is_coarse() {
@@ -232,8 +234,8 @@ fn fields(subject: &BsdfSubject, wo: DVec3, blur: &Blur) -> Partition {
     }
 }
 
-/// About so many cells of nearly equal probability. In single precision their probabilities may be
-/// off by what rounding of the pdf explains, and by what it leaves of the quadrature's error.
+/// Gathers the fields into about `cells` cells of nearly equal probability. In single precision
+/// their probabilities may be off by the pdf's rounding and by the remaining quadrature error.
 fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
     let mut partition = fields.gathered(cells);
     if blur.rounding.is_coarse() {
@@ -253,7 +255,7 @@ fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
     partition
 }
 
-/// Chi-square over few cells, whose probabilities are told to [`CELL_DELTA`], and over many.
+/// Tests samples by chi-square over few cells, each probability to [`CELL_DELTA`], and over many.
 fn histogram(
     name: &str,
     fields: &Partition,
@@ -267,8 +269,7 @@ fn histogram(
     };
     let [few, many] = [over(cells), over(MANY)];
     let p = (few.p / (1.0 - SHARE_OF_MANY)).min(1.0);
-    // Where too many samples ask more of the probabilities than quadrature knows, the few cells
-    // judge alone.
+    // Where there are too many samples for the quadrature's accuracy, the few cells judge alone.
     let finer = many.p / SHARE_OF_MANY;
     if many.valid_from <= many.n && finer < p {
         Outcome {
@@ -281,7 +282,7 @@ fn histogram(
     }
 }
 
-/// Whether more samples lie on the horizon without a pdf than the pdf has near it.
+/// Returns whether more samples lie on the horizon without a pdf than the pdf has near it.
 fn more_than_rounding_explains(
     subject: &BsdfSubject,
     wo: DVec3,
@@ -318,15 +319,16 @@ fn mass(subject: &BsdfSubject, wo: DVec3, name: &str, blur: &Blur) -> Outcome {
     Outcome::exact(name, 1, nan_or(integral.value, error), blur.known(), worst)
 }
 
-/// The directional albedo by quadrature.
+/// Directional albedo by quadrature.
 #[derive(Clone, Copy)]
 struct Albedo<'a> {
     value: f64,
     blur: &'a Blur,
 }
 
-/// The mean weight is the albedo, as far as that is known. Weights that do not vary are right if by
-/// quadrature, too, f cos/pdf is the same for all directions; then each of them must be the albedo.
+/// Checks that the mean weight is the albedo, as far as that is known. Constant weights are right
+/// if quadrature, too, finds f cos/pdf the same for all directions; then each of them must be the
+/// albedo.
 fn furnace(
     subject: &BsdfSubject,
     wo: DVec3,
@@ -340,7 +342,7 @@ fn furnace(
         blur,
     } = albedo;
     let deviation = |wi| {
-        // f cos/pdf − albedo, weighted by the pdf; where there is no pdf, there must be no light.
+        // f cos/pdf − albedo, weighted by the pdf; where the pdf is zero, f must be zero.
         (subject.f_cos(wo, wi) - albedo * subject.pdf(wo, wi)).abs()
     };
     let known = blur.known();
@@ -355,7 +357,7 @@ fn furnace(
     let estimate = values.moments.mean();
     if spread <= least * albedo && constant().value <= 2.0 * known {
         if coarse {
-            // All weights are the same but for rounding, and their mean is known to less than that.
+            // All weights are equal up to rounding, and their mean is known to less than that.
             let worst =
                 format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
             return Outcome::exact(
@@ -371,7 +373,8 @@ fn furnace(
     let claim = Claim::Exact {
         delta: delta * albedo,
     };
-    // An estimate as near as the albedo is known is equal to it, however little varies.
+    // An estimate within the accuracy of the albedo counts as equal to it, however small its
+    // variance.
     let reference = if (estimate - albedo).abs() <= known {
         estimate
     } else if coarse {
@@ -382,7 +385,7 @@ fn furnace(
     mean(name, values, reference, claim)
 }
 
-/// `max` forgets NaN; this does not.
+/// Keeps NaN, which `f64::max` drops.
 fn nan_or(value: f64, error: f64) -> f64 {
     if value.is_nan() { value } else { error }
 }

@@ -11,21 +11,21 @@ use crate::harness::quantiles::{Quantiles, place};
 
 /// A density of directions.
 pub struct Density {
-    /// The fields of the grid in the unit square of quantiles, with their probabilities.
+    /// Fields of the grid in the unit square of quantiles, with their probabilities.
     pub(super) fields: Partition,
-    /// The means of [`MOMENTS`] over the fields.
+    /// Means of [`MOMENTS`] over the fields.
     pub(super) moments: [f64; MOMENTS.len()],
     pdf: Box<dyn Fn(DVec3) -> f64 + Send + Sync>,
 }
 
-/// How well the fields' probabilities are known by quadrature, in all.
+/// Total quadrature error of the fields' probabilities.
 pub(super) const SHARP: f64 = 3e-8;
 
 type Moment = fn(f64, f64) -> f64;
 
-/// Functions of u and v whose means are tested: they notice what is spread over many cells. u is
-/// the share of the probability at smaller polar angles, v the share at smaller azimuths within the
-/// row: both are uniform numbers if the directions follow the density, however narrow that is.
+/// Functions of u and v whose means are tested: they detect errors spread over many cells. u is the
+/// probability of smaller polar angles, v that of smaller azimuths within the row: both are uniform
+/// numbers if the directions follow the density, however narrow that is.
 pub(super) const MOMENTS: [(&str, Moment); 8] = [
     ("mean of u", |u, _| u),
     ("mean of u²", |u, _| u * u),
@@ -42,11 +42,11 @@ pub(super) const MOMENTS: [(&str, Moment); 8] = [
 ];
 
 impl Density {
-    /// A pdf with respect to solid angle, 1/sr, on [`Domain::Sphere`] or a hemisphere. What it
-    /// lacks to one, samplers lose.
+    /// Creates a density from a pdf with respect to solid angle, 1/sr, on [`Domain::Sphere`] or a
+    /// hemisphere. One minus its integral is the sampler's loss.
     ///
     /// # Panics
-    /// If the domain is none of directions.
+    /// If the domain is not a set of directions.
     pub fn new(domain: Domain, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
         assert!(
             domain.largest_angle().is_some(),
@@ -56,13 +56,12 @@ impl Density {
         Self::of(Partition::fields(domain, SHARP, &pdf), pdf)
     }
 
-    /// A pdf that is constant on each cell of a grid of the sphere or hemisphere: rows of cells
-    /// from the pole z = 1 down, of equal solid angle, and in each the columns by azimuth, from x
-    /// by way of y. Numbers of at least 0 in any proportion. The probabilities of its fields are
-    /// exact.
+    /// Creates a density that is constant on each cell of a grid of the sphere or hemisphere: rows
+    /// of equal solid angle from the pole z = 1 down, columns by azimuth from x towards y. The
+    /// numbers, at least 0, need not be normalised. The probabilities of its fields are exact.
     ///
     /// # Panics
-    /// If rows differ in length, no number is above 0, or the domain is none of directions.
+    /// If rows differ in length, no number is above 0, or the domain is not a set of directions.
     pub fn of_table(domain: Domain, table: &[Vec<f64>]) -> Self {
         let (rows, columns) = (table.len(), table[0].len());
         assert!(
@@ -109,19 +108,19 @@ impl Density {
         }
     }
 
-    /// The pdf with respect to solid angle, 1/sr.
+    /// Returns the pdf with respect to solid angle, 1/sr.
     pub fn pdf(&self, direction: DVec3) -> f64 {
         (self.pdf)(copied(direction))
     }
 
-    /// The probabilities of about so many cells on which samples are counted; with the loss they
-    /// sum to one.
+    /// Returns the probabilities of about `cells` cells on which samples are counted; with the loss
+    /// they sum to one.
     pub fn cells(&self, cells: usize) -> Vec<f64> {
         self.fields.gathered(cells).masses
     }
 }
 
-/// The value of a moment's function at the centre of a field.
+/// Returns the value of a moment's function at the centre of a field.
 pub(super) fn at_centre(f: Moment, field: usize) -> f64 {
     let [rows, columns] = FIELDS;
     f(

@@ -1,4 +1,4 @@
-//! The precision of a subject's numbers, and what a rounded direction may have been.
+//! Precision of a subject's numbers, and the directions that may round to a given one.
 
 use glam::DVec3;
 use rand::Rng;
@@ -7,14 +7,14 @@ use super::density::Density;
 use crate::math::frame::{Frame, from_spherical};
 use crate::sampling::rng::uniform;
 
-/// How a number was rounded when it was computed or written.
+/// Rounding of a number when it was computed or written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rounding {
     /// Half a unit of the last decimal, or the error of a computation; at least 0.
     pub absolute: f64,
     /// Half a unit of the last digit of the significand, for a significand in [1, `base`).
     pub relative: f64,
-    /// The base of the significand: 2, or 10 for printed numbers.
+    /// Base of the significand: 2, or 10 for printed numbers.
     pub base: f64,
 }
 
@@ -25,8 +25,8 @@ impl Rounding {
         relative: 0.5 * f64::EPSILON,
         base: 2.0,
     };
-    /// Numbers computed in single precision, whose errors are a few of their roundings: 2⁻²²
-    /// absolute and relative.
+    /// Numbers computed in single precision, with errors of a few roundings: 2⁻²² absolute and
+    /// relative.
     pub const SINGLE: Self = Self {
         absolute: SINGLE,
         relative: SINGLE,
@@ -39,7 +39,7 @@ impl Rounding {
         base: 2.0,
     };
 
-    /// Numbers printed with so many decimals, of which the largest have so many significant digits.
+    /// Numbers printed with `decimals` decimals, the largest with `digits` significant digits.
     pub fn printed(decimals: i32, digits: i32) -> Self {
         Self {
             absolute: 0.5 * 10f64.powi(-decimals),
@@ -48,7 +48,7 @@ impl Rounding {
         }
     }
 
-    /// How far the exact number may be from this one.
+    /// Returns how far the exact number may be from `value`.
     pub fn half_width(&self, value: f64) -> f64 {
         if value == 0.0 {
             return self.absolute;
@@ -58,14 +58,14 @@ impl Rounding {
     }
 }
 
-/// The precision of what a sampler says.
+/// Precision of a sampler's output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
-    /// The components of directions.
+    /// Precision of the components of directions.
     pub direction: Rounding,
-    /// Weights.
+    /// Precision of weights.
     pub weight: Rounding,
-    /// Reported pdfs.
+    /// Precision of reported pdfs.
     pub pdf: Rounding,
 }
 
@@ -83,31 +83,30 @@ impl Precision {
         pdf: Rounding::SINGLE,
     };
 
-    /// Whether directions are so exact that rounding shows nowhere but at the border of the
+    /// Returns whether directions are so exact that rounding matters only at the border of the
     /// density's support.
     fn is_fine(&self) -> bool {
         self.direction.half_width(0.75) < FINE
     }
 
-    /// How far the length of a direction may be from 1.
+    /// Returns how far the length of a direction may be from 1.
     pub fn length_tolerance(&self) -> f64 {
         1e-4f64.max(1.01 * 3f64.sqrt() * self.direction.half_width(0.99))
     }
 }
 
-/// The error of a component that was computed in single precision: four halves of its last bit.
+/// Error of a component computed in single precision: four halves of its last bit.
 const SINGLE: f64 = 1.0 / 4_194_304.0;
-/// Directions that are more exact are taken as they are.
+/// Rounding below which directions are taken as they are.
 const FINE: f64 = 1e-8;
-/// Among so many directions that would be rounded to the same numbers one is drawn by the density.
+/// Number of directions rounding to the same numbers among which one is drawn from the density.
 const CANDIDATES: usize = 8;
-/// How many are tried for them, and how many in three times the distance before a sample is where
-/// the density is zero.
+/// Number of attempts to find these candidates, and number of attempts within three times the
+/// distance before the density counts as zero at a sample.
 const TRIES: [usize; 2] = [200, 2000];
 
-/// The direction that may have been meant: drawn by the density among those that are rounded to
-/// `raw`, so that rounded samples of the density follow it exactly. `None` if the density is zero
-/// within the rounding.
+/// Draws from the density a direction among those that round to `raw`, so that rounded samples of
+/// the density follow it exactly. `None` if the density is zero within the rounding.
 pub(super) fn refined(
     density: &Density,
     precision: &Precision,
@@ -159,13 +158,13 @@ pub(super) fn refined(
     chosen.or_else(further)
 }
 
-/// The least and the largest density within the rounding of a direction.
+/// Returns the least and the largest density within the rounding of a direction.
 pub(super) fn range(density: &Density, precision: &Precision, raw: DVec3) -> [f64; 2] {
     let unit = raw.normalize();
     let half = raw
         .to_array()
         .map(|value| precision.direction.half_width(value));
-    // The circle about the box, and a little more, for it is tried at few places.
+    // The circle about the box, enlarged a little, as only few places are tried.
     let radius = 1.1 * (DVec3::from_array(half).length() + raw.distance(unit));
     let near = Near { unit, radius };
     let meridian = if precision.is_fine() {
@@ -185,14 +184,14 @@ pub(super) fn range(density: &Density, precision: &Precision, raw: DVec3) -> [f6
     range
 }
 
-/// Directions near another.
+/// Disc of directions near another one.
 struct Near {
     unit: DVec3,
     radius: f64,
 }
 
 impl Near {
-    /// The direction with another z, by `share` of what single precision leaves open: samplers
+    /// Returns the direction with z moved by `share` of the error of single precision: samplers
     /// round the cosine first, which near the poles moves a direction by more than rounding its
     /// components would.
     fn turned(&self, share: f64, azimuth_at_pole: f64) -> DVec3 {
@@ -211,7 +210,7 @@ impl Near {
         self.turned(share, std::f64::consts::TAU * turn)
     }
 
-    /// Uniform in a disc of some radii about a direction.
+    /// Samples uniformly a disc of `radii` radii about a direction.
     fn across(&self, centre: DVec3, radii: f64, rng: &mut impl Rng) -> DVec3 {
         let [r, turn] = [uniform(rng), uniform(rng)];
         self.offset(

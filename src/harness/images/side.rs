@@ -4,14 +4,13 @@ use rayon::prelude::*;
 
 use crate::harness::mean::satterthwaite;
 
-/// The images of one renderer, or their means and standard errors, in one channel: pixels row by
-/// row.
+/// Images of one renderer, or their mean and standard errors, in one channel, row by row.
 #[derive(Clone, Debug)]
 pub enum Side<'a> {
-    /// Independent images, at least two; three or more tell of their skewness.
+    /// Independent images, at least two; three or more give their skewness.
     Images(Vec<&'a [f64]>),
     /// One image and its standard errors. Pixels are taken to be independent, with a skewness of
-    /// the mean of at most 1, as of light that was met once, and one degree of freedom each.
+    /// the mean of at most 1, as for light that was met once, and one degree of freedom each.
     Errors(&'a [f64], &'a [f64]),
     /// A reference without error.
     Exact(&'a [f64]),
@@ -27,22 +26,22 @@ impl Side<'_> {
     }
 }
 
-/// Left, top, and the first column and row that are outside.
+/// Rectangle of pixels: left, top, and the first column and row outside.
 pub type Area = [usize; 4];
 
-/// The brightest thousandth of a side's values in one channel, but at least one: what they carry of
-/// its noise.
+/// The brightest thousandth of a side's values in one channel, at least one.
 #[derive(Clone, Copy, Debug)]
 pub struct Brightest {
-    /// How many values they are.
+    /// Number of these values.
     pub count: usize,
-    /// Their share of the variance of the image mean; from 0 to about 1. NaN where nothing varies.
+    /// Fraction of the variance of the image mean that they carry; from 0 to about 1. NaN where
+    /// nothing varies.
     pub share: f64,
-    /// The number of the image that has the brightest of them, and the number of its pixel.
+    /// Number of the image with the brightest value, and number of its pixel.
     pub at: [usize; 2],
 }
 
-/// The mean of one side over an area.
+/// Mean of one side over an area.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     pub mean: f64,
@@ -52,19 +51,20 @@ pub(super) struct Part {
     pub independent: [f64; 2],
 }
 
-/// One side with what its pixels say.
+/// One side with the statistics of its pixels.
 pub(super) struct Prepared<'a> {
     side: &'a Side<'a>,
     width: usize,
     /// Mean, and variance and third cumulant of the mean, of each pixel.
     pub pixels: Vec<[f64; 3]>,
-    /// The variance of the mean of a tile, or of a ninth of the image if that is more, over what it
-    /// were if pixels were independent; at least 1.
+    /// Variance of the mean of a tile, or of a ninth of the image if that is more, over its value
+    /// if pixels were independent; at least 1.
     pub correlation: f64,
 }
 
 impl<'a> Prepared<'a> {
-    /// `grids` are the parts of the image by which it is told how far pixels are correlated.
+    /// Computes the statistics; `grids` are the areas from which the correlation of pixels is
+    /// found.
     pub fn new(side: &'a Side<'a>, width: usize, grids: [&[Area]; 2]) -> Self {
         let pixels: Vec<[f64; 3]> = match side {
             Side::Images(images) => (0..images[0].len())
@@ -78,8 +78,8 @@ impl<'a> Prepared<'a> {
                             .map(|image| (image[i] - mean).powi(k))
                             .sum::<f64>()
                     };
-                    // Unbiased estimates, divided by n and n²; with two images 0/0: nothing is
-                    // known of skewness.
+                    // Unbiased estimates, divided by n and n²; two images give 0/0: skewness is
+                    // unknown.
                     [
                         mean,
                         power(2) / (n - 1.0) / n,
@@ -114,7 +114,7 @@ impl<'a> Prepared<'a> {
         prepared
     }
 
-    /// The numbers of the pixels of an area.
+    /// Iterates over the numbers of the pixels of an area.
     pub fn pixels_of(&self, &[x0, y0, x1, y1]: &Area) -> impl Iterator<Item = usize> + use<> {
         let width = self.width;
         (y0..y1).flat_map(move |y| y * width + x0..y * width + x1)
@@ -150,9 +150,9 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The values that are brightest beside the mean of their pixel.
+    /// Returns the values that are brightest relative to the mean of their pixel.
     pub fn brightest(&self) -> Brightest {
-        // How far above the mean, number of the image, of the pixel.
+        // Height above the mean, number of the image, number of the pixel.
         let (mut values, per_square): (Vec<(f64, u32, usize)>, f64) = match self.side {
             Side::Images(images) => {
                 let above = |k: usize| {
@@ -162,8 +162,8 @@ impl<'a> Prepared<'a> {
                     .iter()
                     .enumerate()
                     .flat_map(|(k, image)| image.iter().enumerate().map(above(k)));
-                // A lone bright value is 1 − 1/n of itself above the mean that it is part of, and
-                // n(n − 1) squares make the variance of a mean.
+                // A lone bright value exceeds the mean, which contains it, by 1 − 1/n of itself,
+                // and n(n − 1) squares make the variance of a mean.
                 (values.collect(), (images.len() as f64 - 1.0).powi(-2))
             }
             Side::Errors(_, errors) => (
@@ -194,10 +194,10 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Variance and third cumulant of the mean of `pixels` pixels as those of a part of `of`
-    /// pixels.
+    /// Returns variance and third cumulant of the mean of `pixels` pixels, estimated from a part of
+    /// `of` pixels.
     pub fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
-        // A sum of few terms is as skewed as so many fewer independent ones.
+        // A sum of correlated terms is as skewed as a smaller number of independent ones.
         let together = if pixels > 1.0 { self.correlation } else { 1.0 };
         let more = of / pixels;
         let [second, third] = part.independent;
@@ -205,7 +205,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// The mean of some values, which is exact where all are the same.
+/// Returns the mean of the values, exactly where all are the same.
 fn mean_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let first = values.clone().next().unwrap_or(f64::NAN);
     first + values.clone().map(|value| value - first).sum::<f64>() / values.count() as f64
@@ -215,7 +215,8 @@ pub(super) fn area([x0, y0, x1, y1]: &Area) -> f64 {
     ((x1 - x0) * (y1 - y0)) as f64
 }
 
-/// Equal parts of a frame, or parts of these sides.
+/// Cuts an image of `width` × `height` pixels into parts of `w` × `h`; returns their numbers across
+/// and down, and the parts.
 pub(super) fn grid([width, height]: [usize; 2], [w, h]: [usize; 2]) -> ([usize; 2], Vec<Area>) {
     let counts = [width.div_ceil(w), height.div_ceil(h)];
     let part = |i: usize| {

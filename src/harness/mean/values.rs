@@ -1,25 +1,25 @@
-//! Values of which the mean is in question, kept as moments up to the fourth.
+//! Values whose mean is tested, kept as moments up to the fourth.
 
 use super::skewness::Sigma;
 use crate::harness::batches::Batches;
 use crate::harness::outcome::{ALPHA, Cell};
 use crate::math::moments::Moments;
 
-/// Independent values of which the mean is in question: moments up to the fourth.
+/// Independent values whose mean is tested, kept as moments up to the fourth.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
     /// Count, mean and variance.
     pub moments: Moments,
     /// Means of consecutive values, for the data file.
     pub batches: Batches,
-    /// A value near the mean, about which third and fourth powers are summed.
+    /// Value near the mean, about which third and fourth powers are summed.
     centre: f64,
     cubes: f64,
     fourths: f64,
 }
 
 impl Values {
-    /// No values yet; the mean is expected near `centre`.
+    /// Starts without values; the mean is expected near `centre`.
     pub fn new(centre: f64) -> Self {
         Self {
             moments: Moments::default(),
@@ -30,18 +30,18 @@ impl Values {
         }
     }
 
-    /// `n` values from a sampler.
+    /// Draws `n` values from a sampler.
     pub fn collect(centre: f64, n: u64, mut sample: impl FnMut() -> f64) -> Self {
         let mut values = Self::new(centre);
         (0..n).for_each(|_| values.push(sample()));
         values
     }
 
-    /// All that decides a statistic, as numbers to be stored: count, mean, variance, centre, and
-    /// sum of cubes about it. The batches are left out.
+    /// Returns all numbers that decide a statistic, to be stored: count, mean, variance, centre,
+    /// and sum of cubes about it. The batches are left out.
     pub fn state(&self) -> [f64; 5] {
         let m = &self.moments;
-        // Unknown, and no file's number, below two values.
+        // Unknown below two values, and NaN is no number of a file.
         let variance = if m.count() < 2 { 0.0 } else { m.variance() };
         [
             m.count() as f64,
@@ -52,7 +52,7 @@ impl Values {
         ]
     }
 
-    /// The values with this [`state`](Self::state), without batches.
+    /// Restores the values with this [`state`](Self::state), without batches.
     pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
         Self {
             moments: Moments::of(count as u64, mean, variance),
@@ -73,7 +73,7 @@ impl Values {
         self.fourths += cube * shifted;
     }
 
-    /// The sample skewness; 0 where the variance is 0 or unknown.
+    /// Returns the sample skewness; 0 where the variance is 0 or unknown.
     pub fn skewness(&self) -> f64 {
         let variance = self.moments.variance();
         let n = self.moments.count() as f64;
@@ -87,7 +87,7 @@ impl Values {
         third / variance.powf(1.5)
     }
 
-    /// The degrees of freedom that the sample variance really has, 2n/(κ − 1) for the fourth
+    /// Returns the effective degrees of freedom of the sample variance, 2n/(κ − 1) for the fourth
     /// standardised moment κ: its relative variance is (κ − 1)/n, 2/(n − 1) for normal values. At
     /// most n − 1.
     pub fn variance_dof(&self) -> f64 {
@@ -99,17 +99,18 @@ impl Values {
         let fourth = self.fourths / n - 4.0 * shift * self.cubes / n
             + square * (6.0 * (second + square) - 3.0 * square);
         let dof = 2.0 * n / (fourth / (second * second) - 1.0);
-        // Two values that are equally frequent have κ = 1; a constant has none.
+        // Two equally frequent values have κ = 1; a constant has none.
         if dof > 0.0 { dof.min(n - 1.0) } else { n - 1.0 }
     }
 
-    /// From how many values on the tail of a t test at [`ALPHA`] is valid, as far as skewness
-    /// decides it.
+    /// Returns the number of values from which the tail of a t test at [`ALPHA`] is valid, as far
+    /// as skewness decides it.
     pub fn valid_from(&self) -> u64 {
         self.valid_from_at(ALPHA)
     }
 
-    /// The same for the two-sided level `alpha`.
+    /// Returns the number of values from which the tail of a t test at the two-sided level `alpha`
+    /// is valid, as far as skewness decides it.
     pub fn valid_from_at(&self, alpha: f64) -> u64 {
         self.valid(Sigma::Estimated, alpha)
     }
@@ -119,14 +120,14 @@ impl Values {
         sigma.valid_from(n, self.skewness() / (n as f64).sqrt(), alpha)
     }
 
-    /// Skewness, variance of the mean and count: a part of
+    /// Returns skewness, variance of the mean and count: one part of
     /// [`skewness_of_sum`](super::skewness_of_sum).
     pub fn part(&self) -> (f64, f64, u64) {
         let n = self.moments.count();
         (self.skewness(), self.moments.variance() / n as f64, n)
     }
 
-    /// The values times `factor` plus `shift`.
+    /// Returns the values times `factor` plus `shift`.
     pub fn transformed(&self, factor: f64, shift: f64) -> Self {
         let m = self.moments;
         Self {
@@ -142,8 +143,8 @@ impl Values {
         }
     }
 
-    /// The values of a subject whose mean is not `reference`, but off by `effect`: by a factor, as
-    /// faults of weights and densities are; by a shift, if the mean is near 0.
+    /// Returns the values of a subject whose mean is off `reference` by `effect`: by a factor, as
+    /// for faults of weights and densities; by a shift, if the mean is near 0.
     pub(super) fn off_by(&self, effect: f64, reference: f64) -> Self {
         if effect.abs() > 0.5 * reference.abs() {
             self.transformed(1.0, effect)
@@ -152,7 +153,7 @@ impl Values {
         }
     }
 
-    /// The batches against the mean `expected`; `what` begins the places.
+    /// Returns the batches as cells against the mean `expected`; `what` begins their places.
     pub fn cells(&self, what: &str, expected: f64) -> Vec<Cell> {
         self.batches.cells(what, expected, self.moments.variance())
     }

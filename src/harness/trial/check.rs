@@ -1,4 +1,4 @@
-//! Trials put to the test: what is green, and for what is red a message to act on.
+//! Checks of trials: which are green, and for the red ones a message to act on.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,8 @@ use crate::error::Error;
 use crate::harness::guard;
 use crate::harness::outcome::{Outcome, Verdict};
 
-/// Whether a trial's rows are green: every outcome holds; *undecided* is green below scale 1 only.
+/// Returns whether a trial's rows are green: every outcome holds; *undecided* is green below scale
+/// 1 only.
 pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
     !rows.is_empty()
         && rows.iter().all(|row| match row.verdict {
@@ -19,9 +20,9 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
         })
 }
 
-/// The outcomes that must reject a control: those that it names or, where it names none, the only
-/// random one or, where nothing is random, all of them. Nothing if there is none of a name, or a
-/// choice is left.
+/// Returns the outcomes that must reject a control: those that it names or, where it names none,
+/// the only random one or, where nothing is random, all of them. Empty if a name has no outcome, or
+/// the choice is ambiguous.
 pub fn meant<'a>(
     rejected_by: &[&str],
     outcomes: impl IntoIterator<Item = &'a Outcome>,
@@ -40,8 +41,8 @@ pub fn meant<'a>(
     }
 }
 
-/// Whether a control is rejected for the reason that it states: every outcome that is [`meant`]
-/// fails, and not for a NaN or an infinite estimate. Below scale 1 *undecided* will do.
+/// Returns whether a control is rejected for the reason that it states: every outcome that is
+/// [`meant`] fails, and not for a NaN or an infinite estimate. Below scale 1 *undecided* is enough.
 pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> bool {
     let meant = meant(&control.rejected_by, rows.iter().map(|row| &row.outcome));
     !meant.is_empty()
@@ -52,9 +53,8 @@ pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> b
         })
 }
 
-/// Puts a trial and all of its controls to the test. The error is a message to act on, one
-/// paragraph for the trial and each control that is red; data files are written to the context's
-/// folder.
+/// Checks a trial and all of its controls. The error is a message to act on, one paragraph for the
+/// trial and each control that is red; data files are written to the context's folder.
 ///
 /// # Errors
 /// The message, if anything is red.
@@ -72,7 +72,7 @@ pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     }
 }
 
-/// Puts a trial to the test on its right subject alone.
+/// Checks a trial on its right subject alone.
 ///
 /// # Errors
 /// The message, if it is red.
@@ -82,7 +82,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
     if !trial_is_green(&found, context) {
         message += &explain(trial, &found, context);
     }
-    // Below scale 1 effects of that size need not be seen.
+    // Below scale 1 effects of that size need not be detected.
     for row in found.iter().filter(|_| context.scale >= 1.0) {
         for graded in &row.outcome.graded {
             if !graded.is_answered() {
@@ -107,8 +107,8 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
     }
 }
 
-/// What the [`guard`] has against outcomes that are to hold, a line each; nothing where sizes are
-/// not [planned](Context::is_planned).
+/// Returns the [`guard`]'s objections to outcomes that are to hold, a line each; empty where sizes
+/// are not [planned](Context::is_planned).
 pub fn refused<'a>(
     name: &str,
     outcomes: impl IntoIterator<Item = &'a Outcome>,
@@ -122,7 +122,7 @@ pub fn refused<'a>(
         .collect()
 }
 
-/// Puts a trial to the test on one of its faulty subjects.
+/// Checks a trial on one of its faulty subjects.
 ///
 /// # Errors
 /// The message, if the fault is not rejected.
@@ -164,7 +164,7 @@ pub fn check_control(
     ))
 }
 
-/// What a person needs in order to act on a verdict.
+/// Returns all that a reader needs in order to act on a verdict.
 fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     let mut text = String::new();
     let source = equation::by_id(trial.source).map_or_else(
@@ -210,8 +210,8 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
     text
 }
 
-/// The shell command that repeats this trial alone, or this fault under it: by the name of the
-/// running test if it has one, as a `#[test]` function does, else by its own.
+/// Returns the shell command that repeats this trial, or this control of it, alone: by the name of
+/// the running test if it has one, as a `#[test]` function does, else by its own.
 pub fn command(context: &Context, trial: &str, control: &str) -> String {
     let thread = std::thread::current();
     let test = match thread.name() {
@@ -254,7 +254,7 @@ pub fn assert_holds(outcomes: &[Outcome]) {
     assert!(message.is_empty(), "\n{message}");
 }
 
-/// What a message says of a data file.
+/// Returns the lines of a message about a data file.
 fn data_file(written: Result<Option<PathBuf>, Error>) -> String {
     match written {
         Ok(Some(path)) => {

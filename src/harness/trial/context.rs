@@ -1,4 +1,4 @@
-//! What a run of trials shares: seed, scale, folder.
+//! Settings shared by a run of trials: seed, scale, folder.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -8,31 +8,31 @@ use crate::error::Error;
 use crate::sampling::rng::{Stream, seed_for, stream};
 use crate::shard::{EXPECTED, Shard};
 
-/// The master seed if `WHITEFURNACE_SEED` is not set.
+/// Master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// The scales that `WHITEFURNACE_SCALE` takes: below, statistics are undefined; above, samples
+/// Scales allowed for `WHITEFURNACE_SCALE`: below, statistics are undefined; above, samples
 /// outnumber the streams.
 pub const SCALES: RangeInclusive<f64> = 1e-4..=256.0;
 
-/// What a run of trials shares: master seed, scale of sample sizes, folder for data files.
+/// Settings shared by a run of trials: master seed, scale of sample sizes, folder for data files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Context {
-    /// Every trial's stream is derived from this and the trial's name.
+    /// Master seed; every trial's stream is derived from it and the trial's name.
     pub seed: u64,
-    /// Sample sizes are multiplied by this.
+    /// Factor of all sample sizes.
     pub scale: f64,
-    /// Where data files of failures go; made when needed.
+    /// Folder for data files of failures; created when needed.
     pub folder: PathBuf,
-    /// The trial (and subject) whose streams these are.
+    /// Name of the trial (and subject) that the random streams are derived from.
     pub name: String,
 }
 
 impl Context {
-    /// A context with the given seed and scale (positive and finite).
+    /// Creates a context with the given seed and scale (positive and finite).
     ///
     /// # Errors
-    /// [`Error::Option`] for a scale that makes no sense.
+    /// [`Error::Option`] for a scale that is not positive and finite.
     pub fn new(seed: u64, scale: f64) -> Result<Self, Error> {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(Error::Option(format!(
@@ -60,16 +60,14 @@ impl Context {
             SCALES.end()
         );
         Self::new(
-            read("WHITEFURNACE_SEED", DEFAULT_SEED, (seeds, |_: &u64| true))?,
-            read(
-                "WHITEFURNACE_SCALE",
-                1.0,
-                (&scales, |scale| SCALES.contains(scale)),
-            )?,
+            read("WHITEFURNACE_SEED", DEFAULT_SEED, seeds, |_: &u64| true)?,
+            read("WHITEFURNACE_SCALE", 1.0, &scales, |scale| {
+                SCALES.contains(scale)
+            })?,
         )
     }
 
-    /// The same context for the trial or test with this name.
+    /// Returns the context for the trial or test with this name.
     pub fn named(&self, name: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -77,40 +75,40 @@ impl Context {
         }
     }
 
-    /// The seed of a part of this trial; independent for different trials and parts.
+    /// Returns the seed of a part of this trial; independent for different trials and parts.
     pub fn seed_of(&self, part: &str) -> u64 {
         seed_for(seed_for(self.seed, &self.name), part)
     }
 
-    /// Whether sizes of samples are planned for this run, so that the
-    /// [`guard`](crate::harness::guard) judges them: under the default seed, at full scale or
-    /// above.
+    /// Returns whether sample sizes are planned for this run, so that the
+    /// [`guard`](crate::harness::guard) judges them: under the default seed, at scale 1 or above.
     pub fn is_planned(&self) -> bool {
         self.seed == DEFAULT_SEED && self.scale >= 1.0
     }
 
-    /// The random stream of a part of this trial.
+    /// Returns the random stream of a part of this trial.
     pub fn rng(&self, part: &str) -> Stream {
         stream(self.seed_of(part), 0, 0)
     }
 
-    /// A sample size at this scale, at least 2.
+    /// Returns a sample size at this scale, at least 2.
     pub fn n(&self, samples: u64) -> u64 {
         ((samples as f64 * self.scale).round() as u64).max(2)
     }
 
-    /// How many arguments an exact identity is tried on: as many as asked for also where sample
-    /// sizes are reduced, for no power is lost by a smaller sample that an identity could tell of.
+    /// Returns the number of arguments of an exact identity: not reduced at scales below 1, as an
+    /// identity cannot turn undecided for lack of samples.
     pub fn arguments(&self, count: u64) -> u64 {
         (count as f64 * self.scale.max(1.0)).round() as u64
     }
 }
 
-/// The value of a variable of the environment.
+/// Reads a variable of the environment; `expected` says in words which values `fits` allows.
 fn read<T: FromStr>(
     name: &str,
     default: T,
-    (expected, fits): (&str, impl Fn(&T) -> bool),
+    expected: &str,
+    fits: impl Fn(&T) -> bool,
 ) -> Result<T, Error> {
     let Some(text) = std::env::var_os(name) else {
         return Ok(default);
@@ -124,14 +122,12 @@ fn read<T: FromStr>(
     })
 }
 
-/// Reads `WHITEFURNACE_SHARD`: the part of a suite of tests that is to run; all if it is not set.
+/// Reads `WHITEFURNACE_SHARD`: the part of a suite of tests to run; all if it is not set.
 ///
 /// # Errors
-/// [`Error::Option`] for what is no part.
+/// [`Error::Option`] if the value is not a shard.
 pub fn shard_from_environment() -> Result<Shard, Error> {
-    read(
-        "WHITEFURNACE_SHARD",
-        Shard::WHOLE,
-        (EXPECTED, |_: &Shard| true),
-    )
+    read("WHITEFURNACE_SHARD", Shard::WHOLE, EXPECTED, |_: &Shard| {
+        true
+    })
 }

@@ -1,8 +1,8 @@
-//! Radiance pictures: a byte for each colour and one for their exponent.
+//! Radiance pictures: one byte per colour channel and one for their exponent.
 
 use super::{Meaning, Picture, REC_709, check_size};
 
-/// A mantissa of eight bits is cut off, and may be as small as 128.
+/// Relative error: a mantissa of eight bits is truncated, and may be as small as 128.
 const COARSE: f64 = 1.0 / 128.0;
 
 /// Reads a Radiance picture of red, green and blue, with scanlines from the top or the bottom, flat
@@ -10,8 +10,8 @@ const COARSE: f64 = 1.0 / 128.0;
 /// Source: Ward, "Real Pixels", Graphics Gems II, 1991.
 ///
 /// # Errors
-/// A message: no such header, values in X, Y, Z or by an exposure, columns for rows, or truncated
-/// pixels.
+/// A message: no such header, values in X, Y, Z or with an exposure, columns in place of rows, or
+/// truncated pixels.
 pub(super) fn hdr(bytes: &[u8]) -> Result<Picture, String> {
     let mut rest = bytes;
     let mut line = || {
@@ -41,7 +41,7 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<Picture, String> {
             }
             Some(("PRIMARIES", _)) => {
                 return Err(format!(
-                    "{line}: write it with those of Rec. 709, without a word"
+                    "{line}: write it with the primaries of Rec. 709, without this line"
                 ));
             }
             None if line.is_empty() => break,
@@ -97,7 +97,7 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<Picture, String> {
     }))
 }
 
-/// The pixels of a row; none if the file ends within it.
+/// Returns the pixels of a row; `None` if the file ends within it.
 fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
     let mut row = Vec::with_capacity(width);
     let is_new = matches!(**rest, [2, 2, high, low, ..] if high < 128 && usize::from(high) << 8 | usize::from(low) == width);
@@ -108,7 +108,7 @@ fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
             let mut at = 0;
             while at < width {
                 let count = take(rest, 1)?[0];
-                // Above 128 one value that many times less 128, else so many values.
+                // A count above 128 repeats one value count − 128 times; else count values follow.
                 let run = usize::from(if count > 128 { count - 128 } else { count });
                 let bytes = take(rest, if count > 128 { 1 } else { run })?;
                 for (i, pixel) in row
@@ -145,7 +145,7 @@ fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
     Some(row)
 }
 
-/// The next bytes.
+/// Takes the next bytes.
 fn take<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
     let (taken, left) = rest.split_at_checked(count)?;
     *rest = left;

@@ -1,4 +1,4 @@
-//! Which channels of an EXR are the image.
+//! Choice of the channels of an EXR that are the image.
 
 use std::io::Cursor;
 
@@ -9,13 +9,13 @@ use super::{FLOAT, HALF, Meaning, Picture, REC_709, check_size, listed};
 
 /// A channel of a file.
 struct Channel {
-    /// Number of its part, and its own within.
+    /// Index of its part, and index within the part.
     place: [usize; 2],
-    /// The full name, with that of the part if there are several.
+    /// Full name, with that of the part if there are several.
     name: String,
-    /// The text before the last dot of the name; empty without one.
+    /// Text before the last dot of the name; empty without one.
     layer: String,
-    /// The text behind it, in lower case, without dots and brackets.
+    /// Text after the last dot, in lower case, without dots and brackets.
     component: String,
 }
 
@@ -35,19 +35,20 @@ impl Channel {
         }
     }
 
-    /// Whether it is none of an image, by its own name.
+    /// Returns whether its own name marks it as auxiliary, such as alpha or depth.
     fn is_beside(&self) -> bool {
         ["a", "alpha", "z", "zback", "depth", "id"].contains(&&self.component[..])
     }
 }
 
-/// Names of red, green, blue, and of luminance.
+/// Names of red, green, blue and luminance channels.
 const RED: &[&str] = &["r", "red"];
 const GREEN: &[&str] = &["g", "green"];
 const BLUE: &[&str] = &["b", "blue"];
 const LUMINANCE: &[&str] = &["y", "l", "luminance", "grey", "gray"];
 
-/// Words within names of layers that are no image, and names that are such words as a whole.
+/// Words in the names of layers that are not the image, followed by names that are such words as a
+/// whole.
 const AUXILIARY: [&str; 8] = [
     "normal",
     "albedo",
@@ -63,7 +64,7 @@ const AUXILIARY_WHOLE: [&str; 24] = [
     "var", "error", "motion", "samples", "vector", "matte", "mask", "mist", "indexob", "indexma",
 ];
 
-/// Whether a layer is none of an image, by its name.
+/// Returns whether a layer's name marks it as auxiliary.
 fn is_auxiliary(layer: &str) -> bool {
     let layer = layer.to_lowercase();
     let whole = layer
@@ -72,7 +73,8 @@ fn is_auxiliary(layer: &str) -> bool {
     whole || AUXILIARY.iter().any(|word| layer.contains(word))
 }
 
-/// The image that some channels make, and which they are in order; none if they make none, or two.
+/// Returns the interpretation of the channels and their order if they make exactly one image; else
+/// `None`.
 fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
     let has = |component: &str| {
         channels
@@ -101,7 +103,7 @@ fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
     })
 }
 
-/// The channels that `layer` names, or that are the image without a name.
+/// Chooses the channels that `layer` names, or without it those that are the image.
 fn choose<'a>(
     channels: &'a [Channel],
     layer: Option<&str>,
@@ -182,7 +184,7 @@ fn choose<'a>(
     })
 }
 
-/// One or three channels by their full names.
+/// Finds one or three channels by their full names.
 fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a Channel>)> {
     let one = |name: &str| {
         let mut found = channels
@@ -265,7 +267,7 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
             channels.push(Channel::new([i, k], name));
         }
     }
-    // Channels that belong to no layer are also called by the name of the only part.
+    // Channels without a layer may also be addressed by the name of the only part.
     let only = if let [part] = &parts[..] {
         part.attributes.layer_name.as_ref().map(ToString::to_string)
     } else {

@@ -2,9 +2,9 @@
 
 use super::{FLOAT, Meaning, Picture, REC_709, check_size};
 
-/// Reads `PF` or `Pf`, width, height and a scale, whose sign is the order of the bytes, as text;
+/// Reads a PFM: `PF` or `Pf`, width, height and a scale, whose sign is the byte order, as text;
 /// then rows of 32-bit floats from the bottom. Lines of the text may end in CR LF, and begin with #
-/// for a comment; a line's end may follow the pixels.
+/// for a comment; a line end may follow the pixels.
 ///
 /// # Errors
 /// A message: no such header, a scale that is neither 1 nor -1, or pixels that do not fill the
@@ -92,9 +92,9 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
     })
 }
 
-/// The bytes of the pixels in what follows the header's last word: after one white space, or the
-/// rest of its line; before the end of the file, or a last end of a line. The number of bytes
-/// decides, for pixels may look like white space.
+/// Returns the bytes of the pixels after the header's last word: after one white space, or the rest
+/// of its line; before the end of the file, or a last line end. The number of bytes decides, as
+/// pixels may look like white space.
 fn pixel_bytes(rest: &[u8], expected: usize) -> Option<&[u8]> {
     let blanks = rest
         .iter()

@@ -1,6 +1,6 @@
-//! Files that were given as OBJ and are something else, named by how they begin.
+//! Recognition of files that were given as OBJ but are something else, by their first bytes.
 
-/// How files of other kinds begin, and their names; the first that fits.
+/// First bytes of files of other kinds, and their names; the first match counts.
 const KINDS: [(&[u8], &str); 35] = [
     (b"\xff\xfe\0\0", "text in UTF-32: save it as UTF-8"),
     (b"\xff\xfe", "text in UTF-16: save it as UTF-8"),
@@ -51,7 +51,7 @@ const KINDS: [(&[u8], &str); 35] = [
     (b"[", "a TOML or JSON text"),
 ];
 
-/// The kind of a file that is no OBJ for certain.
+/// Returns the kind of a file that is certainly no OBJ.
 pub(super) fn kind(bytes: &[u8]) -> Option<&'static str> {
     let text = bytes
         .strip_prefix(b"\xef\xbb\xbf")
@@ -60,8 +60,8 @@ pub(super) fn kind(bytes: &[u8]) -> Option<&'static str> {
     if text.is_empty() {
         return Some("empty");
     }
-    // Binary STL may begin with any 80 bytes, by then comes the number of its triangles, of 50
-    // bytes each.
+    // Binary STL may begin with any 80 bytes, followed by the number of its triangles, of 50 bytes
+    // each.
     let count = bytes.get(80..84).map(|count| {
         count
             .iter()

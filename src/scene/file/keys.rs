@@ -73,7 +73,7 @@ pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a key for lights, with what says the same here.
+/// Refuses a key for lights, and names the equivalent here.
 pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
     let first = value.array().ok().and_then(|mut items| items.next());
     let table = first.as_ref().unwrap_or(value).table().ok();
@@ -128,19 +128,19 @@ fn instead(light: Light, table: Option<&Table>) -> String {
     }
 }
 
-/// The radius of the sphere in place of a point.
+/// Radius of the sphere that replaces a point.
 const RADIUS: f64 = 0.01;
-/// The radius of the sphere in place of a direction, and its distance: 0.29°, as the sun.
+/// Radius (`SUN_RADIUS`) and distance of the sphere that replaces a direction: 0.29°, as the sun.
 const SUN_RADIUS: f64 = 5.0;
 const SUN_DISTANCE: f64 = 1000.0;
 
-/// A point as a scene file has it.
+/// Writes a point as in a scene file.
 fn place(v: DVec3) -> String {
     let [x, y, z] = v.to_array().map(|x| x + 0.0);
     format!("[{x}, {y}, {z}]")
 }
 
-/// A colour as a scene file has it.
+/// Writes a colour as in a scene file.
 fn written(v: DVec3) -> String {
     if v == DVec3::splat(v.x) {
         v.x.to_string()

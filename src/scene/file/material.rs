@@ -10,7 +10,7 @@ use crate::material::rough_glass::RoughGlass;
 use crate::material::{Bsdf, OrenNayarForm};
 use crate::scene::Surface;
 
-/// The models with their own keys.
+/// Models with their own keys.
 const MODELS: [(&str, &[&str]); 8] = [
     ("black", &[]),
     ("lambert", &["albedo", "coefficient"]),

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: vertices, faces and the names of their materials, with the line of what is wrong.
-//! Normals and texture coordinates say nothing of a surface's geometry; what else is left unread is
+//! Wavefront OBJ: vertices, faces and the names of their materials, with line numbers of errors.
+//! Normals and texture coordinates do not affect the geometry; other lines that are ignored are
 //! counted in notes.
 
 use std::borrow::Cow;
@@ -17,26 +17,26 @@ use crate::error::Error;
 #[derive(Default)]
 pub(super) struct Obj {
     pub vertices: Vec<DVec3>,
-    /// The names that `usemtl` gives its faces, in the order of the file.
+    /// Names that `usemtl` gives its faces, in the order of the file.
     pub materials: Vec<Name>,
     /// Triangles, each with the index of its material's name.
     pub triangles: Vec<(usize, [u32; 3])>,
-    /// Facts that a user should know, one line each.
+    /// Notes that a user should know, one line each.
     pub notes: Vec<String>,
 }
 
-/// The name of a material of some faces.
+/// Name of the material of some faces.
 pub(super) struct Name {
-    /// `None` for faces before the first `usemtl`.
+    /// Name; `None` for faces before the first `usemtl`.
     pub name: Option<String>,
-    /// The line of the first of the faces.
+    /// Line of the first of the faces.
     pub line: usize,
 }
 
-/// Reads the bytes of a file.
+/// Parses the bytes of a file.
 ///
 /// # Errors
-/// [`Error::Scene`] with the line of what is wrong, or what the file is if it is no OBJ.
+/// [`Error::Scene`] with the line of the error, or the kind of the file if it is no OBJ.
 pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj, Error> {
     if let Some(kind) = foreign::kind(bytes) {
         return Err(fault(
@@ -54,7 +54,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
     };
     let (mut obj, mut polygons) = (Obj::default(), Polygons::default());
     let (mut weighted, mut unread) = (0, BTreeMap::<String, usize>::new());
-    // The name of the present material, and its index once a face has it.
+    // The name of the current material, and its index once a face has it.
     let (mut name, mut material) = (None, None);
     let mut lines = (1..).zip(text.lines());
     while let Some((line, first)) = lines.next() {
@@ -170,8 +170,8 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
     Ok(obj)
 }
 
-/// A line without the byte-order mark before it and the comment behind it. The `#` of a number that
-/// is none, as 1.#INF, begins no comment.
+/// Returns a line without the byte-order mark before it and the comment behind it. The `#` of an
+/// invalid number such as 1.#INF begins no comment.
 fn content(line: &str) -> &str {
     let line = line.trim_start_matches('\u{feff}');
     let comment = line
@@ -180,13 +180,14 @@ fn content(line: &str) -> &str {
     comment.map_or(line, |(at, _)| &line[..at])
 }
 
-/// Whether a line ends with a name, in which a `\` is no continuation: it may be a path of Windows.
+/// Returns whether a line ends with a name, in which a `\` is no continuation: it may be a path of
+/// Windows.
 fn ends_with_name(line: &str) -> bool {
     let keyword = content(line).split_ascii_whitespace().next();
     keyword.is_some_and(|keyword| ["o", "g", "usemtl", "mtllib"].contains(&keyword))
 }
 
-/// The name after `usemtl`, which may hold blanks and `#`, but not a blank before `#`.
+/// Returns the name after `usemtl`, which may hold blanks and `#`, but not a blank before `#`.
 fn name_in(line: &str) -> Option<String> {
     let name = line.trim().split_once(char::is_whitespace)?.1.trim_start();
     let comment = name
@@ -199,8 +200,8 @@ fn name_in(line: &str) -> Option<String> {
     )
 }
 
-/// The index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, where 1 is the first vertex and −1 the
-/// latest.
+/// Returns the index of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`, where 1 is the first vertex and
+/// −1 the latest.
 fn corner(word: &str, count: usize) -> Option<u32> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
     let index = if number < 0 {

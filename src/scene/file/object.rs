@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::geometry::shape::Sphere;
 use crate::scene::builder::{cuboid, is_sound, triangle_normal};
 
-/// The shapes with their own keys.
+/// Shapes with their own keys.
 const SHAPES: [(&str, &[&str]); 5] = [
     ("rectangle", &["material", "corner", "edges"]),
     (
@@ -37,7 +37,7 @@ const SHAPES: [(&str, &[&str]); 5] = [
     ("obj", &["material", "file", "scale", "rotate", "translate"]),
 ];
 
-/// How a mesh is put into the scene: scaled, rotated and moved, then taken in the file's unit.
+/// Placement of a mesh in the scene: scaled, rotated and moved, then in the file's unit.
 struct Placement {
     scale: DVec3,
     rotation: Option<DQuat>,
@@ -78,7 +78,7 @@ impl Placement {
         })
     }
 
-    /// Whether it turns what is counter-clockwise into clockwise.
+    /// Returns whether it turns counter-clockwise into clockwise.
     fn mirrors(&self) -> bool {
         self.scale
             .to_array()
@@ -89,7 +89,7 @@ impl Placement {
             == 1
     }
 
-    /// A triangle whose front stays where the mirror image of its front is.
+    /// Returns a triangle whose front stays on the mirror image of its front.
     fn turned(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
         if self.mirrors() { [a, c, b] } else { [a, b, c] }
     }
@@ -298,7 +298,7 @@ impl Reading<'_> {
                 let placement = Placement::of(table, self.unit)?;
                 placement.place(&mut vertices);
                 let mut triangles = Vec::<(String, Vec<_>)>::new();
-                // Where in `triangles` each name is.
+                // Index in `triangles` of each name.
                 let places: Vec<usize> = names
                     .into_iter()
                     .map(|name| {

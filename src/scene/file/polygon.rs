@@ -1,4 +1,4 @@
-//! Polygons of meshes: their division into triangles, and those that a mesh holds twice.
+//! Polygons of meshes: division into triangles, and removal of duplicates.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -8,18 +8,18 @@ use spade::{
     ConstrainedDelaunayTriangulation, HasPosition, MIN_ALLOWED_VALUE, Point2, Triangulation as _,
 };
 
-/// Farthest that a corner may lie off the plane of a face that counts as flat, as a fraction of the
+/// Largest distance of a corner from the plane of a face that counts as flat, as a fraction of the
 /// face's extent.
 const FLAT: f64 = 1e-3;
 
 /// The polygons of one mesh as triangles, each polygon once.
 #[derive(Default)]
 pub(super) struct Polygons {
-    /// The first vertex at each place, whose coordinates are given by their bits.
+    /// First vertex at each place, whose coordinates are given by their bits.
     places: HashMap<[u64; 3], u32>,
-    /// How many vertices `places` has seen.
+    /// Number of vertices that `places` has seen.
     placed: usize,
-    /// Whether each polygon added goes against the direction of its [`cycle`].
+    /// Polygons added, and whether each goes against the direction of its [`cycle`].
     seen: HashMap<Vec<u32>, bool>,
     faces: usize,
     repeated: usize,
@@ -28,8 +28,8 @@ pub(super) struct Polygons {
 }
 
 impl Polygons {
-    /// The triangles of a polygon, counter-clockwise as it is; none for one that was added before,
-    /// whichever its side.
+    /// Adds a polygon and returns its triangles, counter-clockwise as it is; none for one that was
+    /// added before, whichever its side.
     ///
     /// # Errors
     /// A message for a polygon that crosses itself.
@@ -62,7 +62,7 @@ impl Polygons {
             .collect())
     }
 
-    /// What a user should know about the polygons added.
+    /// Iterates over notes for the user about the polygons added.
     pub fn notes(&self) -> impl Iterator<Item = String> {
         let Self {
             faces,
@@ -84,13 +84,13 @@ impl Polygons {
     }
 }
 
-/// The coordinates' bits, with one zero for both signs.
+/// Returns the coordinates' bits, with one zero for both signs.
 fn bits(v: DVec3) -> [u64; 3] {
     v.to_array().map(|x| (x + 0.0).to_bits())
 }
 
-/// A polygon's form that does not depend on its first corner, its direction and corners repeated in
-/// a row; and whether that form goes the other way round.
+/// Returns a polygon's form that does not depend on its first corner, its direction and corners
+/// repeated in a row; and whether that form goes the other way round.
 fn cycle(mut corners: Vec<u32>) -> (Vec<u32>, bool) {
     corners.dedup();
     if corners.len() > 1 && corners.first() == corners.last() {
@@ -111,7 +111,8 @@ fn cycle(mut corners: Vec<u32>) -> (Vec<u32>, bool) {
     }
 }
 
-/// The normal of the plane that fits a polygon, times twice the area within it (Newell's sum).
+/// Returns the normal of the plane that fits a polygon, times twice the area within it (Newell's
+/// sum).
 fn newell(points: &[DVec3]) -> DVec3 {
     let from_first = |i: usize| points[i] - points[0];
     (1..points.len() - 1)
@@ -132,8 +133,8 @@ fn is_bent(points: &[DVec3]) -> bool {
             .any(|p| (*p - middle).dot(normal).abs() > FLAT * extent)
 }
 
-/// The triangles of a polygon by indices of its corners; `None` if it crosses itself, seen along
-/// its normal.
+/// Returns the triangles of a polygon by indices of its corners; `None` if it crosses itself, seen
+/// along its normal.
 ///
 /// A triangle, a polygon whose triangles from its first corner cover it, and one without area are
 /// divided from the first corner. For others the triangles are those of the constrained Delaunay
@@ -232,8 +233,7 @@ impl HasPosition for Corner {
     }
 }
 
-/// The projection of a polygon along the axis that is nearest to its normal, in which it is
-/// counter-clockwise.
+/// Projects a polygon along the axis nearest to its normal, so that it is counter-clockwise.
 fn flattened(points: &[DVec3]) -> Vec<DVec2> {
     let normal = newell(points);
     let axis = normal.abs().max_position();
@@ -248,8 +248,8 @@ fn flattened(points: &[DVec3]) -> Vec<DVec2> {
     points.iter().map(project).collect()
 }
 
-/// Whether the triangles from the first corner turn one way and all within half a turn, so that
-/// they cover the polygon.
+/// Returns whether the triangles from the first corner turn one way and all within half a turn, so
+/// that they cover the polygon.
 fn fan_covers(points: &[DVec2]) -> bool {
     let side = |i: usize, j: usize| (points[i] - points[0]).perp_dot(points[j] - points[0]);
     (2..points.len()).all(|i| side(i - 1, i) > 0.0 && side(1, i) > 0.0)

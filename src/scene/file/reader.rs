@@ -1,4 +1,4 @@
-//! TOML whose every value knows its line, and one line for whatever is wrong with it.
+//! TOML in which every value knows its line, and errors of one line.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -12,7 +12,7 @@ use super::words::advice;
 use crate::error::Error;
 use crate::suggest::hint;
 
-/// The largest coordinate, length and radiance: none of their products is near the largest number.
+/// Largest coordinate, length and radiance: none of their products is near the largest number.
 pub(super) const LARGEST: f64 = 1e9;
 
 /// A text and the file it is from.
@@ -22,7 +22,7 @@ pub(super) struct Source<'s> {
 }
 
 impl Source<'_> {
-    /// The table that the text is.
+    /// Parses the text as a table.
     pub fn parse(&self) -> Result<Spanned<DeTable<'_>>, Error> {
         DeTable::parse(self.text).map_err(|error| {
             let at = error.span().map_or(self.text.len(), |span| span.start);
@@ -33,19 +33,19 @@ impl Source<'_> {
         })
     }
 
-    /// What is wrong at a byte of the text.
+    /// Returns the error at a byte of the text.
     pub fn fault(&self, at: usize, message: impl Display) -> Error {
         fault(self.file, self.line(at), message)
     }
 
-    /// The line of a byte of the text, from 1.
+    /// Returns the line of a byte of the text, from 1.
     fn line(&self, at: usize) -> usize {
         let before = &self.text.as_bytes()[..at.min(self.text.len())];
         1 + before.iter().filter(|byte| **byte == b'\n').count()
     }
 }
 
-/// What is wrong at a line of a file.
+/// Returns the error at a line of a file.
 pub(super) fn fault(file: impl Display, line: usize, message: impl Display) -> Error {
     Error::Scene {
         scene: format!("{file}, line {line}"),
@@ -53,7 +53,7 @@ pub(super) fn fault(file: impl Display, line: usize, message: impl Display) -> E
     }
 }
 
-/// The start of what somebody wrote, on one line.
+/// Quotes the start of a user's text, on one line.
 pub(super) fn shown(text: &str) -> String {
     let start: String = text.chars().take(40).collect();
     format!(
@@ -62,17 +62,17 @@ pub(super) fn shown(text: &str) -> String {
     )
 }
 
-/// A value and where it stands.
+/// A value and its position.
 #[derive(Clone)]
 pub(super) struct Value<'s> {
     source: &'s Source<'s>,
-    /// Its keys, from the root of the file.
+    /// Keys from the root of the file.
     path: Rc<str>,
     value: &'s Spanned<DeValue<'s>>,
 }
 
 impl<'s> Value<'s> {
-    /// What is wrong with it, as the end of a sentence that begins with its keys.
+    /// Returns an error about the value; the message ends a sentence that begins with its keys.
     pub fn fault(&self, message: impl Display) -> Error {
         self.source
             .fault(self.value.span().start, format!("{} {message}", self.path))
@@ -94,7 +94,7 @@ impl<'s> Value<'s> {
             })
     }
 
-    /// An index below `count`.
+    /// Reads an index below `count`.
     pub fn index(&self, count: usize) -> Result<u32, Error> {
         let last = count.saturating_sub(1) as f64;
         let index = self
@@ -122,7 +122,7 @@ impl<'s> Value<'s> {
         }))
     }
 
-    /// Two values of a kind.
+    /// Reads an array of two values of one kind.
     pub fn two<T>(&self, each: impl Fn(&Self) -> Result<T, Error>) -> Result<[T; 2], Error> {
         let items = self
             .array()?
@@ -146,7 +146,7 @@ impl<'s> Value<'s> {
         self.three(-LARGEST..=LARGEST)
     }
 
-    /// One number for all channels, or three.
+    /// Reads a colour: one number for all channels, or three.
     pub fn colour(&self, range: RangeInclusive<f64>) -> Result<DVec3, Error> {
         if self.value.get_ref().is_array() {
             self.three(range)
@@ -169,7 +169,7 @@ impl<'s> Value<'s> {
             .ok_or_else(|| self.fault("must be true or false"))
     }
 
-    /// The choice whose name is given.
+    /// Reads the choice whose name is given.
     pub fn choice<T: Copy>(
         &self,
         choices: &[(&'static str, T)],
@@ -206,7 +206,7 @@ impl<'s> Value<'s> {
     }
 }
 
-/// Keys and values.
+/// A table of keys and values.
 pub(super) struct Table<'s> {
     pub source: &'s Source<'s>,
     pub path: Rc<str>,
@@ -224,7 +224,7 @@ impl<'s> Table<'s> {
         }
     }
 
-    /// What is wrong with it, as the end of a sentence that begins with its keys.
+    /// Returns an error about the table; the message ends a sentence that begins with its keys.
     pub fn fault(&self, message: impl Display) -> Error {
         let what = if self.path.is_empty() {
             "the file"
@@ -234,7 +234,7 @@ impl<'s> Table<'s> {
         self.source.fault(self.at, format!("{what} {message}"))
     }
 
-    /// A note about it, with its file and line.
+    /// Returns a note about the table, with its file and line.
     pub fn note(&self, message: impl Display) -> String {
         format!(
             "{}, line {}: {} {message}",
@@ -248,7 +248,7 @@ impl<'s> Table<'s> {
         Some(self.value(key, self.entries.get(key)?))
     }
 
-    /// A value that must be there.
+    /// Returns the value of a required key.
     pub fn need(&self, key: &str) -> Result<Value<'s>, Error> {
         let other = || {
             self.entries
@@ -264,7 +264,7 @@ impl<'s> Table<'s> {
             .ok_or_else(|| self.fault(format!("needs the key {key}{}", hint())))
     }
 
-    /// All keys with their values, in the order of the file.
+    /// Iterates over all keys with their values, in the order of the file.
     pub fn rows(&self) -> impl Iterator<Item = (&'s str, Value<'s>)> {
         let mut rows: Vec<_> = self.entries.iter().collect();
         rows.sort_by_key(|(key, _)| key.span().start);

@@ -1,4 +1,4 @@
-//! What each key of a scene file says.
+//! Reading of each key of a scene file.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     }
 }
 
-/// What may still be read.
+/// Remaining budget of bytes, vertices and triangles.
 pub(super) struct Limits {
     bytes: u64,
     vertices: usize,
@@ -62,7 +62,7 @@ fn spend(left: &mut usize, count: usize, what: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What has been read so far.
+/// State of the reading.
 pub(super) struct Reading<'a> {
     folder: &'a Path,
     pub(super) unit: f64,
@@ -143,7 +143,7 @@ impl<'a> Reading<'a> {
         Ok((description, reading))
     }
 
-    /// One radiance, or an image of all directions.
+    /// Reads the background: one radiance, or an image of all directions.
     fn background(&mut self, value: &Value) -> Result<Environment, Error> {
         if !value.is_table() {
             return Ok(Environment::Uniform(value.colour(0.0..=LARGEST)?));
@@ -203,7 +203,7 @@ impl<'a> Reading<'a> {
             .map_err(|message| table.fault(format!("is no environment map: {message}")))
     }
 
-    /// The bytes of the file that a key names, which become a part of what tells scenes apart.
+    /// Reads the file that a key names, and adds its bytes to the scene's digest.
     pub(super) fn bytes_of(
         &mut self,
         table: &Table,
@@ -219,7 +219,7 @@ impl<'a> Reading<'a> {
         Ok((path, bytes))
     }
 
-    /// Adds the bytes of a file to what tells scenes apart.
+    /// Adds the bytes of a file to the scene's digest.
     fn hash(&mut self, bytes: &[u8]) {
         self.digest.update((bytes.len() as u64).to_le_bytes());
         self.digest.update(bytes);

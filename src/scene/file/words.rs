@@ -1,7 +1,7 @@
-//! Words of other programs' scenes, and what says the same here.
+//! Words of other programs' scenes, and their equivalents here.
 
 /// Keys of other programs, and keys or values of this one that may be meant: the first that is
-/// valid where the word stands. Words are in lower case without `-`, `_` and blanks.
+/// valid at that place. Words are in lower case without `-`, `_` and blanks.
 const SYNONYMS: [(&str, &[&str]); 32] = [
     (
         "ior eta refraction refractiveindex indexofrefraction intior n",
@@ -65,7 +65,7 @@ const SYNONYMS: [(&str, &[&str]); 32] = [
     ("null none", &["black"]),
 ];
 
-/// Words without an equal here, and what to do instead.
+/// Words without an equivalent here, with advice.
 const INSTEAD: [(&str, &str); 7] = [
     (
         "plastic roughplastic principled disney uber pbr phong blinn blinnphong coated standard",
@@ -111,7 +111,7 @@ pub(super) fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
         .collect()
 }
 
-/// A tail for messages about a word that is not valid, if other programs know it.
+/// Returns the tail of a message about an invalid word, if other programs know it.
 pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
     let meant = find(&SYNONYMS, wrong)
         .concat()

@@ -109,13 +109,13 @@ fn the_f_test_has_closed_forms() {
         let upper: f64 = (1.0 + 2.0 * f / 4.0_f64).powi(-2);
         let expected = 2.0 * upper.min(1.0 - upper);
         assert_relative_eq!(
-            f_test((2.0 * f * 7.0, 3), (7.0, 5), 2.0),
+            f_test([2.0 * f * 7.0, 7.0], [3, 5], 2.0),
             expected,
             max_relative = 1e-9
         );
         // Exchanging the sides gives the same result.
         assert_relative_eq!(
-            f_test((7.0, 5), (2.0 * f * 7.0, 3), 0.5),
+            f_test([7.0, 2.0 * f * 7.0], [5, 3], 0.5),
             expected,
             max_relative = 1e-9
         );

@@ -1,5 +1,7 @@
 //! Tests that no statistic says *holds* of samples that give no evidence.
 
+use whitefurnace::harness::welch_map::Skewed;
+
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
 
@@ -31,7 +33,10 @@ fn still(pixels: usize, count: u64) -> Image {
 fn image(pixels: usize, count: u64) -> Outcome {
     let still = still(pixels, count);
     let pixels = still.statistics();
-    let image = (&pixels, &still.variance[..]);
+    let image = Skewed {
+        statistics: &pixels,
+        skewness: &still.variance,
+    };
     image_mean("image", image, image, 1e3)
 }
 

@@ -1,6 +1,6 @@
 //! Tests of maps of Welch tests and of means of images, against their definitions on small images.
 
-use whitefurnace::harness::welch_map::PValueMap;
+use whitefurnace::harness::welch_map::{PValueMap, Skewed};
 
 use super::*;
 
@@ -123,7 +123,11 @@ fn tiles_hold_their_own_pixels() {
         }
     }
     let even = [0.0; 35];
-    let whole = image_mean("whole", (&a, &even), (&b, &even), 0.01);
+    let symmetric = |statistics| Skewed {
+        statistics,
+        skewness: &even,
+    };
+    let whole = image_mean("whole", symmetric(&a), symmetric(&b), 0.01);
     let (t, dof, error) = expected(&|_, _| true);
     assert_eq!((whole.name.as_str(), whole.n), ("whole", 50));
     let critical = student_upper(ALPHA / 2.0, dof);
@@ -149,7 +153,7 @@ fn tiles_hold_their_own_pixels() {
         variance: &even,
         ..a
     };
-    let same = image_mean("same", (&still, &even), (&still, &even), 0.01);
+    let same = image_mean("same", symmetric(&still), symmetric(&still), 0.01);
     assert_eq!(
         (same.value, same.p, same.verdict()),
         (0.0, 1.0, Verdict::Undecided { needed: u64::MAX })
@@ -168,7 +172,11 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     ];
     let [a, b] = images.each_ref().map(Image::statistics);
     let even = [0.0; 149];
-    let cells = image_mean("stretches", (&a, &even), (&b, &even), 0.01).cells;
+    let symmetric = |statistics| Skewed {
+        statistics,
+        skewness: &even,
+    };
+    let cells = image_mean("stretches", symmetric(&a), symmetric(&b), 0.01).cells;
     assert_eq!(cells.len(), 50);
     for (i, cell) in cells.iter().enumerate() {
         let n = if i < 49 { 3 } else { 2 };
