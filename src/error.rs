@@ -62,10 +62,7 @@ fn radiance_remedy(value: f64) -> String {
     } else {
         "look for a zero or infinite pdf, or a path that does not end"
     };
-    format!(
-        "an image holds finite values from 0 to {}: {remedy}",
-        LARGEST_RADIANCE
-    )
+    format!("an image holds finite values from 0 to {LARGEST_RADIANCE}: {remedy}")
 }
 
 /// Returns advice on an error of the file system, or an empty text.

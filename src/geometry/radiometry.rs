@@ -23,27 +23,3 @@ pub fn reflected<V: Vector>(brdf: V, radiance: V, cosine: V::Real, pdf: V::Real)
 pub fn solid_angle_per_area<R: Real>(cosine_at_y: R, distance_squared: R) -> R {
     cosine_at_y / distance_squared
 }
-
-/// Returns the weight of a sample by the balance heuristic of [`crate::equation::MIS`]: it was
-/// drawn with `pdf`, and another strategy would draw it with `other`, with respect to the same
-/// measure.
-#[inline]
-pub fn balance<R: Real>(pdf: R, other: R) -> R {
-    (ratio(other, pdf) + 1.0).recip()
-}
-
-/// Returns the weight of a sample by the power heuristic with exponent 2,
-/// [`crate::equation::MIS_POWER`], with arguments as in [`balance`]. The ratio is squared, not the
-/// pdfs, so that none overflows.
-#[inline]
-pub fn power<R: Real>(pdf: R, other: R) -> R {
-    let ratio = ratio(other, pdf);
-    (ratio * ratio + 1.0).recip()
-}
-
-/// Returns a/b in [0, ∞] for a, b in [0, ∞], where 0/0 and ∞/∞ are 1, so that weights sum to one
-/// there, too.
-#[inline]
-fn ratio<R: Real>(a: R, b: R) -> R {
-    R::choose(a.equals(b), R::splat(1.0), a / b)
-}

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::next_event::{ShadowRays, direct_light, picked_pdf};
+use super::direct_light::{ShadowRays, direct_light, picked_pdf};
 use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
 use super::strategies::{Bidirectional, Density, PathVertex, WholePath};
 use super::walk::{PendingWalk, WalkEvent, WalkHit, follow, in_portions};

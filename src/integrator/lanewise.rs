@@ -3,14 +3,15 @@
 
 use glam::DVec3;
 
-use super::{Heuristic, Strategy, Walking};
+use super::Walking;
 use crate::geometry::offsets::Place;
 use crate::geometry::radiometry;
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::material::fresnel;
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::Wide;
-use crate::sampling::roulette;
+use crate::sampling::mis::{Heuristic, Strategy};
+use crate::sampling::{mis, roulette};
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// Parts of estimators over lanes; each function is that of the same name without `lanes_`.
@@ -260,8 +261,8 @@ pub(crate) trait Lanewise: Walking {
         active: R::Mask,
     ) -> R {
         match heuristic {
-            Heuristic::Balance if self.is_standard() => radiometry::balance(pdf, other),
-            Heuristic::Power if self.is_standard() => radiometry::power(pdf, other),
+            Heuristic::Balance if self.is_standard() => mis::balance(pdf, other),
+            Heuristic::Power if self.is_standard() => mis::power(pdf, other),
             Heuristic::Balance => numbers(active, |i| self.mis_weight(pdf.lane(i), other.lane(i))),
             Heuristic::Power => numbers(active, |i| {
                 self.mis_power_weight(pdf.lane(i), other.lane(i))

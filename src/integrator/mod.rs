@@ -8,6 +8,7 @@
 
 mod bdpt;
 mod bsdf_sample;
+mod direct_light;
 mod emission;
 mod interaction;
 mod lanewise;
@@ -29,14 +30,15 @@ mod whitted;
 
 use glam::DVec3;
 
+pub use crate::sampling::mis::{Heuristic, Strategy};
 pub use bdpt::{Bdpt, Connections};
 pub(crate) use bsdf_sample::BsdfSample;
+use direct_light::ShadowRays;
 pub(crate) use interaction::{BsdfAt, ShadingPoint, SurfaceInteraction};
 pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
-use next_event::ShadowRays;
-pub use path::{Heuristic, Path, Strategy};
+pub use path::Path;
 pub(crate) use path_state::{Arrival, Integrator, PathState};
 pub use photon::photon_map::Photons;
 pub use photon::photon_map::radius_squared;

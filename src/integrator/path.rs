@@ -5,9 +5,9 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
+use super::direct_light::{LightSample, ShadowRays, sample_light_by, sample_light_or_map};
 use super::lanewise::{Lanewise, numbers};
 use super::light_sampling::{LightNumbers, SeenLight, light_pdf};
-use super::next_event::{LightSample, ShadowRays, sample_light_by, sample_light_or_map};
 use super::specular_nee::{LightHit, SpecularShadowRay, specular_light};
 use super::{
     Arrival, Integrator, LONGEST_PATH, PathState, ShadingPoint as _, Standard, SurfaceInteraction,
@@ -17,32 +17,10 @@ use crate::light::emitter::LightSampling;
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
+use crate::sampling::mis::{Heuristic, Strategy};
 use crate::sampling::roulette;
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
-
-/// How direct light at a diffuse surface is sampled. Each strategy counts it once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Strategy {
-    /// BSDF sampling: paths hit emitters by chance.
-    Bsdf,
-    /// Next-event estimation with points on emitters. With points uniform in area its variance is
-    /// infinite in corners of emitting rooms: the geometry term has no bound.
-    Light,
-    /// Both, weighted by a [`Heuristic`].
-    #[default]
-    Mis,
-}
-
-/// Heuristic of multiple importance sampling; none changes the mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Heuristic {
-    /// [`NextEvent::mis_weight`](crate::integrator::NextEvent::mis_weight).
-    #[default]
-    Balance,
-    /// [`NextEvent::mis_power_weight`](crate::integrator::NextEvent::mis_power_weight).
-    Power,
-}
 
 /// Path tracer: an estimator of (8), or with a bounce limit of the first terms of its Neumann
 /// series.

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
 
-use super::next_event::direct_light;
+use super::direct_light::direct_light;
 use super::{Estimator, LightRules, Standard};
 use crate::geometry::shape::{Hit, Ray};
 use crate::material::{Bsdf, Scattering, Vertex};

@@ -6,8 +6,8 @@
 //! diffuse surface and, after a diffuse surface, through mirrors and glass (caustics). The text
 //! leaves caustics to later work (3.3), and [`LightRules::REPORT`] omits them.
 
+use super::direct_light::sample_light;
 use super::lanewise::Lanewise;
-use super::next_event::sample_light;
 use super::{Arrival, Integrator, LightRules, Standard, Strategy, Walking};
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::Wide;

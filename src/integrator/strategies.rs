@@ -11,8 +11,8 @@ use crate::camera::Camera;
 use crate::light::emitter::EmitterPoint;
 use crate::material::{Bsdf, Scattering, Vertex};
 
+use super::direct_light::picked_pdf;
 use super::light_sampling::point_pdf;
-use super::next_event::picked_pdf;
 use super::{NextEvent, Walking};
 use crate::scene::Scene;
 

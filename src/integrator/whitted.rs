@@ -1,6 +1,6 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
-use super::next_event::sample_light;
+use super::direct_light::sample_light;
 use super::{Arrival, Integrator, LightRules, Standard, Walking};
 use crate::math::real::Mask;
 use crate::math::simd::Wide;

@@ -1,6 +1,7 @@
 //! Random numbers, low-discrepancy points, and the distributions drawn with them.
 
 pub(crate) mod lanes;
+pub mod mis;
 pub mod pixel;
 pub mod rng;
 pub mod roulette;

@@ -244,7 +244,7 @@ impl Property for Weights {
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and are proportional to the densities";
-    let judged = ["geometry::radiometry::balance", "exact"];
+    let judged = ["sampling::mis::balance", "exact"];
     trial(
         "irradiance/weights",
         property,

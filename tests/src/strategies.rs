@@ -403,7 +403,7 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
     let property = "power weights sum to one and are proportional to the squares of the densities";
-    let judged = ["geometry::radiometry::power", "exact"];
+    let judged = ["sampling::mis::power", "exact"];
     trial(
         "irradiance/power-weights",
         property,

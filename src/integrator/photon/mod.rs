@@ -7,7 +7,7 @@ use std::cell::RefCell;
 
 use glam::DVec3;
 
-use super::next_event::{ShadowRays, direct_light};
+use super::direct_light::{ShadowRays, direct_light};
 use super::walk::{PendingWalk, WalkEvent, follow};
 use super::{Estimator, Sample, Walking};
 use crate::error::Error;

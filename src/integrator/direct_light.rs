@@ -1,0 +1,358 @@
+//! Next-event estimation: light that shadow rays find at a surface.
+
+use std::array::from_fn;
+
+use glam::DVec3;
+
+use super::lanewise::{Lanewise, vectors, visible};
+use super::light_sampling::{LightNumbers, PickedLight, PickedPoint, SeenLight, light_pdf};
+use super::{BsdfAt, ShadingPoint, Walking};
+use crate::geometry::radiometry;
+use crate::geometry::shape::Ray;
+use crate::light::emitter::{EmitterPoint, LightSampling};
+use crate::light::environment::EnvironmentMap;
+use crate::material::{Bsdf, Vertex};
+use crate::math::real::{Mask, Real, Vector};
+use crate::math::simd::Wide;
+use crate::sampling::lanes::LaneSampler;
+use crate::sampling::rng::{uniform, uniform2};
+use crate::sampling::sampler::Sampler;
+use crate::scene::Scene;
+use crate::scene::lanes::{IntersectionScratch, LaneScene};
+
+/// How shadow rays pick emitters and points on them, and whether glass blocks them.
+#[derive(Clone, Copy)]
+pub(crate) struct ShadowRays {
+    pub lights: LightSampling,
+    /// Whether they pass through glass, straight and unattenuated.
+    pub pass_glass: bool,
+}
+
+impl ShadowRays {
+    /// Settings of estimators without options for shadow rays.
+    pub const DEFAULT: Self = Self {
+        lights: LightSampling::ByContribution,
+        pass_glass: false,
+    };
+}
+
+/// Light that arrives along a shadow ray in each lane.
+#[derive(Clone, Copy)]
+pub(crate) struct LightSample<R: Real> {
+    /// Lanes in which light arrives.
+    pub arrives: R::Mask,
+    /// Directions towards the light, in local coordinates.
+    pub wi: R::Vector,
+    /// f_r L cos θ / p, before MIS weights.
+    pub reflected: R::Vector,
+    /// p with respect to solid angle.
+    pub pdf: R,
+}
+
+impl<R: Real> LightSample<R> {
+    /// Creates a sample without light in any lane.
+    #[inline]
+    fn none() -> Self {
+        let none = R::Vector::splat_vector(DVec3::ZERO);
+        Self {
+            arrives: R::Mask::splat(false),
+            wi: none,
+            reflected: none,
+            pdf: R::splat(0.0),
+        }
+    }
+
+    /// Scales the pdf and the estimate of a kind of light that was picked with this probability.
+    #[inline]
+    fn picked(self, probability: f64) -> Self {
+        let all = R::splat(probability);
+        Self {
+            reflected: self.reflected * all.recip(),
+            pdf: self.pdf * all,
+            ..self
+        }
+    }
+
+    /// Returns this sample in the lanes of the mask, and `other` elsewhere.
+    #[inline]
+    fn or(self, mask: R::Mask, other: Self) -> Self {
+        Self {
+            arrives: (mask & self.arrives) | (!mask & other.arrives),
+            wi: Vector::choose(mask, self.wi, other.wi),
+            reflected: Vector::choose(mask, self.reflected, other.reflected),
+            pdf: R::choose(mask, self.pdf, other.pdf),
+        }
+    }
+}
+
+/// Traces one shadow ray from each active lane to a point picked on an emitter.
+#[inline]
+pub(super) fn sample_light<
+    P: Walking,
+    X: ShadingPoint<R>,
+    S: LaneSampler<R>,
+    R: Wide<N>,
+    const N: usize,
+>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    shadow_rays: ShadowRays,
+    active: R::Mask,
+    random: &mut S,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    let numbers = LightNumbers::new(scene.scene, active, random);
+    sample_light_by(parts, scene, at, shadow_rays, &numbers, active, scratch)
+}
+
+/// Traces shadow rays as [`sample_light`], with given random numbers.
+#[inline]
+pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    shadow_rays: ShadowRays,
+    random: &LightNumbers<R>,
+    active: R::Mask,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    if scene.scene.emitters().is_empty() || !active.any() {
+        return LightSample::none();
+    }
+    let picked = PickedLight::new(
+        parts,
+        scene.scene,
+        shadow_rays.lights,
+        at.vertex().point,
+        random,
+        active,
+    );
+    light_from(parts, scene, at, &picked, shadow_rays.pass_glass, scratch)
+}
+
+/// Returns the light that arrives from points picked on emitters.
+#[inline]
+fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    picked: &PickedLight<R, N>,
+    pass_glass: bool,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    let (zero, vertex) = (R::splat(0.0), at.vertex());
+    let PickedLight {
+        probability,
+        on_emitter,
+        active,
+        ..
+    } = picked;
+    let (point, active) = (on_emitter.point, *active);
+    let to_light = point.point - vertex.point;
+    let distance_squared = to_light.length_squared();
+    let direction = to_light * distance_squared.sqrt().recip();
+    let cosine_at_light = parts.lanes_cosine(point.normal, -direction, active);
+    let cosine = at.cosine(parts, direction, active);
+    let active = active & cosine.above(zero) & cosine_at_light.above(zero);
+    if !active.any() {
+        return LightSample::none();
+    }
+    let wi = vertex.frame.local(direction);
+    let brdf = at.brdf(parts, wi, active);
+    let pdf = on_emitter.pdf(parts, cosine_at_light, distance_squared, active);
+    let pdf = parts.lanes_pdf_of_pick(pdf, *probability, active);
+    let active = active & !is_zero(brdf);
+    let arrives = if active.any() {
+        let light = scene.scene.place(point.point, point.normal);
+        visible(
+            parts,
+            scene,
+            &at.place(),
+            &light,
+            pass_glass,
+            active,
+            scratch,
+        )
+    } else {
+        active
+    };
+    let reflected = at.to_radiance(
+        parts,
+        radiometry::reflected(brdf, on_emitter.radiance, cosine, pdf),
+        wi,
+        arrives,
+    );
+    LightSample {
+        arrives,
+        wi,
+        reflected,
+        pdf,
+    }
+}
+
+/// Traces one shadow ray from each active lane towards the environment map.
+#[inline]
+fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+    parts: &P,
+    scene: &Scene,
+    map: &EnvironmentMap,
+    at: &X,
+    random: [R; 2],
+    active: R::Mask,
+) -> LightSample<R> {
+    let vertex = at.vertex();
+    let sample = |i: usize| parts.sample_map(map, random.map(|r| r.lane(i)));
+    let samples: [_; N] = from_fn(|i| {
+        if active.lane(i) {
+            sample(i)
+        } else {
+            (DVec3::Z, 1.0)
+        }
+    });
+    let direction = R::Vector::from_fn(|i| samples[i].0);
+    let pdf = R::from_lanes(|i| samples[i].1);
+    let cosine = at.cosine(parts, direction, active);
+    let wi = vertex.frame.local(direction);
+    let brdf = at.brdf(parts, wi, active);
+    let active = active & cosine.above(R::splat(0.0)) & !is_zero(brdf);
+    let place = at.place();
+    let ray = place.leave(direction);
+    let sees_background = |i: usize| {
+        if parts.is_standard() {
+            return scene.is_open(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
+        }
+        parts.sees_background(
+            scene,
+            (place.point.lane(i), place.normal.lane(i)),
+            samples[i].0,
+        )
+    };
+    let arrives = R::Mask::from_fn(|i| active.lane(i) && sees_background(i));
+    let radiance = vectors(arrives, |i| map.radiance(samples[i].0));
+    let reflected = at.to_radiance(
+        parts,
+        radiometry::reflected(brdf, radiance, cosine, pdf),
+        wi,
+        arrives,
+    );
+    LightSample {
+        arrives,
+        wi,
+        reflected,
+        pdf,
+    }
+}
+
+/// Traces a shadow ray from each active lane towards the environment map or an emitter, one of
+/// which is picked at random.
+#[inline]
+pub(super) fn sample_light_or_map<
+    P: Walking,
+    X: ShadingPoint<R>,
+    S: LaneSampler<R>,
+    R: Wide<N>,
+    const N: usize,
+>(
+    parts: &P,
+    scene: LaneScene<'_, R, N>,
+    at: &X,
+    shadow_rays: ShadowRays,
+    active: R::Mask,
+    random: &mut S,
+    scratch: &mut IntersectionScratch<R, N>,
+) -> LightSample<R> {
+    let Some(map) = scene.scene.background().map() else {
+        return LightSample::none();
+    };
+    let share = parts.share_of_map(scene.scene.emitters().len());
+    let to_map = active & random.uniform(active).below(R::splat(share));
+    let numbers = [random.uniform(to_map), random.uniform(to_map)];
+    let of_map = sample_map(parts, scene.scene, map, at, numbers, to_map).picked(share);
+    let to_light = active & !to_map;
+    let light = sample_light(parts, scene, at, shadow_rays, to_light, random, scratch);
+    of_map.or(to_map, light.picked(1.0 - share))
+}
+
+/// Returns whether all components are 0.
+#[inline]
+fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
+    let [x, y, z] = vector.components();
+    let zero = V::Real::splat(0.0);
+    x.equals(zero) & y.equals(zero) & z.equals(zero)
+}
+
+/// Light that arrives at one surface point from an emitter.
+pub(super) struct DirectLight {
+    /// f_r L cos θ / p.
+    pub reflected: DVec3,
+    /// Index of the emitter, and the point on it.
+    pub emitter: usize,
+    pub point: EmitterPoint,
+}
+
+/// Traces one shadow ray as [`sample_light`], from a single surface; `None` if nothing arrives.
+#[inline]
+pub(super) fn direct_light<P: Walking, R: Sampler>(
+    parts: &P,
+    scene: &Scene,
+    bsdf: &Bsdf,
+    vertex: &Vertex,
+    shadow_rays: ShadowRays,
+    rng: &mut R,
+) -> Option<DirectLight> {
+    if scene.emitters().is_empty() {
+        return None;
+    }
+    let at = BsdfAt {
+        scene,
+        bsdf,
+        vertex,
+    };
+    let random = LightNumbers {
+        pick: uniform(rng),
+        point: uniform2(rng),
+    };
+    let picked = PickedLight::new(
+        parts,
+        scene,
+        shadow_rays.lights,
+        vertex.point,
+        &random,
+        true,
+    );
+    let (lanes, scratch) = (LaneScene::new(scene), &mut IntersectionScratch::new());
+    let light: LightSample<f64> =
+        light_from(parts, lanes, &at, &picked, shadow_rays.pass_glass, scratch);
+    let (PickedPoint { point, .. }, [emitter]) = (picked.on_emitter, picked.emitter);
+    light.arrives.then_some(DirectLight {
+        reflected: light.reflected,
+        emitter,
+        point,
+    })
+}
+
+/// Returns the pdf, with respect to area, with which [`direct_light`] at a point picks a point on
+/// the emitter with this index; 0 from behind.
+#[inline]
+pub(super) fn picked_pdf<P: Walking>(
+    parts: &P,
+    scene: &Scene,
+    index: usize,
+    light: &Vertex,
+    from: DVec3,
+) -> f64 {
+    let offset = light.point - from;
+    let distance_squared = offset.length_squared();
+    let cosine = parts.cosine(light.frame.z, -offset.normalize());
+    if cosine <= 0.0 {
+        return 0.0;
+    }
+    let seen = SeenLight {
+        emitter: [index],
+        cosine,
+        distance_squared,
+    };
+    light_pdf(parts, scene, ShadowRays::DEFAULT.lights, from, seen, true)
+        * parts.solid_angle_per_area(cosine, distance_squared)
+}
