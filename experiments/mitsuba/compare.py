@@ -51,7 +51,7 @@ def compare(scene, options):
     for seed in range(options.seeds):
         mi.Bitmap(mi.render(loaded, seed=seed)).write(str(folder / f"mitsuba-{seed}.exr"))
         # Independent numbers and no help at outlines: the plainest path tracer that there is.
-        program("render", *common, "--convention", "physical", "--sampler", "independent", "--outlines", "no",
+        program("render", *common, "--convention", "physical", "--sampler", "independent", "--silhouettes", "no",
                 "--seed", str(seed + 1), "--out", str(folder / f"ours-{seed}.exr"))
     program("compare", "--a", str(folder / "ours-*.exr"), "--b", str(folder / "mitsuba-*.exr"),
             "--out", str(folder), codes=(0, 1, 2))

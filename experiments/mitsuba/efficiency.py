@@ -32,7 +32,7 @@ SAMPLERS = ["multijitter", "independent"]
 # Options of `render`: its defaults, independent numbers, all points of a pixel in one scramble, which leaves no
 # error bars, and Mitsuba's method with no more than it has; all of them in double and in single precision.
 OURS = {"default": [], "independent": ["--sampler", "independent"], "one-scramble": ["--scrambles", "1"],
-        "plain": ["--sampler", "independent", "--specular-shadow-rays", "no", "--outlines", "no"]}
+        "plain": ["--sampler", "independent", "--specular-nee", "no", "--silhouettes", "no"]}
 OURS |= {f"single-{name}": [*options, "--engine", "single"] for name, options in OURS.items()}
 # The room with what both renderers have.
 OPTIONS = {"report": ["--diffuse", "lambert"]}

@@ -305,12 +305,12 @@ pub struct Film {
     /// Number of samples in a replication of each pixel, where they differ.
     sample_counts: Option<Vec<u32>>,
     pixels: Vec<Pixel>,
-    pub(crate) begun: Option<Begun>,
+    pub(crate) begun: Option<PartialReplication>,
 }
 
 /// An unfinished replication of an image estimator: some of its passes are done.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Begun {
+pub(crate) struct PartialReplication {
     /// Number of passes done.
     pub passes: u32,
     /// Sum of the passes for each pixel.
@@ -491,7 +491,7 @@ impl Film {
     /// Returns the mean radiance of each pixel's samples so far, including those of an unfinished
     /// replication.
     pub fn means_so_far(&self) -> Vec<DVec3> {
-        let Some(Begun { passes, sums }) = &self.begun else {
+        let Some(PartialReplication { passes, sums }) = &self.begun else {
             return self.pixels.iter().map(Pixel::mean).collect();
         };
         let samples = f64::from(self.samples_per_replication);

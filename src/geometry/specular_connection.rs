@@ -6,7 +6,7 @@ use crate::math::real::{Mask, Real, Vector};
 
 /// Kinds of specular scattering at a caster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum CasterKind {
     /// Reflection at the front of a flat mirror.
     Flat,
     /// Reflection at the outside of a sphere of mirror or glass.
@@ -15,7 +15,7 @@ pub enum Kind {
     Refraction,
 }
 
-impl Kind {
+impl CasterKind {
     /// Returns the number of scattering events at the caster.
     pub fn bounces(self) -> u32 {
         if self == Self::Refraction { 2 } else { 1 }
@@ -24,7 +24,7 @@ impl Kind {
 
 /// Parameters of a specular caster, for one ray or one per lane.
 #[derive(Clone, Copy, Debug)]
-pub struct Body<V: Vector> {
+pub struct Caster<V: Vector> {
     /// Centre of a sphere, or of a flat mirror.
     pub centre: V,
     /// Radius of a sphere.
@@ -34,36 +34,36 @@ pub struct Body<V: Vector> {
     /// Unit normal of the front of a flat mirror; zero for spheres.
     pub normal: V,
     /// Relative refractive index 1/n (sine inside over sine outside) for refraction; else zero.
-    pub bending: V::Real,
+    pub relative_ior: V::Real,
     /// Refractive index n of glass; 0 for mirrors.
     pub index: V::Real,
     /// Reflectance of mirrors.
     pub reflectance: V,
     /// Selection weight of the caster, before its solid angle.
-    pub strength: V::Real,
+    pub selection_weight: V::Real,
 }
 
-impl<V: Vector> Body<V> {
+impl<V: Vector> Caster<V> {
     /// Returns the same caster for every ray.
     #[inline]
-    pub fn splat(body: &Body<DVec3>) -> Self {
+    pub fn splat(body: &Caster<DVec3>) -> Self {
         let (vector, all) = (V::splat_vector, V::Real::splat);
         Self {
             centre: vector(body.centre),
             radius: all(body.radius),
             area: all(body.area),
             normal: vector(body.normal),
-            bending: all(body.bending),
+            relative_ior: all(body.relative_ior),
             index: all(body.index),
             reflectance: vector(body.reflectance),
-            strength: all(body.strength),
+            selection_weight: all(body.selection_weight),
         }
     }
 }
 
 /// A specular connection from x through a caster to y.
 #[derive(Clone, Copy, Debug)]
-pub struct Route<V: Vector> {
+pub struct SpecularConnection<V: Vector> {
     /// Whether the connection exists, apart from occlusion.
     pub exists: <V::Real as Real>::Mask,
     /// Unit direction at x.
@@ -78,7 +78,7 @@ pub struct Route<V: Vector> {
     pub cosine: V::Real,
     /// Generalized geometry term dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: solid angle at x
     /// per perpendicular area at y.
-    pub spread: V::Real,
+    pub geometry_term: V::Real,
 }
 
 /// Maximum number of steps to a root. They approach from one side, so that the distance to a double
@@ -122,10 +122,10 @@ struct Legs<R> {
 
 impl<R: Real> Legs<R> {
     #[inline]
-    fn new(sin: R, [x_distance, y_distance]: [R; 2], bending: R) -> Self {
+    fn new(sin: R, [x_distance, y_distance]: [R; 2], relative_ior: R) -> Self {
         let square = sin * sin;
         let leg = |distance: R| (distance * distance - square).sqrt();
-        let within = R::splat(1.0) - bending * bending * square;
+        let within = R::splat(1.0) - relative_ior * relative_ior * square;
         Self {
             x: leg(x_distance),
             y: leg(y_distance),
@@ -135,19 +135,19 @@ impl<R: Real> Legs<R> {
 
     /// Returns df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
     #[inline]
-    fn slope(&self, cos: R, bending: R) -> [R; 2] {
+    fn slope(&self, cos: R, relative_ior: R) -> [R; 2] {
         let product = self.x * self.y;
         let divisor = product * self.within;
         [
-            divisor * 2.0 - cos * (bending * product * 2.0 + self.within * (self.x + self.y)),
+            divisor * 2.0 - cos * (relative_ior * product * 2.0 + self.within * (self.x + self.y)),
             divisor,
         ]
     }
 
     /// Returns cos and sin of f(α) − τ, times XY.
     #[inline]
-    fn residual(&self, angle: Angle<R>, bending: R, target: [R; 2]) -> [R; 2] {
-        let (sin, refracted) = (angle.sin, angle.sin * bending);
+    fn residual(&self, angle: Angle<R>, relative_ior: R, target: [R; 2]) -> [R; 2] {
+        let (sin, refracted) = (angle.sin, angle.sin * relative_ior);
         let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
         // Rotation by the angle α − β.
         let bent = turn([angle.cos, sin], [self.within, -refracted]);
@@ -206,7 +206,7 @@ impl<V: Vector> Pair<V> {
     #[inline]
     fn root(
         &self,
-        bending: V::Real,
+        relative_ior: V::Real,
         target: [V::Real; 2],
         upwards: bool,
         active: <V::Real as Real>::Mask,
@@ -219,9 +219,9 @@ impl<V: Vector> Pair<V> {
         let mut angle = Angle { sin, cos };
         let (mut going, mut found) = (active, active);
         for _ in 0..MOST_STEPS {
-            let legs = Legs::new(angle.sin, self.distances(), bending);
-            let [slope, divisor] = legs.slope(angle.cos, bending);
-            let [far, off] = legs.residual(angle, bending, target);
+            let legs = Legs::new(angle.sin, self.distances(), relative_ior);
+            let [slope, divisor] = legs.slope(angle.cos, relative_ior);
+            let [far, off] = legs.residual(angle, relative_ior, target);
             // 3 sin δ/(2 + cos δ) is a lower bound of the distance δ = f(α) − τ in [0, π].
             let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
             let right_side = if upwards {
@@ -255,18 +255,19 @@ impl<V: Vector> Pair<V> {
 
     /// Returns dω/dA⊥ in units of the radius, and whether it is positive and finite.
     #[inline]
-    fn spread(
+    fn geometry_term(
         &self,
         angle: Angle<V::Real>,
-        bending: V::Real,
+        relative_ior: V::Real,
     ) -> (V::Real, <V::Real as Real>::Mask) {
-        let legs = Legs::new(angle.sin, self.distances(), bending);
-        let [slope, divisor] = legs.slope(angle.cos, bending);
+        let legs = Legs::new(angle.sin, self.distances(), relative_ior);
+        let [slope, divisor] = legs.slope(angle.cos, relative_ior);
         let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
-        let spread = angle.sin * angle.cos * divisor / (across * slope.abs());
+        let geometry_term = angle.sin * angle.cos * divisor / (across * slope.abs());
         (
-            spread,
-            spread.above(V::Real::splat(0.0)) & spread.below(V::Real::splat(f64::INFINITY)),
+            geometry_term,
+            geometry_term.above(V::Real::splat(0.0))
+                & geometry_term.below(V::Real::splat(f64::INFINITY)),
         )
     }
 }
@@ -296,8 +297,8 @@ impl<V: Vector> RootAt<V> {
 }
 
 /// Connections between two points through spheres.
-pub struct BySphere<'a, V: Vector> {
-    body: &'a Body<V>,
+pub struct SphereConnections<'a, V: Vector> {
+    body: &'a Caster<V>,
     pair: Pair<V>,
     /// Lanes in which light is refracted through the sphere, not reflected.
     refracts: <V::Real as Real>::Mask,
@@ -314,12 +315,12 @@ fn grazing<R: Real>() -> Angle<R> {
     }
 }
 
-impl<'a, V: Vector> BySphere<'a, V> {
+impl<'a, V: Vector> SphereConnections<'a, V> {
     /// Prepares connections from x to y in the `active` lanes: refraction in the lanes of
     /// `refracts`, reflection in the others.
     #[inline]
     pub fn new(
-        body: &'a Body<V>,
+        body: &'a Caster<V>,
         x: V,
         y: V,
         active: <V::Real as Real>::Mask,
@@ -354,7 +355,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
                     angle: grazing(),
                 };
             }
-            let (angle, exists) = pair.root(body.bending, target, upwards, among);
+            let (angle, exists) = pair.root(body.relative_ior, target, upwards, among);
             RootAt { exists, angle }
         };
         let first = root(
@@ -363,7 +364,7 @@ impl<'a, V: Vector> BySphere<'a, V> {
             *possible,
         );
         let [x, y] = pair.distances();
-        let slope_at_0 = x * y * (one - body.bending) * 2.0 - (x + y);
+        let slope_at_0 = x * y * (one - body.relative_ior) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
         let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
         let larger = root(target, false, smaller.exists);
@@ -373,11 +374,11 @@ impl<'a, V: Vector> BySphere<'a, V> {
     /// Returns the connection that belongs to a root, which is the first of [`roots`](Self::roots)
     /// in the lanes of `is_first`.
     #[inline]
-    pub(crate) fn route(
+    pub(crate) fn connection(
         &self,
         RootAt { exists, angle }: RootAt<V>,
         is_first: <V::Real as Real>::Mask,
-    ) -> Route<V> {
+    ) -> SpecularConnection<V> {
         let one = V::Real::splat(1.0);
         let Self {
             pair,
@@ -385,8 +386,8 @@ impl<'a, V: Vector> BySphere<'a, V> {
             refracts,
             ..
         } = self;
-        let (spread, finite) = pair.spread(angle, body.bending);
-        let legs = Legs::new(angle.sin, pair.distances(), body.bending);
+        let (geometry_term, finite) = pair.geometry_term(angle, body.relative_ior);
+        let legs = Legs::new(angle.sin, pair.distances(), body.relative_ior);
         // Light refracted across the axis turns the other way.
         let around = V::Real::choose(*refracts & is_first, -one, one);
         // Unit normal where the sphere is met on the way from one of the points, given the unit
@@ -401,60 +402,68 @@ impl<'a, V: Vector> BySphere<'a, V> {
         let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
         let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
         let point = |normal: V| (body.centre + normal * body.radius, normal);
-        Route {
+        SpecularConnection {
             exists: exists & finite,
             direction: (first - pair.x).normalize(),
             arriving: (pair.y - last).normalize(),
             first: point(first),
             last: point(last),
             cosine: angle.cos,
-            spread: spread / (body.radius * body.radius),
+            geometry_term: geometry_term / (body.radius * body.radius),
         }
     }
 }
 
-impl<'a> BySphere<'a, DVec3> {
+impl<'a> SphereConnections<'a, DVec3> {
     /// Iterates over the connections, with the index of their root.
     #[inline]
-    pub fn routes(self) -> impl Iterator<Item = (usize, Route<DVec3>)> + use<'a> {
+    pub fn connections(self) -> impl Iterator<Item = (usize, SpecularConnection<DVec3>)> + use<'a> {
         let found = (0..).zip(self.roots()).filter(|(_, root)| root.exists);
         found
-            .map(move |(number, root)| (number, self.route(root, number == 0)))
-            .filter(|(_, route)| route.exists)
+            .map(move |(number, root)| (number, self.connection(root, number == 0)))
+            .filter(|(_, connection)| connection.exists)
     }
 }
 
-impl<V: Vector> Route<V> {
+impl<V: Vector> SpecularConnection<V> {
     /// Returns the connection of a lane.
-    pub(crate) fn lane(&self, lane: usize) -> Route<DVec3> {
+    pub(crate) fn lane(&self, lane: usize) -> SpecularConnection<DVec3> {
         let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
-        Route {
+        SpecularConnection {
             exists: self.exists.lane(lane),
             direction: self.direction.lane(lane),
             arriving: self.arriving.lane(lane),
             first: end(self.first),
             last: end(self.last),
             cosine: self.cosine.lane(lane),
-            spread: self.spread.lane(lane),
+            geometry_term: self.geometry_term.lane(lane),
         }
     }
 
     /// Collects the connections of all lanes; `None` means that a lane has none.
-    pub(crate) fn from_lanes(route: impl Fn(usize) -> Option<Route<DVec3>>) -> Self {
-        let vector = |of: fn(&Route<DVec3>) -> DVec3| {
-            V::from_fn(|i| route(i).map_or(DVec3::Z, |route| of(&route)))
+    pub(crate) fn from_lanes(
+        connection: impl Fn(usize) -> Option<SpecularConnection<DVec3>>,
+    ) -> Self {
+        let vector = |of: fn(&SpecularConnection<DVec3>) -> DVec3| {
+            V::from_fn(|i| connection(i).map_or(DVec3::Z, |connection| of(&connection)))
         };
-        let number = |of: fn(&Route<DVec3>) -> f64| {
-            V::Real::from_lanes(|i| route(i).map_or(1.0, |route| of(&route)))
+        let number = |of: fn(&SpecularConnection<DVec3>) -> f64| {
+            V::Real::from_lanes(|i| connection(i).map_or(1.0, |connection| of(&connection)))
         };
         Self {
-            exists: Mask::from_fn(|i| route(i).is_some_and(|route| route.exists)),
-            direction: vector(|route| route.direction),
-            arriving: vector(|route| route.arriving),
-            first: (vector(|route| route.first.0), vector(|route| route.first.1)),
-            last: (vector(|route| route.last.0), vector(|route| route.last.1)),
-            cosine: number(|route| route.cosine),
-            spread: number(|route| route.spread),
+            exists: Mask::from_fn(|i| connection(i).is_some_and(|connection| connection.exists)),
+            direction: vector(|connection| connection.direction),
+            arriving: vector(|connection| connection.arriving),
+            first: (
+                vector(|connection| connection.first.0),
+                vector(|connection| connection.first.1),
+            ),
+            last: (
+                vector(|connection| connection.last.0),
+                vector(|connection| connection.last.1),
+            ),
+            cosine: number(|connection| connection.cosine),
+            geometry_term: number(|connection| connection.geometry_term),
         }
     }
 
@@ -470,14 +479,19 @@ impl<V: Vector> Route<V> {
             first: both(yes.first, no.first),
             last: both(yes.last, no.last),
             cosine: V::Real::choose(mask, yes.cosine, no.cosine),
-            spread: V::Real::choose(mask, yes.spread, no.spread),
+            geometry_term: V::Real::choose(mask, yes.geometry_term, no.geometry_term),
         }
     }
 }
 
 /// Connects two points by reflection at the front of a flat mirror, assumed to be infinite.
 #[inline]
-pub fn by_flat<V: Vector>(body: &Body<V>, x: V, y: V, active: <V::Real as Real>::Mask) -> Route<V> {
+pub fn mirror_connection<V: Vector>(
+    body: &Caster<V>,
+    x: V,
+    y: V,
+    active: <V::Real as Real>::Mask,
+) -> SpecularConnection<V> {
     let zero = V::Real::splat(0.0);
     let normal = body.normal;
     let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
@@ -485,33 +499,33 @@ pub fn by_flat<V: Vector>(body: &Body<V>, x: V, y: V, active: <V::Real as Real>:
     let between = (height_x + height_y).recip();
     let point = (foot_x * height_y + foot_y * height_x) * between;
     let from_image = y - (foot_x - normal * height_x);
-    let spread = from_image.length_squared().recip();
+    let geometry_term = from_image.length_squared().recip();
     let direction = (point - x).normalize();
     let exists = active & height_x.above(zero) & height_y.above(zero);
     let (first, cosine) = ((point, normal), -direction.dot(normal));
-    Route {
+    SpecularConnection {
         exists,
         direction,
         arriving: (y - point).normalize(),
         first,
         last: first,
         cosine,
-        spread,
+        geometry_term,
     }
 }
 
 /// Returns dω/dA⊥ at y of the connection that leaves x in a direction, 0 if there is none, and the
 /// cosine at the caster.
 #[inline]
-pub fn spread_of<V: Vector>(
-    body: &Body<V>,
-    kind: Kind,
+pub fn geometry_term<V: Vector>(
+    body: &Caster<V>,
+    kind: CasterKind,
     x: V,
     direction: V,
     y: V,
 ) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
-    if kind == Kind::Flat {
+    if kind == CasterKind::Flat {
         let image = x - body.normal * ((x - body.centre).dot(body.normal) * 2.0);
         return (
             (y - image).length_squared().recip(),
@@ -525,11 +539,11 @@ pub fn spread_of<V: Vector>(
         sin,
         cos: (one - sin * sin).at_least(zero).sqrt(),
     };
-    let (spread, finite) = pair.spread(angle, body.bending);
+    let (geometry_term, finite) = pair.geometry_term(angle, body.relative_ior);
     (
         V::Real::choose(
             finite & pair.is_outside(),
-            spread / (body.radius * body.radius),
+            geometry_term / (body.radius * body.radius),
             zero,
         ),
         angle.cos,

@@ -115,7 +115,7 @@ use super::pointwise::{
 };
 use super::roundoff::{DOUBLE, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
-use crate::integrator::Standard;
+use crate::integrator::DefaultParts;
 use crate::material::{Bsdf, Scattering};
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
@@ -203,7 +203,7 @@ impl BsdfSubject {
         Self::new(
             move |wo, wi| bsdf.eval(wo, wi).x,
             move |wo, random| {
-                let sample = Standard.sample_rough(&bsdf, wo, random)?;
+                let sample = DefaultParts.sample_non_delta(&bsdf, wo, random)?;
                 Some(SampledDirection {
                     wi: sample.direction,
                     weight: sample.weight.x,

@@ -8,12 +8,12 @@ use super::direct_light::{ShadowRays, direct_light, picked_pdf};
 use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
 use super::strategies::{Bidirectional, Density, PathVertex, WholePath};
 use super::walk::{PendingWalk, WalkEvent, WalkHit, follow, in_portions};
-use super::{ImageEstimator, Standard, Walking};
+use super::{DefaultParts, ImageEstimator, PathParts};
 use crate::error::Error;
 use crate::film::splat::{SplatBuffer, Splats};
 use crate::material::{Bsdf, Vertex};
 use crate::sampling::rng::uniform2;
-use crate::sampling::sampler::{Pass, Sampler};
+use crate::sampling::sampler::{ImagePass, Sampler};
 use crate::scene::Scene;
 
 /// Which vertices of the eye path and the light path are connected.
@@ -23,7 +23,7 @@ pub enum Connections {
     All,
     /// The particle's vertices with the eye, and the eye path's vertices with a point on a light. A
     /// cheaper pass, with the same caustics.
-    Ends,
+    Endpoints,
 }
 
 /// Bidirectional path tracer, an estimator of (8): one camera ray and one particle per pixel and
@@ -38,15 +38,15 @@ pub enum Connections {
 /// [`Bidirectional::strategy_weight`] combines them. No particle starts from the background: only
 /// the eye path finds its light.
 #[derive(Clone, Copy, Debug)]
-pub struct Bdpt<P = Standard> {
+pub struct Bdpt<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
     /// Strategies that are used.
     pub connections: Connections,
 }
 
-impl<P: Walking + Bidirectional> ImageEstimator for Bdpt<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let buffers = || (Vec::new(), image.buffer());
         in_portions(frame[0] * frame[1]).try_for_each_init(
@@ -83,7 +83,7 @@ impl<P> Bdpt<P> {
     }
 }
 
-impl<P: Walking + Bidirectional> Bdpt<P> {
+impl<P: PathParts + Bidirectional> Bdpt<P> {
     /// Traces a particle and a camera ray through a random point of a pixel, and adds their
     /// contributions.
     pub fn pair<R: Sampler>(
@@ -259,7 +259,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             found *= self.weight(scene, hit, densities);
         }
         let bsdf = step.bsdf;
-        if !bsdf.is_rough() {
+        if !bsdf.is_non_delta() {
             return found;
         }
         if let Some(direct) = direct_light(parts, scene, bsdf, vertex, ShadowRays::DEFAULT, rng) {
@@ -270,7 +270,7 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
             )];
             found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
         }
-        if self.connections == Connections::Ends {
+        if self.connections == Connections::Endpoints {
             return found;
         }
         for s in 2..=path.light.len() {
@@ -321,10 +321,12 @@ impl<P: Walking + Bidirectional> Bdpt<P> {
     #[inline]
     fn weight(&self, scene: &Scene, path: WholePath<'_>, densities: &mut Vec<Density>) -> f64 {
         path.densities(&self.parts, scene, densities);
-        if self.connections == Connections::Ends
+        if self.connections == Connections::Endpoints
             && let [_, inner @ .., _] = &mut densities[..]
         {
-            inner.iter_mut().for_each(|density| density.joined = 0.0);
+            inner
+                .iter_mut()
+                .for_each(|density| density.connectible = 0.0);
         }
         self.parts.strategy_weight(densities, path.light.len())
     }

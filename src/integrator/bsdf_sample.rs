@@ -8,7 +8,7 @@ use glam::DVec3;
 use rand::TryRng;
 
 use super::interaction::{ShadingPoint, SurfaceInteraction};
-use super::{Lanewise, Walking};
+use super::{Lanewise, PathParts};
 use crate::geometry::radiometry;
 use crate::material;
 use crate::material::Vertex;
@@ -50,13 +50,13 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     /// [`Scattering::sample`](crate::material::Scattering::sample). Draws two numbers for a model
     /// with a pdf, three for rough glass, one for glass, none for a mirror.
     #[inline]
-    pub fn sample<P: Walking, S: LaneSampler<R>>(
+    pub fn sample<P: PathParts, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
         random: &mut S,
     ) -> BsdfSample<R> {
-        if !parts.is_standard() {
+        if !parts.is_default() {
             return self.sample_one_by_one(parts, active, random);
         }
         let mut sample = self.sample_specular(parts, active & !self.non_delta, random);
@@ -69,7 +69,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Samples a direction at mirrors and glass.
     #[inline]
-    fn sample_specular<P: Walking, S: LaneSampler<R>>(
+    fn sample_specular<P: PathParts, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -107,7 +107,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Samples a direction at surfaces whose BSDF is not a Dirac distribution.
     #[inline]
-    fn sample_non_delta<P: Walking, S: LaneSampler<R>>(
+    fn sample_non_delta<P: PathParts, S: LaneSampler<R>>(
         &self,
         parts: &P,
         sample: &mut BsdfSample<R>,
@@ -156,7 +156,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Samples lane by lane, as [`sample`](Self::sample), for parts that replace library functions.
-    fn sample_one_by_one<P: Walking, S: LaneSampler<R>>(
+    fn sample_one_by_one<P: PathParts, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -211,7 +211,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Returns both directions, reflected and refracted, at mirrors and glass.
-    pub fn split<P: Walking>(
+    pub fn split<P: PathParts>(
         &self,
         parts: &P,
         radiance_factor: bool,
@@ -247,13 +247,13 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     /// Samples a direction uniformly over the hemisphere, in world space, and returns its weight,
     /// too.
     #[inline]
-    pub fn sample_uniform<P: Walking>(
+    pub fn sample_uniform<P: PathParts>(
         &self,
         parts: &P,
         random: [R; 2],
         active: R::Mask,
     ) -> (R::Vector, R::Vector) {
-        if !parts.is_standard() {
+        if !parts.is_default() {
             let none = material::BsdfSample {
                 direction: DVec3::Z,
                 weight: DVec3::ZERO,
@@ -281,7 +281,13 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
 
     /// Returns f_r cos θ / p of a direction.
     #[inline]
-    fn weighted<P: Walking>(&self, parts: &P, wi: R::Vector, pdf: R, active: R::Mask) -> R::Vector {
+    fn weighted<P: PathParts>(
+        &self,
+        parts: &P,
+        wi: R::Vector,
+        pdf: R,
+        active: R::Mask,
+    ) -> R::Vector {
         let up = R::Vector::splat_vector(DVec3::Z);
         let [x, y, z] = wi.components();
         let above = if self.rough_glass().any() {

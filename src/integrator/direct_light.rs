@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::lanewise::{Lanewise, vectors, visible};
 use super::light_sampling::{LightNumbers, PickedLight, PickedPoint, SeenLight, light_pdf};
-use super::{BsdfAt, ShadingPoint, Walking};
+use super::{BsdfAt, PathParts, ShadingPoint};
 use crate::geometry::radiometry;
 use crate::geometry::shape::Ray;
 use crate::light::emitter::{EmitterPoint, LightSampling};
@@ -88,7 +88,7 @@ impl<R: Real> LightSample<R> {
 /// Traces one shadow ray from each active lane to a point picked on an emitter.
 #[inline]
 pub(super) fn sample_light<
-    P: Walking,
+    P: PathParts,
     X: ShadingPoint<R>,
     S: LaneSampler<R>,
     R: Wide<N>,
@@ -108,7 +108,7 @@ pub(super) fn sample_light<
 
 /// Traces shadow rays as [`sample_light`], with given random numbers.
 #[inline]
-pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+pub(super) fn sample_light_by<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -133,7 +133,7 @@ pub(super) fn sample_light_by<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const 
 
 /// Returns the light that arrives from points picked on emitters.
 #[inline]
-fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+fn light_from<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     at: &X,
@@ -193,7 +193,7 @@ fn light_from<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
 
 /// Traces one shadow ray from each active lane towards the environment map.
 #[inline]
-fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
+fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     map: &EnvironmentMap,
@@ -219,7 +219,7 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let place = at.place();
     let ray = place.leave(direction);
     let sees_background = |i: usize| {
-        if parts.is_standard() {
+        if parts.is_default() {
             return scene.is_open(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
         }
         parts.sees_background(
@@ -248,7 +248,7 @@ fn sample_map<P: Walking, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
 /// which is picked at random.
 #[inline]
 pub(super) fn sample_light_or_map<
-    P: Walking,
+    P: PathParts,
     X: ShadingPoint<R>,
     S: LaneSampler<R>,
     R: Wide<N>,
@@ -265,7 +265,7 @@ pub(super) fn sample_light_or_map<
     let Some(map) = scene.scene.background().map() else {
         return LightSample::none();
     };
-    let share = parts.share_of_map(scene.scene.emitters().len());
+    let share = parts.map_probability(scene.scene.emitters().len());
     let to_map = active & random.uniform(active).below(R::splat(share));
     let numbers = [random.uniform(to_map), random.uniform(to_map)];
     let of_map = sample_map(parts, scene.scene, map, at, numbers, to_map).picked(share);
@@ -293,7 +293,7 @@ pub(super) struct DirectLight {
 
 /// Traces one shadow ray as [`sample_light`], from a single surface; `None` if nothing arrives.
 #[inline]
-pub(super) fn direct_light<P: Walking, R: Sampler>(
+pub(super) fn direct_light<P: PathParts, R: Sampler>(
     parts: &P,
     scene: &Scene,
     bsdf: &Bsdf,
@@ -335,7 +335,7 @@ pub(super) fn direct_light<P: Walking, R: Sampler>(
 /// Returns the pdf, with respect to area, with which [`direct_light`] at a point picks a point on
 /// the emitter with this index; 0 from behind.
 #[inline]
-pub(super) fn picked_pdf<P: Walking>(
+pub(super) fn picked_pdf<P: PathParts>(
     parts: &P,
     scene: &Scene,
     index: usize,

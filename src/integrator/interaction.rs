@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Lanewise, LightRules, Walking, vectors};
+use super::{Lanewise, PathParts, TransportRules, vectors};
 use crate::error::Error;
 use crate::film::{Features, Pixel, features, is_legal_depth};
 use crate::geometry::bvh::PacketHit;
@@ -26,17 +26,17 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// Returns the points, normals and offsets from which shadow rays start.
     fn place(&self) -> Place<R::Vector>;
     /// Evaluates f_r in the active lanes, 1/sr.
-    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
+    fn brdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
     /// Returns the lanes whose surface is rough glass.
     fn rough_glass(&self) -> R::Mask;
     /// Returns the radiance factor of refraction at rough glass in a lane, for light from the local
     /// direction `wi`.
-    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
+    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, lane: usize) -> f64;
 
     /// Returns the cosine between the normal and a direction towards light. Rough glass also
     /// accepts light from behind.
     #[inline]
-    fn cosine<P: Walking>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
+    fn cosine<P: PathParts>(&self, parts: &P, direction: R::Vector, active: R::Mask) -> R {
         let (normal, rough_glass) = (self.vertex().frame.z, self.rough_glass());
         if !rough_glass.any() {
             return parts.lanes_cosine(normal, direction, active);
@@ -48,7 +48,7 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// Converts light from `wi` to radiance on the side of the ray: refraction at rough glass
     /// scales it.
     #[inline]
-    fn to_radiance<P: Walking>(
+    fn to_radiance<P: PathParts>(
         &self,
         parts: &P,
         light: R::Vector,
@@ -81,7 +81,7 @@ impl ShadingPoint<f64> for BsdfAt<'_> {
         self.scene.place(self.vertex.point, self.vertex.frame.z)
     }
     #[inline]
-    fn brdf<P: Walking>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
+    fn brdf<P: PathParts>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
         if active {
             parts.brdf(self.bsdf, self.vertex.wo, wi)
         } else {
@@ -93,8 +93,8 @@ impl ShadingPoint<f64> for BsdfAt<'_> {
         self.bsdf.is_rough_glass()
     }
     #[inline]
-    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
-        parts.radiance_factor_from(&self.bsdf.facing(self.vertex.outside), wi)
+    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, _: usize) -> f64 {
+        parts.radiance_factor_from(&self.bsdf.oriented(self.vertex.outside), wi)
     }
 }
 
@@ -142,9 +142,9 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
     }
 
     #[inline]
-    fn brdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
+    fn brdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector {
         let (zero, wo) = (R::splat(0.0), self.vertex.wo);
-        if !parts.is_standard() {
+        if !parts.is_default() {
             return vectors(active, |i| {
                 parts.brdf(&self.bsdf(i), wo.lane(i), wi.lane(i))
             });
@@ -178,7 +178,7 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
     }
 
     #[inline]
-    fn radiance_factor<P: Walking>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
+    fn radiance_factor<P: PathParts>(&self, parts: &P, wi: DVec3, lane: usize) -> f64 {
         parts.radiance_factor_from(&self.bsdf(lane), wi)
     }
 }
@@ -258,7 +258,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the BSDF in a lane, oriented to the side of the ray.
     pub(super) fn bsdf(&self, lane: usize) -> Bsdf {
         self.surface_bsdf(lane)
-            .facing(self.vertex.outside.lane(lane))
+            .oriented(self.vertex.outside.lane(lane))
     }
 
     /// Returns the BSDF of the surface in a lane, not oriented.
@@ -288,7 +288,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     }
 
     /// Returns the emitted radiance under these rules.
-    pub fn emitted_by_rules(&self, rules: &LightRules) -> R::Vector {
+    pub fn emitted_by_rules(&self, rules: &TransportRules) -> R::Vector {
         let radiance = self.emitted();
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let zero = R::splat(0.0);
@@ -296,7 +296,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             .components()
             .into_iter()
             .fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
-        rules.seen.map_or(radiance, |shown| {
+        rules.emitted_radiance.map_or(radiance, |shown| {
             Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
         })
     }
@@ -364,9 +364,9 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the pdf of sampled directions with respect to solid angle in the active lanes; 0 for
     /// mirrors and glass.
     #[inline]
-    pub fn pdf<P: Walking>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
+    pub fn pdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R {
         let pdf = |i: usize| parts.pdf(&self.bsdf(i), self.vertex.wo.lane(i), wi.lane(i));
-        if !parts.is_standard() {
+        if !parts.is_default() {
             return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
         }
         let by_cosine = warp::cosine_hemisphere_pdf(wi.z());
@@ -418,10 +418,10 @@ fn place<R: Wide<N>, const N: usize>(
     }
     let centre = corners[0];
     let away = outward(ray.at(found.t), centre);
-    let facing = Vector::choose(radius.below(R::splat(0.0)), -away, away);
+    let oriented = Vector::choose(radius.below(R::splat(0.0)), -away, away);
     let on_sphere = centre + away * radius.abs();
     (
         Vector::choose(curved, on_sphere, point),
-        Vector::choose(curved, facing, normal),
+        Vector::choose(curved, oriented, normal),
     )
 }

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::Walking;
+use super::PathParts;
 use crate::geometry::offsets::Place;
 use crate::geometry::radiometry;
 use crate::light::emitter::{Emitter, EmitterPoint};
@@ -15,7 +15,7 @@ use crate::sampling::{mis, roulette};
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// Parts of estimators over lanes; each function is that of the same name without `lanes_`.
-pub(crate) trait Lanewise: Walking {
+pub(crate) trait Lanewise: PathParts {
     /// Returns cos θ of (9).
     #[inline]
     fn lanes_cosine<V: Vector>(
@@ -24,7 +24,7 @@ pub(crate) trait Lanewise: Walking {
         direction: V,
         active: <V::Real as Real>::Mask,
     ) -> V::Real {
-        if self.is_standard() {
+        if self.is_default() {
             return radiometry::cosine(normal, direction);
         }
         numbers(active, |i| self.cosine(normal.lane(i), direction.lane(i)))
@@ -33,7 +33,7 @@ pub(crate) trait Lanewise: Walking {
     /// Returns the Fresnel reflectance R of (12).
     #[inline]
     fn lanes_fresnel<R: Real>(&self, cos_1: R, [n1, n2]: [R; 2], active: R::Mask) -> R {
-        if self.is_standard() {
+        if self.is_default() {
             return fresnel::reflectance(cos_1, n1, n2);
         }
         numbers(active, |i| {
@@ -50,7 +50,7 @@ pub(crate) trait Lanewise: Walking {
         [n1, n2]: [V::Real; 2],
         active: <V::Real as Real>::Mask,
     ) -> (V, <V::Real as Real>::Mask) {
-        if self.is_standard() {
+        if self.is_default() {
             return fresnel::refracted(direction, normal, n1, n2);
         }
         let refract = |i| self.refract(direction.lane(i), normal.lane(i), n1.lane(i), n2.lane(i));
@@ -64,7 +64,7 @@ pub(crate) trait Lanewise: Walking {
     /// Returns the factor by which refraction scales radiance.
     #[inline]
     fn lanes_radiance_factor<R: Real>(&self, [n1, n2]: [R; 2], active: R::Mask) -> R {
-        if self.is_standard() {
+        if self.is_default() {
             return fresnel::radiance_factor(n1, n2);
         }
         numbers(active, |i| self.radiance_factor(n1.lane(i), n2.lane(i)))
@@ -78,7 +78,7 @@ pub(crate) trait Lanewise: Walking {
         normal: V,
         active: <V::Real as Real>::Mask,
     ) -> V {
-        if self.is_standard() {
+        if self.is_default() {
             return fresnel::mirror(direction, normal);
         }
         vectors(active, |i| self.mirror(direction.lane(i), normal.lane(i)))
@@ -94,7 +94,7 @@ pub(crate) trait Lanewise: Walking {
         random: V::Real,
         active: <V::Real as Real>::Mask,
     ) -> (<V::Real as Real>::Mask, V::Real) {
-        if self.is_standard() {
+        if self.is_default() {
             let survival = roulette::by_throughput(throughput, early);
             return (
                 active & roulette::survives(random, survival),
@@ -121,7 +121,7 @@ pub(crate) trait Lanewise: Walking {
         random: R,
         active: R::Mask,
     ) -> (R::Mask, R) {
-        if self.is_standard() {
+        if self.is_default() {
             let survival = roulette::by_absorption(absorption);
             return (
                 active & roulette::survives(random, survival),
@@ -145,7 +145,7 @@ pub(crate) trait Lanewise: Walking {
         random: [R; 2],
         active: R::Mask,
     ) -> EmitterPoint<R::Vector> {
-        if self.is_standard() {
+        if self.is_default() {
             return emitter.sample(random);
         }
         let none = EmitterPoint {
@@ -176,7 +176,7 @@ pub(crate) trait Lanewise: Walking {
         random: [R; 2],
         active: R::Mask,
     ) -> (R::Mask, EmitterPoint<R::Vector>, R) {
-        if self.is_standard()
+        if self.is_default()
             && let Some(sampled) = emitter.sample_cap(from, random)
         {
             return sampled;
@@ -209,7 +209,7 @@ pub(crate) trait Lanewise: Walking {
         from: R::Vector,
         active: R::Mask,
     ) -> (R::Mask, R) {
-        if self.is_standard()
+        if self.is_default()
             && let Some(pdf) = emitter.pdf_cap(from)
         {
             return pdf;
@@ -227,7 +227,7 @@ pub(crate) trait Lanewise: Walking {
     /// Returns the pdf of a point on an emitter that is picked with this probability.
     #[inline]
     fn lanes_pdf_of_pick<R: Real>(&self, pdf: R, probability: R, active: R::Mask) -> R {
-        if self.is_standard() {
+        if self.is_default() {
             return pdf * probability;
         }
         numbers(active, |i| {
@@ -243,7 +243,7 @@ pub(crate) trait Lanewise: Walking {
         distance_squared: R,
         active: R::Mask,
     ) -> R {
-        if self.is_standard() {
+        if self.is_default() {
             return radiometry::solid_angle_per_area(cosine_at_emitter, distance_squared);
         }
         numbers(active, |i| {
@@ -261,8 +261,8 @@ pub(crate) trait Lanewise: Walking {
         active: R::Mask,
     ) -> R {
         match heuristic {
-            Heuristic::Balance if self.is_standard() => mis::balance(pdf, other),
-            Heuristic::Power if self.is_standard() => mis::power(pdf, other),
+            Heuristic::Balance if self.is_default() => mis::balance(pdf, other),
+            Heuristic::Power if self.is_default() => mis::power(pdf, other),
             Heuristic::Balance => numbers(active, |i| self.mis_weight(pdf.lane(i), other.lane(i))),
             Heuristic::Power => numbers(active, |i| {
                 self.mis_power_weight(pdf.lane(i), other.lane(i))
@@ -272,8 +272,8 @@ pub(crate) trait Lanewise: Walking {
 
     /// Returns the lanes in which emission that a path hits counts without an MIS weight.
     #[inline]
-    fn lanes_hit_counts<M: Mask>(&self, strategy: Strategy, sampled: M, active: M) -> M {
-        if self.is_standard() {
+    fn lanes_count_emission<M: Mask>(&self, strategy: Strategy, sampled: M, active: M) -> M {
+        if self.is_default() {
             return active
                 & if strategy == Strategy::Light {
                     !sampled
@@ -281,11 +281,11 @@ pub(crate) trait Lanewise: Walking {
                     M::splat(true)
                 };
         }
-        M::from_fn(|i| active.lane(i) && self.hit_counts(strategy, sampled.lane(i)))
+        M::from_fn(|i| active.lane(i) && self.counts_emission(strategy, sampled.lane(i)))
     }
 }
 
-impl<P: Walking> Lanewise for P {}
+impl<P: PathParts> Lanewise for P {}
 
 /// Largest number of lanes.
 const MOST: usize = crate::math::simd::SINGLES;
@@ -314,7 +314,7 @@ pub(crate) fn vectors<V: Vector>(
 /// In which of the `active` lanes two surface points with unit normals see each other, as
 /// [`NextEvent::visible`](super::NextEvent::visible).
 #[inline]
-pub(super) fn visible<P: Walking, R: Wide<N>, const N: usize>(
+pub(super) fn visible<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     x: &Place<R::Vector>,
@@ -323,7 +323,7 @@ pub(super) fn visible<P: Walking, R: Wide<N>, const N: usize>(
     active: R::Mask,
     scratch: &mut IntersectionScratch<R, N>,
 ) -> R::Mask {
-    if parts.is_standard() {
+    if parts.is_default() {
         return scene.visible(x, y, through_glass, active, scratch);
     }
     let end = |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));

@@ -5,7 +5,7 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::lanewise::Lanewise;
-use super::{NextEvent, Walking};
+use super::{NextEvent, PathParts};
 use crate::light::emitter::{Emitter, EmitterPoint, LightSampling};
 use crate::light::light_sampler;
 use crate::math::real::{Mask, Real, Vector};
@@ -61,7 +61,7 @@ pub(super) fn pick_point<P: NextEvent, R: Sampler>(
     if scene.emitters().is_empty() {
         return None;
     }
-    let index = parts.pick_emitter(uniform(rng), scene.flux_picks());
+    let index = parts.pick_emitter(uniform(rng), scene.power_light_sampler());
     Some((
         index,
         parts.sample_emitter(&scene.emitters()[index], uniform2(rng)),
@@ -74,7 +74,7 @@ pub(super) fn pick_point<P: NextEvent, R: Sampler>(
 pub(super) fn point_pdf<P: NextEvent>(parts: &P, scene: &Scene, index: usize) -> f64 {
     parts.pdf_of_pick(
         parts.emitter_pdf_area(&scene.emitters()[index]),
-        scene.flux_picks().probability(index),
+        scene.power_light_sampler().probability(index),
     )
 }
 
@@ -91,15 +91,13 @@ fn pick_from<P: NextEvent>(
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
-        let index = parts.pick_emitter(r, scene.flux_picks());
-        return (index, scene.flux_picks().probability(index));
+        let index = parts.pick_emitter(r, scene.power_light_sampler());
+        return (index, scene.power_light_sampler().probability(index));
     }
     let contribution = |i: usize| parts.contribution(&emitters[i], from);
-    scene
-        .light_groups()
-        .pick(r, from, contribution, |r, shares| {
-            parts.pick_by_share(r, shares)
-        })
+    scene.light_tree().pick(r, from, contribution, |r, shares| {
+        parts.pick_by_probability(r, shares)
+    })
 }
 
 /// Returns the probability with which [`pick_from`] picks the emitter with this index.
@@ -114,17 +112,17 @@ fn probability_from<P: NextEvent>(
     let emitters = scene.emitters();
     let count = emitters.len();
     if !lights.by_contribution(count) {
-        return scene.flux_picks().probability(index);
+        return scene.power_light_sampler().probability(index);
     }
     scene
-        .light_groups()
+        .light_tree()
         .probability(index, from, |i| parts.contribution(&emitters[i], from))
 }
 
 /// Picks emitters for shadow rays from the points of the active lanes; returns their indices and
 /// probabilities.
 #[inline]
-fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
+fn pick_emitters<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -137,20 +135,20 @@ fn pick_emitters<P: Walking, R: Wide<N>, const N: usize>(
     if count == 1 {
         return ([0; N], R::splat(1.0));
     }
-    if !parts.is_standard() || !lights.by_contribution(count) || scene.light_groups().is_nested() {
+    if !parts.is_default() || !lights.by_contribution(count) || scene.light_tree().is_nested() {
         let one = |i| pick_from(parts, scene, lights, from.lane(i), r.lane(i));
         let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (0, 1.0) });
         return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
     }
     let mut shares = [R::splat(0.0); light_sampler::MOST];
-    light_sampler::share_all(|i| emitters[i].contribution(from), &mut shares[..count]);
+    light_sampler::probabilities(|i| emitters[i].contribution(from), &mut shares[..count]);
     let (index, share) = light_sampler::pick(&shares[..count], r);
     (index.whole().map(|index| index as usize), share)
 }
 
 /// Returns the probabilities with which [`pick_emitters`] picks these emitters.
 #[inline]
-fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
+fn probability_of_pick<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,
@@ -163,7 +161,7 @@ fn probability_of_pick<P: Walking, R: Wide<N>, const N: usize>(
     if count == 1 {
         return R::splat(1.0);
     }
-    if !parts.is_standard() || !lights.by_contribution(count) || scene.light_groups().is_nested() {
+    if !parts.is_default() || !lights.by_contribution(count) || scene.light_tree().is_nested() {
         let one = |i: usize| probability_from(parts, scene, lights, from.lane(i), emitter[i]);
         return R::from_lanes(|i| if active.lane(i) { one(i) } else { 1.0 });
     }
@@ -188,7 +186,7 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
     /// Picks emitters and points with these numbers, for shadow rays from the points of the active
     /// lanes.
     #[inline]
-    pub fn new<P: Walking>(
+    pub fn new<P: PathParts>(
         parts: &P,
         scene: &Scene,
         lights: LightSampling,
@@ -229,7 +227,7 @@ pub(super) struct PickedPoint<R: Real> {
 impl<R: Real> PickedPoint<R> {
     /// Samples a point on the given emitter in each active lane, for a shadow ray from `from`.
     #[inline]
-    pub fn new<P: Walking, const N: usize>(
+    pub fn new<P: PathParts, const N: usize>(
         parts: &P,
         emitters: &[Emitter],
         lights: LightSampling,
@@ -284,7 +282,13 @@ impl<R: Real> PickedPoint<R> {
     /// Returns the pdfs of the points with respect to solid angle, given cosines at the emitters
     /// and squared distances.
     #[inline]
-    pub fn pdf<P: Walking>(&self, parts: &P, cosine: R, distance_squared: R, active: R::Mask) -> R {
+    pub fn pdf<P: PathParts>(
+        &self,
+        parts: &P,
+        cosine: R,
+        distance_squared: R,
+        active: R::Mask,
+    ) -> R {
         let per_area =
             parts.lanes_solid_angle_per_area(cosine, distance_squared, active & !self.by_angle);
         R::choose(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
@@ -304,7 +308,7 @@ pub(super) struct SeenLight<R, const N: usize> {
 /// Returns the pdfs, with respect to solid angle, with which
 /// [`sample_light`](super::next_event::sample_light) at `from` picks these points.
 #[inline]
-pub(super) fn light_pdf<P: Walking, R: Wide<N>, const N: usize>(
+pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: &Scene,
     lights: LightSampling,

@@ -6,23 +6,23 @@ use rayon::prelude::*;
 
 use super::particle::{Passed, connect_to_eye, particles};
 use super::walk::in_portions;
-use super::{Bidirectional, ImageEstimator, Standard, Walking};
+use super::{Bidirectional, DefaultParts, ImageEstimator, PathParts};
 use crate::error::Error;
 use crate::film::splat::Splats;
-use crate::sampling::sampler::Pass;
+use crate::sampling::sampler::ImagePass;
 use crate::scene::Scene;
 
 /// Light tracer: one particle per pixel and pass. Unbiased for light that leaves an emitter and
 /// reaches the eye directly or after any scattering whose last surface is diffuse; light that the
 /// eye sees in mirrors or through glass and light of the background are missing.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LightTracer<P = Standard> {
+pub struct LightTracer<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
 }
 
-impl<P: Walking + Bidirectional> ImageEstimator for LightTracer<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let count = frame[0] * frame[1];
         in_portions(count).try_for_each_init(

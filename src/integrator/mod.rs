@@ -3,8 +3,8 @@
 //! Every random decision and every equation that an estimator uses is a method of a trait next to
 //! the code that it serves ([`Scattering`], [`Roulette`], [`NextEvent`], [`Photons`],
 //! [`Bidirectional`], [`FiniteElements`]), whose default is the library's own function.
-//! [`Standard`] overrides nothing and is what programs run; a trial injects a fault by overriding
-//! one method. All calls are dispatched statically.
+//! [`DefaultParts`] overrides nothing and is what programs run; a trial injects a fault by
+//! overriding one method. All calls are dispatched statically.
 
 mod bdpt;
 mod bsdf_sample;
@@ -55,11 +55,11 @@ pub use whitted::Whitted;
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
 use crate::light::emitter::LightSampling;
+pub use crate::material::DefaultParts;
 use crate::material::Scattering;
-pub use crate::material::Standard;
 use crate::math::simd::{LANES, Lanes};
 use crate::sampling::roulette::Roulette;
-use crate::sampling::sampler::{Pass, Sampler};
+use crate::sampling::sampler::{ImagePass, Sampler};
 use crate::scene::Scene;
 
 /// Maximum number of vertices of a path without a bounce limit. Where survival is at most
@@ -81,7 +81,7 @@ pub trait Estimator: Sync {
     ) -> DVec3;
 
     /// Approximate number of samples per call at which [`radiances`](Self::radiances) is fastest.
-    const TOGETHER: u32 = 256;
+    const BATCH_SIZE: u32 = 256;
 
     /// Estimates the radiance along several rays, in their order. Each estimate is the same as for
     /// the ray alone; rays may be traced in any order.
@@ -121,7 +121,7 @@ pub trait ImageEstimator: Sync {
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error>;
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error>;
 
     /// Returns pass `index` with independent random numbers; each pass is a replication.
     ///
@@ -138,22 +138,22 @@ pub trait ImageEstimator: Sync {
     }
 }
 
-impl Roulette for Standard {}
-impl NextEvent for Standard {}
-impl Photons for Standard {}
-impl Bidirectional for Standard {}
-impl FiniteElements for Standard {}
+impl Roulette for DefaultParts {}
+impl NextEvent for DefaultParts {}
+impl Photons for DefaultParts {}
+impl Bidirectional for DefaultParts {}
+impl FiniteElements for DefaultParts {}
 
 /// Parts of a random walk.
-pub trait Walking: Scattering + Roulette + NextEvent {}
+pub trait PathParts: Scattering + Roulette + NextEvent {}
 
-impl<P: Scattering + Roulette + NextEvent> Walking for P {}
+impl<P: Scattering + Roulette + NextEvent> PathParts for P {}
 
 /// Rules of a convention for which light is transported and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightRules {
+pub struct TransportRules {
     /// Radiance that a ray sees at an emitter, where hits count; `None` for the emitter's own.
-    pub seen: Option<f64>,
+    pub emitted_radiance: Option<f64>,
     /// Whether shadow rays pass through glass, straight and unattenuated.
     pub shadows_pass_glass: bool,
     /// Whether caustics count: light that reaches a diffuse surface through mirrors and glass,
@@ -164,10 +164,10 @@ pub struct LightRules {
     pub radiance_factor: bool,
 }
 
-impl LightRules {
+impl TransportRules {
     /// Energy-conserving transport.
     pub const PHYSICAL: Self = Self {
-        seen: None,
+        emitted_radiance: None,
         shadows_pass_glass: false,
         caustics: true,
         radiance_factor: true,
@@ -175,7 +175,7 @@ impl LightRules {
     /// Rules of the report's figures: a visible emitter has radiance 1, glass casts no shadow,
     /// refraction only weights by T = 1 − R, and caustics on diffuse surfaces are lost.
     pub const REPORT: Self = Self {
-        seen: Some(1.0),
+        emitted_radiance: Some(1.0),
         shadows_pass_glass: true,
         caustics: false,
         radiance_factor: false,

@@ -3,21 +3,21 @@
 use glam::DVec3;
 
 use crate::geometry::radiometry;
-use crate::geometry::specular_connection::{Kind, Route};
+use crate::geometry::specular_connection::{CasterKind, SpecularConnection};
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::light::environment::EnvironmentMap;
 use crate::light::light_sampler;
-use crate::light::light_sampler::FluxPicks;
+use crate::light::light_sampler::PowerLightSampler;
 use crate::sampling::mis;
 use crate::sampling::mis::Strategy;
 use crate::scene::Scene;
-use crate::scene::specular_casters::SceneBody;
+use crate::scene::specular_casters::SpecularCaster;
 
 /// Replaceable parts of next-event estimation.
 pub trait NextEvent: Sync {
     /// Picks the emitter of a particle, or of a shadow ray that picks independently of its origin.
     #[inline]
-    fn pick_emitter(&self, r: f64, picks: &FluxPicks) -> usize {
+    fn pick_emitter(&self, r: f64, picks: &PowerLightSampler) -> usize {
         picks.pick(r)
     }
     /// Returns an estimate of the irradiance from an emitter at a point, used as importance.
@@ -27,7 +27,7 @@ pub trait NextEvent: Sync {
     }
     /// Picks an emitter by selection probabilities, and returns its index and probability.
     #[inline]
-    fn pick_by_share(&self, r: f64, shares: &[f64]) -> (usize, f64) {
+    fn pick_by_probability(&self, r: f64, shares: &[f64]) -> (usize, f64) {
         let (index, share) = light_sampler::pick(shares, r);
         (index as usize, share)
     }
@@ -73,7 +73,7 @@ pub trait NextEvent: Sync {
     /// Returns the probability that a shadow ray samples the environment map rather than one of
     /// `count` emitters.
     #[inline]
-    fn share_of_map(&self, count: usize) -> f64 {
+    fn map_probability(&self, count: usize) -> f64 {
         if count == 0 { 1.0 } else { 0.5 }
     }
     /// Samples a direction towards an environment map, and returns its pdf (solid angle), too.
@@ -110,20 +110,26 @@ pub trait NextEvent: Sync {
     /// Returns the specular connection through a caster, one of up to three, that is used; `None`
     /// omits it.
     #[inline]
-    fn route(&self, _: &SceneBody, _number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
-        Some(route)
+    fn connection(
+        &self,
+        _: &SpecularCaster,
+        _number: usize,
+        connection: SpecularConnection<DVec3>,
+    ) -> Option<SpecularConnection<DVec3>> {
+        Some(connection)
     }
     /// Returns the throughput of a caster that is met at this cosine, and the probability that a
     /// path samples that branch.
     #[inline]
-    fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
-        body.body.lets_on(cosine, body.kind == Kind::Refraction)
+    fn caster_throughput(&self, body: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
+        body.body
+            .caster_throughput(cosine, body.kind == CasterKind::Refraction)
     }
     /// Returns whether emission that a path hits counts without an MIS weight; `sampled` if shadow
     /// rays sample the same light (in [`Report`](crate::integrator::Report): or if its rules leave
     /// it out).
     #[inline]
-    fn hit_counts(&self, strategy: Strategy, sampled: bool) -> bool {
+    fn counts_emission(&self, strategy: Strategy, sampled: bool) -> bool {
         !(sampled && strategy == Strategy::Light)
     }
 }

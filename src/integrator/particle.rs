@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Walking;
+use super::PathParts;
 use super::emission::{Emission, emit_from};
 use super::light_sampling::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
@@ -22,7 +22,7 @@ pub(super) enum Passed<'m, 'a, T, R> {
 
 /// Traces a particle from the emitters for each item, and reports all of its vertices to `passed`.
 /// `named` adds the item to an error.
-pub(super) fn particles<'a, P: Walking + Bidirectional, T, R: Sampler>(
+pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
     items: impl Iterator<Item = (T, R)>,
@@ -89,7 +89,7 @@ pub(super) struct Splat {
 
 /// Connects a vertex to the eye; `None` if it contributes nothing.
 #[inline]
-pub(super) fn connect_to_eye<P: Walking + Bidirectional>(
+pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],

@@ -10,8 +10,8 @@ use super::lanewise::{Lanewise, numbers};
 use super::light_sampling::{LightNumbers, SeenLight, light_pdf};
 use super::specular_nee::{LightHit, SpecularShadowRay, specular_light};
 use super::{
-    Arrival, Integrator, LONGEST_PATH, PathState, ShadingPoint as _, Standard, SurfaceInteraction,
-    Walking,
+    Arrival, DefaultParts, Integrator, LONGEST_PATH, PathParts, PathState, ShadingPoint as _,
+    SurfaceInteraction,
 };
 use crate::light::emitter::LightSampling;
 use crate::math::real::{Mask, Real, Vector};
@@ -28,7 +28,7 @@ use crate::scene::lanes::{IntersectionScratch, LaneScene};
 /// It is unbiased in exact arithmetic where no surfaces coincide. Trials show agreement with closed
 /// forms and with other estimators on their scenes, to within the δ that each states.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Path<P = Standard> {
+pub struct Path<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
     /// Strategy for direct light.
@@ -38,10 +38,10 @@ pub struct Path<P = Standard> {
     /// Heuristic of [`Strategy::Mis`].
     pub heuristic: Heuristic,
     /// Number of early hits in [Russian roulette](crate::sampling::roulette::by_throughput).
-    pub early: u32,
+    pub rr_depth: u32,
     /// Whether [`Strategy::Mis`] uses specular next-event estimation through
     /// [casters](Scene::bodies), except under an environment map.
-    pub by_bodies: bool,
+    pub specular_nee: bool,
     /// Maximum number of scattering events between the emitter or background and the camera; 0
     /// leaves directly visible light. `None` means no limit.
     pub bounces: Option<u32>,
@@ -51,27 +51,27 @@ impl<P> Path<P> {
     /// Creates the simplest configuration: points uniform in area, balance heuristic, no early
     /// hits, no specular next-event estimation, no bounce limit. `render` uses
     /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and
-    /// [`EARLY`](crate::sampling::roulette::EARLY).
+    /// [`RR_DEPTH`](crate::sampling::roulette::RR_DEPTH).
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
             parts,
             strategy,
             lights: LightSampling::default(),
             heuristic: Heuristic::default(),
-            early: 0,
-            by_bodies: false,
+            rr_depth: 0,
+            specular_nee: false,
             bounces: None,
         }
     }
 }
 
-impl<P: Walking> Path<P> {
+impl<P: PathParts> Path<P> {
     /// Returns whether specular next-event estimation is used in a scene.
     #[inline]
     fn uses_casters(&self, scene: &Scene) -> bool {
-        self.by_bodies
+        self.specular_nee
             && self.strategy == Strategy::Mis
-            && !scene.bodies().all().is_empty()
+            && !scene.specular_casters().all().is_empty()
             && !scene.emitters().is_empty()
             && scene.background().map().is_none()
     }
@@ -117,7 +117,7 @@ impl<P: Walking> Path<P> {
             (none, R::splat(0.0), R::splat(0.0))
         };
         let counts =
-            parts.lanes_hit_counts(self.strategy, paths.sampled, active & !weighted & !past);
+            parts.lanes_count_emission(self.strategy, paths.sampled, active & !weighted & !past);
         let mut weight = R::choose(counts, R::splat(1.0), R::splat(0.0));
         if weighted.any() {
             let seen = SeenLight {
@@ -134,7 +134,7 @@ impl<P: Walking> Path<P> {
                 weighted,
             );
             if scene.scene.background().map().is_some() {
-                other = other * (1.0 - parts.share_of_map(scene.scene.emitters().len()));
+                other = other * (1.0 - parts.map_probability(scene.scene.emitters().len()));
             }
             weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
         }
@@ -212,7 +212,7 @@ impl<P: Walking> Path<P> {
     }
 }
 
-impl<P: Walking> Integrator for Path<P> {
+impl<P: PathParts> Integrator for Path<P> {
     fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
         arrival: Arrival<'_, S, R, N>,
@@ -266,9 +266,9 @@ impl<P: Walking> Integrator for Path<P> {
         let throughput = paths.throughput * next.weight;
 
         // Russian roulette.
-        let early = R::Mask::from_fn(|i| paths.hits[i] <= self.early);
+        let early = R::Mask::from_fn(|i| paths.hits[i] <= self.rr_depth);
         let random = random.uniform(next.exists);
-        let relative = throughput * R::splat(1.0 / roulette::RAISED);
+        let relative = throughput * R::splat(1.0 / roulette::REFERENCE_THROUGHPUT);
         let (survives, weight) = parts.lanes_survive(relative, early, random, next.exists);
 
         paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
@@ -299,8 +299,8 @@ impl<P: Walking> Integrator for Path<P> {
         } else {
             none
         };
-        let counts = parts.lanes_hit_counts(self.strategy, paths.sampled, leaving & !weighted);
-        let share = parts.share_of_map(scene.emitters().len());
+        let counts = parts.lanes_count_emission(self.strategy, paths.sampled, leaving & !weighted);
+        let share = parts.map_probability(scene.emitters().len());
         let other = numbers(weighted, |i| {
             share * parts.map_pdf(map, paths.ray.direction.lane(i))
         });

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use super::direct_light::direct_light;
-use super::{Estimator, LightRules, Standard};
+use super::{DefaultParts, Estimator, TransportRules};
 use crate::geometry::shape::{Hit, Ray};
 use crate::material::{Bsdf, Scattering, Vertex};
 use crate::sampling::rng::{uniform, uniform2};
@@ -55,8 +55,8 @@ impl Estimator for Published {
         hit: Option<Hit>,
         rng: &mut R,
     ) -> DVec3 {
-        let parts = Standard;
-        let shadow_rays = LightRules::REPORT.shadow_rays();
+        let parts = DefaultParts;
+        let shadow_rays = TransportRules::REPORT.shadow_rays();
         let quirks = self.quirks;
         let (mut ray, mut hit) = (*ray, hit);
         let mut radiance = DVec3::ZERO;
@@ -71,7 +71,7 @@ impl Estimator for Published {
             let surface = scene.surface(&here);
             let bsdf = &surface.bsdf;
             let vertex = Vertex::new(&here, &ray);
-            let direction = if !bsdf.is_rough() {
+            let direction = if !bsdf.is_non_delta() {
                 let Some(way) = parts.sample(bsdf, &vertex, rng) else {
                     return radiance;
                 };

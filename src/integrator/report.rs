@@ -4,18 +4,18 @@
 //! The text does not define the radiance of a ray that hits an emitter. By (8) all light counts
 //! once: a hit counts where no shadow ray has sampled the same light, that is before the first
 //! diffuse surface and, after a diffuse surface, through mirrors and glass (caustics). The text
-//! leaves caustics to later work (3.3), and [`LightRules::REPORT`] omits them.
+//! leaves caustics to later work (3.3), and [`TransportRules::REPORT`] omits them.
 
 use super::direct_light::sample_light;
 use super::lanewise::Lanewise;
-use super::{Arrival, Integrator, LightRules, Standard, Strategy, Walking};
+use super::{Arrival, DefaultParts, Integrator, PathParts, Strategy, TransportRules};
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
 
 /// The report's estimator. Its limit on segments is a bias, [`crate::equation::PATH_LENGTH`].
 #[derive(Clone, Copy, Debug)]
-pub struct Report<P = Standard> {
+pub struct Report<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
     /// N of (16): sample rays per diffuse hit; with 0 there is direct light alone.
@@ -23,21 +23,21 @@ pub struct Report<P = Standard> {
     /// Maximum number of ray segments from the eye, whatever the kind of bounce.
     pub segments: u32,
     /// How emitters are seen, and whether shadow rays pass glass.
-    pub rules: LightRules,
+    pub rules: TransportRules,
 }
 
 impl Default for Report {
     fn default() -> Self {
         Self {
-            parts: Standard,
+            parts: DefaultParts,
             rays: 1,
             segments: 7,
-            rules: LightRules::REPORT,
+            rules: TransportRules::REPORT,
         }
     }
 }
 
-impl<P: Walking> Integrator for Report<P> {
+impl<P: PathParts> Integrator for Report<P> {
     fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,
         arrival: Arrival<'_, S, R, N>,
@@ -52,7 +52,8 @@ impl<P: Walking> Integrator for Report<P> {
         } = arrival;
         let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
         // L_e of (8), where next-event estimation has not sampled it.
-        let seen = surface.emits & parts.lanes_hit_counts(Strategy::Light, paths.sampled, active);
+        let seen =
+            surface.emits & parts.lanes_count_emission(Strategy::Light, paths.sampled, active);
         if seen.any() {
             paths.add(surface.emitted_by_rules(rules), seen);
         }

@@ -7,22 +7,24 @@ use glam::DVec3;
 
 use super::lanewise::{Lanewise, numbers, visible};
 use super::light_sampling::{LightNumbers, PickedPoint, for_each_distinct};
-use super::{BsdfSample, ShadingPoint, SurfaceInteraction, Walking};
+use super::{BsdfSample, PathParts, ShadingPoint, SurfaceInteraction};
 use crate::geometry::radiometry;
-use crate::geometry::specular_connection::{Body, BySphere, Kind, Route, by_flat, spread_of};
+use crate::geometry::specular_connection::{
+    Caster, CasterKind, SpecularConnection, SphereConnections, geometry_term, mirror_connection,
+};
 use crate::light::emitter::LightSampling;
 use crate::light::light_sampler;
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
-use crate::scene::specular_casters::{NONE, SceneBody};
+use crate::scene::specular_casters::{NONE, SpecularCaster};
 
 /// A specular caster in each lane.
 struct Casters<'a, R: Wide<N>, const N: usize> {
     /// All casters of the scene, and the index of the one in each lane.
-    all: &'a [SceneBody],
+    all: &'a [SpecularCaster],
     number: [usize; N],
-    body: Body<R::Vector>,
+    body: Caster<R::Vector>,
     /// Lanes with flat mirrors, and lanes with glass that refracts.
     flat: R::Mask,
     refracts: R::Mask,
@@ -45,26 +47,26 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
             i,
             radius,
             area,
-            strength,
-            bending,
+            selection_weight,
+            relative_ior,
             index,
             ..,
         ] = R::of_rows(data.map(|caster| &caster.numbers));
         let [centre, normal, reflectance] = [[a, b, c], [d, e, f], [g, h, i]].map(Vector::of);
         let is = |kind| active & R::Mask::from_fn(|i| data[i].kind == kind);
-        let body = Body {
+        let body = Caster {
             centre,
             radius,
             area,
             normal,
-            bending,
+            relative_ior,
             index,
             reflectance,
-            strength,
+            selection_weight,
         };
-        let (flat, refracts) = (is(Kind::Flat), is(Kind::Refraction));
+        let (flat, refracts) = (is(CasterKind::Flat), is(CasterKind::Refraction));
         Self {
-            all: scene.scene.bodies().all(),
+            all: scene.scene.specular_casters().all(),
             number,
             body,
             flat,
@@ -75,11 +77,11 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     /// Returns the throughput of the casters where a connection meets them at this cosine, and the
     /// probability that a path samples that branch.
     #[inline]
-    fn throughput<P: Walking>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
-        if parts.is_standard() {
-            return self.body.lets_on(cosine, self.refracts);
+    fn throughput<P: PathParts>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
+        if parts.is_default() {
+            return self.body.caster_throughput(cosine, self.refracts);
         }
-        let one = |i: usize| parts.lets_on(&self.all[self.number[i]], cosine.lane(i));
+        let one = |i: usize| parts.caster_throughput(&self.all[self.number[i]], cosine.lane(i));
         let each: [_; N] = from_fn(|i| {
             if active.lane(i) {
                 one(i)
@@ -95,35 +97,40 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
 
     /// Connects two points through flat mirrors; `None` if no lane has a connection.
     #[inline]
-    fn by_flat(&self, x: R::Vector, y: R::Vector) -> Option<Route<R::Vector>> {
+    fn mirror_connection(
+        &self,
+        x: R::Vector,
+        y: R::Vector,
+    ) -> Option<SpecularConnection<R::Vector>> {
         if !self.flat.any() {
             return None;
         }
-        let mut route = by_flat(&self.body, x, y, self.flat);
+        let mut connection = mirror_connection(&self.body, x, y, self.flat);
         let mut held = R::Mask::splat(false);
         for_each_distinct(self.number, self.flat, |number, here| {
-            held = held | (here & self.all[number].holds(route.first.0));
+            held = held | (here & self.all[number].holds(connection.first.0));
         });
-        route.exists = route.exists & held;
-        route.exists.any().then_some(route)
+        connection.exists = connection.exists & held;
+        connection.exists.any().then_some(connection)
     }
 
     /// Passes connections through the replaceable parts; `number` is a connection's index at its
     /// caster.
     #[inline]
-    fn replaced<P: Walking>(
+    fn replaced<P: PathParts>(
         &self,
         parts: &P,
         number: impl Fn(usize) -> usize,
-        route: Route<R::Vector>,
+        connection: SpecularConnection<R::Vector>,
         active: R::Mask,
-    ) -> Route<R::Vector> {
-        if parts.is_standard() {
-            return route;
+    ) -> SpecularConnection<R::Vector> {
+        if parts.is_default() {
+            return connection;
         }
-        let one = |i: usize| parts.route(&self.all[self.number[i]], number(i), route.lane(i));
+        let one =
+            |i: usize| parts.connection(&self.all[self.number[i]], number(i), connection.lane(i));
         let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { None });
-        Route::from_lanes(|i| each[i])
+        SpecularConnection::from_lanes(|i| each[i])
     }
 }
 
@@ -143,7 +150,7 @@ pub(super) struct SpecularShadowRay<'a, R, const N: usize> {
 /// p and of the pdf with which BSDF sampling finds the same path. Both are with respect to solid
 /// angle at the surface.
 #[inline]
-pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
+pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
     surface: &SurfaceInteraction<'_, R, N>,
@@ -156,8 +163,8 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     let mut sum = R::Vector::splat_vector(DVec3::ZERO);
     let (emitters, bodies, flux) = (
         scene.scene.emitters(),
-        scene.scene.bodies(),
-        scene.scene.flux_picks(),
+        scene.scene.specular_casters(),
+        scene.scene.power_light_sampler(),
     );
     let vertex = &surface.vertex;
     let shares = bodies.shares(vertex.point);
@@ -195,37 +202,39 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
     let pdf_area = parts.lanes_pdf_of_pick(picked.pdf_area, probability, active);
     let pdf_area = parts.lanes_pdf_of_pick(pdf_area, share, active);
     let (x, y) = (vertex.point, light.point);
-    let flat = casters.by_flat(x, y);
+    let flat = casters.mirror_connection(x, y);
     let curved = active & !casters.flat;
     let balls = curved
         .any()
-        .then(|| BySphere::new(&casters.body, x, y, curved, casters.refracts));
+        .then(|| SphereConnections::new(&casters.body, x, y, curved, casters.refracts));
     let none = R::Mask::splat(false);
-    let roots = balls.as_ref().map(BySphere::roots);
+    let roots = balls.as_ref().map(SphereConnections::roots);
     // Each lane takes its own next connection.
     let mut left = roots.map_or([none; 3], |roots| roots.map(|root| root.exists));
-    let mut by_flat = flat.as_ref().map_or(none, |route| route.exists);
+    let mut mirror_connection = flat.as_ref().map_or(none, |connection| connection.exists);
     loop {
         let first = left[0];
         let larger = left[1] & !first;
         let smaller = left[2] & !first & !larger;
         left = [none, left[1] & !larger, left[2] & !smaller];
         let curved = first | larger | smaller;
-        let route = match (&flat, &balls, roots) {
+        let connection = match (&flat, &balls, roots) {
             (Some(flat), ..) if !curved.any() => *flat,
             (flat, Some(balls), Some(roots)) => {
                 let mut root = roots[0].or(first, roots[1].or(larger, roots[2]));
                 root.exists = root.exists & curved;
-                let route = balls.route(root, first);
-                flat.map_or(route, |flat| Route::choose(by_flat, flat, route))
+                let connection = balls.connection(root, first);
+                flat.map_or(connection, |flat| {
+                    SpecularConnection::choose(mirror_connection, flat, connection)
+                })
             }
             _ => return sum,
         };
-        let here = curved | by_flat;
+        let here = curved | mirror_connection;
         if !here.any() {
             return sum;
         }
-        by_flat = none;
+        mirror_connection = none;
         let number = |i: usize| {
             if smaller.lane(i) {
                 2
@@ -233,17 +242,21 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
                 usize::from(larger.lane(i))
             }
         };
-        let route = casters.replaced(parts, number, route, here & route.exists);
-        let here = here & route.exists;
-        let wi = vertex.frame.local(route.direction);
+        let connection = casters.replaced(parts, number, connection, here & connection.exists);
+        let here = here & connection.exists;
+        let wi = vertex.frame.local(connection.direction);
         let brdf = surface.brdf(parts, wi, here);
-        let cosine = parts.lanes_cosine(vertex.frame.z, route.direction, here);
-        let cosine_at_light = parts.lanes_cosine(light.normal, -route.arriving, here);
+        let cosine = parts.lanes_cosine(vertex.frame.z, connection.direction, here);
+        let cosine_at_light = parts.lanes_cosine(light.normal, -connection.arriving, here);
         let [r, g, b] = brdf.components();
         let dark = r.equals(zero) & g.equals(zero) & b.equals(zero);
         let mut free = here & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
-        let [enters, leaves, lamp] = [route.first, route.last, (light.point, light.normal)]
-            .map(|(point, normal)| scene.scene.place(point, normal));
+        let [enters, leaves, lamp] = [
+            connection.first,
+            connection.last,
+            (light.point, light.normal),
+        ]
+        .map(|(point, normal)| scene.scene.place(point, normal));
         let segments = [
             (&surface.place(), &enters, free),
             (&enters, &leaves, casters.refracts),
@@ -255,8 +268,8 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
                 free = free & (!asking | visible(parts, scene, from, to, false, asking, scratch));
             }
         }
-        let pdf = pdf_area / (route.spread * cosine_at_light);
-        let (throughput, chance) = casters.throughput(parts, route.cosine, free);
+        let pdf = pdf_area / (connection.geometry_term * cosine_at_light);
+        let (throughput, chance) = casters.throughput(parts, connection.cosine, free);
         let reflected = radiometry::reflected(brdf, picked.radiance * throughput, cosine, pdf);
         let weighted = reflected * weight(pdf, surface.pdf(parts, wi, free) * chance, free);
         sum = sum + Vector::choose(free, weighted, R::Vector::splat_vector(DVec3::ZERO));
@@ -265,19 +278,19 @@ pub(super) fn specular_light<P: Walking, R: Wide<N>, const N: usize>(
 
 /// Picks casters by selection probabilities; returns their indices and probabilities.
 #[inline]
-fn pick_caster<P: Walking, R: Wide<N>, const N: usize>(
+fn pick_caster<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     random: R,
     shares: &[R],
     active: R::Mask,
 ) -> ([usize; N], R) {
-    if parts.is_standard() {
+    if parts.is_default() {
         let (number, share) = light_sampler::pick(shares, random);
         return (number.whole().map(|number| number as usize), share);
     }
     let pick = |i: usize| {
         let shares: Vec<f64> = shares.iter().map(|share| share.lane(i)).collect();
-        parts.pick_by_share(random.lane(i), &shares)
+        parts.pick_by_probability(random.lane(i), &shares)
     };
     let each: [_; N] = from_fn(|i| if active.lane(i) { pick(i) } else { (0, 0.0) });
     (each.map(|(number, _)| number), R::from_lanes(|i| each[i].1))
@@ -374,7 +387,7 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
     /// pdf with which the path got there and that of the shadow ray, both with respect to solid
     /// angle where the path left the diffuse surface.
     #[inline]
-    pub(super) fn pdfs<P: Walking>(
+    pub(super) fn pdfs<P: PathParts>(
         &self,
         parts: &P,
         scene: LaneScene<'_, R, N>,
@@ -397,27 +410,27 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let casters = Casters::new(scene, number, past);
         let (x, direction, y) = (self.from, self.direction, light.point);
         let (flat, sphere) = (
-            spread_of(&casters.body, Kind::Flat, x, direction, y),
-            spread_of(&casters.body, Kind::Reflection, x, direction, y),
+            geometry_term(&casters.body, CasterKind::Flat, x, direction, y),
+            geometry_term(&casters.body, CasterKind::Reflection, x, direction, y),
         );
-        let spread = R::choose(casters.flat, flat.0, sphere.0);
+        let geometry_term = R::choose(casters.flat, flat.0, sphere.0);
         let cosine = R::choose(casters.flat, flat.1, sphere.1);
         let (_, chance) = casters.throughput(parts, cosine, past);
         let share = scene
             .scene
-            .bodies()
-            .share_of(R::from_lanes(|i| number[i] as f64), self.from);
-        let (emitters, flux) = (scene.scene.emitters(), scene.scene.flux_picks());
+            .specular_casters()
+            .probability_of(R::from_lanes(|i| number[i] as f64), self.from);
+        let (emitters, flux) = (scene.scene.emitters(), scene.scene.power_light_sampler());
         let pdf_area = numbers(past, |i| {
             parts.emitter_pdf_area(&emitters[light.emitter[i]])
         });
         let probability = numbers(past, |i| flux.probability(light.emitter[i]));
         let pdf_area = parts.lanes_pdf_of_pick(pdf_area, probability, past);
-        let other = parts.lanes_pdf_of_pick(pdf_area, share, past) / (spread * light.cosine);
+        let other = parts.lanes_pdf_of_pick(pdf_area, share, past) / (geometry_term * light.cosine);
         (
             past,
             self.pdf * chance,
-            R::choose(spread.above(zero), other, zero),
+            R::choose(geometry_term.above(zero), other, zero),
         )
     }
 }

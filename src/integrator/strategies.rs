@@ -13,7 +13,7 @@ use crate::material::{Bsdf, Scattering, Vertex};
 
 use super::direct_light::picked_pdf;
 use super::light_sampling::point_pdf;
-use super::{NextEvent, Walking};
+use super::{NextEvent, PathParts};
 use crate::scene::Scene;
 
 /// A vertex of a light path or an eye path.
@@ -27,7 +27,7 @@ pub(super) struct PathVertex<'a> {
     /// at the surface.
     pub carried: DVec3,
     /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.
-    pub squared_index: f64,
+    pub eta_squared: f64,
     /// Index of the emitter at this vertex, if there is one.
     pub emitter: Option<u32>,
     /// [`picked_pdf`] of a particle's start from its next vertex, once that is known.
@@ -86,7 +86,7 @@ pub struct Density {
     /// 0 if no strategy connects this vertex and the next towards the eye, else 1; at the emitter,
     /// the density with which a shadow ray from the next vertex picks this one, relative to
     /// subpaths that start here.
-    pub joined: f64,
+    pub connectible: f64,
 }
 
 /// A full path as the two subpaths that were connected.
@@ -107,7 +107,7 @@ impl WholePath<'_> {
     ///
     /// The Dirac distributions of the two subpaths at a mirror or glass have the ratio of their n²
     /// cos θ, which stands for each (Veach 1997, 5.2).
-    pub fn densities<P: Walking>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
+    pub fn densities<P: PathParts>(&self, parts: &P, scene: &Scene, path: &mut Vec<Density>) {
         let (s, count) = (self.light.len(), self.light.len() + self.eye.len());
         let vertex = |i: usize| {
             if i < s {
@@ -118,14 +118,14 @@ impl WholePath<'_> {
         };
         // An emitter is where a light path starts, whatever its BSDF.
         let specular = |i: usize, x: &PathVertex<'_>| i > 0 && x.is_specular();
-        let joined = |i| f64::from(!specular(i, vertex(i)));
-        let density = |joined| Density {
+        let connectible = |i| f64::from(!specular(i, vertex(i)));
+        let density = |connectible| Density {
             light: 0.0,
             eye: 0.0,
-            joined,
+            connectible,
         };
         path.clear();
-        path.extend((0..count).map(joined).map(density));
+        path.extend((0..count).map(connectible).map(density));
         if let Some((x, index)) = (count > 0)
             .then(|| vertex(0))
             .and_then(|x| Some((x, x.emitter? as usize)))
@@ -133,7 +133,7 @@ impl WholePath<'_> {
             path[0].light = point_pdf(parts, scene, index);
             if path.len() > 1 {
                 let picked = || picked_pdf(parts, scene, index, &x.at, self.point(1));
-                path[0].joined = x.picked.unwrap_or_else(picked) / path[0].light;
+                path[0].connectible = x.picked.unwrap_or_else(picked) / path[0].light;
             }
         }
         for i in 0..count.saturating_sub(1) {
@@ -149,10 +149,10 @@ impl WholePath<'_> {
                 cosines: [cos_a, cos_b],
                 per_area,
             } = known.unwrap_or_else(|| Edge::new(parts, a, b));
-            let index = if i + 1 < s { b } else { a }.squared_index;
+            let index = if i + 1 < s { b } else { a }.eta_squared;
             let before = || i.checked_sub(1).map(|i| self.point(i));
             let after = || Some(self.point(i + 2));
-            path[i].joined *= f64::from(!b.is_specular());
+            path[i].connectible *= f64::from(!b.is_specular());
             path[i + 1].light =
                 a.density(parts, specular(i, a), onward, cos_a, index, before) * per_area[1];
             path[i].eye =
@@ -193,7 +193,7 @@ impl<'a> PathVertex<'a> {
             at,
             bsdf: None,
             carried,
-            squared_index: 1.0,
+            eta_squared: 1.0,
             emitter: Some(emitter as u32),
             picked: None,
             edge: None,
@@ -215,14 +215,14 @@ impl<'a> PathVertex<'a> {
         at: Vertex,
         bsdf: &'a Bsdf,
         carried: DVec3,
-        squared_index: f64,
+        eta_squared: f64,
         emitter: Option<u32>,
     ) -> Self {
         Self {
             at,
             bsdf: Some(bsdf),
             carried,
-            squared_index,
+            eta_squared,
             emitter,
             picked: None,
             edge: None,
@@ -262,11 +262,11 @@ impl<'a> PathVertex<'a> {
         specular: bool,
         onward: DVec3,
         cosine: f64,
-        squared_index: f64,
+        eta_squared: f64,
         from: impl FnOnce() -> Option<DVec3>,
     ) -> f64 {
         if specular {
-            return squared_index * cosine;
+            return eta_squared * cosine;
         }
         if let Some(bsdf) = self.bsdf.filter(|bsdf| !bsdf.is_sampled_by_cosine())
             && let Some(from) = from()
@@ -289,19 +289,19 @@ impl<'a> PathVertex<'a> {
 /// strategy with `s` light vertices, given the densities of all path vertices except the eye, from
 /// the light on.
 pub fn weight(path: &[Density], s: usize) -> f64 {
-    let joined = |s: usize| if s == 0 { 1.0 } else { path[s - 1].joined };
-    let mut sum = joined(s);
+    let connectible = |s: usize| if s == 0 { 1.0 } else { path[s - 1].connectible };
+    let mut sum = connectible(s);
     let mut ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().skip(s) {
         ratio = times(ratio, vertex.light, vertex.eye);
-        sum += times(ratio, joined(i + 1), 1.0);
+        sum += times(ratio, connectible(i + 1), 1.0);
     }
     ratio = 1.0;
     for (i, vertex) in path.iter().enumerate().take(s).rev() {
         ratio = times(ratio, vertex.eye, vertex.light);
-        sum += times(ratio, joined(i), 1.0);
+        sum += times(ratio, connectible(i), 1.0);
     }
-    joined(s) / sum
+    connectible(s) / sum
 }
 
 /// Multiplies `ratio` by the ratio of two densities. Where an edge lies in a surface, densities at

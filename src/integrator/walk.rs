@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::lanewise::Lanewise;
 use super::strategies::PathVertex;
-use super::{LONGEST_PATH, SurfaceInteraction, Walking};
+use super::{LONGEST_PATH, PathParts, SurfaceInteraction};
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
 use crate::material::{Bsdf, Vertex};
@@ -74,7 +74,7 @@ struct Walk<T> {
 
 /// Traces walks, several at a time and in any order. `event` receives all hits of a walk in order
 /// and then its end; at a hit it returns whether the walk continues.
-pub(super) fn follow<'a, P: Walking, T, S: Sampler>(
+pub(super) fn follow<'a, P: PathParts, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
     mut pending: impl Iterator<Item = PendingWalk<T, S>>,

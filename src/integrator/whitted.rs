@@ -1,7 +1,7 @@
 //! Whitted ray tracing, section 2.1: [`crate::equation::WHITTED`].
 
 use super::direct_light::sample_light;
-use super::{Arrival, Integrator, LightRules, Standard, Walking};
+use super::{Arrival, DefaultParts, Integrator, PathParts, TransportRules};
 use crate::math::real::Mask;
 use crate::math::simd::Wide;
 use crate::sampling::lanes::LaneSampler;
@@ -12,27 +12,27 @@ use crate::sampling::lanes::LaneSampler;
 /// missing: from further diffuse surfaces, from emitters through mirrors and glass (caustics), and
 /// from the background.
 #[derive(Clone, Copy, Debug)]
-pub struct Whitted<P = Standard> {
+pub struct Whitted<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
     /// Maximum number of ray segments from the eye, a bias: the tree doubles at each glass surface.
     pub segments: u32,
     /// How emitters are seen, and whether shadow rays pass glass.
-    pub rules: LightRules,
+    pub rules: TransportRules,
 }
 
 impl Whitted {
     /// Creates a ray tracer with the report's limit of seven segments.
-    pub fn new(rules: LightRules) -> Self {
+    pub fn new(rules: TransportRules) -> Self {
         Self {
-            parts: Standard,
+            parts: DefaultParts,
             segments: 7,
             rules,
         }
     }
 }
 
-impl<P: Walking> Integrator for Whitted<P> {
+impl<P: PathParts> Integrator for Whitted<P> {
     /// Traces reflection first at glass, and refraction later.
     fn interact<S: LaneSampler<R>, R: Wide<N>, const N: usize>(
         &self,

@@ -80,8 +80,8 @@ pub struct Emitter {
     margin: f64,
 }
 
-/// How shadow rays pick emitters, by [flux](crate::light::light_sampler::FluxPicks) unless stated
-/// otherwise, and points on them.
+/// How shadow rays pick emitters, by [flux](crate::light::light_sampler::PowerLightSampler) unless
+/// stated otherwise, and points on them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightSampling {
     /// Uniform with respect to area.

@@ -18,12 +18,12 @@ const SINGLE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 /// light comes from, the other half uniformly among the emitters with flux, as dim lights near the
 /// eye may matter more.
 #[derive(Clone, Debug)]
-pub struct FluxPicks {
+pub struct PowerLightSampler {
     /// Cumulative selection probabilities.
     up_to: Vec<f64>,
 }
 
-impl FluxPicks {
+impl PowerLightSampler {
     /// Creates the distribution for these fluxes, in any unit.
     pub fn new(fluxes: &[f64]) -> Self {
         let largest = fluxes.iter().copied().fold(0.0, f64::max).min(f64::MAX);
@@ -111,7 +111,7 @@ impl<R: Real> Scale<R> {
 /// Turns contributions into the selection probabilities of `shares.len()` emitters, which sum to 1;
 /// all are 0 if no emitter contributes.
 #[inline]
-pub fn share_all<R: Real>(contribution: impl Fn(usize) -> R, shares: &mut [R]) {
+pub fn probabilities<R: Real>(contribution: impl Fn(usize) -> R, shares: &mut [R]) {
     let scale = Scale::new(shares.len(), contribution, |i, contribution| {
         shares[i] = contribution;
     });

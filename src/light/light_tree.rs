@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::emitter::Emitter;
-use super::light_sampler::{MOST, share, share_all};
+use super::light_sampler::{MOST, probabilities, share};
 
 /// Maximum number of choices at a step, if there are several steps.
 const CHOICES: usize = MOST / 2;
@@ -14,7 +14,7 @@ const LAST: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Emitters of a scene, in nested groups if there are more than [`MOST`].
 #[derive(Clone, Debug)]
-pub struct Groups {
+pub struct LightTree {
     /// Indices of the emitters, sorted so that neighbours are adjacent.
     order: Vec<u32>,
     /// Position of each emitter in `order`.
@@ -62,7 +62,7 @@ impl Group {
     }
 }
 
-impl Groups {
+impl LightTree {
     /// Builds the groups of any number of emitters.
     pub fn new(emitters: &[Emitter]) -> Self {
         let count = emitters.len();
@@ -157,7 +157,7 @@ impl Groups {
         for level in self.steps() {
             let (first, count) = self.choices(level, place);
             let shares = &mut shares[..count];
-            share_all(
+            probabilities(
                 |i| self.contribution(level, first + i, from, &contribution),
                 shares,
             );

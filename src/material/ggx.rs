@@ -23,7 +23,7 @@ pub struct Ggx {
 /// Returns D(m) of [`crate::equation::GGX_NORMALS`], 1/sr: facets' area per area of the surface and
 /// solid angle.
 #[inline]
-pub fn normals(alpha: f64, m: DVec3) -> f64 {
+pub fn ndf(alpha: f64, m: DVec3) -> f64 {
     let a2 = alpha * alpha;
     let t = m.z * m.z * (a2 - 1.0) + 1.0;
     if m.z > 0.0 {
@@ -36,7 +36,7 @@ pub fn normals(alpha: f64, m: DVec3) -> f64 {
 /// Returns Smith's Λ(w) of [`crate::equation::GGX_MASKING`]: the facet area hidden by other facets
 /// per visible area.
 #[inline]
-pub fn hidden(alpha: f64, w: DVec3) -> f64 {
+pub fn smith_lambda(alpha: f64, w: DVec3) -> f64 {
     let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
@@ -44,18 +44,18 @@ pub fn hidden(alpha: f64, w: DVec3) -> f64 {
 /// Returns G₂(wo, wi) of [`crate::equation::GGX_MASKING`], in [0, 1]: the fraction of the facets
 /// visible from both directions.
 #[inline]
-pub fn seen_from_both(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
-    1.0 / (1.0 + hidden(alpha, wo) + hidden(alpha, wi))
+pub fn smith_g2(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
+    1.0 / (1.0 + smith_lambda(alpha, wo) + smith_lambda(alpha, wi))
 }
 
 /// Returns D_o(m) of [`crate::equation::GGX_VISIBLE`], 1/sr: the density of the facet normals
 /// visible from `wo`.
 #[inline]
-pub fn visible_normals(alpha: f64, wo: DVec3, m: DVec3) -> f64 {
-    normals(alpha, m) * wo.dot(m).max(0.0) / ((1.0 + hidden(alpha, wo)) * wo.z)
+pub fn visible_normal_pdf(alpha: f64, wo: DVec3, m: DVec3) -> f64 {
+    ndf(alpha, m) * wo.dot(m).max(0.0) / ((1.0 + smith_lambda(alpha, wo)) * wo.z)
 }
 
-/// Samples a facet's normal with the density [`visible_normals`], from two uniform numbers: the
+/// Samples a facet's normal with the density [`visible_normal_pdf`], from two uniform numbers: the
 /// surface is stretched until its facets form a hemisphere, and a point of its visible part is
 /// chosen.
 #[inline]
@@ -87,7 +87,7 @@ impl Ggx {
 impl Model for Ggx {
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let m = (wo + wi).normalize();
-        let facets = normals(self.alpha, m) * seen_from_both(self.alpha, wo, wi);
+        let facets = ndf(self.alpha, m) * smith_g2(self.alpha, wo, wi);
         self.fresnel(wo.dot(m)) * (facets / (4.0 * wo.z * wi.z))
     }
 
@@ -99,7 +99,7 @@ impl Model for Ggx {
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         let m = (wo + wi).normalize();
-        visible_normals(self.alpha, wo, m) / (4.0 * wo.dot(m))
+        visible_normal_pdf(self.alpha, wo, m) / (4.0 * wo.dot(m))
     }
 
     fn albedo(&self) -> DVec3 {

@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 use rand::Rng;
 
-pub use scattering::{BsdfSample, Model, Scattering, Standard, Vertex};
+pub use scattering::{BsdfSample, DefaultParts, Model, Scattering, Vertex};
 
 use crate::math::real::{Real, Vector};
 use rough_glass::RoughGlass;
@@ -172,7 +172,7 @@ impl Bsdf {
 
     /// Returns whether the model has a density, so that shadow rays and connections contribute.
     #[inline]
-    pub fn is_rough(&self) -> bool {
+    pub fn is_non_delta(&self) -> bool {
         !matches!(self, Self::Black | Self::Mirror { .. } | Self::Glass { .. })
     }
 
@@ -184,9 +184,9 @@ impl Bsdf {
 
     /// Returns the model for directions relative to the side from which a ray came.
     #[inline]
-    pub(crate) fn facing(&self, outside: bool) -> Self {
+    pub(crate) fn oriented(&self, outside: bool) -> Self {
         match *self {
-            Self::RoughGlass(glass) => Self::RoughGlass(glass.facing(outside)),
+            Self::RoughGlass(glass) => Self::RoughGlass(glass.oriented(outside)),
             other => other,
         }
     }
@@ -215,7 +215,7 @@ impl Bsdf {
 
     /// Returns f_r(wo, wi) in 1/sr; zero for mirror and glass, whose light is concentrated in
     /// single directions, and below the horizon except for rough glass, which must be
-    /// [`facing`](RoughGlass::facing) wo.
+    /// [`oriented`](RoughGlass::oriented) wo.
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wo.z <= 0.0 || (wi.z <= 0.0 && !self.is_rough_glass()) {
@@ -238,14 +238,14 @@ impl Bsdf {
     /// Samples a scattered direction at a vertex, in world space; `None` where light is absorbed.
     #[inline]
     pub fn sample<R: Rng>(&self, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
-        Standard.sample(self, at, rng)
+        DefaultParts.sample(self, at, rng)
     }
 
     /// Returns the pdf of [`sample`](Self::sample) with respect to solid angle, 1/sr, for local
     /// directions; 0 for mirror and glass.
     #[inline]
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        Standard.pdf(self, wo, wi)
+        DefaultParts.pdf(self, wo, wi)
     }
 
     /// Returns the albedo for a denoiser: ρ of the models with a density, the reflectance of a

@@ -15,7 +15,7 @@ use glam::DVec3;
 use statrs::function::beta::ln_beta;
 
 use super::fresnel;
-use super::ggx::{hidden, sample_visible_normal, seen_from_both, visible_normals};
+use super::ggx::{sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf};
 
 /// A rough surface of glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,8 +31,8 @@ pub struct RoughGlass {
 /// Returns G₂(wo, wi) of [`crate::equation::ROUGH_GLASS_MASKING`], in [0, 1]: the fraction of the
 /// facets visible from both of two directions on opposite sides.
 #[inline]
-pub fn seen_from_opposite(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
-    let (o, i) = (hidden(alpha, wo), hidden(alpha, wi));
+pub fn smith_g2_transmission(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
+    let (o, i) = (smith_lambda(alpha, wo), smith_lambda(alpha, wi));
     if o.is_finite() && i.is_finite() {
         ln_beta(1.0 + o, 1.0 + i).exp()
     } else {
@@ -54,7 +54,7 @@ pub fn refracting(index: f64, wo: DVec3, wi: DVec3) -> Option<(DVec3, f64)> {
 impl RoughGlass {
     /// Returns the surface for directions relative to its outer or its inner side.
     #[inline]
-    pub fn facing(self, outside: bool) -> Self {
+    pub fn oriented(self, outside: bool) -> Self {
         if outside {
             self
         } else {
@@ -85,14 +85,14 @@ impl RoughGlass {
     #[inline]
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> f64 {
         let seen = if wi.z > 0.0 {
-            seen_from_both
+            smith_g2
         } else {
-            seen_from_opposite
+            smith_g2_transmission
         }(self.alpha, wo, wi);
         // The pdf is f as if all sampled facets were visible from wi.
         let density = self.pdf(wo, wi);
         if density > 0.0 && seen > 0.0 {
-            density * seen * (1.0 + hidden(self.alpha, wo)) / wi.z.abs()
+            density * seen * (1.0 + smith_lambda(self.alpha, wo)) / wi.z.abs()
         } else {
             0.0
         }
@@ -117,11 +117,11 @@ impl RoughGlass {
         if wi.z > 0.0 {
             let m = (wo + wi).normalize();
             let cosine = wo.dot(m);
-            return self.fresnel(cosine) * visible_normals(self.alpha, wo, m) / (4.0 * cosine);
+            return self.fresnel(cosine) * visible_normal_pdf(self.alpha, wo, m) / (4.0 * cosine);
         }
         refracting(self.index, wo, wi).map_or(0.0, |(m, normals_per_direction)| {
             (1.0 - self.fresnel(wo.dot(m)))
-                * visible_normals(self.alpha, wo, m)
+                * visible_normal_pdf(self.alpha, wo, m)
                 * normals_per_direction
         })
     }

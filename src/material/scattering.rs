@@ -120,7 +120,7 @@ pub trait Scattering: Sync {
     /// Returns whether nothing is replaced, here and in the other traits of parts: then all lanes
     /// are computed at once.
     #[inline]
-    fn is_standard(&self) -> bool {
+    fn is_default(&self) -> bool {
         false
     }
     /// Returns R of (12).
@@ -193,7 +193,7 @@ pub trait Scattering: Sync {
     /// Samples a local direction at a surface whose model has a density, from uniform numbers, of
     /// which the third counts for rough glass only; `None` where the density is zero.
     #[inline]
-    fn sample_rough(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
+    fn sample_non_delta(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 3]) -> Option<BsdfSample> {
         let [r1, r2, _] = random;
         let wi = if bsdf.is_sampled_by_cosine() {
             self.cosine_hemisphere([r1, r2])
@@ -256,9 +256,13 @@ pub trait Scattering: Sync {
             _ => {
                 let [r1, r2] = uniform2(rng);
                 let local = if bsdf.is_rough_glass() {
-                    self.sample_rough(&bsdf.facing(at.outside), at.wo, [r1, r2, uniform(rng)])?
+                    self.sample_non_delta(
+                        &bsdf.oriented(at.outside),
+                        at.wo,
+                        [r1, r2, uniform(rng)],
+                    )?
                 } else {
-                    self.sample_rough(bsdf, at.wo, [r1, r2, 0.0])?
+                    self.sample_non_delta(bsdf, at.wo, [r1, r2, 0.0])?
                 };
                 Some(BsdfSample {
                     direction: at.frame.world(local.direction),
@@ -293,11 +297,11 @@ pub trait Scattering: Sync {
 
 /// Default parts: the library's own functions.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Standard;
+pub struct DefaultParts;
 
-impl Scattering for Standard {
+impl Scattering for DefaultParts {
     #[inline]
-    fn is_standard(&self) -> bool {
+    fn is_default(&self) -> bool {
         true
     }
 }

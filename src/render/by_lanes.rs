@@ -4,8 +4,8 @@
 use std::ops::Range;
 
 use super::row::{LaneEstimator, RowRenderer};
-use super::silhouette::Outlines;
-use super::{Prepared, Progress, Renderer, UNINTERRUPTED, each_part};
+use super::silhouette::Silhouettes;
+use super::{CHUNK_SAMPLES, Prepared, Progress, Renderer, for_each_tile};
 use crate::error::Error;
 use crate::film::Film;
 use crate::integrator::Estimator as _;
@@ -127,20 +127,20 @@ impl ByLanes {
         } = *self;
         let sees_in_mirrors =
             matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
-        let outlines = Outlines::new(scene, frame, sampling, sees_in_mirrors);
+        let silhouettes = Silhouettes::new(scene, frame, sampling, sees_in_mirrors);
         RowRenderer {
             scene: LaneScene::new(scene),
             estimator,
             sampling,
             frame,
-            outlines,
+            silhouettes,
         }
     }
 }
 
 impl<R: Wide<N>, const N: usize> Prepared for RowRenderer<'_, R, N> {
     fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        each_part(self.sampling, UNINTERRUPTED, film, &range, done, |pieces| {
+        for_each_tile(self.sampling, CHUNK_SAMPLES, film, &range, done, |pieces| {
             pieces
                 .iter_mut()
                 .try_for_each(|piece| Self::add(self, piece))

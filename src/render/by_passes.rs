@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use super::{Prepared, Progress, Renderer};
 use crate::error::Error;
-use crate::film::{Begun, Features, Film, check_radiance};
+use crate::film::{Features, Film, PartialReplication, check_radiance};
 use crate::integrator::{Bdpt, ImageEstimator, LightTracer, Sppm, SurfaceInteraction};
 use crate::math::real::{Mask, Real};
 use crate::math::simd::{LANES, Lanes};
 use crate::sampling::Sampling;
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::rng::{stream, uniform2};
-use crate::sampling::sampler::{Numbers, Pass};
+use crate::sampling::sampler::{ImagePass, SamplerKind};
 use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
@@ -43,7 +43,7 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
 /// Adds the replications `range` of an image estimator to a film of the full image. A replication
 /// is one pass, or the mean of as many as a scramble has points. Albedo, normal and depth are those
 /// of one camera ray per pixel and pass, the one that [`render`](super::render()) traces for
-/// [`PixelSampling::Random`] and [`Numbers::Independent`], whatever rays the estimator itself
+/// [`PixelSampling::Random`] and [`SamplerKind::Independent`], whatever rays the estimator itself
 /// traces. `pass_done` is called after each pass with its number of pixels; when it returns false,
 /// the remaining passes are left out and `Ok(false)` is returned: the film keeps the passes of an
 /// unfinished replication, which the next call continues.
@@ -55,7 +55,7 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
-    numbers: Numbers,
+    numbers: SamplerKind,
     seed: u64,
     film: &mut Film,
     range: Range<u32>,
@@ -71,17 +71,17 @@ pub fn render_passes<E: ImageEstimator>(
         pixel: PixelSampling::Random,
         numbers,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     super::check(&sampling, range.end, film)?;
     let samples = sampling.samples_per_replication();
     let width = frame[0] as usize;
     for replication in range {
         let begun = film.begun.take();
-        let Begun {
+        let PartialReplication {
             passes: done,
             mut sums,
-        } = begun.unwrap_or_else(|| Begun {
+        } = begun.unwrap_or_else(|| PartialReplication {
             passes: 0,
             sums: vec![DVec3::ZERO; film.pixels().len()],
         });
@@ -90,7 +90,7 @@ pub fn render_passes<E: ImageEstimator>(
             let image = estimator.image(
                 scene,
                 frame,
-                Pass {
+                ImagePass {
                     numbers,
                     seed,
                     index,
@@ -132,7 +132,7 @@ pub fn render_passes<E: ImageEstimator>(
             })?;
             if !pass_done(image.len() as u64) {
                 if index + 1 < passes.end {
-                    film.begun = Some(Begun {
+                    film.begun = Some(PartialReplication {
                         passes: index + 1 - passes.start,
                         sums,
                     });
@@ -150,7 +150,7 @@ pub struct ByPasses<E> {
     /// Estimator of an image.
     pub estimator: E,
     /// Source of the random numbers.
-    pub numbers: Numbers,
+    pub numbers: SamplerKind,
     /// Master seed.
     pub seed: u64,
 }
@@ -200,7 +200,7 @@ pub enum PassEstimator {
 }
 
 impl ImageEstimator for PassEstimator {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         match self {
             Self::LightTracer(tracer) => tracer.image(scene, frame, pass),
             Self::Bdpt(bdpt) => bdpt.image(scene, frame, pass),

@@ -16,7 +16,7 @@ use exr::prelude::{
 use glam::DVec3;
 
 use crate::error::{Error, LARGEST_RADIANCE};
-use crate::film::{Begun, Film, Pixel, SUMS, WORDS, Window};
+use crate::film::{Film, PartialReplication, Pixel, SUMS, WORDS, Window};
 use crate::image::{CHANNELS, attributes, codec, values, write_whole};
 
 /// Text attributes of a file besides the film, by name: short texts of Latin-1.
@@ -29,7 +29,7 @@ const ALL_WORDS: usize = WORDS + 2 * BEGUN.len();
 /// Text attribute of the format itself, which describes the film.
 const FILM: &str = "film";
 /// Number of pixels whose words are written at once.
-const TOGETHER: usize = 32;
+const BATCH_SIZE: usize = 32;
 const CHECKSUM: &str = "checksum";
 
 /// Returns the channel names of a pixel's words, in order.
@@ -167,8 +167,8 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
         let mut bytes = vec![0; 4 * width * columns.len()];
         // Some pixels at a time: a single one would touch as many cache lines as there are
         // channels.
-        for first in (0..width).step_by(TOGETHER) {
-            let pixels = first..width.min(first + TOGETHER);
+        for first in (0..width).step_by(BATCH_SIZE) {
+            let pixels = first..width.min(first + BATCH_SIZE);
             let pixel = |x: usize| {
                 (
                     words(film, y * width + x),
@@ -323,7 +323,7 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
         if passes >= samples || !sums.iter().all(legal) {
             return Err(damaged("passes that no replication has"));
         }
-        film.begun = Some(Begun { passes, sums });
+        film.begun = Some(PartialReplication { passes, sums });
     }
     Ok((film, notes))
 }

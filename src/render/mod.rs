@@ -16,13 +16,13 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::film::{Features, Film, Pixel, check_radiance, features};
 use crate::geometry::shape::{Hit, Ray};
-use crate::integrator::{Estimator, PhotonMapping, Sample, Standard};
+use crate::integrator::{DefaultParts, Estimator, PhotonMapping, Sample};
 use crate::sampling::Sampling;
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::rng::uniform2;
-use crate::sampling::sampler::{LONGEST, Numbers};
+use crate::sampling::sampler::{LONGEST, SamplerKind};
 use crate::scene::Scene;
-use silhouette::{Outlines, replaced};
+use silhouette::{Silhouettes, with_supersampled_emission};
 
 pub use by_lanes::{
     ByLanes, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
@@ -56,7 +56,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
         )))
     };
     if film.sample_counts().is_some()
-        && (sampling.numbers == Numbers::Independent
+        && (sampling.numbers == SamplerKind::Independent
             || sampling.pixel.samples_per_replication() != 1)
     {
         return refuse(
@@ -66,7 +66,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
     if fewest == 0 {
         return refuse("at least 1 is needed".to_owned());
     }
-    if matches!(sampling.numbers, Numbers::Sobol(_)) && samples > LONGEST {
+    if matches!(sampling.numbers, SamplerKind::Sobol(_)) && samples > LONGEST {
         return refuse(format!("a scramble has at most {LONGEST} points"));
     }
     if samples.checked_mul(replications).is_none() {
@@ -75,7 +75,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
             u32::MAX
         ));
     }
-    if sampling.outlines
+    if sampling.silhouettes
         && matches!(
             sampling.pixel,
             PixelSampling::Centre | PixelSampling::Grid(_)
@@ -99,9 +99,9 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// Sample k of pixel (x, y) of the full image draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `done` is called after each part of the film, of about [`Estimator::TOGETHER`] samples or less,
-/// with their number, from any thread; when it returns false, the rest is left out and `Ok(false)`
-/// is returned: see [`Progress`].
+/// `done` is called after each part of the film, of about [`Estimator::BATCH_SIZE`] samples or
+/// less, with their number, from any thread; when it returns false, the rest is left out and
+/// `Ok(false)` is returned: see [`Progress`].
 ///
 /// # Errors
 /// [`Error::Radiance`] with pixel and replication if the estimator returns an invalid radiance;
@@ -120,10 +120,10 @@ pub fn render<E: Estimator>(
 
 /// Approximate largest number of samples that a thread takes in lanes between two calls of
 /// [`Progress`], but never less than a replication of a pixel.
-pub const UNINTERRUPTED: u32 = 1 << 14;
+pub const CHUNK_SAMPLES: u32 = 1 << 14;
 
 /// Neighbouring pixels of a row that lack the same replications.
-pub(crate) struct Piece<'a> {
+pub(crate) struct PixelRun<'a> {
     /// Position of the first pixel in the full image.
     pub corner: [u32; 2],
     /// Replications to add.
@@ -135,13 +135,13 @@ pub(crate) struct Piece<'a> {
 
 /// Calls `add` with parts of the film's window: pieces of its rows, of about `together` samples or
 /// less.
-fn each_part(
+fn for_each_tile(
     sampling: Sampling,
     together: u32,
     film: &mut Film,
     range: &Range<u32>,
     done: Progress<'_>,
-    add: impl Fn(&mut [Piece<'_>]) -> Result<(), Error> + Sync,
+    add: impl Fn(&mut [PixelRun<'_>]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     check(&sampling, range.end, film)?;
     let window = film.window();
@@ -152,7 +152,7 @@ fn each_part(
     let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
     // Several rows at once for estimators that gain by it, but enough parts for all threads.
     let most = height / (PARTS_PER_THREAD * rayon::current_num_threads());
-    let rows = if together > UNINTERRUPTED {
+    let rows = if together > CHUNK_SAMPLES {
         (at_once / width).min(most).max(1)
     } else {
         1
@@ -181,7 +181,7 @@ fn each_part(
                     let corner = [x, y];
                     x += pixels.len() as u32;
                     if !missing.is_empty() {
-                        pieces.push(Piece {
+                        pieces.push(PixelRun {
                             corner,
                             missing,
                             pixels,
@@ -196,7 +196,7 @@ fn each_part(
                     break;
                 }
                 add(pieces)?;
-                let of = |piece: &Piece<'_>| {
+                let of = |piece: &PixelRun<'_>| {
                     let samples: u64 = piece.counts.iter().copied().map(u64::from).sum();
                     samples * u64::from(piece.missing.end - piece.missing.start)
                 };
@@ -221,9 +221,9 @@ fn add_samples<E: Estimator>(
     scene: &Scene,
     estimator: &E,
     sampling: Sampling,
-    outlines: &Outlines,
+    silhouettes: &Silhouettes,
     frame: [u32; 2],
-    pieces: &mut [Piece<'_>],
+    pieces: &mut [PixelRun<'_>],
 ) -> Result<(), Error> {
     let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
         let ray = scene
@@ -232,7 +232,7 @@ fn add_samples<E: Estimator>(
         (ray, scene.intersect(&ray))
     };
     let (mut places, mut pixels) = (Vec::new(), Vec::new());
-    for Piece {
+    for PixelRun {
         corner: [x, y],
         missing,
         pixels: own,
@@ -259,7 +259,7 @@ fn add_samples<E: Estimator>(
     };
     let points_of = |(i, replication, index): SampleName| {
         let [x, y] = places[i].0;
-        outlines.points(y * frame[0] + x, replication, index)
+        silhouettes.points(y * frame[0] + x, replication, index)
     };
     let mut refused = None;
     // For each sample, the weight of its radiance, and the emission seen along its ray.
@@ -275,7 +275,7 @@ fn add_samples<E: Estimator>(
         {
             refused = refused.take().or(Some(error_of(name, error)));
         }
-        let view = outlines.view(scene, ray, hit);
+        let view = silhouettes.view(scene, ray, hit);
         views.push((view.weight, view.emitted(scene)));
         Sample {
             ray: view.ray,
@@ -297,9 +297,9 @@ fn add_samples<E: Estimator>(
         if let Some(points) = points_of(name) {
             let shown = points.map(|point| {
                 let (ray, hit) = camera_ray(at, point);
-                outlines.view(scene, ray, hit).emitted(scene)
+                silhouettes.view(scene, ray, hit).emitted(scene)
             });
-            radiance = replaced(radiance, own, shown);
+            radiance = with_supersampled_emission(radiance, own, shown);
         }
         // Checked here, as the mean of several could hide an invalid one.
         check_radiance(radiance).map_err(|error| error_of(name, error))?;
@@ -398,17 +398,17 @@ struct PreparedRays<'a, E> {
     scene: &'a Scene,
     estimator: &'a E,
     sampling: Sampling,
-    outlines: Outlines,
+    silhouettes: Silhouettes,
 }
 
 impl<'a, E: Estimator> PreparedRays<'a, E> {
     fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, frame: [u32; 2]) -> Self {
-        let outlines = Outlines::new(scene, frame, sampling, estimator.sees_in_mirrors());
+        let silhouettes = Silhouettes::new(scene, frame, sampling, estimator.sees_in_mirrors());
         Self {
             scene,
             estimator,
             sampling,
-            outlines,
+            silhouettes,
         }
     }
 }
@@ -419,11 +419,11 @@ impl<E: Estimator> Prepared for PreparedRays<'_, E> {
             scene,
             estimator,
             sampling,
-            outlines,
+            silhouettes,
         } = self;
         let frame = film.frame();
-        each_part(*sampling, E::TOGETHER, film, &range, done, |pieces| {
-            add_samples(scene, *estimator, *sampling, outlines, frame, pieces)
+        for_each_tile(*sampling, E::BATCH_SIZE, film, &range, done, |pieces| {
+            add_samples(scene, *estimator, *sampling, silhouettes, frame, pieces)
         })
     }
 }
@@ -432,7 +432,7 @@ impl<E: Estimator> Prepared for PreparedRays<'_, E> {
 #[derive(Debug)]
 pub struct ByPhotons {
     /// Photon mapping estimator.
-    pub photons: PhotonMapping<Standard>,
+    pub photons: PhotonMapping<DefaultParts>,
     /// Sampling settings.
     pub sampling: Sampling,
 }

@@ -4,8 +4,8 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::Piece;
-use super::silhouette::{MIRRORS, Outlines, POINTS, replaced};
+use super::PixelRun;
+use super::silhouette::{MIRRORS, POINTS, Silhouettes, with_supersampled_emission};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::geometry::shape::Ray;
@@ -17,7 +17,7 @@ use crate::math::simd::{Wide, lanes_of};
 use crate::sampling::Sampling;
 use crate::sampling::lanes::{LaneSampler, PixelSampler, Points, SampleName, Streams};
 use crate::sampling::pixel::PixelSampling;
-use crate::sampling::sampler::Numbers;
+use crate::sampling::sampler::SamplerKind;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// An estimator that traces several paths at a time, with standard parts.
@@ -42,7 +42,7 @@ struct Work {
     /// Radiance of an emitter seen by the camera ray, directly or through mirrors.
     own: DVec3,
     /// Product of the reflectances of the mirrors that the camera ray has followed, and their
-    /// number, as in [`View`](crate::render::silhouette::View).
+    /// number, as in [`MirroredRay`](crate::render::silhouette::MirroredRay).
     weight: DVec3,
     mirrors: u32,
 }
@@ -66,12 +66,12 @@ pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
     pub estimator: LaneEstimator,
     pub sampling: Sampling,
     pub frame: [u32; 2],
-    pub outlines: Outlines,
+    pub silhouettes: Silhouettes,
 }
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     /// Adds the missing replications to the pixels of a piece.
-    pub fn add(&self, piece: &mut Piece<'_>) -> Result<(), Error> {
+    pub fn add(&self, piece: &mut PixelRun<'_>) -> Result<(), Error> {
         match &self.estimator {
             LaneEstimator::Path(path) => self.add_by(path, piece),
             LaneEstimator::Report(report) => self.add_by(report, piece),
@@ -79,10 +79,10 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         }
     }
 
-    fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut Piece<'_>) -> Result<(), Error> {
+    fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut PixelRun<'_>) -> Result<(), Error> {
         match self.sampling.numbers {
-            Numbers::Independent => row::<E, R, Streams<N>, N>(self, estimator, piece),
-            Numbers::Sobol(_) => row::<E, R, Points<N>, N>(self, estimator, piece),
+            SamplerKind::Independent => row::<E, R, Streams<N>, N>(self, estimator, piece),
+            SamplerKind::Sobol(_) => row::<E, R, Points<N>, N>(self, estimator, piece),
         }
     }
 }
@@ -91,19 +91,19 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
 fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     renderer: &RowRenderer<'_, R, N>,
     estimator: &E,
-    Piece {
+    PixelRun {
         corner,
         missing,
         pixels,
         counts,
-    }: &mut Piece<'_>,
+    }: &mut PixelRun<'_>,
 ) -> Result<(), Error> {
     let (corner, columns) = (*corner, pixels.len());
     let RowRenderer {
         scene,
         sampling,
         frame,
-        outlines,
+        silhouettes,
         ..
     } = renderer;
     let (scene, frame) = (*scene, *frame);
@@ -159,7 +159,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
         if met != 0 {
             let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
-            let mirrors = if outlines.in_mirrors {
+            let mirrors = if silhouettes.in_mirrors {
                 surface.dark_mirror().bits()
             } else {
                 0
@@ -213,10 +213,10 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
                 replication,
                 index,
             } = work.sample;
-            if let Some(points) = outlines.points(pixel, replication, index) {
+            if let Some(points) = silhouettes.points(pixel, replication, index) {
                 let first = [corner[0] + work.column as u32, corner[1]];
                 let shown = renderer.shown(first, points, &mut scratch);
-                radiance = replaced(radiance, work.own, shown);
+                radiance = with_supersampled_emission(radiance, work.own, shown);
             }
             check_radiance(radiance).map_err(|error| work.place(corner, error))?;
             work.sum += radiance;
@@ -253,7 +253,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
                 break;
             }
             let surface = SurfaceInteraction::new(scene, &ray, &found);
-            let follows = self.outlines.in_mirrors && mirror < MIRRORS;
+            let follows = self.silhouettes.in_mirrors && mirror < MIRRORS;
             looking = if follows {
                 found.met & surface.dark_mirror()
             } else {

@@ -48,7 +48,7 @@ pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2];
 
 /// Returns the radiance of a sample after its `own` direct emission is replaced by the mean of the
 /// points' emission, `shown`.
-pub fn replaced(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
+pub fn with_supersampled_emission(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
     let sum = shown.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
     (radiance - own) + sum * (1.0 / POINTS as f64)
 }
@@ -58,7 +58,7 @@ pub const MIRRORS: u32 = 8;
 
 /// A camera ray after it has followed mirrors.
 #[derive(Clone, Copy, Debug)]
-pub struct View {
+pub struct MirroredRay {
     /// Ray after the last mirror.
     pub ray: Ray,
     /// Hit of the ray: no mirror, except one that emits and one after [`MIRRORS`].
@@ -69,7 +69,7 @@ pub struct View {
     pub mirrors: u32,
 }
 
-impl View {
+impl MirroredRay {
     /// Creates the view along a ray that meets `hit`.
     #[inline]
     pub fn new(ray: Ray, hit: Option<Hit>) -> Self {
@@ -113,22 +113,22 @@ fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
 }
 
 /// Silhouette pixels of an image; empty if silhouettes are not supersampled.
-pub(crate) struct Outlines {
+pub(crate) struct Silhouettes {
     crossed: Vec<bool>,
     seed: u64,
     /// Whether camera rays follow mirrors.
     pub in_mirrors: bool,
 }
 
-impl Outlines {
+impl Silhouettes {
     /// Finds the silhouette pixels, for an estimator that sees in mirrors or not.
     pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling, sees_in_mirrors: bool) -> Self {
-        let mut crossed = if sampling.outlines {
+        let mut crossed = if sampling.silhouettes {
             crossed(scene, frame)
         } else {
             Vec::new()
         };
-        let in_mirrors = sees_in_mirrors && sampling.outlines && has_mirrors(scene);
+        let in_mirrors = sees_in_mirrors && sampling.silhouettes && has_mirrors(scene);
         if in_mirrors {
             crossed
                 .iter_mut()
@@ -144,8 +144,8 @@ impl Outlines {
 
     /// Returns the view of a camera ray, through mirrors if these are followed.
     #[inline]
-    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> View {
-        let view = View::new(ray, hit);
+    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> MirroredRay {
+        let view = MirroredRay::new(ray, hit);
         if self.in_mirrors {
             view.in_mirrors(scene)
         } else {
@@ -196,7 +196,7 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
     let [width, height] = frame.map(|n| n as usize);
     let shown = |x: usize, y: usize| {
         let ray = scene.camera().ray(frame, x as f64, y as f64);
-        let view = View::new(ray, scene.intersect(&ray)).in_mirrors(scene);
+        let view = MirroredRay::new(ray, scene.intersect(&ray)).in_mirrors(scene);
         if view.mirrors > 0 {
             view.emitted(scene)
         } else {

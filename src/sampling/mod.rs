@@ -9,7 +9,7 @@ pub mod sampler;
 pub mod warp;
 
 use pixel::PixelSampling;
-use sampler::{Numbers, Pass, Source};
+use sampler::{ImagePass, SampleStream, SamplerKind};
 
 /// Sampling settings: with scene and estimator, they decide every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,12 +17,12 @@ pub struct Sampling {
     /// Sampling of the pixel.
     pub pixel: PixelSampling,
     /// Source of the random numbers.
-    pub numbers: Numbers,
+    pub numbers: SamplerKind,
     /// Master seed.
     pub seed: u64,
     /// Whether emitter silhouettes, seen directly or in mirrors, are supersampled as in
     /// [`outline`](crate::render::silhouette); only where samples lie anywhere in a pixel.
-    pub outlines: bool,
+    pub silhouettes: bool,
 }
 
 impl Sampling {
@@ -38,9 +38,9 @@ impl Sampling {
     /// numbers it is always one.
     pub(crate) fn with_samples(self, samples: u32) -> Self {
         match self.numbers {
-            Numbers::Independent => self,
-            Numbers::Sobol(_) => Self {
-                numbers: Numbers::Sobol(samples / self.pixel.samples_per_replication()),
+            SamplerKind::Independent => self,
+            SamplerKind::Sobol(_) => Self {
+                numbers: SamplerKind::Sobol(samples / self.pixel.samples_per_replication()),
                 ..self
             },
         }
@@ -48,14 +48,14 @@ impl Sampling {
 
     /// Returns the random numbers of sample `index` of a replication of a pixel.
     #[inline]
-    pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> Source {
+    pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> SampleStream {
         let samples = self.samples_per_replication();
         let numbers = match self.numbers {
-            Numbers::Independent => Numbers::Independent,
+            SamplerKind::Independent => SamplerKind::Independent,
             // One sequence for all positions of the pixel.
-            Numbers::Sobol(_) => Numbers::Sobol(samples),
+            SamplerKind::Sobol(_) => SamplerKind::Sobol(samples),
         };
-        Pass {
+        ImagePass {
             numbers,
             seed: self.seed,
             index: replication * samples + index,

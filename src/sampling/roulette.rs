@@ -27,7 +27,7 @@ pub const HIGHEST_SURVIVAL: f64 = 0.95;
 /// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay
 /// bounded and the variance finite wherever albedos are at most 0.95. `throughput` is without the
 /// radiance factors of refraction, which cancel when the path leaves the glass; the path tracer's
-/// is relative to [`RAISED`].
+/// is relative to [`REFERENCE_THROUGHPUT`].
 #[inline]
 pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -> V::Real {
     let [one, highest] = [1.0, HIGHEST_SURVIVAL].map(V::Real::splat);
@@ -39,13 +39,13 @@ pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -
 /// Number of hits of `render`'s path tracer at which survival may reach 1: ending a bright path
 /// early makes the remaining paths to the same light brighter. Glass and mirrors on the way to a
 /// lamp take two or three.
-pub const EARLY: u32 = 8;
+pub const RR_DEPTH: u32 = 8;
 
 /// Throughput at which survival in the path tracer is 1 (or the maximum); fainter paths survive
 /// with probability proportional to it. Paths that have lost little throughput continue, so that
 /// their number stays even over the image. Walks whose every vertex is connected to others, and
 /// particles, use 1: for them more vertices cost more than they gain.
-pub const RAISED: f64 = 0.5;
+pub const REFERENCE_THROUGHPUT: f64 = 0.5;
 
 /// Returns the report's survival probability 1 − α, with the absorption α of the surface.
 #[inline]

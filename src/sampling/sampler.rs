@@ -32,7 +32,7 @@ impl<S: Sampler> Sampler for &mut S {
 
 /// Kind of an estimator's random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Numbers {
+pub enum SamplerKind {
     /// An independent stream for each sample.
     #[default]
     Independent,
@@ -41,7 +41,7 @@ pub enum Numbers {
     Sobol(u32),
 }
 
-impl Numbers {
+impl SamplerKind {
     /// Returns the number of samples of one replication.
     pub fn samples(self) -> u32 {
         match self {
@@ -54,37 +54,37 @@ impl Numbers {
 /// A pass over a whole image: with scene and image size, it decides all samples. The pair (seed,
 /// index) converts to a pass of independent numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pass {
+pub struct ImagePass {
     /// Source of its random numbers. With Sobol' points, as many consecutive passes make up a
     /// replication.
-    pub numbers: Numbers,
+    pub numbers: SamplerKind,
     /// Master seed.
     pub seed: u64,
     /// Index of the pass.
     pub index: u32,
 }
 
-impl From<(u64, u32)> for Pass {
+impl From<(u64, u32)> for ImagePass {
     fn from(seed_and_index: (u64, u32)) -> Self {
         let (seed, index) = seed_and_index;
         Self {
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed,
             index,
         }
     }
 }
 
-impl Pass {
+impl ImagePass {
     /// Returns the random numbers of the paths of a pixel. The passes of a replication take the
     /// points of one scramble.
-    pub fn pixel(self, pixel: u32) -> Source {
+    pub fn pixel(self, pixel: u32) -> SampleStream {
         let fill = stream(self.seed, pixel, self.index);
         match self.numbers {
-            Numbers::Independent => Source::Independent(fill),
-            Numbers::Sobol(points) => {
+            SamplerKind::Independent => SampleStream::Independent(fill),
+            SamplerKind::Sobol(points) => {
                 let [replication, point] = [self.index / points, self.index % points];
-                Source::Sobol(Sobol::new(
+                SampleStream::Sobol(Sobol::new(
                     point as u16,
                     scramble(self.seed, pixel, replication),
                     fill,
@@ -96,15 +96,15 @@ impl Pass {
     /// Returns the random numbers of particle `number` of `count`. All particles of a replication,
     /// pass after pass, take the points of one sequence, which continues in another scramble where
     /// it ends.
-    pub fn particle(self, number: u32, count: u32) -> Source {
+    pub fn particle(self, number: u32, count: u32) -> SampleStream {
         let fill = stream(self.seed, number, self.index);
         match self.numbers {
-            Numbers::Independent => Source::Independent(fill),
-            Numbers::Sobol(points) => {
+            SamplerKind::Independent => SampleStream::Independent(fill),
+            SamplerKind::Sobol(points) => {
                 let [replication, pass] = [self.index / points, self.index % points];
                 let point = u64::from(pass) * u64::from(count) + u64::from(number);
                 let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
-                Source::Sobol(Sobol::new(
+                SampleStream::Sobol(Sobol::new(
                     point as u16,
                     scramble(self.seed, part as u32, replication),
                     fill,
@@ -124,14 +124,14 @@ impl Pass {
 
 /// Random numbers of either kind.
 #[derive(Clone, Debug)]
-pub enum Source {
-    /// Numbers of [`Numbers::Independent`].
+pub enum SampleStream {
+    /// Numbers of [`SamplerKind::Independent`].
     Independent(Stream),
-    /// Numbers of [`Numbers::Sobol`].
+    /// Numbers of [`SamplerKind::Sobol`].
     Sobol(Sobol),
 }
 
-impl Sampler for Source {
+impl Sampler for SampleStream {
     #[inline]
     fn block(&mut self, block: u32) {
         if let Self::Sobol(point) = self {
@@ -140,7 +140,7 @@ impl Sampler for Source {
     }
 }
 
-impl TryRng for Source {
+impl TryRng for SampleStream {
     type Error = Infallible;
 
     fn try_next_u32(&mut self) -> Result<u32, Infallible> {

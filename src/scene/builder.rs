@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::coincident::{CLOSE_SHARE, COINCIDENT};
 use super::detail::smallest_detail;
 use super::solids::Shapes;
-use super::specular_casters::Bodies;
-use super::{Part, PartShape, Scene, Surface};
+use super::specular_casters::SpecularCasters;
+use super::{PrimitiveShape, Scene, ScenePrimitive, Surface};
 use crate::camera::{Camera, WIDEST};
 use crate::error::Error;
 use crate::geometry::bvh::{Bvh, Primitive};
@@ -17,8 +17,8 @@ use crate::geometry::offsets::{LARGEST, OFFSET, SMALLEST_AREA};
 use crate::geometry::shape::Sphere;
 use crate::light::emitter::{Emitter, EmitterShape};
 use crate::light::environment::Environment;
-use crate::light::light_sampler::FluxPicks;
-use crate::light::light_tree::Groups;
+use crate::light::light_sampler::PowerLightSampler;
+use crate::light::light_tree::LightTree;
 use crate::material::Bsdf;
 
 /// Collects a scene's parts; [`build`](Self::build) validates them.
@@ -27,7 +27,7 @@ pub struct SceneBuilder {
     name: String,
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
-    parts: Vec<Part>,
+    parts: Vec<ScenePrimitive>,
     emitters: Vec<Emitter>,
     background: Environment,
     /// Names of the surfaces in messages.
@@ -156,22 +156,22 @@ impl SceneBuilder {
     pub fn sphere(&mut self, sphere: Sphere, surface: SurfaceId) {
         self.object();
         let emitter = self.emitter(surface, EmitterShape::Sphere(sphere));
-        self.part(surface, emitter, PartShape::Sphere(sphere));
+        self.part(surface, emitter, PrimitiveShape::Sphere(sphere));
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
         self.part(
             surface,
             emitter,
-            PartShape::Triangle {
+            PrimitiveShape::Triangle {
                 vertices,
                 normal: DVec3::ZERO,
             },
         );
     }
 
-    fn part(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PartShape) {
-        self.parts.push(Part {
+    fn part(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PrimitiveShape) {
+        self.parts.push(ScenePrimitive {
             surface: surface.0,
             emitter,
             object: self.objects.saturating_sub(1),
@@ -213,7 +213,7 @@ impl SceneBuilder {
         let mut extent = camera.eye.abs().max_element().max(extent);
         for (i, part) in self.parts.iter_mut().enumerate() {
             primitives.push(match &mut part.shape {
-                PartShape::Triangle { vertices, normal } => {
+                PrimitiveShape::Triangle { vertices, normal } => {
                     let corner = |v: u32| self.vertices.get(v as usize).copied();
                     let [Some(a), Some(b), Some(c)] = vertices.map(corner) else {
                         return Err(invalid(
@@ -234,7 +234,7 @@ impl SceneBuilder {
                     })?;
                     Primitive::Triangle([a, b, c])
                 }
-                PartShape::Sphere(sphere) => {
+                PrimitiveShape::Sphere(sphere) => {
                     let Sphere { centre, radius, .. } = *sphere;
                     if !is_sound(sphere) {
                         return Err(invalid(
@@ -275,7 +275,7 @@ impl SceneBuilder {
             let message = shapes.told(&overlap, &self.names).to_string();
             invalid(&self.name, message)
         })?;
-        let covered: Vec<(usize, Part)> = covered
+        let covered: Vec<(usize, ScenePrimitive)> = covered
             .into_iter()
             .map(|(face, _)| (face as usize, self.parts[face as usize]))
             .collect();
@@ -301,15 +301,15 @@ impl SceneBuilder {
             names: self.names,
             smallest: smallest_detail(&self.parts, &self.vertices),
             hull: Hull::new(&primitives, offset),
-            bodies: Bodies::new(&self.parts, &self.surfaces, |corners| {
+            bodies: SpecularCasters::new(&self.parts, &self.surfaces, |corners| {
                 corners.map(|v| self.vertices[v as usize])
             }),
             name: self.name,
             surfaces: self.surfaces,
             vertices: self.vertices,
             parts: self.parts,
-            light_groups: Groups::new(&self.emitters),
-            flux_picks: FluxPicks::new(
+            light_tree: LightTree::new(&self.emitters),
+            power_light_sampler: PowerLightSampler::new(
                 &self
                     .emitters
                     .iter()

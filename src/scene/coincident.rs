@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::solids::{Shapes, Solids};
-use super::{Part, PartShape, Scene, Surface};
+use super::{PrimitiveShape, Scene, ScenePrimitive, Surface};
 use crate::geometry::offsets::{OFFSET, SINGLE_END};
 use crate::geometry::shape::Sphere;
 use crate::material::Bsdf;
@@ -174,7 +174,7 @@ impl Shapes<'_> {
     /// Returns an overlap as reported to the user.
     pub fn told(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
         let object = |i: u32| {
-            let Part {
+            let ScenePrimitive {
                 object, surface, ..
             } = self.parts[i as usize];
             format!("object {} ({})", object + 1, names[surface as usize])
@@ -209,14 +209,14 @@ impl Shapes<'_> {
         let of = |i: u32| {
             let mut found = Vec::new();
             let (low, high) = match self.parts[i as usize].shape {
-                PartShape::Triangle { vertices, .. } => {
+                PrimitiveShape::Triangle { vertices, .. } => {
                     let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
                     (
                         a.min(b).min(c) - self.tolerance,
                         a.max(b).max(c) + self.tolerance,
                     )
                 }
-                PartShape::Sphere(sphere) => {
+                PrimitiveShape::Sphere(sphere) => {
                     // Spheres that coincide have nearly the same pole.
                     let pole = sphere.centre + sphere.radius * DVec3::Z;
                     let reach = DVec3::splat(2.0 * self.tolerance / self.share);
@@ -242,7 +242,7 @@ impl Shapes<'_> {
     /// Returns the overlap of a pair, whose first primitive may be this triangle.
     fn overlap(&self, pair: [u32; 2], triangle: Option<&Triangle>) -> Option<Overlap> {
         let (at, area) = match (triangle, pair.map(|i| &self.parts[i as usize].shape)) {
-            (Some(a), [_, PartShape::Triangle { normal, .. }]) => {
+            (Some(a), [_, PrimitiveShape::Triangle { normal, .. }]) => {
                 if a.normal.dot(*normal).abs() < PARALLEL {
                     return None;
                 }
@@ -253,7 +253,7 @@ impl Shapes<'_> {
                     b.overlap(a, self)?
                 }
             }
-            (None, [PartShape::Sphere(a), PartShape::Sphere(b)]) => {
+            (None, [PrimitiveShape::Sphere(a), PrimitiveShape::Sphere(b)]) => {
                 (self.spheres_overlap(a, b)?, 0.0)
             }
             _ => return None,
@@ -287,7 +287,7 @@ impl Shapes<'_> {
     /// Returns a triangle by its corners; `None` for a sphere.
     pub fn triangle(&self, part: u32) -> Option<Triangle> {
         match self.parts[part as usize].shape {
-            PartShape::Triangle { vertices, normal } => {
+            PrimitiveShape::Triangle { vertices, normal } => {
                 let corners = vertices.map(|v| self.vertices[v as usize]);
                 let [a, b, c] = corners;
                 Some(Triangle {
@@ -296,7 +296,7 @@ impl Shapes<'_> {
                     area: 0.5 * (b - a).cross(c - a).length(),
                 })
             }
-            PartShape::Sphere(_) => None,
+            PrimitiveShape::Sphere(_) => None,
         }
     }
 }

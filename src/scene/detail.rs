@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Part, PartShape};
+use super::{PrimitiveShape, ScenePrimitive};
 use crate::geometry::offsets::OFFSET;
 
 /// Least radius of a sphere, height of a zone of one, and longest edge of a triangle, relative to
@@ -18,7 +18,7 @@ pub(super) fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// Returns [`Scene::smallest_detail`](super::Scene::smallest_detail) of these parts.
-pub(super) fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
+pub(super) fn smallest_detail(parts: &[ScenePrimitive], vertices: &[DVec3]) -> f64 {
     // Union-find: each vertex names an earlier one of the same component, or itself.
     let mut before: Vec<u32> = (0..vertices.len() as u32).collect();
     fn first_of(before: &mut [u32], mut vertex: u32) -> u32 {
@@ -31,11 +31,11 @@ pub(super) fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
     let mut smallest = f64::INFINITY;
     for part in parts {
         match part.shape {
-            PartShape::Sphere(sphere) => {
+            PrimitiveShape::Sphere(sphere) => {
                 let [low, high] = sphere.heights();
                 smallest = smallest.min(sphere.radius).min(high - low);
             }
-            PartShape::Triangle {
+            PrimitiveShape::Triangle {
                 vertices: corners, ..
             } => {
                 let firsts = corners.map(|corner| first_of(&mut before, corner));
@@ -48,7 +48,7 @@ pub(super) fn smallest_detail(parts: &[Part], vertices: &[DVec3]) -> f64 {
     }
     let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; vertices.len()];
     for part in parts {
-        if let PartShape::Triangle {
+        if let PrimitiveShape::Triangle {
             vertices: corners, ..
         } = part.shape
         {

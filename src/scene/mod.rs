@@ -31,13 +31,13 @@ use crate::geometry::offsets::{
 use crate::geometry::shape::{Hit, Ray, Sphere};
 use crate::light::emitter::Emitter;
 use crate::light::environment::Environment;
-use crate::light::light_sampler::FluxPicks;
-use crate::light::light_tree::Groups;
+use crate::light::light_sampler::PowerLightSampler;
+use crate::light::light_tree::LightTree;
 use crate::material::Bsdf;
 use crate::math::real::Vector;
 use crate::math::simd::Scalar;
 use lanes::SceneData;
-use specular_casters::Bodies;
+use specular_casters::SpecularCasters;
 
 /// Scattering, emission and, in the report's roulette, absorption of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,16 +73,16 @@ impl Surface {
 
 /// A primitive of the scene with its surface, emitter and object.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct ScenePrimitive {
     pub surface: u32,
     pub emitter: Option<u32>,
     /// Index of its object, in the order in which these were added, from 0.
     pub object: u32,
-    pub shape: PartShape,
+    pub shape: PrimitiveShape,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum PartShape {
+pub(crate) enum PrimitiveShape {
     Triangle { vertices: [u32; 3], normal: DVec3 },
     Sphere(Sphere),
 }
@@ -102,15 +102,15 @@ pub struct Scene {
     name: String,
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
-    parts: Vec<Part>,
+    parts: Vec<ScenePrimitive>,
     /// Parts left out because others cover them, each with its index among all.
-    covered: Vec<(usize, Part)>,
+    covered: Vec<(usize, ScenePrimitive)>,
     /// Names of the surfaces in messages.
     names: Vec<String>,
     emitters: Vec<Emitter>,
-    light_groups: Groups,
-    flux_picks: FluxPicks,
-    bodies: Bodies,
+    light_tree: LightTree,
+    power_light_sampler: PowerLightSampler,
+    bodies: SpecularCasters,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
@@ -151,17 +151,17 @@ impl Scene {
     }
 
     /// Returns the emitters in groups.
-    pub fn light_groups(&self) -> &Groups {
-        &self.light_groups
+    pub fn light_tree(&self) -> &LightTree {
+        &self.light_tree
     }
 
     /// Returns the distribution of emitters by flux, for picks that do not depend on a place.
-    pub fn flux_picks(&self) -> &FluxPicks {
-        &self.flux_picks
+    pub fn power_light_sampler(&self) -> &PowerLightSampler {
+        &self.power_light_sampler
     }
 
     /// Returns the specular casters: mirrors and glass through which shadow rays are connected.
-    pub fn bodies(&self) -> &Bodies {
+    pub fn specular_casters(&self) -> &SpecularCasters {
         &self.bodies
     }
 
@@ -180,15 +180,17 @@ impl Scene {
     pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
         self.parts.iter().map(|part| {
             let geometry = match part.shape {
-                PartShape::Triangle { vertices, .. } => Geometry::Triangle(self.corners(vertices)),
-                PartShape::Sphere(sphere) => Geometry::Sphere(sphere),
+                PrimitiveShape::Triangle { vertices, .. } => {
+                    Geometry::Triangle(self.corners(vertices))
+                }
+                PrimitiveShape::Sphere(sphere) => Geometry::Sphere(sphere),
             };
             (geometry, &self.surfaces[part.surface as usize])
         })
     }
 
     /// Returns the parts behind [`primitives`](Self::primitives).
-    pub(crate) fn parts(&self) -> &[Part] {
+    pub(crate) fn parts(&self) -> &[ScenePrimitive] {
         &self.parts
     }
 
@@ -231,11 +233,11 @@ impl Scene {
     fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
         let part = &self.parts[found.primitive as usize];
         let (point, normal) = match &part.shape {
-            PartShape::Triangle { vertices, normal } => (
+            PrimitiveShape::Triangle { vertices, normal } => (
                 inner_point(self.corners(*vertices), found.weights, EDGE_MARGIN),
                 *normal,
             ),
-            PartShape::Sphere(sphere) => {
+            PrimitiveShape::Sphere(sphere) => {
                 let normal = sphere.normal(ray.at(found.t));
                 let outward = if sphere.inward { -normal } else { normal };
                 (sphere.centre + sphere.radius * outward, normal)
@@ -317,10 +319,10 @@ impl Scene {
     }
 
     /// Returns the largest coordinate of a primitive.
-    fn reach(&self, part: &Part) -> f64 {
+    fn reach(&self, part: &ScenePrimitive) -> f64 {
         match part.shape {
-            PartShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
-            PartShape::Triangle { vertices, .. } => self
+            PrimitiveShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
+            PrimitiveShape::Triangle { vertices, .. } => self
                 .corners(vertices)
                 .map(|corner| corner.abs().max_element())
                 .into_iter()
@@ -350,8 +352,8 @@ impl Scene {
             [
                 (
                     i,
-                    Part {
-                        shape: PartShape::Sphere(sphere),
+                    ScenePrimitive {
+                        shape: PrimitiveShape::Sphere(sphere),
                         ..
                     },
                 ),
@@ -386,8 +388,8 @@ impl Scene {
 
     /// Returns [`SINGLE_EDGE_MARGIN`] as a fraction of the least height of a triangle, at most
     /// [`SINGLE_LARGEST_MARGIN`].
-    pub(crate) fn single_edge_margin(&self, part: &Part) -> f64 {
-        let PartShape::Triangle { vertices, .. } = part.shape else {
+    pub(crate) fn single_edge_margin(&self, part: &ScenePrimitive) -> f64 {
+        let PrimitiveShape::Triangle { vertices, .. } = part.shape else {
             return 0.0;
         };
         let [a, b, c] = self.corners(vertices);
@@ -399,14 +401,14 @@ impl Scene {
     /// its reach, plus [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's absolute
     /// coordinates, each times that of the unit normal, as rounding errors along the normal are; 0
     /// for a triangle in a coordinate plane.
-    pub(crate) fn single_offset(&self, part: &Part) -> f64 {
+    pub(crate) fn single_offset(&self, part: &ScenePrimitive) -> f64 {
         let reach = match &part.shape {
-            PartShape::Triangle { vertices, normal } => self
+            PrimitiveShape::Triangle { vertices, normal } => self
                 .corners(*vertices)
                 .map(|corner| normal.abs().dot(corner.abs()))
                 .into_iter()
                 .fold(0.0, f64::max),
-            PartShape::Sphere(sphere) => sphere.centre.length() + sphere.radius,
+            PrimitiveShape::Sphere(sphere) => sphere.centre.length() + sphere.radius,
         };
         SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.extent()
     }

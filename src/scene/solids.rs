@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Part, PartShape, Surface};
+use super::{PrimitiveShape, ScenePrimitive, Surface};
 use crate::geometry::bvh::Bvh;
 use crate::material::Bsdf;
 
 /// Primitives of a scene that are searched for coincident ones.
 pub(super) struct Shapes<'a> {
-    pub parts: &'a [Part],
+    pub parts: &'a [ScenePrimitive],
     pub surfaces: &'a [Surface],
     pub vertices: &'a [DVec3],
     pub bvh: &'a Bvh,
@@ -79,7 +79,7 @@ impl Solids {
         let mut vertices = welded(shapes);
         let mut edges = Vec::with_capacity(3 * shapes.parts.len());
         for (triangle, part) in (0..).zip(shapes.parts) {
-            if let PartShape::Triangle {
+            if let PrimitiveShape::Triangle {
                 vertices: corners, ..
             } = part.shape
             {
@@ -138,14 +138,14 @@ impl Solids {
             body.angle +=
                 2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
         }
-        let hidden = |(i, part): (u32, &Part)| match part.shape {
-            PartShape::Triangle { normal, .. } => {
+        let hidden = |(i, part): (u32, &ScenePrimitive)| match part.shape {
+            PrimitiveShape::Triangle { normal, .. } => {
                 let body = bodies.find(i);
                 sums.get(&body)?
                     .hidden(shapes.tolerance)
                     .map(|side| (body, side * normal))
             }
-            PartShape::Sphere(_) => None,
+            PrimitiveShape::Sphere(_) => None,
         };
         Self {
             hidden: (0..).zip(shapes.parts).map(hidden).collect(),

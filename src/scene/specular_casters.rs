@@ -5,45 +5,51 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{Part, PartShape, Surface};
-use crate::geometry::specular_connection::{Body, BySphere, Kind, Route, by_flat};
+use super::{PrimitiveShape, ScenePrimitive, Surface};
+use crate::geometry::specular_connection::{
+    Caster, CasterKind, SpecularConnection, SphereConnections, mirror_connection,
+};
 use crate::light::light_sampler;
 use crate::material::{Bsdf, fresnel};
 use crate::math::real::{Real, Vector};
 
 /// Maximum number of casters in a scene, all of which are weighted at each vertex; of more, the
 /// largest are kept.
-pub const MOST: usize = 16;
+pub const MAX_CASTERS: usize = 16;
 /// Maximum number of triangles of a flat mirror used as a caster.
-const MOST_TRIANGLES: usize = 16;
+const MAX_MIRROR_TRIANGLES: usize = 16;
 /// Rough average reflectance of glass, used only to weight reflections.
-const GLINT: f64 = 0.1;
+const GLASS_REFLECTANCE: f64 = 0.1;
 /// Index that stands for no caster.
 pub(crate) const NONE: u8 = u8::MAX;
 
-impl<V: Vector> Body<V> {
-    /// Returns the selection weight from a point: approximately the solid angle times `strength`; 0
-    /// from within a sphere and from behind a flat mirror.
+impl<V: Vector> Caster<V> {
+    /// Returns the selection weight from a point: approximately the solid angle times
+    /// `selection_weight`; 0 from within a sphere and from behind a flat mirror.
     #[inline]
-    pub fn share(&self, kind: Kind, from: V) -> V::Real {
+    pub fn share(&self, kind: CasterKind, from: V) -> V::Real {
         let zero = V::Real::splat(0.0);
         let away = from - self.centre;
         let squared = away.length_squared();
-        if kind == Kind::Flat {
+        if kind == CasterKind::Flat {
             let height = away.dot(self.normal);
             let solid_angle = self.area * height / (squared * squared.sqrt());
             let seen = solid_angle.at_most(V::Real::splat(TAU));
-            return V::Real::choose(height.above(zero), seen * self.strength, zero);
+            return V::Real::choose(height.above(zero), seen * self.selection_weight, zero);
         }
         let square = self.radius * self.radius;
         let seen = square * PI / squared;
-        V::Real::choose(squared.above(square), seen * self.strength, zero)
+        V::Real::choose(squared.above(square), seen * self.selection_weight, zero)
     }
 
     /// Returns the throughput of the caster along a connection with this cosine outside, and the
     /// probability that a path samples that branch.
     #[inline]
-    pub fn lets_on(&self, cosine: V::Real, is_refraction: <V::Real as Real>::Mask) -> (V, V::Real) {
+    pub fn caster_throughput(
+        &self,
+        cosine: V::Real,
+        is_refraction: <V::Real as Real>::Mask,
+    ) -> (V, V::Real) {
         let one = V::Real::splat(1.0);
         let is_glass = self.index.above(V::Real::splat(0.0));
         let index = V::Real::choose(is_glass, self.index, one);
@@ -64,45 +70,49 @@ type Edge = (DVec3, f64);
 
 /// A specular caster of a scene.
 #[derive(Clone, Debug)]
-pub struct SceneBody {
+pub struct SpecularCaster {
     /// Kind of scattering.
-    pub kind: Kind,
+    pub kind: CasterKind,
     /// Parameters of the caster.
-    pub body: Body<DVec3>,
+    pub body: Caster<DVec3>,
     /// Triangles of a flat mirror, as edges.
     triangles: Vec<[Edge; 3]>,
 }
 
-impl SceneBody {
+impl SpecularCaster {
     /// Returns the connections between two points x and y, each with its index: 0 for reflection
     /// and for refraction across the axis.
     #[inline]
-    pub fn routes(&self, x: DVec3, y: DVec3) -> impl Iterator<Item = (usize, Route<DVec3>)> {
-        let (flat, curved) = if self.kind == Kind::Flat {
-            let route = by_flat(&self.body, x, y, true);
+    pub fn connections(
+        &self,
+        x: DVec3,
+        y: DVec3,
+    ) -> impl Iterator<Item = (usize, SpecularConnection<DVec3>)> {
+        let (flat, curved) = if self.kind == CasterKind::Flat {
+            let connection = mirror_connection(&self.body, x, y, true);
             (
-                Some(Route {
-                    exists: route.exists && self.holds(route.first.0),
-                    ..route
+                Some(SpecularConnection {
+                    exists: connection.exists && self.holds(connection.first.0),
+                    ..connection
                 }),
                 None,
             )
         } else {
             (
                 None,
-                Some(BySphere::new(
+                Some(SphereConnections::new(
                     &self.body,
                     x,
                     y,
                     true,
-                    self.kind == Kind::Refraction,
+                    self.kind == CasterKind::Refraction,
                 )),
             )
         };
-        let curved = curved.into_iter().flat_map(BySphere::routes);
+        let curved = curved.into_iter().flat_map(SphereConnections::connections);
         flat.into_iter()
-            .filter(|route| route.exists)
-            .map(|route| (0, route))
+            .filter(|connection| connection.exists)
+            .map(|connection| (0, connection))
             .chain(curved)
     }
 
@@ -125,58 +135,58 @@ impl SceneBody {
 
 /// Specular casters of a scene.
 #[derive(Clone, Debug, Default)]
-pub struct Bodies {
-    all: Vec<SceneBody>,
+pub struct SpecularCasters {
+    all: Vec<SpecularCaster>,
     /// Casters by which each primitive reflects and refracts; empty without casters.
     of: Vec<[u8; 2]>,
 }
 
 /// A caster, and the primitives that form it.
-type Found = (SceneBody, Vec<usize>);
+type Found = (SpecularCaster, Vec<usize>);
 
-impl Bodies {
+impl SpecularCasters {
     /// Finds the casters of a scene: whole spheres of mirror and of glass with outward normals, and
     /// flat mirrors.
     pub(crate) fn new(
-        parts: &[Part],
+        parts: &[ScenePrimitive],
         surfaces: &[Surface],
         corners: impl Fn([u32; 3]) -> [DVec3; 3],
     ) -> Self {
         let mut found: Vec<Found> = Vec::new();
         for (i, part) in parts.iter().enumerate() {
             match (part.shape, surfaces[part.surface as usize].bsdf) {
-                (PartShape::Sphere(sphere), bsdf) if sphere.is_whole() && !sphere.inward => {
+                (PrimitiveShape::Sphere(sphere), bsdf) if sphere.is_whole() && !sphere.inward => {
                     found.extend(
                         of_sphere(sphere.centre, sphere.radius, bsdf).map(|body| (body, vec![i])),
                     );
                 }
-                (PartShape::Triangle { vertices, normal }, Bsdf::Mirror { reflectance }) => {
+                (PrimitiveShape::Triangle { vertices, normal }, Bsdf::Mirror { reflectance }) => {
                     add_flat(&mut found, i, corners(vertices), normal, reflectance);
                 }
                 _ => {}
             }
         }
         found.retain(|(body, primitives)| {
-            primitives.len() <= MOST_TRIANGLES && body.body.strength > 0.0
+            primitives.len() <= MAX_MIRROR_TRIANGLES && body.body.selection_weight > 0.0
         });
         // Of equally large casters the first in the scene are kept.
-        let seen = |(SceneBody { kind, body, .. }, _): &Found| {
-            let area = if *kind == Kind::Flat {
+        let seen = |(SpecularCaster { kind, body, .. }, _): &Found| {
+            let area = if *kind == CasterKind::Flat {
                 body.area
             } else {
                 body.radius * body.radius * PI
             };
-            area * body.strength
+            area * body.selection_weight
         };
         found.sort_by(|a, b| seen(b).total_cmp(&seen(a)));
-        found.truncate(MOST);
+        found.truncate(MAX_CASTERS);
         let mut of = if found.is_empty() {
             Vec::new()
         } else {
             vec![[NONE; 2]; parts.len()]
         };
         for (number, (body, primitives)) in found.iter().enumerate() {
-            let column = usize::from(body.kind == Kind::Refraction);
+            let column = usize::from(body.kind == CasterKind::Refraction);
             primitives
                 .iter()
                 .for_each(|&primitive| of[primitive][column] = number as u8);
@@ -188,7 +198,7 @@ impl Bodies {
     }
 
     /// Returns all casters.
-    pub fn all(&self) -> &[SceneBody] {
+    pub fn all(&self) -> &[SpecularCaster] {
         &self.all
     }
 
@@ -205,44 +215,44 @@ impl Bodies {
     /// Returns the selection probabilities of all casters from a point: they sum to 1, or are all
     /// zero.
     #[inline]
-    pub fn shares<V: Vector>(&self, from: V) -> [V::Real; MOST] {
-        let mut shares = [V::Real::splat(0.0); MOST];
-        light_sampler::share_all(|i| self.share(i, from), &mut shares[..self.all.len()]);
+    pub fn shares<V: Vector>(&self, from: V) -> [V::Real; MAX_CASTERS] {
+        let mut shares = [V::Real::splat(0.0); MAX_CASTERS];
+        light_sampler::probabilities(|i| self.share(i, from), &mut shares[..self.all.len()]);
         shares
     }
 
     #[inline]
     fn share<V: Vector>(&self, i: usize, from: V) -> V::Real {
-        let SceneBody { kind, body, .. } = &self.all[i];
-        Body::splat(body).share(*kind, from)
+        let SpecularCaster { kind, body, .. } = &self.all[i];
+        Caster::splat(body).share(*kind, from)
     }
 
     /// Returns the selection probability of the caster with this index.
     #[inline]
-    pub fn share_of<R: Real>(&self, number: R, from: R::Vector) -> R {
+    pub fn probability_of<R: Real>(&self, number: R, from: R::Vector) -> R {
         light_sampler::share(|i| self.share(i, from), self.all.len(), number)
     }
 }
 
-fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SceneBody> {
-    let body = |kind, bending, index, reflectance, strength| SceneBody {
+fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SpecularCaster> {
+    let body = |kind, relative_ior, index, reflectance, selection_weight| SpecularCaster {
         kind,
-        body: Body {
+        body: Caster {
             centre,
             radius,
             area: 0.0,
             normal: DVec3::ZERO,
-            bending,
+            relative_ior,
             index,
             reflectance,
-            strength,
+            selection_weight,
         },
         triangles: Vec::new(),
     };
     let [reflection, refraction] = match bsdf {
         Bsdf::Mirror { reflectance } => [
             Some(body(
-                Kind::Reflection,
+                CasterKind::Reflection,
                 0.0,
                 0.0,
                 reflectance,
@@ -252,9 +262,15 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Sce
         ],
         // The connections through a bubble, whose index is below 1, are different.
         Bsdf::Glass { index } if index > 1.0 => [
-            Some(body(Kind::Reflection, 0.0, index, DVec3::ONE, GLINT)),
             Some(body(
-                Kind::Refraction,
+                CasterKind::Reflection,
+                0.0,
+                index,
+                DVec3::ONE,
+                GLASS_REFLECTANCE,
+            )),
+            Some(body(
+                CasterKind::Refraction,
                 index.recip(),
                 index,
                 DVec3::ONE,
@@ -292,7 +308,7 @@ fn add_flat(
         .map(|corner| corner.abs().max_element())
         .fold(0.0, f64::max);
     let same = found.iter_mut().find(|(flat, _)| {
-        flat.kind == Kind::Flat
+        flat.kind == CasterKind::Flat
             && flat.body.reflectance == reflectance
             && flat.body.normal.dot(normal) > 1.0 - ROUNDING
             && (centre - flat.body.centre).dot(normal).abs() <= ROUNDING * extent
@@ -304,20 +320,20 @@ fn add_flat(
         flat.triangles.push(edges);
         primitives.push(primitive);
     } else if found.len() < MOST_FLATS {
-        let strength = reflectance.max_element();
-        let body = Body {
+        let selection_weight = reflectance.max_element();
+        let body = Caster {
             centre,
             radius: 0.0,
             area,
             normal,
-            bending: 0.0,
+            relative_ior: 0.0,
             index: 0.0,
             reflectance,
-            strength,
+            selection_weight,
         };
         found.push((
-            SceneBody {
-                kind: Kind::Flat,
+            SpecularCaster {
+                kind: CasterKind::Flat,
                 body,
                 triangles: vec![edges],
             },

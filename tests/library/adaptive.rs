@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::adaptive::{counts, pilot};
-use whitefurnace::render::{LaneEstimator, UNINTERRUPTED, render_lanes};
+use whitefurnace::render::{CHUNK_SAMPLES, LaneEstimator, render_lanes};
 use whitefurnace::sampling::sampler::LONGEST;
 
 use crate::prelude::*;
@@ -114,7 +114,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         pixel: Random,
         numbers,
         seed: master(),
-        outlines: true,
+        silhouettes: true,
     };
     // The pilot has as many samples per pixel, in one scramble or in several.
     for (points, replications, expected) in [
@@ -127,12 +127,12 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         (256, 4, 8),
         (LONGEST, u32::MAX, 8),
     ] {
-        let own = sampling(Numbers::Sobol(points));
+        let own = sampling(SamplerKind::Sobol(points));
         let found = pilot(own, replications);
         assert_eq!(
             found,
             Sampling {
-                numbers: Numbers::Sobol(expected),
+                numbers: SamplerKind::Sobol(expected),
                 seed: found.seed,
                 ..own
             }
@@ -140,8 +140,8 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         assert_ne!(found.seed, own.seed);
     }
     assert_eq!(
-        pilot(sampling(Numbers::Independent), 9).numbers,
-        Numbers::Independent
+        pilot(sampling(SamplerKind::Independent), 9).numbers,
+        SamplerKind::Independent
     );
 }
 
@@ -150,15 +150,15 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
 #[test]
 fn pixels_have_the_samples_that_they_are_given() {
     let scene = simple::cornell().expect("a scene");
-    let path = Path::new(Standard, Finds::Mis);
+    let path = Path::new(DefaultParts, Finds::Mis);
     let sampling = |points| Sampling {
         pixel: Random,
-        numbers: Numbers::Sobol(points),
+        numbers: SamplerKind::Sobol(points),
         seed: master(),
-        outlines: true,
+        silhouettes: true,
     };
     let frame = [6, 4];
-    for scale in [1, UNINTERRUPTED / 8] {
+    for scale in [1, CHUNK_SAMPLES / 8] {
         let given: Vec<u32> = (0..24).map(|i| scale * (1 + i % 5)).collect();
         let all = u64::from(given.iter().sum::<u32>());
         let mut film = Film::new(frame, None, 3 * scale).expect("a film");
@@ -214,12 +214,12 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
                 pixel,
                 numbers,
                 seed: 1,
-                outlines: false,
+                silhouettes: false,
             };
             let mut film =
                 Film::new([2, 1], None, sampling.samples_per_replication()).expect("a film");
             film.set_sample_counts(counts.to_vec());
-            let path = Path::new(Standard, Finds::Mis);
+            let path = Path::new(DefaultParts, Finds::Mis);
             assert_option_refused(
                 render(&scene, &path, sampling, &mut film, &range, &|_| true),
                 hint,
@@ -232,23 +232,29 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
         };
     refused(
         Random,
-        Numbers::Independent,
+        SamplerKind::Independent,
         [1, 1],
         0..1,
         "only by Sobol' points",
     );
     refused(
         Jitter(2),
-        Numbers::Sobol(2),
+        SamplerKind::Sobol(2),
         [8, 8],
         0..1,
         "without sub-pixels",
     );
-    refused(Random, Numbers::Sobol(2), [0, 4], 0..1, "at least 1");
-    refused(Random, Numbers::Sobol(2), [4, LONGEST + 1], 0..1, "points");
+    refused(Random, SamplerKind::Sobol(2), [0, 4], 0..1, "at least 1");
     refused(
         Random,
-        Numbers::Sobol(2),
+        SamplerKind::Sobol(2),
+        [4, LONGEST + 1],
+        0..1,
+        "points",
+    );
+    refused(
+        Random,
+        SamplerKind::Sobol(2),
         [4, LONGEST],
         0..1 << 16,
         "replications",

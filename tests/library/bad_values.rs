@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use whitefurnace::film::check_radiance;
 use whitefurnace::film::splat::Splats;
 use whitefurnace::integrator::{FiniteElements, LONGEST_PATH, Path, Strategy};
-use whitefurnace::sampling::sampler::Pass;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::helpers;
 use crate::prelude::*;
@@ -160,12 +160,12 @@ fn features_that_are_none_are_refused() {
     }
 }
 
-fn sampling(pixel: PixelSampling, numbers: Numbers) -> Sampling {
+fn sampling(pixel: PixelSampling, numbers: SamplerKind) -> Sampling {
     Sampling {
         pixel,
         numbers,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     }
 }
 
@@ -188,10 +188,10 @@ impl Estimator for Once {
 fn one_bad_sample_ends_a_render() {
     for value in BAD {
         for (pixel, numbers) in [
-            (Centre, Numbers::Independent),
-            (Random, Numbers::Independent),
-            (Jitter(3), Numbers::Independent),
-            (Random, Numbers::Sobol(16)),
+            (Centre, SamplerKind::Independent),
+            (Random, SamplerKind::Independent),
+            (Jitter(3), SamplerKind::Independent),
+            (Random, SamplerKind::Sobol(16)),
         ] {
             let sampling = sampling(pixel, numbers);
             let samples = sampling.samples_per_replication();
@@ -212,7 +212,7 @@ fn one_bad_sample_ends_a_render() {
 struct BadPixel(f64);
 
 impl ImageEstimator for BadPixel {
-    fn image(&self, _: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+    fn image(&self, _: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         let mut image = vec![DVec3::ONE; (frame[0] * frame[1]) as usize];
         image[(2 * frame[0] + 3) as usize].y = if pass.index == 1 { self.0 } else { 1.0 };
         Ok(image)
@@ -249,14 +249,14 @@ impl Scattering for Bad {
         if let Self::Brdf(value) = self {
             DVec3::new(0.1, 0.1, *value)
         } else {
-            Standard.brdf(bsdf, wo, wi)
+            DefaultParts.brdf(bsdf, wo, wi)
         }
     }
 }
 
 impl Roulette for Bad {
     fn survives(&self, r: f64, survival: f64) -> bool {
-        matches!(self, Self::Endless) || Standard.survives(r, survival)
+        matches!(self, Self::Endless) || DefaultParts.survives(r, survival)
     }
 }
 
@@ -265,7 +265,7 @@ impl Photons for Bad {
         if let Self::Flux(value) = self {
             DVec3::new(0.1, *value, 0.1)
         } else {
-            Standard.photon_flux(flux, emitted, stored)
+            DefaultParts.photon_flux(flux, emitted, stored)
         }
     }
 }
@@ -275,7 +275,7 @@ impl Bidirectional for Bad {
         if let Self::Importance(value) = self {
             *value
         } else {
-            Standard.importance(camera, size, direction)
+            DefaultParts.importance(camera, size, direction)
         }
     }
 }
@@ -285,21 +285,21 @@ impl FiniteElements for Bad {
         if let Self::FormFactor = self {
             f64::NAN
         } else {
-            Standard.form_factor(normal, corners)
+            DefaultParts.form_factor(normal, corners)
         }
     }
     fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
         if let Self::Exchanged = self {
             DVec3::new(f64::NAN, 0.1, 0.1)
         } else {
-            Standard.exchanged(leaving, emitted)
+            DefaultParts.exchanged(leaving, emitted)
         }
     }
     fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
         if let Self::Leaving = self {
             DVec3::new(0.1, f64::NAN, 0.1)
         } else {
-            Standard.leaving(albedo, emitted, irradiance)
+            DefaultParts.leaving(albedo, emitted, irradiance)
         }
     }
 }
@@ -316,7 +316,7 @@ fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Result<Film, Error> {
         scene,
         estimator,
         FRAME,
-        sampling(Random, Numbers::Independent),
+        sampling(Random, SamplerKind::Independent),
         &[0..REPLICATIONS],
     )
 }
@@ -347,7 +347,7 @@ fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
 /// Renders with every estimator that traces random walks.
 fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
     let path = |strategy| rays(scene, &Path::new(parts, strategy));
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 200,
         caustic_radius: 0.5,
     };
@@ -357,7 +357,10 @@ fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> 
         ("path by both", path(Strategy::Mis)),
         ("light tracer", passes(scene, &LightTracer { parts })),
         ("bdpt", passes(scene, &Bdpt::new(parts))),
-        ("photons", photons(scene, parts, Lookup::Direct)),
+        (
+            "photons",
+            photons(scene, parts, Lookup::DirectVisualization),
+        ),
         ("photons, gathered", photons(scene, parts, gather)),
         ("sppm", sppm(scene, parts)),
     ]
@@ -375,7 +378,7 @@ fn bad_parts_surface_through_every_estimator() {
         let parts = Bad::Flux(value);
         let place = "the flux of a photon of pass 0";
         assert_surfaces(
-            photons(&scene, parts, Lookup::Direct),
+            photons(&scene, parts, Lookup::DirectVisualization),
             place,
             &format!("flux {value}"),
         );

@@ -112,7 +112,11 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
             assert_relative_eq!(path[1].eye, FRAC_1_PI, max_relative = 1e-9);
             assert_relative_eq!(path[0].light, 1.0 / 16.0, max_relative = 1e-9);
             assert_eq!(
-                [path[0].joined, path[1].joined, path[2].joined],
+                [
+                    path[0].connectible,
+                    path[1].connectible,
+                    path[2].connectible
+                ],
                 [0.0, 0.0, 1.0]
             );
             count += 1;
@@ -305,11 +309,11 @@ fn strategies_of_one_path_agree() {
                 } else {
                     pdf(Some(i + 2), i + 1, i) * per_area(i + 1, i)
                 },
-                joined: f64::from(!specular(i) && (i == 3 || !specular(i + 1))),
+                connectible: f64::from(!specular(i) && (i == 3 || !specular(i + 1))),
             })
             .collect();
         for s in 0..=4 {
-            for connections in [Connections::All, Connections::Ends] {
+            for connections in [Connections::All, Connections::Endpoints] {
                 let bdpt = Bdpt {
                     parts: OneWay(Recorder::default(), s),
                     connections,
@@ -323,7 +327,7 @@ fn strategies_of_one_path_agree() {
                     .filter(|(path, by)| path.len() == 4 && *by == s)
                     .collect();
                 let all = connections == Connections::All;
-                let exists = (all || s < 2 || s == 4) && (s == 0 || path[s - 1].joined > 0.0);
+                let exists = (all || s < 2 || s == 4) && (s == 0 || path[s - 1].connectible > 0.0);
                 assert_eq!(
                     found.len(),
                     usize::from(exists),
@@ -337,12 +341,12 @@ fn strategies_of_one_path_agree() {
                     assert_relative_eq!(found.light, known.light, max_relative = 1e-3);
                     assert_relative_eq!(found.eye, known.eye, max_relative = 1e-3);
                     // On one flat light, shadow rays pick points with the density of particles.
-                    let joined = if all || i == 0 || i == 3 {
-                        known.joined
+                    let connectible = if all || i == 0 || i == 3 {
+                        known.connectible
                     } else {
                         0.0
                     };
-                    assert_abs_diff_eq!(found.joined, joined, epsilon = 1e-12);
+                    assert_abs_diff_eq!(found.connectible, connectible, epsilon = 1e-12);
                 }
                 let f = |i: usize| match surfaces[i] {
                     Bsdf::Model(model) => {
@@ -375,7 +379,7 @@ fn strategies_of_one_path_agree() {
 #[test]
 fn weights_sum_to_one_on_real_paths() {
     let found = paths(&report_room());
-    let exists = |path: &[Density], s: usize| s == 0 || path[s - 1].joined > 0.0;
+    let exists = |path: &[Density], s: usize| s == 0 || path[s - 1].connectible > 0.0;
     let mut specular = 0;
     for (path, s) in &found {
         assert!(exists(path, *s), "{s} of {path:?}");
@@ -388,7 +392,7 @@ fn weights_sum_to_one_on_real_paths() {
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
         assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
-        specular += usize::from(path.iter().any(|vertex| vertex.joined == 0.0));
+        specular += usize::from(path.iter().any(|vertex| vertex.connectible == 0.0));
     }
     assert!(specular > 100, "{specular} paths meet mirror or glass");
 }
@@ -396,13 +400,13 @@ fn weights_sum_to_one_on_real_paths() {
 #[test]
 fn passes_fill_whole_films_only() {
     let scene = report_room();
-    let bdpt = Bdpt::new(Standard);
+    let bdpt = Bdpt::new(DefaultParts);
     let mut film = Film::new(FRAME, None, 1).expect("a film");
     assert!(matches!(
         render_passes(
             &scene,
             &bdpt,
-            Numbers::Independent,
+            SamplerKind::Independent,
             1,
             &mut film,
             0..3,
@@ -415,7 +419,7 @@ fn passes_fill_whole_films_only() {
         render_passes(
             &scene,
             &bdpt,
-            Numbers::Independent,
+            SamplerKind::Independent,
             1,
             &mut film,
             3..9,
@@ -437,7 +441,7 @@ fn passes_fill_whole_films_only() {
         render_passes(
             &scene,
             &bdpt,
-            Numbers::Independent,
+            SamplerKind::Independent,
             1,
             &mut part,
             0..1,
@@ -489,7 +493,7 @@ struct Opaque;
 impl NextEvent for Opaque {
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         assert!(!glass, "glass bends what passes it");
-        Standard.visible(scene, x, y, glass)
+        DefaultParts.visible(scene, x, y, glass)
     }
 }
 
@@ -510,8 +514,12 @@ fn nothing_is_connected_through_glass() {
 #[test]
 fn edges_within_surfaces_leave_weights_that_are_numbers() {
     // Shadow rays may or may not reach the light.
-    for joined in [1.0, 0.0] {
-        let density = |light, eye| Density { light, eye, joined };
+    for connectible in [1.0, 0.0] {
+        let density = |light, eye| Density {
+            light,
+            eye,
+            connectible,
+        };
         let path = [
             density(1.0, 1.0),
             density(3.0, 0.0),
@@ -519,24 +527,24 @@ fn edges_within_surfaces_leave_weights_that_are_numbers() {
             density(1.0, 0.0),
             density(0.0, 2.0),
         ];
-        for s in (0..=path.len()).filter(|&s| s == 0 || joined > 0.0) {
-            let weight = Standard.strategy_weight(&path, s);
+        for s in (0..=path.len()).filter(|&s| s == 0 || connectible > 0.0) {
+            let weight = DefaultParts.strategy_weight(&path, s);
             assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
         }
         // Where the camera's walk cannot go, the light's may.
         let path = [density(1.0, 1.0), density(2.0, 0.0)];
         assert_eq!(
-            Standard.strategy_weight(&path, 0),
-            if joined == 0.0 { 1.0 } else { 0.0 }
+            DefaultParts.strategy_weight(&path, 0),
+            if connectible == 0.0 { 1.0 } else { 0.0 }
         );
         let path = [
             density(1.0, 1.0),
             Density {
                 light: 0.0,
                 eye: 2.0,
-                joined: 1.0,
+                connectible: 1.0,
             },
         ];
-        assert_eq!(Standard.strategy_weight(&path, 2), 0.0);
+        assert_eq!(DefaultParts.strategy_weight(&path, 2), 0.0);
     }
 }

@@ -3,11 +3,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use whitefurnace::geometry::specular_connection::{Body, BySphere, Kind, Route, spread_of};
+use whitefurnace::geometry::specular_connection::{
+    Caster, CasterKind, SpecularConnection, SphereConnections, geometry_term,
+};
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::material::fresnel::{mirror, refract};
 use whitefurnace::render::{LaneEstimator, render_lanes};
-use whitefurnace::scene::specular_casters::MOST;
+use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
 use crate::lanes::scenes::bodies;
 use crate::prelude::*;
@@ -17,7 +19,7 @@ const CASES: u32 = 20_000;
 /// A sphere, and two points outside.
 #[derive(Debug)]
 struct Case {
-    body: Body<DVec3>,
+    body: Caster<DVec3>,
     refracts: bool,
     x: DVec3,
     y: DVec3,
@@ -46,16 +48,16 @@ impl Case {
         } else {
             y
         };
-        let bending = if refracts { index.recip() } else { 0.0 };
-        let body = Body {
+        let relative_ior = if refracts { index.recip() } else { 0.0 };
+        let body = Caster {
             centre,
             radius,
             area: 0.0,
             normal: DVec3::ZERO,
-            bending,
+            relative_ior,
             index: if refracts { index } else { 0.0 },
             reflectance: DVec3::ONE,
-            strength: 1.0,
+            selection_weight: 1.0,
         };
         Self {
             body,
@@ -67,15 +69,15 @@ impl Case {
 
     /// Returns the case with y at this offset from the line through x and the centre.
     fn in_line(self, offset: f64) -> Self {
-        let Body { centre, .. } = self.body;
+        let Caster { centre, .. } = self.body;
         let y = centre + (centre - self.x) + (self.y - centre) * offset;
         Self { y, ..self }
     }
 
-    fn routes(&self) -> Vec<Route<DVec3>> {
-        BySphere::new(&self.body, self.x, self.y, true, self.refracts)
-            .routes()
-            .map(|(_, route)| route)
+    fn connections(&self) -> Vec<SpecularConnection<DVec3>> {
+        SphereConnections::new(&self.body, self.x, self.y, true, self.refracts)
+            .connections()
+            .map(|(_, connection)| connection)
             .collect()
     }
 
@@ -92,12 +94,19 @@ impl Case {
     /// Evaluates f of the equation through arc sines.
     fn swept(&self, alpha: f64) -> f64 {
         let ([x, y, _], sin) = (self.seen(), alpha.sin());
-        2.0 * alpha - 2.0 * (sin * self.body.bending).asin() - (sin / x).asin() - (sin / y).asin()
+        2.0 * alpha
+            - 2.0 * (sin * self.body.relative_ior).asin()
+            - (sin / x).asin()
+            - (sin / y).asin()
     }
 
     /// Estimates the solid angle per area between the connections to four points around y.
-    fn spread_by_differences(&self, route: &Route<DVec3>, step: f64) -> Option<f64> {
-        let frame = Frame::new(route.arriving);
+    fn spread_by_differences(
+        &self,
+        connection: &SpecularConnection<DVec3>,
+        step: f64,
+    ) -> Option<f64> {
+        let frame = Frame::new(connection.arriving);
         let moved = |by: DVec3| {
             let moved = Self {
                 body: self.body,
@@ -105,8 +114,11 @@ impl Case {
                 x: self.x,
                 y: self.y + by,
             };
-            let apart = |direction: &DVec3| (*direction - route.direction).length();
-            let directions = moved.routes().into_iter().map(|route| route.direction);
+            let apart = |direction: &DVec3| (*direction - connection.direction).length();
+            let directions = moved
+                .connections()
+                .into_iter()
+                .map(|connection| connection.direction);
             directions.min_by(|a, b| apart(a).total_cmp(&apart(b)))
         };
         let [across, along] =
@@ -158,7 +170,7 @@ fn every_route_by_a_sphere_is_found() {
                 .any(|w| w[1] <= w[0] && w[1] <= w[2] && (w[1] - target).abs() < 1e-6)
         });
         let expected: usize = targets.into_iter().map(crossings).sum();
-        let count = case.routes().len();
+        let count = case.connections().len();
         if !near_fold {
             assert_eq!(count, expected, "{case:?}");
         }
@@ -187,7 +199,7 @@ fn no_route_ends_within_the_sphere() {
                     x,
                     y,
                 };
-                assert!(case.routes().is_empty(), "{case:?}");
+                assert!(case.connections().is_empty(), "{case:?}");
             }
         }
     }
@@ -198,13 +210,13 @@ fn routes_by_a_sphere_obey_its_laws() {
     let mut count = 0;
     let in_line = |i: u32| Case::new(i).in_line(0.1_f64.powi(1 + i as i32 % 6));
     for case in (0..CASES).flat_map(|i| [Case::new(i), in_line(i)]) {
-        for route in case.routes() {
-            let Some((last, direction)) = case.follow(route.direction) else {
+        for connection in case.connections() {
+            let Some((last, direction)) = case.follow(connection.direction) else {
                 // At grazing incidence.
                 assert!(
-                    route.cosine < 1e-5,
+                    connection.cosine < 1e-5,
                     "misses, cosine {} of {case:?}",
-                    route.cosine
+                    connection.cosine
                 );
                 continue;
             };
@@ -212,16 +224,16 @@ fn routes_by_a_sphere_obey_its_laws() {
             let miss = towards.cross(direction).length();
             let scale = (case.y - case.x).length() + case.body.radius;
             // A rounding of the ray moves its end by that over the geometry term.
-            let growth = 1.0 + (route.spread * scale * scale).sqrt().recip();
+            let growth = 1.0 + (connection.geometry_term * scale * scale).sqrt().recip();
             assert!(
                 miss < 1e-10 * scale * growth,
                 "misses by {miss} of {scale}, {growth}, seen {:?} cosine {}: {case:?}",
                 case.seen(),
-                route.cosine
+                connection.cosine
             );
             assert!(
                 towards.dot(direction) > 0.0
-                    && (route.arriving - direction).length() < 1e-7 * growth,
+                    && (connection.arriving - direction).length() < 1e-7 * growth,
                 "{case:?}"
             );
             count += 1;
@@ -234,7 +246,7 @@ fn routes_by_a_sphere_obey_its_laws() {
 fn routes_spread_as_their_ends_move() {
     let mut count = 0;
     for case in (0..CASES).map(Case::new) {
-        for route in case.routes() {
+        for connection in case.connections() {
             let [x_distance, y_distance, angle] = case.seen();
             let gap = (x_distance.min(y_distance) - 1.0) * case.body.radius;
             let step = 1e-5
@@ -243,29 +255,29 @@ fn routes_spread_as_their_ends_move() {
                     .min(case.body.radius * angle.sin())
                     .min(gap);
             let differences =
-                [step, step / 4.0].map(|step| case.spread_by_differences(&route, step));
+                [step, step / 4.0].map(|step| case.spread_by_differences(&connection, step));
             // Next to a caustic finite differences depend on the step and say little.
             if let [Some(a), Some(b)] = differences
                 && (a / b - 1.0).abs() < 1e-3
             {
                 assert!(
-                    (b / route.spread - 1.0).abs() < 0.01,
+                    (b / connection.geometry_term - 1.0).abs() < 0.01,
                     "{b} and {} of {case:?}",
-                    route.spread
+                    connection.geometry_term
                 );
                 count += 1;
             }
             let kind = if case.refracts {
-                Kind::Refraction
+                CasterKind::Refraction
             } else {
-                Kind::Reflection
+                CasterKind::Reflection
             };
-            let (of_ray, _) = spread_of(&case.body, kind, case.x, route.direction, case.y);
-            let grazing = 1e-10 / (route.cosine * route.cosine);
+            let (of_ray, _) = geometry_term(&case.body, kind, case.x, connection.direction, case.y);
+            let grazing = 1e-10 / (connection.cosine * connection.cosine);
             assert!(
-                (of_ray / route.spread - 1.0).abs() < 1e-5 + grazing,
+                (of_ray / connection.geometry_term - 1.0).abs() < 1e-5 + grazing,
                 "{of_ray} and {} of {case:?}",
-                route.spread
+                connection.geometry_term
             );
         }
     }
@@ -285,7 +297,7 @@ fn a_flat_mirror_has_a_route_by_its_front() {
             s.rectangle(corner, edges, mirror);
         },
     );
-    let [body] = scene.bodies().all() else {
+    let [body] = scene.specular_casters().all() else {
         panic!("one body")
     };
     let normal = edges[0].cross(edges[1]).normalize();
@@ -305,25 +317,31 @@ fn a_flat_mirror_has_a_route_by_its_front() {
         };
         let lies = |share: f64| (0.0..1.0).contains(&share);
         let expected = height_x > 0.0 && height_y > 0.0 && lies(along(0)) && lies(along(1));
-        let routes: Vec<_> = body.routes(x, y).collect();
-        assert_eq!(routes.len(), usize::from(expected), "from {x:?} to {y:?}");
+        let connections: Vec<_> = body.connections(x, y).collect();
+        assert_eq!(
+            connections.len(),
+            usize::from(expected),
+            "from {x:?} to {y:?}"
+        );
         found[usize::from(expected)] += 1;
-        for (_, route) in routes {
-            assert!((route.first.0 - met).length() < 1e-12 && route.first == route.last);
-            assert!((mirror(route.direction, normal) - route.arriving).length() < 1e-9);
-            assert!((route.direction - (met - x).normalize()).length() < 1e-9);
+        for (_, connection) in connections {
+            assert!(
+                (connection.first.0 - met).length() < 1e-12 && connection.first == connection.last
+            );
+            assert!((mirror(connection.direction, normal) - connection.arriving).length() < 1e-9);
+            assert!((connection.direction - (met - x).normalize()).length() < 1e-9);
             assert_relative_eq!(
-                route.spread,
+                connection.geometry_term,
                 1.0 / (image - x).length_squared(),
                 max_relative = 1e-12
             );
             assert_relative_eq!(
-                route.cosine,
-                -route.direction.dot(normal),
+                connection.cosine,
+                -connection.direction.dot(normal),
                 max_relative = 1e-12
             );
-            let of_ray = spread_of(&body.body, body.kind, x, route.direction, y);
-            assert_relative_eq!(of_ray.0, route.spread, max_relative = 1e-12);
+            let of_ray = geometry_term(&body.body, body.kind, x, connection.direction, y);
+            assert_relative_eq!(of_ray.0, connection.geometry_term, max_relative = 1e-12);
         }
     }
     assert!(
@@ -339,7 +357,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
     loop {
         let hit = scene.intersect(&ray)?;
         let bsdf = &scene.surface(&hit).bsdf;
-        if hit.emitter.is_some() || bsdf.is_rough() {
+        if hit.emitter.is_some() || bsdf.is_non_delta() {
             return (hit.emitter.is_some() && hit.normal.dot(ray.direction) < 0.0)
                 .then_some((met, hit));
         }
@@ -355,7 +373,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
 #[test]
 fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
     let scene = bodies(0);
-    let all = scene.bodies().all();
+    let all = scene.specular_casters().all();
     let mut found = [0; 3];
     let mut rng = rng("paths");
     for _ in 0..400_000 {
@@ -371,15 +389,15 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
                     Some((Geometry::Triangle(_), _))
                 ) =>
             {
-                Kind::Flat
+                CasterKind::Flat
             }
-            [only] if only.normal.dot(w) < 0.0 => Kind::Reflection,
-            [first, last] if first.primitive == last.primitive => Kind::Refraction,
+            [only] if only.normal.dot(w) < 0.0 => CasterKind::Reflection,
+            [first, last] if first.primitive == last.primitive => CasterKind::Refraction,
             _ => continue,
         };
-        let is_here = |body: &Body<DVec3>| {
+        let is_here = |body: &Caster<DVec3>| {
             let distance = met[0].point.distance(body.centre);
-            if kind == Kind::Flat {
+            if kind == CasterKind::Flat {
                 distance < 1.0
             } else {
                 (distance - body.radius).abs() < 1e-9
@@ -389,17 +407,19 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             .iter()
             .find(|body| body.kind == kind && is_here(&body.body))
             .expect("a body");
-        let (spread, cosine) = spread_of(&body.body, kind, x, w, light.point);
+        let (spread, cosine) = geometry_term(&body.body, kind, x, w, light.point);
         // On a caustic two connections merge up to rounding, and the path keeps its full weight.
         if spread > 1e4 {
             continue;
         }
-        let routes = body.routes(x, light.point);
-        let near = routes.map(|(_, route)| route).min_by(|a, b| {
-            (a.direction - w)
-                .length()
-                .total_cmp(&(b.direction - w).length())
-        });
+        let connections = body.connections(x, light.point);
+        let near = connections
+            .map(|(_, connection)| connection)
+            .min_by(|a, b| {
+                (a.direction - w)
+                    .length()
+                    .total_cmp(&(b.direction - w).length())
+            });
         let near = near.expect("a route");
         // Near a caustic the direction is known to the square root of a rounding.
         let blur = 1e-9 + 1e-12 * spread;
@@ -407,10 +427,10 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             (near.direction - w).length() < 1e3 * blur,
             "{:?} for {w:?} from {x:?} to {light:?} by {body:?}, {spread} {cosine} {}",
             near.direction,
-            near.spread
+            near.geometry_term
         );
         assert!(
-            (near.spread / spread - 1.0).abs() < 1e-4 * (1.0 + spread)
+            (near.geometry_term / spread - 1.0).abs() < 1e-4 * (1.0 + spread)
                 && (near.cosine - cosine).abs() < 1e-4
         );
         found[kind as usize] += 1;
@@ -431,17 +451,17 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     });
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     };
     let path = Path {
-        by_bodies: true,
+        specular_nee: true,
         bounces,
-        ..Path::new(Standard, Finds::Mis)
+        ..Path::new(DefaultParts, Finds::Mis)
     };
     let one_by_one = Path {
-        by_bodies: true,
+        specular_nee: true,
         bounces,
         ..Path::new(OneByOne, Finds::Mis)
     };
@@ -550,10 +570,10 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
             lamp(1.0),
         );
     });
-    assert_eq!(scene.bodies().all().len(), 4);
+    assert_eq!(scene.specular_casters().all().len(), 4);
     let ray = Ray::new(DVec3::new(0.2, 0.0, 0.0), -DVec3::X);
     let path = Path {
-        by_bodies: true,
+        specular_nee: true,
         ..Path::new(NoWeight, Finds::Mis)
     };
     let mut rng = rng("paths");
@@ -568,13 +588,13 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
 
 /// Returns the kinds of a scene's specular bodies, each with the radius of a sphere or the area of
 /// a flat mirror.
-fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(Kind, f64)> {
+fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(CasterKind, f64)> {
     let scene = scene_from(
         Camera::new(DVec3::new(0.0, -9.0, 0.0), DVec3::ZERO, DVec3::Z, 0.5),
         parts,
     );
     scene
-        .bodies()
+        .specular_casters()
         .all()
         .iter()
         .map(|body| (body.kind, body.body.radius + body.body.area))
@@ -598,7 +618,7 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     let whole = Sphere::new(DVec3::ZERO, 2.0);
     assert_eq!(
         ball(1.5, whole),
-        [(Kind::Refraction, 2.0), (Kind::Reflection, 2.0)]
+        [(CasterKind::Refraction, 2.0), (CasterKind::Reflection, 2.0)]
     );
     // A bubble, a ball of air, a shell seen from within, and a part of a ball.
     assert_eq!(ball(0.7, whole), []);
@@ -630,8 +650,8 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
             simple::closed_cube(s, 3.0, false, mirror);
         })
     };
-    let mut sides = vec![(Kind::Flat, 36.0); 6];
-    sides.push((Kind::Reflection, 2.0));
+    let mut sides = vec![(CasterKind::Flat, 36.0); 6];
+    sides.push((CasterKind::Reflection, 2.0));
     assert_eq!(mirrors(0.5), sides);
     assert_eq!(mirrors(0.0), []);
     // Triangles of another colour or height are separate mirrors; a mesh of many triangles is none.
@@ -649,10 +669,16 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
             }
         })
     };
-    assert_eq!(flat(&[(0.5, 0.0)], 3), [(Kind::Flat, 3.0)]);
-    assert_eq!(flat(&[(0.5, 0.0), (0.5, 0.1)], 3), [(Kind::Flat, 3.0); 2]);
-    assert_eq!(flat(&[(0.5, 0.0), (0.6, 0.0)], 3), [(Kind::Flat, 3.0); 2]);
-    assert_eq!(flat(&[(0.5, 0.0)], 8), [(Kind::Flat, 8.0)]);
+    assert_eq!(flat(&[(0.5, 0.0)], 3), [(CasterKind::Flat, 3.0)]);
+    assert_eq!(
+        flat(&[(0.5, 0.0), (0.5, 0.1)], 3),
+        [(CasterKind::Flat, 3.0); 2]
+    );
+    assert_eq!(
+        flat(&[(0.5, 0.0), (0.6, 0.0)], 3),
+        [(CasterKind::Flat, 3.0); 2]
+    );
+    assert_eq!(flat(&[(0.5, 0.0)], 8), [(CasterKind::Flat, 8.0)]);
     assert_eq!(flat(&[(0.5, 0.0)], 9), []);
     // The largest are taken.
     let balls = kinds(|s| {
@@ -666,30 +692,33 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
     });
     let largest: Vec<_> = (5..=20)
         .rev()
-        .map(|i| (Kind::Reflection, f64::from(i)))
+        .map(|i| (CasterKind::Reflection, f64::from(i)))
         .collect();
-    assert_eq!((balls.len(), balls), (MOST, largest));
+    assert_eq!((balls.len(), balls), (MAX_CASTERS, largest));
 }
 
 #[test]
 fn shares_are_of_what_can_be_seen() {
     let scene = bodies(0);
-    let all = scene.bodies().all();
+    let all = scene.specular_casters().all();
     let mut rng = rng("points");
     for _ in 0..1000 {
         let from = in_cube(&mut rng, 1.0);
-        let shares: [f64; MOST] = scene.bodies().shares(from);
+        let shares: [f64; MAX_CASTERS] = scene.specular_casters().shares(from);
         let sum: f64 = shares.iter().sum();
         assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{sum}");
         for (i, body) in all.iter().enumerate() {
             let away = from - body.body.centre;
-            let faces = if body.kind == Kind::Flat {
+            let faces = if body.kind == CasterKind::Flat {
                 away.dot(body.body.normal) > 0.0
             } else {
                 away.length() > body.body.radius
             };
             assert_eq!(shares[i] > 0.0, faces, "{body:?} from {from:?}");
-            assert_eq!(scene.bodies().share_of(i as f64, from), shares[i]);
+            assert_eq!(
+                scene.specular_casters().probability_of(i as f64, from),
+                shares[i]
+            );
         }
     }
 }

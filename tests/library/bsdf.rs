@@ -220,7 +220,7 @@ fn diffuse_models_are_those_that_reflect_in_all_directions() {
         (Bsdf::Mirror { reflectance }, false, reflectance),
         (Bsdf::Glass { index: 1.5 }, false, DVec3::ONE),
     ] {
-        assert_eq!(model.is_rough(), diffuse, "{model:?}");
+        assert_eq!(model.is_non_delta(), diffuse, "{model:?}");
         assert_eq!(model.albedo(), expected, "{model:?}");
         let [wo, wi] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.8, 0.6)];
         assert_eq!(model.eval(wo, wi).min_element() > 0.0, diffuse, "{model:?}");

@@ -136,9 +136,9 @@ fn image(film: &Film) -> Image {
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
     let sampling = Sampling {
         pixel: Jitter(2),
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     };
     image(&rendered(scene, estimator, FRAME, sampling, &[0..3]).expect("legal radiance"))
 }
@@ -153,29 +153,30 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         strategy,
         lights,
         heuristic,
-        parts: Standard,
-        early: 1,
-        by_bodies: false,
+        parts: DefaultParts,
+        rr_depth: 1,
+        specular_nee: false,
         bounces: None,
     };
     let (area, angle) = (LightSampling::Area, LightSampling::SolidAngle);
     let photons = |lookup| {
-        PhotonMapping::new(Standard, scene, lookup, 3000, 0.3, (master(), 0)).expect("a small map")
+        PhotonMapping::new(DefaultParts, scene, lookup, 3000, 0.3, (master(), 0))
+            .expect("a small map")
     };
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 3000,
         caustic_radius: 0.3,
     };
     let report = Report {
         rays: 2,
         segments: 6,
-        ..Report::<Standard>::default()
+        ..Report::<DefaultParts>::default()
     };
     let report = Report {
-        rules: LightRules::PHYSICAL,
+        rules: TransportRules::PHYSICAL,
         ..report
     };
-    let whitted = Whitted::new(LightRules::PHYSICAL);
+    let whitted = Whitted::new(TransportRules::PHYSICAL);
     let (balance, power) = (Heuristic::Balance, Heuristic::Power);
     vec![
         ("bsdf", rays(scene, &path(Strategy::Bsdf, area, balance))),
@@ -183,19 +184,19 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
         ("mis", rays(scene, &path(Strategy::Mis, angle, power))),
         ("report", rays(scene, &report)),
         ("whitted", rays(scene, &whitted)),
-        ("photon", rays(scene, &photons(Lookup::Direct))),
+        ("photon", rays(scene, &photons(Lookup::DirectVisualization))),
         ("gather", rays(scene, &photons(gather))),
         (
             "light tracer",
-            passes(scene, &LightTracer::<Standard>::default()),
+            passes(scene, &LightTracer::<DefaultParts>::default()),
         ),
-        ("bdpt", passes(scene, &Bdpt::new(Standard))),
+        ("bdpt", passes(scene, &Bdpt::new(DefaultParts))),
         (
             "sppm",
             passes(
                 scene,
                 &Sppm {
-                    parts: Standard,
+                    parts: DefaultParts,
                     particles: 3000,
                     radius: 0.3,
                 },
@@ -212,7 +213,7 @@ fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
         patches: 60,
         halvings: 0,
     };
-    let solved = Radiosity::new(Standard, plain, fineness, &|_| true).expect("it settles");
+    let solved = Radiosity::new(DefaultParts, plain, fineness, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));
     images
 }
@@ -224,11 +225,11 @@ fn images(paint: Paint) -> Vec<(&'static str, Image)> {
     images.extend([
         (
             "report's report",
-            rays(&scene, &Report::<Standard>::default()),
+            rays(&scene, &Report::<DefaultParts>::default()),
         ),
         (
             "report's whitted",
-            rays(&scene, &Whitted::new(LightRules::REPORT)),
+            rays(&scene, &Whitted::new(TransportRules::REPORT)),
         ),
         ("published", rays(&scene, &Published::default())),
     ]);

@@ -36,7 +36,7 @@ fn lit(add: impl FnOnce(&mut SceneBuilder, SurfaceId)) -> Scene {
 fn shadow_rays(scene: &Scene, lights: LightSampling, count: u32) -> Vec<f64> {
     let path = Path {
         lights,
-        ..Path::<Standard>::new(Standard, Strategy::Light)
+        ..Path::<DefaultParts>::new(DefaultParts, Strategy::Light)
     };
     let down = DVec3::new(0.1, 0.2, -1.0).normalize();
     let ray = Ray::new(-0.05 * down, down);
@@ -115,18 +115,21 @@ fn without_emitters_it_is_dark() {
     let dark = over_floor(5.0, |_| {});
     let sky = over_floor(5.0, |scene| scene.background(DVec3::ONE));
     let photons = |scene: &Scene, lookup| {
-        PhotonMapping::new(Standard, scene, lookup, 10, 0.1, (1, 0)).expect("a map")
+        PhotonMapping::new(DefaultParts, scene, lookup, 10, 0.1, (1, 0)).expect("a map")
     };
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 10,
         caustic_radius: 0.1,
     };
     let none = |found: Vec<DVec3>| assert!(found.iter().all(|v| *v == DVec3::ZERO), "{found:?}");
     for scene in [&dark, &sky] {
-        none(radiance(scene, &photons(scene, Lookup::Direct)));
+        none(radiance(
+            scene,
+            &photons(scene, Lookup::DirectVisualization),
+        ));
         none(radiance(scene, &photons(scene, gather)));
-        none(radiance(scene, &Whitted::new(LightRules::PHYSICAL)));
-        let (particles, radius, parts) = (10, 0.1, Standard);
+        none(radiance(scene, &Whitted::new(TransportRules::PHYSICAL)));
+        let (particles, radius, parts) = (10, 0.1, DefaultParts);
         none(
             Sppm {
                 parts,
@@ -137,22 +140,22 @@ fn without_emitters_it_is_dark() {
             .expect("legal values"),
         );
         none(
-            LightTracer::<Standard>::default()
+            LightTracer::<DefaultParts>::default()
                 .pass(scene, FRAME, 1, 0)
                 .expect("legal values"),
         );
         assert_eq!(
-            PhotonMap::new(&Standard, scene, Kept::All, 5, (1, 0))
+            PhotonMap::new(&DefaultParts, scene, PhotonMapKind::All, 5, (1, 0))
                 .expect("a map")
                 .photons()
                 .count(),
             0
         );
     }
-    let bdpt = Bdpt::new(Standard);
+    let bdpt = Bdpt::new(DefaultParts);
     let pass = |scene| bdpt.pass(scene, FRAME, 1, 0).expect("legal values");
     none(pass(&dark));
-    none(radiance(&dark, &Path::<Standard>::default()));
+    none(radiance(&dark, &Path::<DefaultParts>::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
     let fineness = Fineness {
@@ -161,12 +164,12 @@ fn without_emitters_it_is_dark() {
     };
     none(radiance(
         &dark,
-        &Radiosity::new(Standard, &dark, fineness, &|_| true).expect("a solution"),
+        &Radiosity::new(DefaultParts, &dark, fineness, &|_| true).expect("a solution"),
     ));
     // A plane under a uniform sky reflects its albedo, and a survivor of roulette carries this
     // much.
     let path = (
-        radiance(&sky, &Path::<Standard>::default()),
+        radiance(&sky, &Path::<DefaultParts>::default()),
         ALBEDO / HIGHEST_SURVIVAL,
     );
     for (found, brought) in [(pass(&sky), 1.0), path] {
@@ -186,15 +189,15 @@ fn limits_of_zero_mean_direct_light() {
         radiance(
             &scene,
             &Report {
-                parts: Standard,
+                parts: DefaultParts,
                 rays,
                 segments,
-                rules: LightRules::PHYSICAL,
+                rules: TransportRules::PHYSICAL,
             },
         )
     };
     let whitted = |segments| {
-        let whole = Whitted::new(LightRules::PHYSICAL);
+        let whole = Whitted::new(TransportRules::PHYSICAL);
         radiance(&scene, &Whitted { segments, ..whole })
     };
     let direct = whitted(7);
@@ -216,17 +219,20 @@ fn limits_of_zero_mean_direct_light() {
 fn photons_without_number_or_radius_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let map = |lookup, particles, radius| {
-        PhotonMapping::new(Standard, &scene, lookup, particles, radius, (1, 0))
+        PhotonMapping::new(DefaultParts, &scene, lookup, particles, radius, (1, 0))
     };
-    assert_option_refused(map(Lookup::Direct, 0, 0.1), "at least 1");
+    assert_option_refused(map(Lookup::DirectVisualization, 0, 0.1), "at least 1");
     for radius in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-        assert_option_refused(map(Lookup::Direct, 10, radius), "radius above 0");
-        let gather = Lookup::Gather {
+        assert_option_refused(
+            map(Lookup::DirectVisualization, 10, radius),
+            "radius above 0",
+        );
+        let gather = Lookup::FinalGather {
             caustic_particles: 10,
             caustic_radius: radius,
         };
         assert_option_refused(map(gather, 10, 0.1), "radius above 0");
-        let (parts, particles) = (Standard, 10);
+        let (parts, particles) = (DefaultParts, 10);
         assert_option_refused(
             Sppm {
                 parts,
@@ -237,13 +243,13 @@ fn photons_without_number_or_radius_are_refused() {
             "radius above 0",
         );
     }
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 0,
         caustic_radius: 0.1,
     };
     assert_option_refused(map(gather, 10, 0.1), "at least 1");
     let sppm = Sppm {
-        parts: Standard,
+        parts: DefaultParts,
         particles: 0,
         radius: 0.1,
     };

@@ -200,21 +200,21 @@ fn fits(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
 fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Sobol(2),
+        numbers: SamplerKind::Sobol(2),
         seed: 1,
-        outlines: true,
+        silhouettes: true,
     };
-    for (strategy, by_bodies) in [
+    for (strategy, specular_nee) in [
         (Finds::Mis, false),
         (Finds::Mis, true),
         (Finds::Bsdf, false),
     ] {
         let path = Path {
-            by_bodies,
-            ..Path::<Standard>::new(Standard, strategy)
+            specular_nee,
+            ..Path::<DefaultParts>::new(DefaultParts, strategy)
         };
         let alone = Path {
-            by_bodies,
+            specular_nee,
             ..Path::new(OneByOne, strategy)
         };
         let one_by_one = fits(
@@ -240,7 +240,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     }
     let area = Path {
         lights: LightSampling::SolidAngle,
-        ..Path::<Standard>::new(Standard, Finds::Mis)
+        ..Path::<DefaultParts>::new(DefaultParts, Finds::Mis)
     };
     fits(
         rendered(scene, &area, FRAME, sampling, &[0..1]),
@@ -250,7 +250,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
     fits(
         rendered(
             scene,
-            &Whitted::new(LightRules::PHYSICAL),
+            &Whitted::new(TransportRules::PHYSICAL),
             FRAME,
             sampling,
             &[0..1],
@@ -259,7 +259,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         text,
     );
     let plain = Sampling {
-        outlines: false,
+        silhouettes: false,
         ..sampling
     };
     fits(
@@ -267,19 +267,31 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         "report",
         text,
     );
-    let photons = PhotonMapping::new(Standard, scene, Lookup::Direct, 20, 0.1, (1, 0));
+    let photons = PhotonMapping::new(
+        DefaultParts,
+        scene,
+        Lookup::DirectVisualization,
+        20,
+        0.1,
+        (1, 0),
+    );
     fits(
         photons.and_then(|photons| rendered(scene, &photons, FRAME, sampling, &[0..1])),
         "photons",
         text,
     );
     fits(
-        passes(scene, &Bdpt::new(Standard), FRAME, &[0..1]),
+        passes(scene, &Bdpt::new(DefaultParts), FRAME, &[0..1]),
         "bdpt",
         text,
     );
     fits(
-        passes(scene, &LightTracer::<Standard>::default(), FRAME, &[0..1]),
+        passes(
+            scene,
+            &LightTracer::<DefaultParts>::default(),
+            FRAME,
+            &[0..1],
+        ),
         "light tracer",
         text,
     );
@@ -287,7 +299,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         passes(
             scene,
             &Sppm {
-                parts: Standard,
+                parts: DefaultParts,
                 particles: 20,
                 radius: 0.1,
             },

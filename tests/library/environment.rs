@@ -158,9 +158,9 @@ fn lanes_follow_a_map() {
     };
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     };
     for (lit, strategy) in [false, true].into_iter().flat_map(|lit| {
         [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| (lit, strategy))
@@ -173,7 +173,7 @@ fn lanes_follow_a_map() {
                 .expect("legal values");
             film
         };
-        let estimator = LaneEstimator::Path(Path::new(Standard, strategy));
+        let estimator = LaneEstimator::Path(Path::new(DefaultParts, strategy));
         let rays = film(&ByRays {
             estimator: Path::new(OneByOne, strategy),
             sampling,

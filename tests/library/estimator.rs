@@ -1,7 +1,7 @@
 //! Tests of estimators, path by path, in scenes where every path has the same value or zero.
 
 use whitefurnace::integrator::{Heuristic, Path, Quirks, Strategy};
-use whitefurnace::sampling::roulette::{RAISED, by_throughput};
+use whitefurnace::sampling::roulette::{REFERENCE_THROUGHPUT, by_throughput};
 
 use crate::budget::enough;
 use crate::prelude::*;
@@ -102,8 +102,8 @@ fn whitted_trees_lose_only_what_the_limit_cuts() {
         let ray = Ray::new(DVec3::ZERO, unit_vector(&mut rng));
         let r: f64 = ((index - 1.0) / (index + 1.0)).powi(2);
         for (rules, factor) in [
-            (LightRules::PHYSICAL, index * index),
-            (LightRules::REPORT, 1.0),
+            (TransportRules::PHYSICAL, index * index),
+            (TransportRules::REPORT, 1.0),
         ] {
             let found = Whitted::new(rules).radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
             let expected = factor * (1.0 - r.powi(6));
@@ -121,7 +121,7 @@ fn emitters_are_seen_under_each_rule() {
     let mut rng = rng("emitters");
     let scene = room::report(Convention::Physical, OrenNayarForm::Corrected).expect("the room");
     let path = Path::new(Unweighted, Strategy::Mis);
-    let whitted = Whitted::new(LightRules::PHYSICAL);
+    let whitted = Whitted::new(TransportRules::PHYSICAL);
     let report = Report::default();
     for (ray, radiance, shown) in [(front, 50.0, 1.0), (back, 0.0, 0.0)] {
         let hit = scene.intersect(&ray);
@@ -178,7 +178,8 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
     let mut rng = rng("direct light");
     for _ in 0..200 {
         let mut copy = rng.clone();
-        let found = Whitted::new(LightRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
+        let found =
+            Whitted::new(TransportRules::PHYSICAL).radiance(&scene, &ray, Some(hit), &mut rng);
         // The draws: first which emitter, then the point on it.
         let _ = uniform(&mut copy);
         let [s, t] = uniform2(&mut copy);
@@ -270,7 +271,8 @@ fn each_strategy_finds_its_share_of_direct_light() {
                 .1
                 .filter(|hit| hit.normal.z < 0.0);
             if strategy != Strategy::Light
-                && uniform(&mut rng) < by_throughput(DVec3::splat(albedo / RAISED), false)
+                && uniform(&mut rng)
+                    < by_throughput(DVec3::splat(albedo / REFERENCE_THROUGHPUT), false)
             {
                 let found = |lamp: Hit| {
                     share(way.z * FRAC_1_PI, pdf(lamp.point, lamp.normal)) * albedo * light
@@ -291,7 +293,7 @@ fn quirks_do_what_they_say() {
         albedo: DVec3::splat(albedo),
     };
     let rough = Bsdf::oren_nayar(DVec3::splat(albedo), 0.4, OrenNayarForm::Corrected);
-    for (bsdf, is_rough) in [(lambert, false), (rough, true)] {
+    for (bsdf, is_non_delta) in [(lambert, false), (rough, true)] {
         let scene = scene(|scene| {
             square(
                 scene,
@@ -331,7 +333,11 @@ fn quirks_do_what_they_say() {
                 uniform(&mut rng)
             };
             let ends = number >= survival;
-            let extra = if is_rough && extra_cosine { way.z } else { 1.0 };
+            let extra = if is_non_delta && extra_cosine {
+                way.z
+            } else {
+                1.0
+            };
             let colour = |divided: bool| if divided { albedo / survival } else { albedo };
             let _ = uniform(&mut rng);
             let [height, _] = uniform2(&mut rng);
@@ -408,10 +414,10 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
         DVec3::new(-1.4, -0.1, -0.2).normalize(),
     );
     let report = |shadows_pass_glass, caustics| Report {
-        rules: LightRules {
+        rules: TransportRules {
             shadows_pass_glass,
             caustics,
-            ..LightRules::PHYSICAL
+            ..TransportRules::PHYSICAL
         },
         ..Report::default()
     };

@@ -2,7 +2,7 @@
 
 use whitefurnace::material::Model;
 use whitefurnace::material::ggx::{
-    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
+    Ggx, ndf, sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf,
 };
 
 use crate::prelude::*;
@@ -33,11 +33,11 @@ fn reflectance_is_that_of_the_slopes() {
             alpha,
         };
         let pairs = [
-            (normals(alpha, m), d),
-            (hidden(alpha, wo), o),
-            (seen_from_both(alpha, wo, wi), seen),
+            (ndf(alpha, m), d),
+            (smith_lambda(alpha, wo), o),
+            (smith_g2(alpha, wo, wi), seen),
             (
-                visible_normals(alpha, wo, m),
+                visible_normal_pdf(alpha, wo, m),
                 d * wo.dot(m) / ((1.0 + o) * wo.z),
             ),
             (ggx.pdf(wo, wi), d / ((1.0 + o) * wo.z) / 4.0),
@@ -56,11 +56,11 @@ fn reflectance_is_that_of_the_slopes() {
     });
     // No facet faces sideways or down.
     assert_eq!(
-        [DVec3::X, DVec3::new(0.6, 0.0, -0.8)].map(|m| normals(0.5, m)),
+        [DVec3::X, DVec3::new(0.6, 0.0, -0.8)].map(|m| ndf(0.5, m)),
         [0.0; 2]
     );
     assert_eq!(
-        visible_normals(0.5, DVec3::new(0.8, 0.0, 0.6), DVec3::new(-0.96, 0.0, 0.28)),
+        visible_normal_pdf(0.5, DVec3::new(0.8, 0.0, 0.6), DVec3::new(-0.96, 0.0, 0.28)),
         0.0
     );
     let ggx = Ggx {
@@ -87,7 +87,7 @@ fn visible_normals_have_their_density() {
         assert_relative_eq!(m.length(), 1.0, max_relative = 1e-12);
         assert!(wo.dot(m) > 0.0 && m.z > 0.0, "{m}");
         assert_relative_eq!(
-            across.length() * visible_normals(alpha, wo, m),
+            across.length() * visible_normal_pdf(alpha, wo, m),
             1.0,
             max_relative = 1e-4
         );

@@ -287,7 +287,7 @@ pub fn passes<E: ImageEstimator>(
         assert!(render_passes(
             scene,
             estimator,
-            Numbers::Independent,
+            SamplerKind::Independent,
             master(),
             &mut film,
             range.clone(),

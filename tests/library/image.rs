@@ -150,13 +150,13 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
     let mut film = Film::new([6, 4], Some(window), 1).expect("a film");
     let sampling = Sampling {
         pixel: Centre,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: 1,
-        outlines: false,
+        silhouettes: false,
     };
     render(
         &scene,
-        &whitefurnace::integrator::Path::<Standard>::default(),
+        &whitefurnace::integrator::Path::<DefaultParts>::default(),
         sampling,
         &mut film,
         &(0..1),

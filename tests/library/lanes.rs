@@ -27,7 +27,7 @@ fn assert_same_film(
     let film =
         Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
     assert_same(scene, lanes, sampling, film.clone());
-    if matches!(sampling.numbers, Numbers::Sobol(_)) {
+    if matches!(sampling.numbers, SamplerKind::Sobol(_)) {
         let mut film = film;
         film.set_sample_counts(
             (0..film.pixels().len() as u32)
@@ -48,8 +48,8 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 strategy,
                 lights,
                 heuristic,
-                early,
-                by_bodies,
+                rr_depth,
+                specular_nee,
                 bounces,
                 ..
             }) => {
@@ -58,8 +58,8 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                     strategy,
                     lights,
                     heuristic,
-                    early,
-                    by_bodies,
+                    rr_depth,
+                    specular_nee,
                     bounces,
                 };
                 render(scene, &path, sampling, &mut alone, &range, &|_| true)
@@ -112,9 +112,9 @@ fn images_have_the_same_bits() {
     let seed = seed_for(master(), "lanes");
     let plain = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     for scene in &scenes {
         for strategy in [Finds::Bsdf, Finds::Light, Finds::Mis] {
@@ -126,15 +126,15 @@ fn images_have_the_same_bits() {
                 let path = Path {
                     lights,
                     heuristic,
-                    ..Path::new(Standard, strategy)
+                    ..Path::new(DefaultParts, strategy)
                 };
                 assert_same_film(scene, LaneEstimator::Path(path), plain, None);
             }
         }
         let path = Path {
-            early: 2,
-            by_bodies: true,
-            ..Path::new(Standard, Finds::Mis)
+            rr_depth: 2,
+            specular_nee: true,
+            ..Path::new(DefaultParts, Finds::Mis)
         };
         for (lights, heuristic) in [
             (LightSampling::Area, Heuristic::Balance),
@@ -165,7 +165,7 @@ fn images_have_the_same_bits() {
                 scene,
                 LaneEstimator::Path(path),
                 Sampling {
-                    outlines: true,
+                    silhouettes: true,
                     ..plain
                 },
                 window,
@@ -186,38 +186,48 @@ fn images_have_the_same_bits() {
             })
         };
         for segments in [0, 1, 2, 7] {
-            assert_same_film(scene, report(segments, LightRules::PHYSICAL), plain, None);
-            assert_same_film(scene, whitted(segments, LightRules::PHYSICAL), plain, None);
+            assert_same_film(
+                scene,
+                report(segments, TransportRules::PHYSICAL),
+                plain,
+                None,
+            );
+            assert_same_film(
+                scene,
+                whitted(segments, TransportRules::PHYSICAL),
+                plain,
+                None,
+            );
         }
-        assert_same_film(scene, report(7, LightRules::REPORT), plain, None);
+        assert_same_film(scene, report(7, TransportRules::REPORT), plain, None);
         let branching = Report {
             rays: 3,
             segments: 4,
-            rules: LightRules::PHYSICAL,
+            rules: TransportRules::PHYSICAL,
             ..Report::default()
         };
         assert_same_film(scene, LaneEstimator::Report(branching), plain, None);
-        assert_same_film(scene, whitted(7, LightRules::REPORT), plain, None);
+        assert_same_film(scene, whitted(7, TransportRules::REPORT), plain, None);
         // Other rules for light behind glass.
         for (shadows_pass_glass, caustics) in [(true, true), (false, false)] {
-            let rules = LightRules {
+            let rules = TransportRules {
                 shadows_pass_glass,
                 caustics,
-                ..LightRules::PHYSICAL
+                ..TransportRules::PHYSICAL
             };
             assert_same_film(scene, report(20, rules), plain, None);
         }
-        for (pixel, numbers, outlines) in [
-            (Random, Numbers::Sobol(4), false),
-            (Random, Numbers::Sobol(3), true),
-            (Centre, Numbers::Independent, false),
-            (Grid(2), Numbers::Independent, false),
-            (Jitter(3), Numbers::Independent, true),
+        for (pixel, numbers, silhouettes) in [
+            (Random, SamplerKind::Sobol(4), false),
+            (Random, SamplerKind::Sobol(3), true),
+            (Centre, SamplerKind::Independent, false),
+            (Grid(2), SamplerKind::Independent, false),
+            (Jitter(3), SamplerKind::Independent, true),
         ] {
             for lanes in [
                 path,
-                report(7, LightRules::PHYSICAL),
-                whitted(7, LightRules::PHYSICAL),
+                report(7, TransportRules::PHYSICAL),
+                whitted(7, TransportRules::PHYSICAL),
             ] {
                 assert_same_film(
                     scene,
@@ -226,7 +236,7 @@ fn images_have_the_same_bits() {
                         pixel,
                         numbers,
                         seed,
-                        outlines,
+                        silhouettes,
                     },
                     None,
                 );
@@ -259,8 +269,8 @@ fn radiances_are_those_of_each_ray_alone() {
             }
         };
         let path = Path {
-            by_bodies: true,
-            ..Path::new(Standard, Finds::Mis)
+            specular_nee: true,
+            ..Path::new(DefaultParts, Finds::Mis)
         };
         let each = |Sample { ray, hit, mut rng }| path.radiance(&scene, &ray, hit, &mut rng);
         let alone: Vec<DVec3> = (0..100).map(sample).map(each).collect();
@@ -305,11 +315,11 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         let scene = s.build(camera).expect("a legal scene");
         let sampling = Sampling {
             pixel: Jitter(4),
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed: 1,
-            outlines: false,
+            silhouettes: false,
         };
-        let path = Path::new(Standard, Finds::Mis);
+        let path = Path::new(DefaultParts, Finds::Mis);
         let film = || Film::new([1, 1], None, 16).expect("a legal size");
         let alone = render(&scene, &path, sampling, &mut film(), &(0..1), &|_| true)
             .expect_err("an invalid radiance");
@@ -336,13 +346,13 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 fn rows_are_reported() {
     let (scene, path) = (
         crowded(),
-        LaneEstimator::Path(Path::new(Standard, Finds::Mis)),
+        LaneEstimator::Path(Path::new(DefaultParts, Finds::Mis)),
     );
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: 1,
-        outlines: false,
+        silhouettes: false,
     };
     let mut film = Film::new([8, 6], None, 1).expect("a legal size");
     let done = |samples| samples == 8 * 3;

@@ -1,8 +1,10 @@
 //! Tests of the selection weights of emitters, and of emitter selection by them.
 
 use whitefurnace::light::emitter::EmitterPoint;
-use whitefurnace::light::light_sampler::{EVEN, FluxPicks, MOST, pick, share, share_all};
-use whitefurnace::light::light_tree::Groups;
+use whitefurnace::light::light_sampler::{
+    EVEN, MOST, PowerLightSampler, pick, probabilities, share,
+};
+use whitefurnace::light::light_tree::LightTree;
 
 use crate::prelude::*;
 
@@ -123,7 +125,7 @@ fn contributions_are_in_proportion_to_radiance() {
 fn picks_by_flux_are_half_in_proportion_and_half_even() {
     let flux = prop_oneof![Just(0.0), 1e-3..1.0, 1e3..1e6];
     property("flux", 500, &prop::collection::vec(flux, 1..20), |fluxes| {
-        let picks = FluxPicks::new(&fluxes);
+        let picks = PowerLightSampler::new(&fluxes);
         let sum: f64 = fluxes.iter().sum();
         let shining = fluxes.iter().filter(|&&flux| flux > 0.0).count() as f64;
         let mut before = 0.0;
@@ -152,7 +154,7 @@ fn fluxes_too_large_to_add_have_picks() {
         ([f64::INFINITY, 1e300, 0.0], [0.75, 0.25, 0.0]),
         ([5e-324, 5e-324, 1e308], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]),
     ] {
-        let picks = FluxPicks::new(&fluxes);
+        let picks = PowerLightSampler::new(&fluxes);
         for (i, share) in shares.into_iter().enumerate() {
             assert_abs_diff_eq!(picks.probability(i), share, epsilon = 1e-7);
         }
@@ -176,7 +178,7 @@ fn contributions() -> impl Strategy<Value = Vec<f64>> {
 fn shares_sum_to_one_and_no_light_is_left_out() {
     property("shares", 2000, &contributions(), |contributions| {
         let mut shares = vec![0.0; contributions.len()];
-        share_all(|i| contributions[i], &mut shares);
+        probabilities(|i| contributions[i], &mut shares);
         let some = contributions.iter().filter(|&&c| c > 0.0).count();
         let sum: f64 = shares.iter().sum();
         assert_abs_diff_eq!(sum, if some > 0 { 1.0 } else { 0.0 }, epsilon = 1e-12);
@@ -199,7 +201,7 @@ fn a_number_picks_the_share_that_it_lies_in() {
         &(contributions(), 0.0..1.0),
         |(contributions, r)| {
             let mut shares = vec![0.0; contributions.len()];
-            share_all(|i| contributions[i], &mut shares);
+            probabilities(|i| contributions[i], &mut shares);
             for r in [r, 0.0, 1.0 - U] {
                 let (index, of_it) = pick(&shares, r);
                 let index = index as usize;
@@ -242,11 +244,11 @@ fn in_groups_picks_have_the_probabilities_that_they_say() {
     // Up to two levels of groups; the last ones are not full.
     for count in [MOST + 1, 100, 576, 1023, 1025, 3000] {
         let emitters = many(count, &mut rng);
-        let groups = Groups::new(&emitters);
+        let groups = LightTree::new(&emitters);
         for _ in 0..3 {
             let from = between(&mut rng, 0.0, 5.0) * unit_vector(&mut rng);
             let contribution = |i: usize| emitters[i].contribution(from);
-            let by_share = |r: f64, shares: &[f64]| Standard.pick_by_share(r, shares);
+            let by_share = |r: f64, shares: &[f64]| DefaultParts.pick_by_probability(r, shares);
             // Each emitter owns one interval of random numbers.
             let picks = 200_000;
             let mut found = vec![0.0; count];
@@ -288,7 +290,7 @@ fn far_groups_are_picked_seldom() {
     let row: Vec<Emitter> = (0..700)
         .map(|i| Emitter::new(square(f64::from(i * 11 % 700)), WHITE))
         .collect();
-    let groups = Groups::new(&row);
+    let groups = LightTree::new(&row);
     for x in [40.0, 660.0] {
         let from = DVec3::new(x, 0.0, 0.0);
         let near: f64 = (0..700)
@@ -308,7 +310,7 @@ fn degenerate_lights_have_groups() {
             Emitter::new(EmitterShape::Sphere(sphere), DVec3::splat(radiance[place]))
         };
         let emitters: Vec<Emitter> = (0..1500).map(|i| at(i % 2)).collect();
-        let groups = Groups::new(&emitters);
+        let groups = LightTree::new(&emitters);
         for from in [DVec3::ZERO, DVec3::splat(1e30)] {
             let contribution = |i: usize| emitters[i].contribution(from);
             let probability = |i| groups.probability(i, from, contribution);

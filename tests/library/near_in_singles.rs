@@ -4,7 +4,7 @@
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
 use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::SINGLE_COINCIDENT;
 
 use crate::prelude::*;
@@ -13,16 +13,16 @@ use crate::prelude::*;
 const EXTENT: f64 = 3.0;
 
 fn estimators() -> [LaneEstimator; 4] {
-    let path = |strategy| Path::new(Standard, strategy);
-    let by_bodies = Path {
-        by_bodies: true,
+    let path = |strategy| Path::new(DefaultParts, strategy);
+    let specular_nee = Path {
+        specular_nee: true,
         ..path(Finds::Mis)
     };
     [
         path(Finds::Mis),
         path(Finds::Bsdf),
         path(Finds::Light),
-        by_bodies,
+        specular_nee,
     ]
     .map(LaneEstimator::Path)
 }
@@ -33,9 +33,9 @@ fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     let seed = seed_for(5, "near in singles");
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     ByLanes {
         estimator,

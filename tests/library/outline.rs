@@ -3,9 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use whitefurnace::integrator::{LightRules, Path, Report, Strategy as Finds};
+use whitefurnace::integrator::{Path, Report, Strategy as Finds, TransportRules};
 use whitefurnace::render::silhouette::{
-    MIRRORS, POINTS, View, crossed, crossed_in_mirrors, points, replaced,
+    MIRRORS, MirroredRay, POINTS, crossed, crossed_in_mirrors, points, with_supersampled_emission,
 };
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _};
 
@@ -156,12 +156,12 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
     let marked = crossed_in_mirrors(&scene, frame);
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: true,
+        silhouettes: true,
     };
     let mut film = Film::new(frame, None, 1).expect("a legal size");
-    let path = Path::new(Standard, Finds::Mis);
+    let path = Path::new(DefaultParts, Finds::Mis);
     render(&scene, &path, sampling, &mut film, &(0..16), &|_| true).expect("legal values");
     for (here, (&marked, pixel)) in marked.iter().zip(film.pixels()).enumerate() {
         let [x, y] = [here as u32 % frame[0], here as u32 / frame[0]].map(f64::from);
@@ -199,7 +199,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
     // An estimator with a limit on path length does not follow mirrors first.
     let report = Report {
         segments: 1,
-        rules: LightRules::PHYSICAL,
+        rules: TransportRules::PHYSICAL,
         ..Report::default()
     };
     let mut film = Film::new(frame, None, 1).expect("a legal size");
@@ -255,7 +255,7 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
     };
     let view = |scene: &Scene| {
         let ray = Ray::new(DVec3::ZERO, DVec3::Y);
-        View::new(ray, scene.intersect(&ray)).in_mirrors(scene)
+        MirroredRay::new(ray, scene.intersect(&ray)).in_mirrors(scene)
     };
     let mirror = Surface::new(Bsdf::Mirror {
         reflectance: DVec3::splat(0.5),
@@ -363,7 +363,8 @@ fn pixels_are_marked_along_outlines_alone() {
 #[test]
 fn what_points_show_replaces_what_a_sample_found() {
     let shown = std::array::from_fn(|i| DVec3::new(i as f64, 1.0, 2.0 * i as f64));
-    let found = replaced(DVec3::new(5.0, 6.0, 7.0), DVec3::new(1.0, 4.0, 0.5), shown);
+    let found =
+        with_supersampled_emission(DVec3::new(5.0, 6.0, 7.0), DVec3::new(1.0, 4.0, 0.5), shown);
     assert_eq!(found, DVec3::new(4.0 + 3.5, 2.0 + 1.0, 6.5 + 7.0));
 }
 
@@ -414,19 +415,19 @@ fn films_take_the_points() {
     ];
     let scene = lights(&[EmitterShape::Triangle(triangle)]);
     let frame = FRAME.map(|n| 4 * n);
-    let path = Path::new(Standard, Finds::Mis);
-    let sampling = |outlines| Sampling {
+    let path = Path::new(DefaultParts, Finds::Mis);
+    let sampling = |silhouettes| Sampling {
         pixel: Jitter(2),
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines,
+        silhouettes,
     };
-    let film = |outlines| {
+    let film = |silhouettes| {
         let mut film = Film::new(frame, None, 4).expect("a legal size");
         render(
             &scene,
             &path,
-            sampling(outlines),
+            sampling(silhouettes),
             &mut film,
             &(0..16),
             &|_| true,
@@ -455,7 +456,7 @@ fn films_take_the_points() {
         {
             let shown = points(master(), here as u32, replication, index)
                 .map(|[u, v]| emitted(x + u, y + v));
-            expected += replaced(DVec3::ZERO, DVec3::ZERO, shown) / 64.0;
+            expected += with_supersampled_emission(DVec3::ZERO, DVec3::ZERO, shown) / 64.0;
         }
         let found = with.pixels()[here].mean();
         assert!(

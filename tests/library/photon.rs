@@ -5,7 +5,7 @@ use whitefurnace::integrator::photon::photon_map::{LARGEST_MAP, Photon, same_sid
 use whitefurnace::integrator::{Sample, radius_squared};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::math::kd_tree::KdTree;
-use whitefurnace::sampling::sampler::Pass;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::prelude::*;
 
@@ -91,8 +91,8 @@ fn a_kd_tree_knows_about_where_points_are() {
     assert_eq!(places.len(), 16);
 }
 
-fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
-    PhotonMap::new(&Standard, scene, kept, emitted, (3, 1))
+fn photons(kept: PhotonMapKind, scene: &Scene, emitted: u32) -> Vec<Photon> {
+    PhotonMap::new(&DefaultParts, scene, kept, emitted, (3, 1))
         .expect("a small map")
         .photons()
         .copied()
@@ -101,15 +101,22 @@ fn photons(kept: Kept, scene: &Scene, emitted: u32) -> Vec<Photon> {
 
 #[test]
 fn without_mirrors_and_glass_there_are_no_caustic_photons() {
-    assert!(photons(Kept::Caustic, &room::diffuse().expect("a scene"), 2000).is_empty());
-    let found = photons(Kept::Caustic, &report_room(), 2000).len();
+    assert!(
+        photons(
+            PhotonMapKind::Caustic,
+            &room::diffuse().expect("a scene"),
+            2000
+        )
+        .is_empty()
+    );
+    let found = photons(PhotonMapKind::Caustic, &report_room(), 2000).len();
     assert!(found > 0 && found < 2000, "{found}");
 }
 
 /// In a furnace whose walls absorb everything each particle leaves one photon, of flux π L A/N.
 #[test]
 fn flux_is_shared_among_the_particles_that_were_emitted() {
-    let found = photons(Kept::All, &furnace(0.0), 100);
+    let found = photons(PhotonMapKind::All, &furnace(0.0), 100);
     assert_eq!(found.len(), 100);
     for photon in found {
         assert_relative_eq!(photon.flux.x, PI * 24.0 / 100.0, max_relative = 1e-12);
@@ -124,11 +131,12 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let scene = furnace(0.0);
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
     let most = (LARGEST_MAP / each) as u32;
-    let check = |emitted| PhotonMap::check(&Standard, &scene, Kept::All, emitted, (1, 0));
+    let check =
+        |emitted| PhotonMap::check(&DefaultParts, &scene, PhotonMapKind::All, emitted, (1, 0));
     assert!(check(most).is_ok());
     assert_option_refused(check(most + 1), "about 4 GB of photons, more than the 4 GB");
     assert_option_refused(
-        PhotonMap::new(&Standard, &scene, Kept::All, u32::MAX, (1, 0)),
+        PhotonMap::new(&DefaultParts, &scene, PhotonMapKind::All, u32::MAX, (1, 0)),
         "GB",
     );
 }
@@ -137,13 +145,13 @@ fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
 #[test]
 fn photons_are_looked_up_for_many_samples_as_for_one() {
     let scene = report_room();
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 500,
         caustic_radius: 0.2,
     };
-    for lookup in [Lookup::Direct, gather] {
-        let photons =
-            PhotonMapping::new(Standard, &scene, lookup, 4000, 0.2, (master(), 0)).expect("a map");
+    for lookup in [Lookup::DirectVisualization, gather] {
+        let photons = PhotonMapping::new(DefaultParts, &scene, lookup, 4000, 0.2, (master(), 0))
+            .expect("a map");
         let samples = || {
             (0..400).map(|i| {
                 let ray =
@@ -153,7 +161,7 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
                 Sample {
                     ray,
                     hit: scene.intersect(&ray),
-                    rng: Pass::from((master(), 1)).pixel(i),
+                    rng: ImagePass::from((master(), 1)).pixel(i),
                 }
             })
         };
@@ -228,7 +236,7 @@ impl NextEvent for Lone {
 
 impl Photons for Lone {
     fn gathers_emission(&self) -> bool {
-        self.0 || Standard.gathers_emission()
+        self.0 || DefaultParts.gathers_emission()
     }
 }
 
@@ -263,7 +271,7 @@ fn one_photon_is_seen_in_every_way() {
     let flux = 2.0 * PI * side * side;
     let by_photon = |radius: f64| rho * FRAC_1_PI * flux / (PI * radius * radius);
     let by_shadow_ray = rho * FRAC_1_PI * 2.0 * side * side / (1.0f64 + 0.05 * 0.05).powi(2);
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 1,
         caustic_radius,
     };
@@ -275,9 +283,19 @@ fn one_photon_is_seen_in_every_way() {
     };
     let (up, down) = (DVec3::Z, -DVec3::Z);
     for (scene, lookup, direction, known) in [
-        (&plain, Lookup::Direct, up, by_photon(radius)),
-        (&mirror, Lookup::Direct, down, 0.5 * by_photon(radius)),
-        (&glass_before, Lookup::Direct, up, 2.25 * by_photon(radius)),
+        (&plain, Lookup::DirectVisualization, up, by_photon(radius)),
+        (
+            &mirror,
+            Lookup::DirectVisualization,
+            down,
+            0.5 * by_photon(radius),
+        ),
+        (
+            &glass_before,
+            Lookup::DirectVisualization,
+            up,
+            2.25 * by_photon(radius),
+        ),
         (&plain, gather, up, by_shadow_ray),
         (&paper_below, gather, down, 0.5 * 2.25 * by_photon(radius)),
         (&glass_above, gather, up, by_photon(caustic_radius)),
@@ -290,7 +308,10 @@ fn one_photon_is_seen_in_every_way() {
         );
     }
     let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
-    assert_eq!(seen(&plain, Lone(false), Lookup::Direct, &behind), 0.0);
+    assert_eq!(
+        seen(&plain, Lone(false), Lookup::DirectVisualization, &behind),
+        0.0
+    );
     // The radius of a pass, and a pixel so small that all its rays are one.
     let camera = Camera::new(
         DVec3::new(0.05, 0.0, 0.6),

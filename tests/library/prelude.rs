@@ -12,11 +12,11 @@ pub use whitefurnace::error::{Error, LARGEST_RADIANCE as LARGEST};
 pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::geometry::offsets::EDGE_MARGIN;
 pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere};
-pub use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
+pub use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 pub use whitefurnace::integrator::radiosity::Fineness;
 pub use whitefurnace::integrator::{
-    Bdpt, Bidirectional, Estimator, ImageEstimator, LightRules, LightTracer, Lookup, NextEvent,
-    PhotonMapping, Photons, Published, Radiosity, Report, Sppm, Standard, Whitted,
+    Bdpt, Bidirectional, DefaultParts, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent,
+    PhotonMapping, Photons, Published, Radiosity, Report, Sppm, TransportRules, Whitted,
 };
 pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};
@@ -28,7 +28,7 @@ pub use whitefurnace::sampling::pixel::PixelSampling;
 pub use whitefurnace::sampling::pixel::PixelSampling::{Centre, Grid, Jitter, Random};
 pub use whitefurnace::sampling::rng::{seed_for, stream, uniform, uniform2};
 pub use whitefurnace::sampling::roulette::Roulette;
-pub use whitefurnace::sampling::sampler::{Numbers, Sampler};
+pub use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
 pub use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere,
 };

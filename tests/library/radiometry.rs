@@ -1,6 +1,7 @@
 //! Tests of equations (8)-(9): cosine, geometry term, change of measure, MIS weights.
 
-use whitefurnace::geometry::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
+use whitefurnace::geometry::radiometry::{cosine, reflected, solid_angle_per_area};
+use whitefurnace::sampling::mis::{balance, power};
 
 use crate::prelude::*;
 

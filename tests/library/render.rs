@@ -11,15 +11,15 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [24, 18];
 
 fn path() -> Path {
-    Path::<Standard>::default()
+    Path::<DefaultParts>::default()
 }
 
 fn sampling(pixel: PixelSampling) -> Sampling {
     Sampling {
         pixel,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     }
 }
 
@@ -110,7 +110,11 @@ fn pixels_are_where_they_belong() {
     // units of 2⁻³².
     let scene = report_room();
     let step = 2.0 * 0.77704 / 18.0;
-    let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(4)];
+    let numbers = [
+        SamplerKind::Independent,
+        SamplerKind::Sobol(1),
+        SamplerKind::Sobol(4),
+    ];
     let places = [Centre, Grid(2), Grid(3)];
     for (numbers, pixel) in numbers
         .iter()
@@ -159,13 +163,13 @@ fn passes_see_a_lamp_in_its_pixel() {
         panel(scene, corner, [below - corner, right - corner], lamp(2.0));
     });
     let sppm = Sppm {
-        parts: Standard,
+        parts: DefaultParts,
         particles: 1,
         radius: 0.1,
     };
-    let tracer = LightTracer::<Standard>::default();
+    let tracer = LightTracer::<DefaultParts>::default();
     let images = |index| {
-        let bdpt = Bdpt::new(Standard).pass(&scene, FRAME, master(), index);
+        let bdpt = Bdpt::new(DefaultParts).pass(&scene, FRAME, master(), index);
         [
             bdpt,
             sppm.pass(&scene, FRAME, master(), index),
@@ -245,21 +249,21 @@ fn features_are_the_same_for_every_estimator() {
     let scene = simple::cornell().expect("a scene");
     let ways = [Centre, Grid(2), Random, Jitter(2)];
     let mis = ways.map(|pixel| whole(&scene, &path(), pixel));
-    let lookup = Lookup::Direct;
+    let lookup = Lookup::DirectVisualization;
     let photons =
-        PhotonMapping::new(Standard, &scene, lookup, 100, 0.3, (1, 0)).expect("a small map");
+        PhotonMapping::new(DefaultParts, &scene, lookup, 100, 0.3, (1, 0)).expect("a small map");
     let fineness = Fineness {
         patches: 40,
         halvings: 0,
     };
-    let solved = Radiosity::new(Standard, &scene, fineness, &|_| true).expect("it settles");
+    let solved = Radiosity::new(DefaultParts, &scene, fineness, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
         for (name, film) in [
             ("report", whole(&scene, &Report::default(), pixel)),
             ("published", whole(&scene, &Published::default(), pixel)),
             (
                 "whitted",
-                whole(&scene, &Whitted::new(LightRules::PHYSICAL), pixel),
+                whole(&scene, &Whitted::new(TransportRules::PHYSICAL), pixel),
             ),
             ("photon", whole(&scene, &photons, pixel)),
             ("radiosity", whole(&scene, &solved, pixel)),
@@ -270,18 +274,24 @@ fn features_are_the_same_for_every_estimator() {
     // Whole images at random points, with as many passes as there were replications.
     let images = |ranges: &[Range<u32>]| {
         let sppm = Sppm {
-            parts: Standard,
+            parts: DefaultParts,
             particles: 100,
             radius: 0.3,
         };
         [
             (
                 "light tracer",
-                passes(&scene, &LightTracer::<Standard>::default(), FRAME, ranges).expect("legal"),
+                passes(
+                    &scene,
+                    &LightTracer::<DefaultParts>::default(),
+                    FRAME,
+                    ranges,
+                )
+                .expect("legal"),
             ),
             (
                 "bdpt",
-                passes(&scene, &Bdpt::new(Standard), FRAME, ranges).expect("legal"),
+                passes(&scene, &Bdpt::new(DefaultParts), FRAME, ranges).expect("legal"),
             ),
             ("sppm", passes(&scene, &sppm, FRAME, ranges).expect("legal")),
         ]
@@ -299,7 +309,7 @@ fn features_are_the_same_for_every_estimator() {
 #[test]
 fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
-    let tracer = LightTracer::<Standard>::default();
+    let tracer = LightTracer::<DefaultParts>::default();
     let by_rays = ByRays {
         estimator: path(),
         sampling: sampling(Jitter(2)),
@@ -311,7 +321,7 @@ fn renderers_fill_films_as_the_functions_do() {
     };
     let by_passes = ByPasses {
         estimator: tracer,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
     };
     let rays =

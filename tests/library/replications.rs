@@ -25,13 +25,17 @@ fn samplings() -> Vec<Sampling> {
         Jitter(2),
         Jitter(3),
     ];
-    let numbers = [Numbers::Independent, Numbers::Sobol(1), Numbers::Sobol(8)];
+    let numbers = [
+        SamplerKind::Independent,
+        SamplerKind::Sobol(1),
+        SamplerKind::Sobol(8),
+    ];
     let with = |pixel: PixelSampling| {
         numbers.map(|numbers| Sampling {
             pixel,
             numbers,
             seed: master(),
-            outlines: false,
+            silhouettes: false,
         })
     };
     positions.into_iter().flat_map(with).collect()
@@ -148,13 +152,13 @@ impl Watched<'_> {
 
 impl Scattering for Watched<'_> {
     fn cosine_hemisphere(&self, random: [f64; 2]) -> DVec3 {
-        Standard.cosine_hemisphere(self.keep(random))
+        DefaultParts.cosine_hemisphere(self.keep(random))
     }
 }
 
 impl NextEvent for Watched<'_> {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
-        Standard.sample_emitter(emitter, self.keep(random))
+        DefaultParts.sample_emitter(emitter, self.keep(random))
     }
 }
 
@@ -199,7 +203,7 @@ fn every_pass_draws_its_own_numbers() {
 fn every_map_of_photons_draws_its_own_numbers() {
     let seen = Mutex::default();
     let scene = furnace(0.5);
-    let lookup = Lookup::Gather {
+    let lookup = Lookup::FinalGather {
         caustic_particles: 40,
         caustic_radius: 0.1,
     };
@@ -221,11 +225,11 @@ fn more_samples_than_can_be_named_are_refused() {
             pixel,
             numbers,
             seed: 1,
-            outlines: false,
+            silhouettes: false,
         };
         let found = rendered(
             &open(),
-            &Path::<Standard>::default(),
+            &Path::<DefaultParts>::default(),
             [1, 1],
             sampling,
             &[range],
@@ -235,23 +239,33 @@ fn more_samples_than_can_be_named_are_refused() {
     let end = u32::MAX;
     refused(
         Jitter(2),
-        Numbers::Independent,
+        SamplerKind::Independent,
         end - 1..end,
         "replications",
     );
-    refused(Random, Numbers::Sobol(2), end - 1..end, "replications");
-    refused(Grid(0), Numbers::Independent, 0..1, "at least 1");
-    refused(Random, Numbers::Sobol(0), 0..1, "at least 1");
-    refused(Jitter(1 << 17), Numbers::Independent, 0..2, "replications");
-    refused(Random, Numbers::Sobol(LONGEST + 1), 0..1, "points");
-    refused(Jitter(2), Numbers::Sobol(LONGEST / 4 + 1), 0..1, "points");
-    refused(Jitter(1 << 17), Numbers::Sobol(1 << 17), 0..1, "points");
+    refused(Random, SamplerKind::Sobol(2), end - 1..end, "replications");
+    refused(Grid(0), SamplerKind::Independent, 0..1, "at least 1");
+    refused(Random, SamplerKind::Sobol(0), 0..1, "at least 1");
+    refused(
+        Jitter(1 << 17),
+        SamplerKind::Independent,
+        0..2,
+        "replications",
+    );
+    refused(Random, SamplerKind::Sobol(LONGEST + 1), 0..1, "points");
+    refused(
+        Jitter(2),
+        SamplerKind::Sobol(LONGEST / 4 + 1),
+        0..1,
+        "points",
+    );
+    refused(Jitter(1 << 17), SamplerKind::Sobol(1 << 17), 0..1, "points");
     // The longest sequence itself is accepted, in a film that has its length.
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Sobol(LONGEST),
+        numbers: SamplerKind::Sobol(LONGEST),
         seed: 1,
-        outlines: false,
+        silhouettes: false,
     };
     let recorder = Recorder::default();
     assert!(rendered(&open(), &recorder, [1, 1], sampling, &[0..1]).is_ok());
@@ -283,7 +297,7 @@ fn edge() -> Scene {
 #[test]
 fn every_pass_of_photons_looks_through_a_point_of_its_own() {
     let sppm = Sppm {
-        parts: Standard,
+        parts: DefaultParts,
         particles: 1,
         radius: 0.1,
     };

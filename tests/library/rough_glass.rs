@@ -2,8 +2,8 @@
 //! Jacobian of the map, and the estimators that accept it.
 
 use whitefurnace::material::fresnel::{radiance_factor, reflectance, refract};
-use whitefurnace::material::ggx::{hidden, normals, seen_from_both};
-use whitefurnace::material::rough_glass::{RoughGlass, refracting, seen_from_opposite};
+use whitefurnace::material::ggx::{ndf, smith_g2, smith_lambda};
+use whitefurnace::material::rough_glass::{RoughGlass, refracting, smith_g2_transmission};
 
 use crate::prelude::*;
 
@@ -28,7 +28,7 @@ fn formulas_are_those_of_walter() {
             let fresnel = reflectance(o.dot(m), n1, n2);
             let i = 2.0 * o.dot(m) * m - o;
             if i.z > 0.01 {
-                let facets = normals(alpha, m) * seen_from_both(alpha, o, i);
+                let facets = ndf(alpha, m) * smith_g2(alpha, o, i);
                 assert_relative_eq!(
                     glass.eval(o, i),
                     fresnel * facets / (4.0 * i.z * o.z),
@@ -39,7 +39,7 @@ fn formulas_are_those_of_walter() {
                 return;
             };
             assert!(refracting(index, o, i).is_some_and(|(found, _)| found.distance(m) < 1e-10));
-            let facets = normals(alpha, m) * seen_from_opposite(alpha, o, i);
+            let facets = ndf(alpha, m) * smith_g2_transmission(alpha, o, i);
             let cosines = (i.dot(m) * o.dot(m) / (i.z * o.z)).abs();
             let radiance = cosines * n1 * n1 * (1.0 - fresnel) * facets
                 / (n2 * i.dot(m) + n1 * o.dot(m)).powi(2);
@@ -65,7 +65,7 @@ fn masking_of_opposite_sides_is_eulers_function() {
     let inclined = |square: f64| DVec3::new(square.sqrt(), 0.0, alpha).normalize();
     let [none, one, two] = [0.0, 8.0, 24.0].map(inclined);
     for (w, lambda) in [(none, 0.0), (one, 1.0), (two, 2.0)] {
-        assert_relative_eq!(hidden(alpha, w), lambda, max_relative = 1e-12);
+        assert_relative_eq!(smith_lambda(alpha, w), lambda, max_relative = 1e-12);
     }
     for (o, i, expected) in [
         (none, none, 1.0),
@@ -76,17 +76,17 @@ fn masking_of_opposite_sides_is_eulers_function() {
     ] {
         let below = i.with_z(-i.z);
         assert_relative_eq!(
-            seen_from_opposite(alpha, o, below),
+            smith_g2_transmission(alpha, o, below),
             expected,
             max_relative = 1e-12
         );
         assert_relative_eq!(
-            seen_from_opposite(alpha, i, o.with_z(-o.z)),
+            smith_g2_transmission(alpha, i, o.with_z(-o.z)),
             expected,
             max_relative = 1e-12
         );
     }
-    assert_eq!(seen_from_opposite(alpha, DVec3::Z, DVec3::X), 0.0);
+    assert_eq!(smith_g2_transmission(alpha, DVec3::Z, DVec3::X), 0.0);
     let glass = RoughGlass { index: 1.5, alpha };
     for grazing in [
         DVec3::X,
@@ -158,7 +158,7 @@ fn sides_and_numbers() {
         alpha: 0.3,
     };
     assert_eq!(
-        (glass.facing(true), glass.facing(false)),
+        (glass.oriented(true), glass.oriented(false)),
         (
             glass,
             RoughGlass {
@@ -189,10 +189,10 @@ fn sides_and_numbers() {
     // The model is defined in all directions, on both sides; directions from below the horizon are
     // not passed to it.
     let bsdf = Bsdf::RoughGlass(glass);
-    assert!(bsdf.is_rough() && bsdf.albedo() == DVec3::ONE);
+    assert!(bsdf.is_non_delta() && bsdf.albedo() == DVec3::ONE);
     let [wo, wi] = [DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.28, 0.0, -0.96)];
     assert_eq!(bsdf.eval(wo, wi), DVec3::splat(glass.eval(wo, wi)));
     assert!(bsdf.eval(wo, wi).x > 0.0 && bsdf.pdf(wo, wi) > 0.0);
     assert_eq!((bsdf.eval(wi, wo), bsdf.pdf(wi, wo)), (DVec3::ZERO, 0.0));
-    assert!(Standard.sample_rough(&bsdf, wi, [0.5; 3]).is_none());
+    assert!(DefaultParts.sample_non_delta(&bsdf, wi, [0.5; 3]).is_none());
 }

@@ -81,7 +81,7 @@ fn the_first_hits_of_a_path_are_early() {
     for early in [0, 2, 9] {
         ASKED.take();
         let path = Path {
-            early,
+            rr_depth: early,
             ..Path::new(Asking, Finds::Bsdf)
         };
         path.radiance(

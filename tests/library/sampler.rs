@@ -4,7 +4,9 @@
 use std::collections::BTreeSet;
 
 use whitefurnace::integrator::{Path, Strategy};
-use whitefurnace::sampling::sampler::{BLOCK, LIGHT, LONGEST, Pass, Sobol, Source, scramble};
+use whitefurnace::sampling::sampler::{
+    BLOCK, ImagePass, LIGHT, LONGEST, SampleStream, Sobol, scramble,
+};
 
 use crate::prelude::*;
 use crate::rng::Constant;
@@ -177,8 +179,8 @@ fn blocks_are_shuffled() {
 }
 
 /// Counts the 256 equal intervals that contain a first number of the light's path.
-fn strata(sources: impl Iterator<Item = Source>) -> usize {
-    let interval = |mut source: Source| {
+fn strata(sources: impl Iterator<Item = SampleStream>) -> usize {
+    let interval = |mut source: SampleStream| {
         source.block(LIGHT);
         (256.0 * uniform(&mut source)) as u32
     };
@@ -189,8 +191,8 @@ fn strata(sources: impl Iterator<Item = Source>) -> usize {
 /// together use another, and the next replication uses new ones.
 #[test]
 fn replications_of_passes_are_whole_sequences() {
-    let pass = |points, index| Pass {
-        numbers: Numbers::Sobol(points),
+    let pass = |points, index| ImagePass {
+        numbers: SamplerKind::Sobol(points),
         seed: master(),
         index,
     };
@@ -219,7 +221,7 @@ fn replications_of_passes_are_whole_sequences() {
 /// Passes with independent numbers draw from the streams of pixels and particles.
 #[test]
 fn independent_passes_draw_from_streams() {
-    let pass = Pass::from((5, 3));
+    let pass = ImagePass::from((5, 3));
     for mut source in [pass.pixel(7), pass.particle(7, 9)] {
         source.block(LIGHT);
         assert_eq!(
@@ -273,7 +275,7 @@ fn every_vertex_has_a_block_of_its_own() {
     let hit = scene.intersect(&ray);
     let path = Path::new(Endless, Strategy::Bsdf);
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
-    let photons = PhotonMapping::new(Endless, &scene, Lookup::Direct, 1, 0.1, (1, 0));
+    let photons = PhotonMapping::new(Endless, &scene, Lookup::DirectVisualization, 1, 0.1, (1, 0));
     let photons = photons.expect("a map");
     let by_photons = blocks(&|rng| photons.radiance(&scene, &ray, hit, rng));
     assert!(by_path.len() > 1400);
@@ -287,7 +289,7 @@ fn every_vertex_has_a_block_of_its_own() {
 #[test]
 fn final_gathering_takes_the_next_block() {
     let scene = furnace(0.5);
-    let lookup = Lookup::Gather {
+    let lookup = Lookup::FinalGather {
         caustic_particles: 1,
         caustic_radius: 0.1,
     };

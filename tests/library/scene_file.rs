@@ -658,12 +658,12 @@ fn the_pages_example_renders() {
     let description = Description::parse("example", example).expect("a scene");
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     };
     let mut film = Film::new([16, 12], None, 1).expect("a film");
-    let path = whitefurnace::integrator::Path::<Standard>::default();
+    let path = whitefurnace::integrator::Path::<DefaultParts>::default();
     render(
         &description.build().expect("a scene"),
         &path,

@@ -39,17 +39,17 @@ fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 
 fn plain(seed: u64) -> Sampling {
     Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     }
 }
 
 /// Returns a path tracer without shadow rays that exempts this many first hits from roulette.
-fn walk(early: u32) -> LaneEstimator {
+fn walk(rr_depth: u32) -> LaneEstimator {
     LaneEstimator::Path(Path {
-        early,
-        ..Path::new(Standard, Finds::Bsdf)
+        rr_depth,
+        ..Path::new(DefaultParts, Finds::Bsdf)
     })
 }
 
@@ -123,7 +123,7 @@ fn nothing_leaks_in_single_precision() {
 fn no_path_leaves_closed_scenes_in_single_precision() {
     let even = LaneEstimator::Report(Report {
         segments: 12,
-        rules: LightRules::PHYSICAL,
+        rules: TransportRules::PHYSICAL,
         ..Report::default()
     });
     let inside = Sphere {
@@ -225,12 +225,12 @@ const APART_BY_BODIES: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
 const FRAME: [u32; 2] = [64, 48];
 
 fn all_estimators() -> Vec<LaneEstimator> {
-    let path = |strategy, lights, heuristic, early| {
+    let path = |strategy, lights, heuristic, rr_depth| {
         LaneEstimator::Path(Path {
             lights,
             heuristic,
-            early,
-            ..Path::new(Standard, strategy)
+            rr_depth,
+            ..Path::new(DefaultParts, strategy)
         })
     };
     vec![
@@ -242,18 +242,18 @@ fn all_estimators() -> Vec<LaneEstimator> {
         ),
         path(Finds::Mis, LightSampling::SolidAngle, Heuristic::Balance, 0),
         LaneEstimator::Path(Path {
-            by_bodies: true,
-            early: 8,
-            ..Path::new(Standard, Finds::Mis)
+            specular_nee: true,
+            rr_depth: 8,
+            ..Path::new(DefaultParts, Finds::Mis)
         }),
         path(Finds::Light, LightSampling::Area, Heuristic::Balance, 0),
         path(Finds::Bsdf, LightSampling::Area, Heuristic::Balance, 0),
         LaneEstimator::Report(Report {
-            rules: LightRules::PHYSICAL,
+            rules: TransportRules::PHYSICAL,
             ..Report::default()
         }),
         LaneEstimator::Report(Report::default()),
-        LaneEstimator::Whitted(Whitted::new(LightRules::PHYSICAL)),
+        LaneEstimator::Whitted(Whitted::new(TransportRules::PHYSICAL)),
     ]
 }
 
@@ -281,21 +281,25 @@ fn images_differ_by_rounding() {
                 continue;
             }
             taken += 1;
-            for (numbers, outlines) in [(Numbers::Independent, false), (Numbers::Sobol(1), true)] {
+            for (numbers, silhouettes) in [
+                (SamplerKind::Independent, false),
+                (SamplerKind::Sobol(1), true),
+            ] {
                 // Silhouette points show what emitters emit.
-                let outlines = outlines
-                    && !matches!(estimator, LaneEstimator::Report(report) if report.rules == LightRules::REPORT);
+                let silhouettes = silhouettes
+                    && !matches!(estimator, LaneEstimator::Report(report) if report.rules == TransportRules::REPORT);
                 let sampling = Sampling {
                     numbers,
-                    outlines,
+                    silhouettes,
                     ..plain(seed)
                 };
                 let single = by(sampling, scene, estimator, FRAME);
                 let mut double = Film::new(FRAME, None, 1).expect("a legal size");
                 render_lanes(scene, estimator, sampling, &mut double, &(0..1), &|_| true)
                     .expect("legal values");
-                let by_bodies = matches!(estimator, LaneEstimator::Path(path) if path.by_bodies);
-                for (apart, share) in if by_bodies { APART_BY_BODIES } else { APART } {
+                let specular_nee =
+                    matches!(estimator, LaneEstimator::Path(path) if path.specular_nee);
+                for (apart, share) in if specular_nee { APART_BY_BODIES } else { APART } {
                     let far = |(a, b): &(&Pixel, &Pixel)| {
                         let [a, b] = [a, b].map(|pixel| pixel.mean());
                         (a - b).abs().max_element() > apart * a.max(b).max_element()
@@ -326,9 +330,9 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
     for scene in [report_room(), faceted()] {
         for estimator in all_estimators() {
             for (pixel, numbers) in [
-                (Random, Numbers::Independent),
-                (Random, Numbers::Sobol(3)),
-                (Jitter(2), Numbers::Independent),
+                (Random, SamplerKind::Independent),
+                (Random, SamplerKind::Sobol(3)),
+                (Jitter(2), SamplerKind::Independent),
             ] {
                 let sampling = Sampling {
                     pixel,
@@ -392,7 +396,7 @@ fn ball_on_a_plane(reach: f64) -> Scene {
 fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
         let scene = ball_on_a_plane(reach);
-        let estimator = LaneEstimator::Path(Path::new(Standard, Finds::Bsdf));
+        let estimator = LaneEstimator::Path(Path::new(DefaultParts, Finds::Bsdf));
         assert_eq!(check_singles(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new([32, 24], None, 1).expect("a legal size");
@@ -417,7 +421,7 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
 
 #[test]
 fn what_single_precision_would_show_is_refused() {
-    let path = |strategy| LaneEstimator::Path(Path::new(Standard, strategy));
+    let path = |strategy| LaneEstimator::Path(Path::new(DefaultParts, strategy));
     let of = |size: f64, detail: f64, surface| {
         scene(|scene| {
             ball(scene, Sphere::new(DVec3::ZERO, size), diffuse(0.5));

@@ -26,12 +26,12 @@ const FRAMES: [[u32; 2]; 12] = [
     [129, 2],
 ];
 
-fn sampling(numbers: Numbers) -> Sampling {
+fn sampling(numbers: SamplerKind) -> Sampling {
     Sampling {
         pixel: Random,
         numbers,
         seed: master(),
-        outlines: false,
+        silhouettes: false,
     }
 }
 
@@ -58,9 +58,9 @@ fn tilted() -> Scene {
 #[test]
 fn every_shape_is_its_pixels() {
     let scene = tilted();
-    let path = Path::new(Standard, Finds::Mis);
+    let path = Path::new(DefaultParts, Finds::Mis);
     for frame in FRAMES {
-        for numbers in [Numbers::Independent, Numbers::Sobol(3)] {
+        for numbers in [SamplerKind::Independent, SamplerKind::Sobol(3)] {
             let sampling = sampling(numbers);
             let lanes = ByLanes {
                 estimator: LaneEstimator::Path(path),
@@ -131,13 +131,15 @@ fn particles_reach_their_pixels_in_every_shape() {
         ball(s, Sphere::new(DVec3::new(0.3, 1.0, 0.35), 0.08), lamp(2.0));
     });
     for frame in FRAMES {
-        let tracer = LightTracer { parts: Standard };
+        let tracer = LightTracer {
+            parts: DefaultParts,
+        };
         let passes = |threads| {
             on_threads(threads, || {
                 let mut film = Film::new(frame, None, 1).expect("a legal size");
                 let by = ByPasses {
                     estimator: tracer,
-                    numbers: Numbers::Independent,
+                    numbers: SamplerKind::Independent,
                     seed: master(),
                 };
                 add(&scene, &by, &mut film, 0..16);
@@ -175,10 +177,10 @@ fn particles_reach_their_pixels_in_every_shape() {
 #[test]
 fn many_samples_are_the_sum_of_their_parts() {
     let scene = scene(|s| s.background(DVec3::new(1.0, 0.5, 0.25)));
-    let path = Path::new(Standard, Finds::Mis);
+    let path = Path::new(DefaultParts, Finds::Mis);
     for (numbers, replications) in [
-        (Numbers::Independent, (1 << 16) + 3),
-        (Numbers::Sobol(LONGEST), 2),
+        (SamplerKind::Independent, (1 << 16) + 3),
+        (SamplerKind::Sobol(LONGEST), 2),
     ] {
         let sampling = sampling(numbers);
         let by = ByLanes {

@@ -121,10 +121,10 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
                 "{emitter:?} from {from} at {random:?}"
             );
             let scale = light.point.length() + from.length() + emitter.area.sqrt();
-            let facing = light.normal.dot(from - light.point);
+            let oriented = light.normal.dot(from - light.point);
             assert!(
-                facing > -1e-12 * scale,
-                "{emitter:?} from {from} at {random:?}: {facing}"
+                oriented > -1e-12 * scale,
+                "{emitter:?} from {from} at {random:?}: {oriented}"
             );
             let (off, [u, v]) = match emitter.shape {
                 EmitterShape::Rectangle { corner, edges } => {

@@ -95,9 +95,9 @@ fn what_glass_reflects_counts_where_shadow_rays_pass_it() {
         parts: All(1.0),
         rays: 1,
         segments: 3,
-        rules: LightRules {
+        rules: TransportRules {
             shadows_pass_glass: true,
-            ..LightRules::PHYSICAL
+            ..TransportRules::PHYSICAL
         },
     };
     let ray = Ray::new(
@@ -120,7 +120,13 @@ fn a_caustic_ends_at_its_first_diffuse_surface() {
         square(s, 99.0, 0.5, false, reflecting(1.0));
         square(s, 0.1, 0.2, true, lamp(4.0));
     });
-    let map = PhotonMap::new(&Standard, &scene, Kept::Caustic, STREAMS, (master(), 0));
+    let map = PhotonMap::new(
+        &DefaultParts,
+        &scene,
+        PhotonMapKind::Caustic,
+        STREAMS,
+        (master(), 0),
+    );
     let kept = map.expect("a map").photons().count() as u32;
     assert!((STREAMS / 2..=STREAMS).contains(&kept), "{kept}");
 }
@@ -138,7 +144,10 @@ fn the_background_is_seen_straight_in_mirrors_and_through_glass() {
     let (mirror, glass) = (sky(reflecting(0.5)), sky(glass(1.5)));
     let [up, down] = [1.0, -1.0].map(|z| Ray::new(DVec3::Z, DVec3::new(0.0, 0.1, z).normalize()));
     let within = Ray::new(-DVec3::Z, up.direction);
-    for (rules, squared) in [(LightRules::PHYSICAL, 2.25), (LightRules::REPORT, 1.0)] {
+    for (rules, squared) in [
+        (TransportRules::PHYSICAL, 2.25),
+        (TransportRules::REPORT, 1.0),
+    ] {
         let report = Report {
             rules,
             parts: All(0.0),

@@ -112,11 +112,11 @@ fn what_was_stopped_goes_on_to_the_same_film() {
     let scene = simple::cornell().expect("a scene");
     let sampling = |points| Sampling {
         pixel: Random,
-        numbers: Numbers::Sobol(points),
+        numbers: SamplerKind::Sobol(points),
         seed: master(),
-        outlines: true,
+        silhouettes: true,
     };
-    let path = Paths::new(Standard, Strategy::Mis);
+    let path = Paths::new(DefaultParts, Strategy::Mis);
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
         (
             "rays",
@@ -137,8 +137,8 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         (
             "passes",
             Box::new(ByPasses {
-                estimator: Bdpt::new(Standard),
-                numbers: Numbers::Sobol(4),
+                estimator: Bdpt::new(DefaultParts),
+                numbers: SamplerKind::Sobol(4),
                 seed: master(),
             }),
         ),
@@ -178,8 +178,8 @@ fn damaged_files_are_refused() {
     let scene = simple::cornell().expect("a scene");
     let mut film = Film::new([2, 1], None, 4).expect("a film");
     let renderer = ByPasses {
-        estimator: Bdpt::new(Standard),
-        numbers: Numbers::Sobol(4),
+        estimator: Bdpt::new(DefaultParts),
+        numbers: SamplerKind::Sobol(4),
         seed: 1,
     };
     renderer

@@ -1,9 +1,9 @@
 //! Tests of walks and camera rays in lanes, against scalar functions.
 
 use whitefurnace::film::splat::Splats;
-use whitefurnace::integrator::{Connections, Walking};
+use whitefurnace::integrator::{Connections, PathParts};
 use whitefurnace::material::rough_glass::RoughGlass;
-use whitefurnace::sampling::sampler::Pass;
+use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;
@@ -11,17 +11,17 @@ use crate::prelude::*;
 const FRAME: [u32; 2] = [29, 23];
 
 /// Returns every number that walks with these parts make.
-fn made<P: Walking + Photons + Bidirectional + Copy>(
+fn made<P: PathParts + Photons + Bidirectional + Copy>(
     parts: P,
     scene: &Scene,
-    pass: Pass,
+    pass: ImagePass,
 ) -> Vec<(String, Vec<DVec3>)> {
     let image = |name: &str, image: Result<Vec<DVec3>, Error>| {
         (name.to_owned(), image.expect("legal values"))
     };
     let ends = Bdpt {
         parts,
-        connections: Connections::Ends,
+        connections: Connections::Endpoints,
     };
     let mut all = vec![
         image(
@@ -41,7 +41,7 @@ fn made<P: Walking + Photons + Bidirectional + Copy>(
         ),
     ];
     // More than a pilot has, and than a thread takes at once.
-    for kept in [Kept::All, Kept::Caustic] {
+    for kept in [PhotonMapKind::All, PhotonMapKind::Caustic] {
         let map = PhotonMap::new(&parts, scene, kept, 2500, pass).expect("a map");
         let photons = map
             .photons()
@@ -82,13 +82,13 @@ fn frosted() -> Scene {
 fn walks_have_the_same_bits() {
     let mut lit = 0;
     for scene in scenes().into_iter().chain([frosted()]) {
-        for (numbers, index) in [(Numbers::Independent, 3), (Numbers::Sobol(4), 6)] {
-            let pass = Pass {
+        for (numbers, index) in [(SamplerKind::Independent, 3), (SamplerKind::Sobol(4), 6)] {
+            let pass = ImagePass {
                 numbers,
                 seed: seed_for(master(), "walks"),
                 index,
             };
-            for (together, alone) in made(Standard, &scene, pass)
+            for (together, alone) in made(DefaultParts, &scene, pass)
                 .iter()
                 .zip(made(OneByOne, &scene, pass))
             {
@@ -110,14 +110,14 @@ fn walks_have_the_same_bits() {
 #[test]
 fn bidirectional_images_are_those_of_each_pixel_alone() {
     let scene = report_room();
-    let pass = Pass {
-        numbers: Numbers::Sobol(4),
+    let pass = ImagePass {
+        numbers: SamplerKind::Sobol(4),
         seed: master(),
         index: 2,
     };
-    for connections in [Connections::All, Connections::Ends] {
+    for connections in [Connections::All, Connections::Endpoints] {
         let bdpt = Bdpt {
-            parts: Standard,
+            parts: DefaultParts,
             connections,
         };
         let alone = Splats::new(FRAME);
@@ -135,15 +135,17 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
 #[test]
 fn features_have_the_same_bits() {
     for scene in scenes().into_iter().chain([frosted()]) {
-        let tracer = LightTracer { parts: Standard };
+        let tracer = LightTracer {
+            parts: DefaultParts,
+        };
         let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
         let sampling = Sampling {
             pixel: Random,
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed: master(),
-            outlines: false,
+            silhouettes: false,
         };
-        let whitted = Whitted::new(LightRules::PHYSICAL);
+        let whitted = Whitted::new(TransportRules::PHYSICAL);
         let alone = rendered(&scene, &whitted, FRAME, sampling, &[0..3]).expect("legal values");
         for (together, alone) in together.pixels().iter().zip(alone.pixels()) {
             let [together, alone] =

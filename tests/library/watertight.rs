@@ -19,8 +19,8 @@ fn meshes() -> Vec<(Mesh, f64)> {
 
 /// Returns the ray from a hit's surface into the half space that it was hit from.
 fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
-    let facing = hit.normal * -hit.normal.dot(arrived).signum();
-    scene.leave(hit.point, hit.normal, Frame::new(facing).world(local))
+    let oriented = hit.normal * -hit.normal.dot(arrived).signum();
+    scene.leave(hit.point, hit.normal, Frame::new(oriented).world(local))
 }
 
 /// Tests rays from inside closed meshes of any size, and far from the origin.

@@ -106,6 +106,17 @@ fn openings(tokens: TokenStream) -> Vec<Finding> {
 struct Tuples(Vec<Finding>);
 
 impl<'ast> Visit<'ast> for Tuples {
+    /// Conversions take what they convert.
+    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
+        let of = item.trait_.as_ref().map(|(path, ..)| path);
+        let is_conversion = of.is_some_and(|path| {
+            let last = path.segments.last();
+            last.is_some_and(|segment| segment.ident == "From")
+        });
+        if !is_conversion {
+            syn::visit::visit_item_impl(self, item);
+        }
+    }
     fn visit_signature(&mut self, signature: &'ast Signature) {
         for (i, input) in signature.inputs.iter().enumerate() {
             let FnArg::Typed(parameter) = input else {
@@ -288,6 +299,7 @@ fn prose_pairs_of_like_things_and_closures_are_allowed() {
         "fn f(g: impl Fn((A, B))) {}",
         "fn f() { g(|(a, b): (A, B)| a) }",
         "fn f() -> (A, B) { g() }",
+        "impl From<(A, B)> for C { fn from((a, b): (A, B)) -> C { g() } }",
     ] {
         assert_eq!(found(source), [], "{source}");
     }

@@ -7,7 +7,7 @@ use whitefurnace::render::adaptive::REPLICATIONS;
 use whitefurnace::render::{adaptive, render};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{Numbers, Sampler};
+use whitefurnace::sampling::sampler::{Sampler, SamplerKind};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -79,12 +79,12 @@ fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome>
     let about = ["rare", "even"].map(|name| (name, MEAN, EFFECT * MEAN));
     means(about, context.n(IMAGES), || {
         let seed = seeds.next_u64();
-        let numbers = Numbers::Sobol(SAMPLES);
+        let numbers = SamplerKind::Sobol(SAMPLES);
         let sampling = Sampling {
             pixel: PixelSampling::Random,
             numbers,
             seed,
-            outlines: false,
+            silhouettes: false,
         };
         image(scene, sampling, subject).unwrap_or([f64::NAN; 2])
     })

@@ -44,7 +44,7 @@ fn oren_nayar(form: OrenNayarForm) -> Bsdf {
 pub(super) fn as_rendered(parts: PartTable, bsdf: Bsdf) -> BsdfSubject {
     BsdfSubject::new(
         move |wo, wi| Scattering::brdf(&parts, &bsdf, wo, wi).x,
-        move |wo, random| parts.sample_rough(&bsdf, wo, random).map(first_channel),
+        move |wo, random| parts.sample_non_delta(&bsdf, wo, random).map(first_channel),
         move |wo, wi| parts.pdf(&bsdf, wo, wi),
     )
     .energy_bound(OREN_NAYAR_BOUND)

@@ -1,7 +1,6 @@
 //! Light that reaches a diffuse surface through a mirror or glass only, where no shadow ray finds
 //! it. Whole estimators count it once.
 
-use crate::by_bodies::BY_BODIES;
 use crate::fresnel::walsh;
 use crate::glass::{GLASS, INDEX};
 use crate::irradiance::reflected;
@@ -9,6 +8,7 @@ use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, corners, lambert, light, mirror, polygon_irradiance, scene, square,
 };
+use crate::specular_nee::SPECULAR_NEE;
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 const REFLECTANCE: f64 = 0.9;
@@ -76,7 +76,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(
             "irradiance/after-mirror/by-bodies",
             &mirror,
-            BY_BODIES,
+            SPECULAR_NEE,
             &SPECULAR_SPREAD,
             59_000,
         ),

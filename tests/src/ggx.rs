@@ -5,7 +5,7 @@ use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::integrator::Sample;
 use whitefurnace::material::Model;
 use whitefurnace::material::ggx::{
-    Ggx, hidden, normals, sample_visible_normal, seen_from_both, visible_normals,
+    Ggx, ndf, sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf,
 };
 use whitefurnace::math::frame::from_spherical;
 
@@ -18,7 +18,7 @@ use crate::subject::{self, in_batches};
 #[derive(Clone, Copy, Debug)]
 pub struct GgxParts {
     /// D(m) from α and m.
-    pub normals: fn(f64, DVec3) -> f64,
+    pub ndf: fn(f64, DVec3) -> f64,
     /// D_o(m) from α, wo and m.
     pub visible: fn(f64, DVec3, DVec3) -> f64,
     /// Evaluates f_r.
@@ -31,8 +31,8 @@ pub struct GgxParts {
 
 /// The program's functions.
 const CORRECT: GgxParts = GgxParts {
-    normals,
-    visible: visible_normals,
+    ndf,
+    visible: visible_normal_pdf,
     eval: Ggx::eval,
     sample: Ggx::sample,
     pdf: Ggx::pdf,
@@ -112,7 +112,7 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
         floor(s, Bsdf::model(Assembled(metal, parts)));
     });
     let ray = towards_origin(INCLINATION);
-    let path = Path::new(Standard, Strategy::Bsdf);
+    let path = Path::new(DefaultParts, Strategy::Bsdf);
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
     let mut radiance = in_batches(context.seed_of("radiance"), |rngs| {
@@ -163,7 +163,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
                 integrals(
                     "facets",
                     CASES,
-                    |alpha, _, m| (parts.normals)(alpha, m) * m.z,
+                    |alpha, _, m| (parts.ndf)(alpha, m) * m.z,
                     |_, _| 1.0,
                 )
             },
@@ -206,7 +206,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
 
 /// f_r with another masking-shadowing factor, given as `share`.
 fn masked(metal: &Ggx, wo: DVec3, wi: DVec3, share: f64) -> DVec3 {
-    metal.eval(wo, wi) * share / seen_from_both(metal.alpha, wo, wi)
+    metal.eval(wo, wi) * share / smith_g2(metal.alpha, wo, wi)
 }
 
 /// Direction into which a microfacet reflects wo; `None` if it is below the surface.
@@ -218,16 +218,16 @@ fn mirrored(wo: DVec3, m: DVec3) -> Option<DVec3> {
 fn faults() -> Vec<Fault<GgxParts>> {
     vec![
         fault!("one-sided", GGX_MASKING, "masking towards the eye, no shadowing towards the light",
-            GgxParts: { eval: |metal, wo, wi| masked(metal, wo, wi, 1.0 / (1.0 + hidden(metal.alpha, wo))) },
+            GgxParts: { eval: |metal, wo, wi| masked(metal, wo, wi, 1.0 / (1.0 + smith_lambda(metal.alpha, wo))) },
             "bsdf/ggx: reciprocity", "bsdf/ggx-coloured", "furnace/ggx-floor"),
         fault!("uncorrelated", GGX_MASKING, "masking and shadowing independent of each other",
             GgxParts: { eval: |metal, wo, wi| {
-                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + hidden(metal.alpha, w)));
+                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + smith_lambda(metal.alpha, w)));
                 masked(metal, wo, wi, o * i)
             } },
             "bsdf/ggx: directional albedo at 75 degrees", "bsdf/ggx-coloured", "furnace/ggx-floor"),
         fault!("no-jacobian", GGX_VISIBLE, "the pdf is that of the half vector",
-            GgxParts: { pdf: |metal, wo, wi| visible_normals(metal.alpha, wo, (wo + wi).normalize()) },
+            GgxParts: { pdf: |metal, wo, wi| visible_normal_pdf(metal.alpha, wo, (wo + wi).normalize()) },
             at_every_angle!("bsdf/ggx", "furnace")),
         fault!("all-normals", GGX_VISIBLE,
             "microfacets are sampled by their area, visible or not; the pdf is that of the visible ones",
@@ -253,9 +253,9 @@ fn faults() -> Vec<Fault<GgxParts>> {
             } },
             "bsdf/ggx-coloured"),
         fault!("not-projected", GGX_NORMALS, "D normalised over solid angle, not over the projected area",
-            GgxParts: { normals: |alpha, m| normals(alpha, m) * m.z }, "bsdf/ggx-normals"),
+            GgxParts: { ndf: |alpha, m| ndf(alpha, m) * m.z }, "bsdf/ggx-normals"),
         fault!("cosine-forgotten", GGX_VISIBLE, "D_o without 1/cos θ_o",
-            GgxParts: { visible: |alpha, wo, m| visible_normals(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
+            GgxParts: { visible: |alpha, wo, m| visible_normal_pdf(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
     ]
 }
 

@@ -3,7 +3,7 @@
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
-use whitefurnace::sampling::sampler::{Numbers, Pass};
+use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -26,14 +26,14 @@ impl ImageEstimatorKind {
         parts: P,
         scene: &Scene,
         frame: [u32; 2],
-        pass: Pass,
+        pass: ImagePass,
     ) -> Option<Vec<DVec3>> {
         let image = match self {
             Self::LightTracer => LightTracer { parts }.image(scene, frame, pass),
             Self::Bdpt => Bdpt::new(parts).image(scene, frame, pass),
             Self::BdptEnds => Bdpt {
                 parts,
-                connections: Connections::Ends,
+                connections: Connections::Endpoints,
             }
             .image(scene, frame, pass),
         };
@@ -80,7 +80,7 @@ pub struct Passes {
     pub frame: [u32; 2],
     /// Source of random numbers: independent, or Sobol' points with this many passes per
     /// replication.
-    pub numbers: Numbers,
+    pub numbers: SamplerKind,
     /// Number of replications at scale 1.
     pub count: u64,
 }
@@ -122,7 +122,7 @@ impl Passes {
                     parts,
                     &self.scene,
                     self.frame,
-                    Pass {
+                    ImagePass {
                         numbers,
                         seed,
                         index,
@@ -218,7 +218,7 @@ impl SameAsPath {
             let [column, row] = [pixel % width, pixel / width].map(f64::from);
             let ray = scene.camera().ray(*frame, column + x, row + y);
             let hit = scene.intersect(&ray);
-            sum += Path::<Standard>::default().radiance(scene, &ray, hit, rng);
+            sum += Path::<DefaultParts>::default().radiance(scene, &ray, hit, rng);
         }
         level(scene, sum) / f64::from(width * height)
     }

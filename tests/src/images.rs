@@ -8,7 +8,7 @@ use whitefurnace::integrator::{Report, Whitted};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_under};
 
 use crate::prelude::*;
@@ -35,10 +35,10 @@ pub(super) fn film<E: Estimator>(
         ref replications,
     } = *frames;
     let sampling = Sampling {
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         pixel: PixelSampling::Centre,
         seed: context.seed_of(part),
-        outlines: false,
+        silhouettes: false,
     };
     let mut film = Film::new(size, None, 1).ok()?;
     render(scene, estimator, sampling, &mut film, replications, &|_| {
@@ -109,7 +109,7 @@ fn with_path<E: Estimator>(
     let image = Levels::render(context, part, frames, estimator)?;
     Some([
         image,
-        Levels::render(context, "path", frames, &Path::<Standard>::default())?,
+        Levels::render(context, "path", frames, &Path::<DefaultParts>::default())?,
     ])
 }
 

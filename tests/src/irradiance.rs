@@ -3,7 +3,7 @@
 
 use whitefurnace::harness::chi_square::Counts;
 use whitefurnace::integrator::Heuristic;
-use whitefurnace::light::light_sampler::FluxPicks;
+use whitefurnace::light::light_sampler::PowerLightSampler;
 
 use crate::form_factors;
 use crate::mean_radiance::{Draws, MeanRadiance};
@@ -257,7 +257,7 @@ fn weights() -> FamilyTrial<EstimatorSubject> {
 /// Emitters are picked with the stated probabilities: by given ones, or by flux.
 struct Picks {
     shares: [f64; 4],
-    by_flux: Option<FluxPicks>,
+    by_flux: Option<PowerLightSampler>,
 }
 
 impl Property for Picks {
@@ -279,7 +279,7 @@ impl Property for Picks {
         for _ in 0..n {
             let r = uniform(&mut rng);
             let (pick, share) = match &self.by_flux {
-                None => setup.parts.pick_by_share(r, &self.shares),
+                None => setup.parts.pick_by_probability(r, &self.shares),
                 Some(picks) => {
                     let pick = setup.parts.pick_emitter(r, picks);
                     (pick, picks.probability(pick))
@@ -335,7 +335,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
     });
     let by_flux = Picks {
         shares: of_flux,
-        by_flux: Some(FluxPicks::new(&FLUXES)),
+        by_flux: Some(PowerLightSampler::new(&FLUXES)),
     };
     let by_share = Picks {
         shares: SHARES,

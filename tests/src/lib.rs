@@ -7,7 +7,6 @@ mod accumulators;
 mod adaptive;
 mod bidirectional;
 pub mod bsdf;
-mod by_bodies;
 mod chains;
 pub mod cie;
 pub mod convergence;
@@ -30,7 +29,6 @@ mod infinite_variance;
 mod irradiance;
 mod mean_radiance;
 mod near_coincident;
-mod outlines;
 mod path_weights;
 pub mod photon;
 mod prelude;
@@ -42,10 +40,12 @@ pub mod rough_glass;
 pub mod roulette;
 pub mod scenes;
 mod script;
+mod silhouettes;
 mod singles;
 mod sky;
 mod sobol;
 mod solid_angle;
+mod specular_nee;
 pub mod statistics;
 pub mod strategies;
 mod streams;
@@ -72,7 +72,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         sobol::families(),
         convergence::families(),
         adaptive::families(),
-        outlines::families(),
+        silhouettes::families(),
         singles::families(),
         geometry::families(),
         emitters::families(),

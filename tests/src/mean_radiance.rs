@@ -84,7 +84,7 @@ pub enum Draws {
 /// Rays per scramble.
 const POINTS: u16 = 16;
 /// Scrambles per batch.
-const TOGETHER: u32 = 16;
+const BATCH_SIZE: u32 = 16;
 
 impl Property for MeanRadiance {
     fn run<P: EstimatorParts + Copy>(
@@ -105,9 +105,9 @@ impl Property for MeanRadiance {
                 let (mut means, mut next) = (Vec::new().into_iter(), 0);
                 let value = || {
                     means.next().unwrap_or_else(|| {
-                        let names = (next..next + TOGETHER)
+                        let names = (next..next + BATCH_SIZE)
                             .flat_map(|scramble| (0..POINTS).map(move |i| (scramble, i)));
-                        next += TOGETHER;
+                        next += BATCH_SIZE;
                         let rays = names.map(|(number, index)| {
                             let fill = stream(seed, index.into(), number);
                             (
@@ -141,7 +141,7 @@ pub fn path(kind: EstimatorKind) -> &'static str {
         EstimatorKind::Path
         | EstimatorKind::PathEarly
         | EstimatorKind::PathBy(..)
-        | EstimatorKind::PathByBodies(..)
+        | EstimatorKind::PathSpecularNee(..)
         | EstimatorKind::PathWithin(..) => "integrator::Path",
         EstimatorKind::Report(_) => "integrator::Report",
         EstimatorKind::Whitted(_) => "integrator::Whitted",

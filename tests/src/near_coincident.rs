@@ -4,13 +4,13 @@
 
 use whitefurnace::scene::COINCIDENT;
 
-use crate::by_bodies::{BY_BODIES, add_lens, lens};
 use crate::irradiance::reflected;
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, ball, corners, floor, lambert, light, mirror, polygon_irradiance, scene,
     square,
 };
+use crate::specular_nee::{SPECULAR_NEE, add_lens, lens};
 use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 
 /// Half the side of the largest squares, which is the largest coordinate.
@@ -139,9 +139,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             LIGHT_ANGLE,
         ),
         ("light by mis", covered_light, MIS_ANGLE),
-        ("light by bodies", covered_light, BY_BODIES),
-        ("mirror by bodies", mirror, BY_BODIES),
-        ("lens by bodies", covered_lens, BY_BODIES),
+        ("light by bodies", covered_light, SPECULAR_NEE),
+        ("mirror by bodies", mirror, SPECULAR_NEE),
+        ("lens by bodies", covered_lens, SPECULAR_NEE),
     ];
     let covered = covered.map(|(name, scene, kind)| {
         (
@@ -167,7 +167,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "near-coincident/backed",
             &SPECULAR_SPREAD,
             &mirror_with_sheets(false, true),
-            BY_BODIES,
+            SPECULAR_NEE,
             near_origin,
         )
         .says(format!(

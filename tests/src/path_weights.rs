@@ -137,10 +137,10 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
     };
     let each: Vec<f64> = emitters.iter().map(irradiance).collect();
     let sum: f64 = each.iter().sum();
-    let facing = each.iter().filter(|&&one| one > 0.0).count() as f64;
+    let oriented = each.iter().filter(|&&one| one > 0.0).count() as f64;
     let probability = |one| {
         if one > 0.0 {
-            (1.0 - EVEN) * one / sum + EVEN / facing
+            (1.0 - EVEN) * one / sum + EVEN / oriented
         } else {
             0.0
         }

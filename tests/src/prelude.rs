@@ -12,7 +12,7 @@ pub(crate) use whitefurnace::harness::domain::{Domain, Partition};
 pub(crate) use whitefurnace::harness::mean::{Values, mean};
 pub(crate) use whitefurnace::harness::outcome::{Claim, Outcome};
 pub(crate) use whitefurnace::harness::trial::Context;
-pub(crate) use whitefurnace::integrator::{Estimator, Path, Standard, Strategy};
+pub(crate) use whitefurnace::integrator::{DefaultParts, Estimator, Path, Strategy};
 pub(crate) use whitefurnace::material::{Bsdf, Scattering};
 pub(crate) use whitefurnace::sampling::rng::{Stream, uniform, uniform2};
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};

@@ -6,7 +6,7 @@ use whitefurnace::geometry::shape::Hit;
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{Numbers as Source, Sampler};
+use whitefurnace::sampling::sampler::{Sampler, SamplerKind as SampleStream};
 
 use crate::prelude::*;
 use crate::scenes::seen_by;
@@ -54,10 +54,10 @@ fn failed() -> Vec<DVec3> {
 /// Returns the numbers that `render` hands out.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     let sampling = Sampling {
-        numbers: Source::Independent,
+        numbers: SampleStream::Independent,
         pixel: PixelSampling::Random,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     let Ok(mut film) = Film::new(SIZE, None, 1) else {
         return failed();

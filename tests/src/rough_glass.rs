@@ -10,8 +10,8 @@ use whitefurnace::harness::pointwise::{Largest, POINTWISE, relative, uniform3};
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::fresnel::{mirror, reflectance, refract};
-use whitefurnace::material::ggx::{hidden, seen_from_both, visible_normals};
-use whitefurnace::material::rough_glass::{RoughGlass, refracting, seen_from_opposite};
+use whitefurnace::material::ggx::{smith_g2, smith_lambda, visible_normal_pdf};
+use whitefurnace::material::rough_glass::{RoughGlass, refracting, smith_g2_transmission};
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
@@ -25,7 +25,7 @@ use crate::sky::sky;
 #[derive(Clone, Copy, Debug)]
 pub struct RoughGlassParts {
     /// The surface as seen from outside (`true`) or inside.
-    pub facing: fn(RoughGlass, bool) -> RoughGlass,
+    pub oriented: fn(RoughGlass, bool) -> RoughGlass,
     /// Evaluates f.
     pub eval: fn(&RoughGlass, DVec3, DVec3) -> f64,
     /// Samples a direction.
@@ -36,7 +36,7 @@ pub struct RoughGlassParts {
 
 /// The program's functions.
 const CORRECT: RoughGlassParts = RoughGlassParts {
-    facing: RoughGlass::facing,
+    oriented: RoughGlass::oriented,
     eval: RoughGlass::eval,
     sample: RoughGlass::sample,
     pdf: RoughGlass::pdf,
@@ -66,7 +66,7 @@ fn seen<const N: usize>(
     let outside = wo.z > 0.0;
     let turned = |w| if outside { w } else { flipped(w) };
     (
-        (parts.facing)(GLASS, outside),
+        (parts.oriented)(GLASS, outside),
         turned(wo),
         others.map(turned),
     )
@@ -193,7 +193,7 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     for _ in 0..context.arguments(PAIRS) {
         let (wo, wi) = (above(&mut rng), above(&mut rng));
         let back = flipped(wi);
-        let within = (parts.facing)(GLASS, false);
+        let within = (parts.oriented)(GLASS, false);
         let pairs = [
             [(parts.eval)(&GLASS, wo, wi), (parts.eval)(&GLASS, wi, wo)],
             [
@@ -240,7 +240,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         let wo = above(&mut rng);
         let [r1, r2, r3] = uniform3(&mut rng);
         let outside = uniform(&mut rng) < 0.5;
-        let glass = (parts.facing)(
+        let glass = (parts.oriented)(
             RoughGlass {
                 alpha: SMOOTH_ALPHA,
                 ..GLASS
@@ -321,9 +321,9 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
 /// f with another masking-shadowing factor, given as `share`.
 fn masked(glass: &RoughGlass, wo: DVec3, wi: DVec3, share: f64) -> f64 {
     let right = if wi.z > 0.0 {
-        seen_from_both
+        smith_g2
     } else {
-        seen_from_opposite
+        smith_g2_transmission
     }(glass.alpha, wo, wi);
     glass.eval(wo, wi) * share / right
 }
@@ -353,11 +353,11 @@ fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
         return 0.0;
     }
     let seen = if wi.z > 0.0 {
-        seen_from_both
+        smith_g2
     } else {
-        seen_from_opposite
+        smith_g2_transmission
     }(glass.alpha, wo, wi);
-    pdf * seen * (1.0 + hidden(glass.alpha, wo)) / wi.z.abs()
+    pdf * seen * (1.0 + smith_lambda(glass.alpha, wo)) / wi.z.abs()
 }
 
 /// The pdf with n on the wrong direction in the half vector of refraction.
@@ -366,7 +366,7 @@ fn index_on_the_wrong_side(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
         return glass.pdf(wo, wi);
     }
     refracting(1.0 / glass.index, wo, wi).map_or(0.0, |(m, jacobian)| {
-        share(glass, wo.dot(m), wi) * visible_normals(glass.alpha, wo, m) * jacobian
+        share(glass, wo.dot(m), wi) * visible_normal_pdf(glass.alpha, wo, m) * jacobian
     })
 }
 
@@ -429,15 +429,15 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
             "bsdf/rough-glass: directional albedo at 75 degrees | directional albedo at 165 degrees",
             "bsdf/rough-glass-reciprocity"),
         fault!("one-sided", ROUGH_GLASS_MASKING, "masking towards the eye, none towards the light",
-            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, 1.0 / (1.0 + hidden(glass.alpha, wo))) },
+            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, 1.0 / (1.0 + smith_lambda(glass.alpha, wo))) },
             "bsdf/rough-glass: directional albedo at 40 degrees | directional albedo at 165 degrees",
             "bsdf/rough-glass-reciprocity"),
         fault!("masked-as-reflected", ROUGH_GLASS_MASKING, "1/(1 + Λ + Λ) for opposite sides, too",
-            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, seen_from_both(glass.alpha, wo, wi)) },
+            RoughGlassParts: { eval: |glass, wo, wi| masked(glass, wo, wi, smith_g2(glass.alpha, wo, wi)) },
             "bsdf/rough-glass: directional albedo at 40 degrees | directional albedo at 75 degrees"),
         fault!("uncorrelated", ROUGH_GLASS_MASKING, "masking and shadowing independent of each other",
             RoughGlassParts: { eval: |glass, wo, wi| {
-                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + hidden(glass.alpha, w)));
+                let [o, i] = [wo, wi].map(|w| 1.0 / (1.0 + smith_lambda(glass.alpha, w)));
                 masked(glass, wo, wi, o * i)
             } },
             "bsdf/rough-glass: directional albedo at 75 degrees | directional albedo at 165 degrees"),
@@ -459,7 +459,7 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
             at_every_angle!("chi-square of samples"),
             "bsdf/rough-glass-smooth: directions"),
         fault!("same-index-within", ROUGH_GLASS, "n, not 1/n, as seen from within",
-            RoughGlassParts: { facing: |glass, _| glass },
+            RoughGlassParts: { oriented: |glass, _| glass },
             "bsdf/rough-glass: directional albedo at 165 degrees", "bsdf/rough-glass-reciprocity: transmission",
             "bsdf/rough-glass-smooth: directions"),
     ]
@@ -486,7 +486,7 @@ const ROUGHEST: RoughGlass = RoughGlass {
 /// within, and from outside.
 static UNDER_A_SKY: LazyLock<[f64; 2]> = LazyLock::new(|| {
     [false, true].map(|outside| {
-        let glass = ROUGHEST.facing(outside);
+        let glass = ROUGHEST.oriented(outside);
         let [reflected, transmitted] = shares(glass, from_spherical(INCLINATION, 0.0), 1e-5);
         reflected + transmitted / (glass.index * glass.index)
     })

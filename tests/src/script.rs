@@ -12,8 +12,8 @@ pub trait Script {
     fn block(&mut self, _block: u32) {}
 }
 
-/// A sampler that reads from a script. [`whitefurnace::sampling::rng::uniform`] returns the 53 leading bits
-/// of its numbers.
+/// A sampler that reads from a script. [`whitefurnace::sampling::rng::uniform`] returns the 53
+/// leading bits of its numbers.
 pub struct Scripted<T>(pub T);
 
 impl<T: Script> TryRng for Scripted<T> {

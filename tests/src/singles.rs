@@ -15,7 +15,7 @@ use whitefurnace::math::simd::SINGLES;
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, render_lanes};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::{Description, Object};
 
 use crate::images::SHARES;
@@ -144,9 +144,9 @@ impl Image {
         let seed = context.seed_of("image");
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed,
-            outlines: false,
+            silhouettes: false,
         };
         let path = LaneEstimator::Path(self.path);
         let mut films = [
@@ -182,9 +182,9 @@ const LAMP: f64 = 2.0 + 0.5 / 64.0 - 1e-5;
 /// below 1/2, so that no throughput exceeds 1.
 fn until_light(strategy: Strategy) -> Path {
     Path {
-        early: 1_000,
+        rr_depth: 1_000,
         lights: LightSampling::ByContribution,
-        ..Path::new(Standard, strategy)
+        ..Path::new(DefaultParts, strategy)
     }
 }
 

@@ -8,22 +8,22 @@ use glam::DVec3;
 use whitefurnace::camera::Camera;
 use whitefurnace::geometry::form_factor::Polygon;
 use whitefurnace::geometry::shape::Ray;
-use whitefurnace::geometry::specular_connection::Route;
+use whitefurnace::geometry::specular_connection::SpecularConnection;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
 use whitefurnace::integrator::{
-    Bidirectional, Density, Estimator, FiniteElements, Heuristic, LightRules, NextEvent, Path,
-    Photons, Report, Sample, Standard, Strategy, Whitted,
+    Bidirectional, DefaultParts, Density, Estimator, FiniteElements, Heuristic, NextEvent, Path,
+    Photons, Report, Sample, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::{Emitter, EmitterPoint, LightSampling};
 use whitefurnace::light::environment::EnvironmentMap;
-use whitefurnace::light::light_sampler::FluxPicks;
+use whitefurnace::light::light_sampler::PowerLightSampler;
 use whitefurnace::material::{Bsdf, Scattering};
 use whitefurnace::sampling::rng::{Stream, stream};
-use whitefurnace::sampling::roulette::{EARLY, Roulette};
+use whitefurnace::sampling::roulette::{RR_DEPTH, Roulette};
 use whitefurnace::sampling::sampler::Sampler;
 use whitefurnace::scene::Scene;
-use whitefurnace::scene::specular_casters::SceneBody;
+use whitefurnace::scene::specular_casters::SpecularCaster;
 
 /// Point and normal at one end of a shadow ray.
 type End = (DVec3, DVec3);
@@ -42,9 +42,9 @@ macro_rules! table {
             )*)*
         }
 
-        /// Table of the functions of [`Standard`].
+        /// Table of the functions of [`DefaultParts`].
         pub const CORRECT: PartTable = PartTable {
-            $($($name: |$($argument),*| Standard.$name($($argument),*),)*)*
+            $($($name: |$($argument),*| DefaultParts.$name($($argument),*),)*)*
         };
 
         $(impl $group for PartTable {
@@ -86,25 +86,25 @@ table! {
         roulette_weight(survival: f64) -> f64;
     }
     NextEvent {
-        pick_emitter(r: f64, picks: &FluxPicks) -> usize;
+        pick_emitter(r: f64, picks: &PowerLightSampler) -> usize;
         contribution(emitter: &Emitter, from: DVec3) -> f64;
-        pick_by_share(r: f64, shares: &[f64]) -> (usize, f64);
+        pick_by_probability(r: f64, shares: &[f64]) -> (usize, f64);
         pdf_of_pick(pdf: f64, probability: f64) -> f64;
         sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
         emitter_pdf_area(emitter: &Emitter) -> f64;
         solid_angle_per_area(cosine_at_emitter: f64, distance_squared: f64) -> f64;
         sample_solid_angle(emitter: &Emitter, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)>;
         pdf_solid_angle(emitter: &Emitter, from: DVec3) -> Option<f64>;
-        share_of_map(count: usize) -> f64;
+        map_probability(count: usize) -> f64;
         sample_map(map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64);
         map_pdf(map: &EnvironmentMap, direction: DVec3) -> f64;
         sees_background(scene: &Scene, x: End, direction: DVec3) -> bool;
         visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;
-        route(body: &SceneBody, number: usize, route: Route<DVec3>) -> Option<Route<DVec3>>;
-        lets_on(body: &SceneBody, cosine: f64) -> (DVec3, f64);
-        hit_counts(strategy: Strategy, sampled: bool) -> bool;
+        connection(body: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;
+        caster_throughput(body: &SpecularCaster, cosine: f64) -> (DVec3, f64);
+        counts_emission(strategy: Strategy, sampled: bool) -> bool;
     }
     Photons {
         photon_flux(flux: DVec3, emitted: u32, stored: usize) -> DVec3;
@@ -139,7 +139,7 @@ pub struct Configuration<P> {
     /// has a limit.
     pub segments: Option<u32>,
     /// Transport rules. [`Path`] ignores them; it is always physical.
-    pub rules: LightRules,
+    pub rules: TransportRules,
 }
 
 impl<P> Configuration<P> {
@@ -153,15 +153,15 @@ impl<P> Configuration<P> {
     }
 }
 
-/// Subject of the trials of whole estimators. Without a table it stands for [`Standard`], the very
-/// code that programs run.
+/// Subject of the trials of whole estimators. Without a table it stands for [`DefaultParts`], the
+/// very code that programs run.
 pub type EstimatorSubject = Configuration<Option<PartTable>>;
 
 /// The correct subject.
 pub const STANDARD: EstimatorSubject = Configuration {
     parts: None,
     segments: None,
-    rules: LightRules::PHYSICAL,
+    rules: TransportRules::PHYSICAL,
 };
 
 /// Returns the correct subject with other components.
@@ -205,7 +205,7 @@ pub fn with_parts<Q: Property>(
     property: Q,
 ) -> impl Fn(&Context, EstimatorSubject) -> Vec<Outcome> + Send + Sync {
     move |context, subject| match subject.parts {
-        None => property.run(context, subject.with(Standard)),
+        None => property.run(context, subject.with(DefaultParts)),
         Some(parts) => property.run(context, subject.with(parts)),
     }
 }
@@ -215,13 +215,13 @@ pub fn with_parts<Q: Property>(
 pub enum EstimatorKind {
     /// [`Path`] with its defaults.
     Path,
-    /// [`Path`] by BSDF sampling alone, with the relaxed roulette at the first [`EARLY`] hits of
+    /// [`Path`] by BSDF sampling alone, with the relaxed roulette at the first [`RR_DEPTH`] hits of
     /// the program `render`.
     PathEarly,
     /// [`Path`] with another strategy, light sampling and heuristic for direct light.
     PathBy(Strategy, LightSampling, Heuristic),
     /// [`Path`] with specular next-event estimation.
-    PathByBodies(Heuristic),
+    PathSpecularNee(Heuristic),
     /// [`Path`] with specular next-event estimation, the balance heuristic and at most this many
     /// segments, which is one more than its bounces.
     PathWithin(u32),
@@ -254,23 +254,23 @@ impl EstimatorKind {
                 ..path(strategy)
             }
             .radiances(scene, samples),
-            Self::PathByBodies(heuristic) => Path {
+            Self::PathSpecularNee(heuristic) => Path {
                 heuristic,
-                by_bodies: true,
+                specular_nee: true,
                 ..path(Strategy::Mis)
             }
             .radiances(scene, samples),
             Self::PathWithin(segments) => {
                 let bounces = Some(setup.segments.unwrap_or(segments) - 1);
                 Path {
-                    by_bodies: true,
+                    specular_nee: true,
                     bounces,
                     ..path(Strategy::Mis)
                 }
                 .radiances(scene, samples)
             }
             Self::PathEarly => Path {
-                early: EARLY,
+                rr_depth: RR_DEPTH,
                 ..path(Strategy::Bsdf)
             }
             .radiances(scene, samples),

@@ -32,7 +32,7 @@ const BY_THROUGHPUT: Policy = Policy {
 const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6)];
 
 /// Number of early hits of a walk.
-const EARLY: u32 = 2;
+const RR_DEPTH: u32 = 2;
 
 /// Hits after which a walk is abandoned as endless, which is a fault.
 const GIVE_UP: u32 = 2_000;
@@ -43,7 +43,7 @@ const GIVE_UP: u32 = 2_000;
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
     for hit in 0..GIVE_UP {
-        let early = hit < EARLY;
+        let early = hit < RR_DEPTH;
         let before = throughput * COLOURS[usize::from(uniform(rng) < 0.5)];
         let survival = (policy.survival)(before, early);
         throughput = before * (policy.weight)(survival);
@@ -182,7 +182,7 @@ const OTHERS: [(&str, Survival, u64); 2] = [
 /// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
-    let own = STANDARD.with(Standard);
+    let own = STANDARD.with(DefaultParts);
     let mut radiance = probe.radiances(own, context.seed_of("survival by throughput"));
     let own = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Exact {

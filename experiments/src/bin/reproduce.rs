@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::str::FromStr as _;
 
 use clap::Parser;
-use experiments::experiments::suite_seeds::TOGETHER;
+use experiments::experiments::suite_seeds::BATCH_SIZE;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::cli::Ending;
 use experiments::run::default_run::{self, Beside};
@@ -120,8 +120,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
 /// folder stay together.
 fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Experiment>, Error> {
     let name = |experiment: &Experiment| {
-        if TOGETHER.contains(&experiment.id) {
-            TOGETHER[0]
+        if BATCH_SIZE.contains(&experiment.id) {
+            BATCH_SIZE[0]
         } else {
             experiment.id
         }

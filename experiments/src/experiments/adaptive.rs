@@ -4,7 +4,7 @@ use whitefurnace::render::adaptive::REPLICATIONS;
 
 use super::scrambles::gains;
 use crate::experiments::prelude::*;
-use crate::render::{AdaptiveName, OutlinesName, SamplerName};
+use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
 
 pub(super) const ADAPTIVE: Experiment = Experiment {
     id: "adaptive",
@@ -40,11 +40,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
             } else {
                 WITH_PILOT
             };
-            let (sampler, outlines, size) = (SamplerName::Sobol, OutlinesName::Yes, [128, 96]);
+            let (sampler, silhouettes, size) =
+                (SamplerName::Sobol, SilhouettesName::Yes, [128, 96]);
             let job = Job {
                 scene: scene.into(),
                 sampler,
-                outlines,
+                silhouettes,
                 spp,
                 adaptive,
                 size,

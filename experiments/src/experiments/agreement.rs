@@ -17,7 +17,7 @@ use maps::{Maps, note_map};
 use crate::experiments::prelude::*;
 use crate::plot::agreement::{histograms, squares};
 use crate::plot::map::maps as draw_maps;
-use crate::render::OutlinesName;
+use crate::render::SilhouettesName;
 use crate::render::photons::{Gather, Photons};
 
 /// Compares every estimator with the reference of its scene.
@@ -279,7 +279,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         },
         // Most of the noise of an image's mean comes from pixels on the border of a light, except
         // for estimators that trace particles.
-        outlines: OutlinesName::Yes,
+        silhouettes: SilhouettesName::Yes,
         size: SIZE,
         spp: first + count,
         seed: seed_for(run.seed(), &label),

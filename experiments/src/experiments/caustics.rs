@@ -5,7 +5,7 @@ use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
 use whitefurnace::integrator::Whitted;
 use whitefurnace::render::render_passes;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 
 use crate::experiments::prelude::*;
 
@@ -57,7 +57,7 @@ struct Made {
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let particles = run.count(run.by_tier(1_600, 27_000)) as u32;
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: particles,
         caustic_radius: RADIUS,
     };
@@ -66,7 +66,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ("bsdf", Method::Path(Strategy::Bsdf)),
         ("whitted", Method::Whitted),
         ("photon", Method::Photon(gather)),
-        ("photon-direct", Method::Photon(Lookup::Direct)),
+        ("photon-direct", Method::Photon(Lookup::DirectVisualization)),
         ("sppm", Method::Sppm),
     ];
     let effort = Effort {
@@ -209,7 +209,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
         samples,
         particles,
     } = effort;
-    let (parts, random) = (Standard, PixelSampling::Random);
+    let (parts, random) = (DefaultParts, PixelSampling::Random);
     match method {
         Method::Path(strategy) => {
             let path = Path::new(parts, strategy);
@@ -217,7 +217,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
         }
         Method::Whitted => render_samples(
             scene,
-            &Whitted::new(LightRules::PHYSICAL),
+            &Whitted::new(TransportRules::PHYSICAL),
             random,
             seed,
             size,
@@ -239,7 +239,7 @@ fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result
             let complete = render_passes(
                 scene,
                 &sppm,
-                Numbers::Independent,
+                SamplerKind::Independent,
                 seed,
                 &mut film,
                 0..samples,

@@ -35,7 +35,7 @@ const FRAME: [u32; 2] = [1024, 768];
 impl Integrand {
     fn sample<R: Sampler>(&self, rng: &mut R) -> f64 {
         let radiance = |scene: &Scene, ray: &Ray, strategy, rng: &mut R| {
-            let parts = Standard;
+            let parts = DefaultParts;
             let hit = scene.intersect(ray);
             Path::new(parts, strategy).radiance(scene, ray, hit, rng).x
         };

@@ -94,7 +94,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
         let scene = moon(bsdf)?;
-        let path = Path::<Standard>::default();
+        let path = Path::<DefaultParts>::default();
         let film = render_samples(
             &scene,
             &path,
@@ -314,7 +314,7 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
     for (colour, (side, outside)) in (0..).zip([("from outside", true), ("from within", false)]) {
         let known = |degrees: f64| {
             shares(
-                glass.facing(outside),
+                glass.oriented(outside),
                 from_spherical(degrees.to_radians(), 0.0),
                 1e-6,
             )

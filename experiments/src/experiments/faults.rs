@@ -113,7 +113,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures that show several families; each other family has a figure of its own name. Each has few
 /// enough names to be readable at the width of a page.
-const TOGETHER: [(&str, &str); 4] = [
+const BATCH_SIZE: [(&str, &str); 4] = [
     ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
     ("roulette", "roulette, survival"),
     (
@@ -134,7 +134,7 @@ fn figure(pair: &Pair) -> String {
         "photon-equivalence" => "photon",
         other => {
             let holds = |families: &str| families.split(", ").any(|family| family == other);
-            TOGETHER
+            BATCH_SIZE
                 .iter()
                 .find(|(_, families)| holds(families))
                 .map_or(other, |(name, _)| name)

@@ -1,7 +1,7 @@
 //! Figures 6 to 9 of the report.
 
 use crate::experiments::prelude::*;
-use crate::render::{AdaptiveName, OutlinesName, SamplerName};
+use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
 
 pub(super) const FIG6: Experiment = Experiment {
     id: "fig6",
@@ -22,7 +22,7 @@ pub(super) const FIG6: Experiment = Experiment {
                 ConventionName::Physical => Job {
                     spp: run.by_tier(24, 2048),
                     sampler: SamplerName::Sobol,
-                    outlines: OutlinesName::Yes,
+                    silhouettes: SilhouettesName::Yes,
                     adaptive: AdaptiveName::Yes,
                     ..job
                 },

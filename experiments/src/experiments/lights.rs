@@ -93,7 +93,7 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
             let path = Path {
                 lights,
-                ..Path::new(Standard, strategy)
+                ..Path::new(DefaultParts, strategy)
             };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
             let variances = parallel(&scenes, |(height, scene)| {
@@ -179,7 +179,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
         let path = Path {
             lights,
             heuristic: Heuristic::Power,
-            ..Path::new(Standard, strategy)
+            ..Path::new(DefaultParts, strategy)
         };
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
         let variances = parallel(&places, |&x| {
@@ -239,15 +239,15 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
     for scene in [SceneName::Report, SceneName::Cornell] {
         let ways = [LightSamplingName::Area, LightSamplingName::SolidAngle];
         let mut variances = Vec::new();
-        for light_sampling in ways {
+        for light_sampler in ways {
             let job = run.prepared(Job {
                 scene: scene.into(),
-                light_sampling,
+                light_sampler,
                 size: [128, 96],
                 spp: run.by_tier(32, 1024),
                 ..Job::report(ConventionName::Physical)
             });
-            let label = format!("{} {}", name(scene), name(light_sampling));
+            let label = format!("{} {}", name(scene), name(light_sampler));
             let film = run.render(&job, &label)?;
             let sum: f64 = film
                 .pixels()

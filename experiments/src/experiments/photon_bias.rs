@@ -104,9 +104,9 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
 
 fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, Error> {
     let photons = PhotonMapping::new(
-        Standard,
+        DefaultParts,
         scene,
-        Lookup::Direct,
+        Lookup::DirectVisualization,
         PARTICLES,
         radius,
         (seed, index),
@@ -124,7 +124,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     let point = at_point();
     let runs = run.count(run.by_tier(30, 1_000)).max(LEAST) as u32;
     let sppm = Sppm {
-        parts: Standard,
+        parts: DefaultParts,
         particles: PARTICLES,
         radius: FIRST,
     };

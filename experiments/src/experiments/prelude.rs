@@ -16,8 +16,8 @@ pub(super) use whitefurnace::harness::trial::{
 pub(super) use whitefurnace::image::{Display, write_png};
 pub(super) use whitefurnace::integrator::radiosity::Fineness;
 pub(super) use whitefurnace::integrator::{
-    Estimator, Heuristic, LightRules, Lookup, Path, PhotonMapping, Radiosity, Sppm, Standard,
-    Strategy,
+    DefaultParts, Estimator, Heuristic, Lookup, Path, PhotonMapping, Radiosity, Sppm, Strategy,
+    TransportRules,
 };
 pub(super) use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 pub(super) use whitefurnace::math::moments::Moments;

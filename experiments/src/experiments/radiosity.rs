@@ -46,7 +46,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut levels = Vec::new();
     for halvings in 0..=halvings {
         let solved = Radiosity::new(
-            Standard,
+            DefaultParts,
             &scene,
             Fineness {
                 patches: COARSE,

@@ -67,7 +67,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let samples = run.count(run.by_tier(64, 1024)) as u32;
     let (scene, darker) = (cornell(1.0)?, cornell(0.99)?);
     let by = |scene: &Scene, strategy, seed| {
-        let estimator = Path::new(Standard, strategy);
+        let estimator = Path::new(DefaultParts, strategy);
         render_samples(
             scene,
             &estimator,

@@ -56,7 +56,7 @@ impl NextEvent for Counted<'_> {
     }
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.0.picks.fetch_add(1, Ordering::Relaxed);
-        Standard.sample_emitter(emitter, random)
+        DefaultParts.sample_emitter(emitter, random)
     }
 }
 
@@ -100,7 +100,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         reference,
     )?;
 
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: 1,
         caustic_radius: RADIUS,
     };
@@ -124,7 +124,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
         )
     };
     let gathering = trace("gather", images, SAMPLES, &photon(gather))?.with_picks();
-    let direct = trace("direct", images, SAMPLES, &photon(Lookup::Direct))?.with_picks();
+    let direct = trace(
+        "direct",
+        images,
+        SAMPLES,
+        &photon(Lookup::DirectVisualization),
+    )?
+    .with_picks();
     report(run, "gather", SAMPLES, &gathering);
     report(run, "direct", SAMPLES, &direct);
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
@@ -242,7 +248,7 @@ mod tests {
     #[test]
     fn a_camera_ray_counts() {
         let scene = &furnace_box(0.0).expect("a scene");
-        let reference = film(scene, &Path::<Standard>::default(), 1, 1).expect("a film");
+        let reference = film(scene, &Path::<DefaultParts>::default(), 1, 1).expect("a film");
         let make =
             |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
         let cost = measure(1, 2, 2, &reference, &Bar::new("", 1, ""), &make).expect("a cost");

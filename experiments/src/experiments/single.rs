@@ -3,7 +3,7 @@
 
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
 use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::Description;
 
 use super::speed::growth::{in_a_room, waves};
@@ -133,13 +133,13 @@ impl Worst {
     fn measure(&mut self, run: &mut Run, key: &str, scene: &Scene) -> Result<(), Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed: run.seed(),
-            outlines: false,
+            silhouettes: false,
         };
         let estimator = LaneEstimator::Path(Path {
-            by_bodies: true,
-            ..Path::new(Standard, Strategy::Mis)
+            specular_nee: true,
+            ..Path::new(DefaultParts, Strategy::Mis)
         });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new(SIZE, None, 1)?;

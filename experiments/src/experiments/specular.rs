@@ -4,7 +4,7 @@
 use super::adaptive::variance;
 use super::scrambles::{above, gains, ratio};
 use crate::experiments::prelude::*;
-use crate::render::{AdaptiveName, OutlinesName, SamplerName, SpecularName};
+use crate::render::{AdaptiveName, SamplerName, SilhouettesName, SpecularNeeName};
 
 pub(super) const SPECULAR: Experiment = Experiment {
     id: "specular",
@@ -24,20 +24,20 @@ const MARGINS: [f64; 2] = [0.005, 0.001];
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let groups = run.by_tier(4, 24);
-    let job = |specular_shadow_rays, spp, size| {
-        let (sampler, outlines, adaptive) =
-            (SamplerName::Sobol, OutlinesName::Yes, AdaptiveName::No);
+    let job = |specular_nee, spp, size| {
+        let (sampler, silhouettes, adaptive) =
+            (SamplerName::Sobol, SilhouettesName::Yes, AdaptiveName::No);
         Job {
             sampler,
-            outlines,
+            silhouettes,
             adaptive,
             spp,
-            specular_shadow_rays,
+            specular_nee,
             size,
             ..Job::default()
         }
     };
-    let films = |run: &Run, way: SpecularName, group: usize| {
+    let films = |run: &Run, way: SpecularNeeName, group: usize| {
         let film = |k: usize| {
             let seed = seed_for(run.seed(), &format!("{way:?} {}", GROUP * group + k));
             Job {
@@ -52,8 +52,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let display = Job::default().display(0.0);
     let (mut variances, mut means) = ([Moments::default(); 2], [Moments::default(); 2]);
     for (i, (way, file)) in [
-        (SpecularName::No, "without.png"),
-        (SpecularName::Yes, "with.png"),
+        (SpecularNeeName::No, "without.png"),
+        (SpecularNeeName::Yes, "with.png"),
     ]
     .into_iter()
     .enumerate()

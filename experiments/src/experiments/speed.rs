@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
 
 use crate::experiments::prelude::*;
-use crate::render::{EngineName, OutlinesName, SamplerName, SpecularName};
+use crate::render::{EngineName, SamplerName, SilhouettesName, SpecularNeeName};
 
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
@@ -76,16 +76,16 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         };
         image(run, &pools, &name(scene), "mis-single", single)?;
         sobol(run, &pools, &name(scene), "mis-single", single)?;
-        let outlines = Job {
-            outlines: OutlinesName::Yes,
+        let silhouettes = Job {
+            silhouettes: SilhouettesName::Yes,
             ..mis
         };
-        image(run, &pools, &name(scene), "mis-outlines", outlines)?;
-        sobol(run, &pools, &name(scene), "mis-outlines", outlines)?;
+        image(run, &pools, &name(scene), "mis-outlines", silhouettes)?;
+        sobol(run, &pools, &name(scene), "mis-outlines", silhouettes)?;
         if scene == SceneName::Report {
             let straight = Job {
-                specular_shadow_rays: SpecularName::No,
-                ..outlines
+                specular_nee: SpecularNeeName::No,
+                ..silhouettes
             };
             sobol(run, &pools, &name(scene), "mis-straight", straight)?;
         }

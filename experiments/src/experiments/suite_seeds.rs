@@ -81,7 +81,7 @@ pub enum Answer {
 
 /// Experiments that use the stored seeds. They belong to one shard, since only one program at a
 /// time may write the parts in the folder.
-pub const TOGETHER: [&str; 2] = ["power", "false-alarms"];
+pub const BATCH_SIZE: [&str; 2] = ["power", "false-alarms"];
 
 /// Seeds of a run.
 pub struct Seeds {

@@ -85,12 +85,12 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         let Some(hit) = scene.intersect(&ray) else {
             return rays_left;
         };
-        let facing = hit.normal * -hit.normal.dot(ray.direction).signum();
+        let oriented = hit.normal * -hit.normal.dot(ray.direction).signum();
         let direction = DVec3::from_array(UnitSphere.sample(rng));
         ray = scene.leave(
             hit.point,
             hit.normal,
-            direction * facing.dot(direction).signum(),
+            direction * oriented.dot(direction).signum(),
         );
     }
     0

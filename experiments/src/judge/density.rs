@@ -7,7 +7,7 @@ use glam::DVec3;
 use whitefurnace::harness::directions::Density;
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::material::Model as _;
-use whitefurnace::material::ggx::{Ggx, normals};
+use whitefurnace::material::ggx::{Ggx, ndf};
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::{cosine_hemisphere_pdf, uniform_hemisphere_pdf};
 
@@ -91,7 +91,7 @@ impl Named {
                 (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * w.z).powf(1.5))
             }),
             Self::GgxNormals(alpha) => {
-                Density::new(Domain::CosineHemisphere, move |m| normals(alpha, m) * m.z)
+                Density::new(Domain::CosineHemisphere, move |m| ndf(alpha, m) * m.z)
             }
             Self::Ggx(alpha, degrees) => {
                 let (ggx, wo) = (

@@ -70,10 +70,10 @@ const SETTINGS: &[Setting] = &[
         },
     ),
     goes(
-        "light-sampling",
+        "light-sampler",
         "--estimator light and mis",
         Job::picks_lights,
-        |job| name(job.light_sampling),
+        |job| name(job.light_sampler),
     ),
     goes(
         "heuristic",
@@ -82,10 +82,10 @@ const SETTINGS: &[Setting] = &[
         |job| name(job.heuristic),
     ),
     goes(
-        "specular-shadow-rays",
+        "specular-nee",
         "--estimator mis",
         |job| job.estimator == EstimatorName::Mis,
-        |job| name(job.specular_shadow_rays),
+        |job| name(job.specular_nee),
     ),
     goes("bounces", PATHS, Job::traces_paths, |job| {
         job.bounces
@@ -136,9 +136,12 @@ const SETTINGS: &[Setting] = &[
         Job::divides_pixels,
         |job| job.grid.to_string(),
     ),
-    goes("outlines", OUTLINES, Job::shows_outlines, |job| {
-        name(job.outlines)
-    }),
+    goes(
+        "silhouettes",
+        SILHOUETTES,
+        Job::supersamples_silhouettes,
+        |job| name(job.silhouettes),
+    ),
     any("sampler", |job| name(job.sampler)),
     goes(
         "scrambles",
@@ -170,7 +173,7 @@ const SETTINGS: &[Setting] = &[
         |_| String::new(),
     ),
 ];
-const OUTLINES: &str =
+const SILHOUETTES: &str =
     "--convention physical, --pixel random and jitter, and estimators of single rays";
 const ADAPTIVE: &str = "--estimator mis, bsdf and light, and --sampler sobol";
 const PATHS: &str = "--estimator mis, bsdf and light";
@@ -339,7 +342,7 @@ impl Job {
     }
 
     /// Returns true if silhouettes of lights can be supersampled.
-    pub(super) fn shows_outlines(&self) -> bool {
+    pub(super) fn supersamples_silhouettes(&self) -> bool {
         self.convention == ConventionName::Physical
             && matches!(self.pixel, PixelName::Random | PixelName::Jitter)
             && !self.estimator.makes_images()

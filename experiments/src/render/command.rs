@@ -13,7 +13,7 @@ use super::pilot::{parse_share, parse_time};
 use super::preview::{Preview, TEV, parse_address};
 use super::unfinished::Part;
 use super::{
-    AdaptiveName, ConventionName, EstimatorName, Job, OutlinesName, SamplerName, SceneName,
+    AdaptiveName, ConventionName, EstimatorName, Job, SamplerName, SceneName, SilhouettesName,
 };
 use crate::run::cli::{real, whole};
 
@@ -108,8 +108,8 @@ impl Render {
         {
             job.sampler = SamplerName::Sobol;
         }
-        if job.shows_outlines() && !given(matches, "outlines") {
-            job.outlines = OutlinesName::Yes;
+        if job.supersamples_silhouettes() && !given(matches, "silhouettes") {
+            job.silhouettes = SilhouettesName::Yes;
         }
         render.may_adapt = job.adapts() && !given(matches, "adaptive");
         render.take(render.job.spp);

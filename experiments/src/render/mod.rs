@@ -18,14 +18,14 @@ use whitefurnace::integrator::LONGEST_PATH;
 use whitefurnace::material::OrenNayarForm;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{LONGEST, Numbers};
+use whitefurnace::sampling::sampler::{LONGEST, SamplerKind};
 use whitefurnace::scene::room::{Convention, Walls};
 use whitefurnace::scene::{Scene, room, simple};
 
 pub use names::{
     AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName,
-    LightSamplingName, OutlinesName, PixelName, SamplerName, SceneName, SceneSource, SpecularName,
-    name,
+    LightSamplingName, PixelName, SamplerName, SceneName, SceneSource, SilhouettesName,
+    SpecularNeeName, name,
 };
 pub use work::{Look, Rendered};
 
@@ -49,15 +49,15 @@ pub struct Job {
     #[arg(long, value_enum, default_value_t)]
     pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis
-    #[arg(long, value_enum, default_value_t)]
-    pub light_sampling: LightSamplingName,
+    #[arg(long, alias = "light-sampling", value_enum, default_value_t)]
+    pub light_sampler: LightSamplingName,
     /// How --estimator mis weights light that is both hit and sampled
     #[arg(long, value_enum, default_value_t)]
     pub heuristic: HeuristicName,
     /// Whether shadow rays of --estimator mis also reach lights through specular chains: flat
     /// mirrors, and spheres of mirror or glass
-    #[arg(long, value_enum, default_value_t)]
-    pub specular_shadow_rays: SpecularName,
+    #[arg(long, alias = "specular-shadow-rays", value_enum, default_value_t)]
+    pub specular_nee: SpecularNeeName,
     /// Most scattering events between a light and the camera, for --estimator mis, bsdf and light;
     /// 0 leaves directly visible light; from 0 to 8192 [default: no limit]
     #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
@@ -85,8 +85,14 @@ pub struct Job {
     /// sample (for mis, bsdf and light also in mirrors), for --convention physical, --pixel random
     /// and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with
     /// these]
-    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
-    pub outlines: OutlinesName,
+    #[arg(
+        long,
+        alias = "outlines",
+        value_enum,
+        default_value_t,
+        hide_default_value = true
+    )]
+    pub silhouettes: SilhouettesName,
     /// Where random numbers come from [default: sobol; independent with --estimator report and
     /// --pixel grid and jitter]
     #[arg(long, value_enum, default_value_t = SamplerName::Independent, hide_default_value = true)]
@@ -169,15 +175,16 @@ impl Job {
             PixelName::Jitter => PixelSampling::Jitter(self.grid),
         };
         let numbers = match self.sampler {
-            SamplerName::Independent => Numbers::Independent,
-            SamplerName::Sobol => Numbers::Sobol(self.spp / self.scrambles()),
+            SamplerName::Independent => SamplerKind::Independent,
+            SamplerName::Sobol => SamplerKind::Sobol(self.spp / self.scrambles()),
         };
-        let outlines = self.outlines == OutlinesName::Yes && self.shows_outlines();
+        let silhouettes =
+            self.silhouettes == SilhouettesName::Yes && self.supersamples_silhouettes();
         Sampling {
             pixel,
             numbers,
             seed: self.seed,
-            outlines,
+            silhouettes,
         }
     }
 

@@ -174,7 +174,7 @@ pub enum EngineName {
 
 /// Whether the outlines of directly visible lights are supersampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum OutlinesName {
+pub enum SilhouettesName {
     /// Supersample pixels that the outline of a light crosses
     Yes,
     /// No supersampling
@@ -261,7 +261,7 @@ pub enum HeuristicName {
 
 /// Whether shadow rays also reach lights through mirrors and glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum SpecularName {
+pub enum SpecularNeeName {
     /// Also through specular chains: flat mirrors, and spheres of mirror or glass
     #[default]
     Yes,

@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use whitefurnace::error::Error;
-use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
-use whitefurnace::integrator::{Lookup, Standard};
+use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
+use whitefurnace::integrator::{DefaultParts, Lookup};
 use whitefurnace::scene::Scene;
 
 use crate::run::cli::{real, whole};
@@ -81,26 +81,32 @@ impl Photons {
         match self.gather {
             Gather::Yes if one_map => {
                 let (caustic_particles, caustic_radius) = self.caustic();
-                Lookup::Gather {
+                Lookup::FinalGather {
                     caustic_particles,
                     caustic_radius,
                 }
             }
-            _ => Lookup::Direct,
+            _ => Lookup::DirectVisualization,
         }
     }
 
     /// Refuses more photons than fit in memory.
     pub fn check_memory(&self, one_map: bool, scene: &Scene, seed: u64) -> Result<(), Error> {
-        PhotonMap::check(&Standard, scene, Kept::All, self.photons, (seed, 0))?;
+        PhotonMap::check(
+            &DefaultParts,
+            scene,
+            PhotonMapKind::All,
+            self.photons,
+            (seed, 0),
+        )?;
         match self.lookup(one_map) {
-            Lookup::Direct => Ok(()),
-            Lookup::Gather {
+            Lookup::DirectVisualization => Ok(()),
+            Lookup::FinalGather {
                 caustic_particles, ..
             } => PhotonMap::check(
-                &Standard,
+                &DefaultParts,
                 scene,
-                Kept::Caustic,
+                PhotonMapKind::Caustic,
                 caustic_particles,
                 (seed, 0),
             ),

@@ -8,23 +8,23 @@ use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::integrator::radiosity::Mesh;
 use whitefurnace::integrator::{
-    Bdpt, Connections, Estimator, Heuristic, LightRules, LightTracer, Path, PhotonMapping,
-    Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Connections, DefaultParts, Estimator, Heuristic, LightTracer, Path, PhotonMapping,
+    Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByPhotons, ByRays, LaneEstimator, PassEstimator, Precision, Renderer,
-    UNINTERRUPTED, adaptive, check_singles,
+    ByLanes, ByPasses, ByPhotons, ByRays, CHUNK_SAMPLES, LaneEstimator, PassEstimator, Precision,
+    Renderer, adaptive, check_singles,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
-use whitefurnace::sampling::roulette::EARLY;
-use whitefurnace::sampling::sampler::Pass;
+use whitefurnace::sampling::roulette::RR_DEPTH;
+use whitefurnace::sampling::sampler::ImagePass;
 use whitefurnace::scene::Scene;
 
 use super::{
     AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName,
-    SpecularName, name,
+    SpecularNeeName, name,
 };
 use crate::run::progress::{Bar, interrupted};
 
@@ -224,7 +224,7 @@ impl Job {
         self.adapt(scene, &mut film)?;
         let prepared = renderer.prepare(scene, film.frame())?;
         let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
-        let largest = (UNINTERRUPTED / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
+        let largest = (CHUNK_SAMPLES / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
             let had = film.replications();
             let start = range.start + had;
@@ -273,8 +273,8 @@ impl Job {
     /// Builds the estimator that the job names, for its scene.
     pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Made {
         let rules = match self.convention {
-            ConventionName::Physical => LightRules::PHYSICAL,
-            ConventionName::Report | ConventionName::Published => LightRules::REPORT,
+            ConventionName::Physical => TransportRules::PHYSICAL,
+            ConventionName::Report | ConventionName::Published => TransportRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         let by_passes = |estimator| {
@@ -291,20 +291,20 @@ impl Job {
             (EstimatorName::LightTracer, _) => {
                 by_passes(PassEstimator::LightTracer(LightTracer::default()))
             }
-            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(Standard))),
+            (EstimatorName::Bdpt, _) => by_passes(PassEstimator::Bdpt(Bdpt::new(DefaultParts))),
             (EstimatorName::BdptEnds, _) => by_passes(PassEstimator::Bdpt(Bdpt {
-                parts: Standard,
-                connections: Connections::Ends,
+                parts: DefaultParts,
+                connections: Connections::Endpoints,
             })),
             (EstimatorName::Photon, _) => {
                 let ((particles, radius), lookup) = (self.photons.map(), self.photons.lookup(true));
                 let photons = PhotonMapping::new(
-                    Standard,
+                    DefaultParts,
                     scene,
                     lookup,
                     particles,
                     radius,
-                    Pass {
+                    ImagePass {
                         numbers,
                         seed,
                         index: 0,
@@ -318,7 +318,7 @@ impl Job {
             (EstimatorName::Sppm, _) => {
                 let (particles, radius) = self.photons.map();
                 by_passes(PassEstimator::Sppm(Sppm {
-                    parts: Standard,
+                    parts: DefaultParts,
                     particles,
                     radius,
                 }))
@@ -328,7 +328,7 @@ impl Job {
                 let nodes = Mesh::new(scene, fineness)?.nodes() as u64;
                 let bar = Bar::new(label, nodes, "samples");
                 let node_done = |nodes| bar.advance(nodes);
-                let solved = Radiosity::new(Standard, scene, fineness, &node_done)?;
+                let solved = Radiosity::new(DefaultParts, scene, fineness, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => {
@@ -371,9 +371,9 @@ impl Job {
 
     fn path(&self, strategy: Strategy) -> Path {
         Path {
-            parts: Standard,
+            parts: DefaultParts,
             strategy,
-            lights: match self.light_sampling {
+            lights: match self.light_sampler {
                 LightSamplingName::Area => LightSampling::Area,
                 LightSamplingName::SolidAngle => LightSampling::SolidAngle,
                 LightSamplingName::ByShape => LightSampling::ByShape,
@@ -383,8 +383,8 @@ impl Job {
                 HeuristicName::Balance => Heuristic::Balance,
                 HeuristicName::Power => Heuristic::Power,
             },
-            early: EARLY,
-            by_bodies: self.specular_shadow_rays == SpecularName::Yes,
+            rr_depth: RR_DEPTH,
+            specular_nee: self.specular_nee == SpecularNeeName::Yes,
             bounces: self.bounces,
         }
     }

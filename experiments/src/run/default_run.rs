@@ -20,7 +20,7 @@ const FAR: f64 = 10.0;
 const ROUNDING: f64 = 1e-6;
 
 /// Numbers of several runs, by experiment and name.
-type Numbers = BTreeMap<String, Vec<f64>>;
+type SamplerKind = BTreeMap<String, Vec<f64>>;
 
 /// Returns times and counts of a whole default run; an error if a part of it was kept from an
 /// earlier run, which has no time.
@@ -71,8 +71,8 @@ pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
         std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
         write_json(&folder.join("result.json"), &times(ran, options)?)?;
     }
-    let mut numbers: Numbers = if is_first {
-        Numbers::new()
+    let mut numbers: SamplerKind = if is_first {
+        SamplerKind::new()
     } else {
         read_json(&folder.join(NUMBERS))?
     };
@@ -110,7 +110,7 @@ pub struct Beside {
 /// # Errors
 /// There is no record.
 pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
-    let recorded: Numbers = read_json(&recorded_folder().join(DEFAULT_RUN).join(NUMBERS))?;
+    let recorded: SamplerKind = read_json(&recorded_folder().join(DEFAULT_RUN).join(NUMBERS))?;
     let ours: BTreeMap<String, f64> = of(outcomes).collect();
     let mut beyond = Vec::new();
     for (key, values) in &recorded {

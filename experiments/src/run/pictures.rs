@@ -12,7 +12,7 @@ use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, ren
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::stream;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::Scene;
 
 use crate::run::progress::interrupted;
@@ -30,9 +30,9 @@ pub fn render_samples<E: Estimator>(
 ) -> Result<Film, Error> {
     let sampling = Sampling {
         pixel,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     let mut film = Film::new(size, window, 1)?;
     let on = |_| !interrupted();
@@ -60,9 +60,9 @@ pub fn render_paths(
 ) -> Result<Film, Error> {
     let sampling = Sampling {
         pixel,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     let lanes = ByLanes {
         estimator: LaneEstimator::Path(path),

@@ -8,8 +8,8 @@ use experiments::render::unfinished::{Checkpoints, Part, Unfinished};
 use experiments::render::{Job, Look};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::image::{Display, write_rgb};
-use whitefurnace::integrator::{Bdpt, ImageEstimator as _, Standard};
-use whitefurnace::sampling::sampler::{Numbers, Pass};
+use whitefurnace::integrator::{Bdpt, DefaultParts, ImageEstimator as _};
+use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::{folder, job};
 
@@ -128,12 +128,12 @@ fn a_begun_scramble_is_shown_as_the_mean_of_its_passes() {
     let mut saver = saver(&job, &path);
     for (index, film) in films.iter().take(12).enumerate() {
         assert_saves(&mut saver, film, &path);
-        let pass = Pass {
-            numbers: Numbers::Sobol(4),
+        let pass = ImagePass {
+            numbers: SamplerKind::Sobol(4),
             seed: job.seed,
             index: index as u32,
         };
-        let image = Bdpt::new(Standard)
+        let image = Bdpt::new(DefaultParts)
             .image(&scene, job.size, pass)
             .expect("an image");
         sums.iter_mut()

@@ -12,8 +12,8 @@ use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
 use whitefurnace::integrator::radiosity::Fineness;
 use whitefurnace::integrator::{
-    Bdpt, Connections, Estimator, Heuristic, ImageEstimator, LightRules, LightTracer, Lookup, Path,
-    PhotonMapping, Published, Radiosity, Report, Sppm, Standard, Strategy, Whitted,
+    Bdpt, Connections, DefaultParts, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup,
+    Path, PhotonMapping, Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::ggx::Ggx;
@@ -23,8 +23,8 @@ use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, 
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::seed_for;
-use whitefurnace::sampling::roulette::EARLY;
-use whitefurnace::sampling::sampler::{Numbers, Pass};
+use whitefurnace::sampling::roulette::RR_DEPTH;
+use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 use whitefurnace::scene::file::SceneFile;
 use whitefurnace::scene::room::Convention;
 use whitefurnace::scene::{Scene, room, simple};
@@ -37,8 +37,8 @@ struct Call {
     /// Renders with some estimator.
     film: fn(&Call) -> Result<Film, Error>,
     pixel: PixelSampling,
-    numbers: Numbers,
-    outlines: bool,
+    numbers: SamplerKind,
+    silhouettes: bool,
     adaptive: bool,
     size: [u32; 2],
     spp: u32,
@@ -52,9 +52,9 @@ fn path(strategy: Strategy) -> Path {
     Path {
         lights,
         heuristic: Heuristic::Power,
-        early: EARLY,
-        by_bodies: true,
-        ..Path::new(Standard, strategy)
+        rr_depth: RR_DEPTH,
+        specular_nee: true,
+        ..Path::new(DefaultParts, strategy)
     }
 }
 
@@ -70,16 +70,16 @@ const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| {
     c.film = |c| c.sppm(3000, 0.5);
 });
 const REPORT: Base = Base("--convention report", |c| {
-    c.outlines = false;
-    c.film = |c| c.report(1, LightRules::REPORT);
-    c.numbers = Numbers::Independent;
+    c.silhouettes = false;
+    c.film = |c| c.report(1, TransportRules::REPORT);
+    c.numbers = SamplerKind::Independent;
     c.display = Display::Truncated;
 });
 const PUBLISHED: Base = Base("--convention published", |c| {
-    c.outlines = false;
+    c.silhouettes = false;
     c.scene = room::report(Convention::Published, OrenNayarForm::Corrected);
     c.film = |c| c.rays(Published::default());
-    c.numbers = Numbers::Independent;
+    c.numbers = SamplerKind::Independent;
     c.display = Display::Truncated;
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
@@ -94,7 +94,7 @@ const RADIOSITY: Base = Base("--scene cornell --estimator radiosity --patches 60
     c.scene = simple::cornell();
     c.film = |c| c.radiosity(60);
 });
-const AREA: Base = Base("--light-sampling area", |c| {
+const AREA: Base = Base("--light-sampler area", |c| {
     c.film = |c| {
         c.rays(Path {
             lights: LightSampling::Area,
@@ -103,7 +103,7 @@ const AREA: Base = Base("--light-sampling area", |c| {
     };
 });
 const ADAPTIVE: Base = Base("--adaptive yes", |c| {
-    (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(3), 12, true);
+    (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(3), 12, true);
 });
 macro_rules! knot {
     () => {
@@ -127,8 +127,8 @@ impl Base {
             film: |c| c.rays(path(Strategy::Mis)),
             pixel: PixelSampling::Random,
             // In four scrambles.
-            numbers: Numbers::Sobol(1),
-            outlines: true,
+            numbers: SamplerKind::Sobol(1),
+            silhouettes: true,
             adaptive: false,
             size: [16, 12],
             spp: 4,
@@ -147,7 +147,7 @@ impl Call {
 
     /// Photon mapping with these photons and radii: for all light, and for caustics.
     fn photons(&self, particles: [u32; 2], radii: [f64; 2]) -> Result<Film, Error> {
-        let lookup = Lookup::Gather {
+        let lookup = Lookup::FinalGather {
             caustic_particles: particles[1],
             caustic_radius: radii[1],
         };
@@ -155,13 +155,13 @@ impl Call {
     }
 
     fn looked_up(&self, particles: u32, radius: f64, lookup: Lookup) -> Result<Film, Error> {
-        let pass = Pass {
+        let pass = ImagePass {
             numbers: self.numbers,
             seed: self.seed,
             index: 0,
         };
         self.rays(PhotonMapping::new(
-            Standard,
+            DefaultParts,
             self.scene(),
             lookup,
             particles,
@@ -172,7 +172,7 @@ impl Call {
 
     fn sppm(&self, particles: u32, radius: f64) -> Result<Film, Error> {
         self.images(Sppm {
-            parts: Standard,
+            parts: DefaultParts,
             particles,
             radius,
         })
@@ -180,7 +180,7 @@ impl Call {
 
     fn radiosity(&self, patches: u32) -> Result<Film, Error> {
         self.rays(Radiosity::new(
-            Standard,
+            DefaultParts,
             self.scene(),
             Fineness {
                 patches,
@@ -190,7 +190,7 @@ impl Call {
         )?)
     }
 
-    fn report(&self, rays: u32, rules: LightRules) -> Result<Film, Error> {
+    fn report(&self, rays: u32, rules: TransportRules) -> Result<Film, Error> {
         self.rays(Report {
             rays,
             rules,
@@ -203,7 +203,7 @@ impl Call {
             pixel: self.pixel,
             numbers: self.numbers,
             seed: self.seed,
-            outlines: self.outlines,
+            silhouettes: self.silhouettes,
         };
         let mut renderer = ByRays {
             estimator,
@@ -213,7 +213,7 @@ impl Call {
             return self.rendered(&renderer);
         }
         renderer.sampling = Sampling {
-            numbers: Numbers::Sobol(1),
+            numbers: SamplerKind::Sobol(1),
             seed: seed_for(self.seed, "adaptive"),
             ..sampling
         };
@@ -232,7 +232,7 @@ impl Call {
             pixel: self.pixel,
             numbers: self.numbers,
             seed: self.seed,
-            outlines: self.outlines,
+            silhouettes: self.silhouettes,
         };
         self.rendered(&ByLanes {
             estimator,
@@ -262,7 +262,7 @@ struct Row(&'static str, &'static str, Base, fn(&mut Call));
 
 /// Sets sub-pixels, which need independent numbers.
 fn divided(call: &mut Call, pixel: PixelSampling) {
-    (call.pixel, call.numbers) = (pixel, Numbers::Independent);
+    (call.pixel, call.numbers) = (pixel, SamplerKind::Independent);
 }
 
 fn white_sphere(call: &mut Call, bsdf: Bsdf) {
@@ -311,7 +311,7 @@ fn rows() -> Vec<Row> {
         }),
         Row("estimator", "mis", PLAIN, |_| {}),
         Row("estimator", "light-tracer", CORNELL, |c| {
-            c.film = |c| c.images(LightTracer::<Standard>::default());
+            c.film = |c| c.images(LightTracer::<DefaultParts>::default());
         }),
         Row("estimator", "photon", SPPM, |c| {
             c.film = |c| c.photons([3000, 3000], [0.5, 0.5]);
@@ -320,36 +320,36 @@ fn rows() -> Vec<Row> {
             c.film = |c| c.sppm(3000, 0.5);
         }),
         Row("estimator", "bdpt", PLAIN, |c| {
-            c.film = |c| c.images(Bdpt::new(Standard));
+            c.film = |c| c.images(Bdpt::new(DefaultParts));
         }),
         Row("estimator", "bdpt-ends", PLAIN, |c| {
             c.film = |c| {
                 c.images(Bdpt {
-                    parts: Standard,
-                    connections: Connections::Ends,
+                    parts: DefaultParts,
+                    connections: Connections::Endpoints,
                 })
             };
         }),
         // In the report's room it implies the report's convention.
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
         Row("estimator", "report", CORNELL, |c| {
-            c.film = |c| c.report(1, LightRules::PHYSICAL);
-            c.numbers = Numbers::Independent;
+            c.film = |c| c.report(1, TransportRules::PHYSICAL);
+            c.numbers = SamplerKind::Independent;
         }),
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
         Row("estimator", "whitted", PLAIN, |c| {
-            c.film = |c| c.rays(Whitted::new(LightRules::PHYSICAL));
+            c.film = |c| c.rays(Whitted::new(TransportRules::PHYSICAL));
         }),
         Row("estimator", "whitted", REPORT, |c| {
-            c.film = |c| c.rays(Whitted::new(LightRules::REPORT));
-            c.numbers = Numbers::Sobol(1);
+            c.film = |c| c.rays(Whitted::new(TransportRules::REPORT));
+            c.numbers = SamplerKind::Sobol(1);
         }),
         Row("engine", "lanes", PLAIN, |_| {}),
         Row("engine", "single", PLAIN, |c| {
             c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)));
         }),
-        Row("light-sampling", "area", LIGHTS, AREA.1),
-        Row("light-sampling", "solid-angle", LIGHTS, |c| {
+        Row("light-sampler", "area", LIGHTS, AREA.1),
+        Row("light-sampler", "solid-angle", LIGHTS, |c| {
             c.film = |c| {
                 c.rays(Path {
                     lights: LightSampling::SolidAngle,
@@ -357,7 +357,7 @@ fn rows() -> Vec<Row> {
                 })
             };
         }),
-        Row("light-sampling", "by-shape", LIGHTS, |c| {
+        Row("light-sampler", "by-shape", LIGHTS, |c| {
             c.film = |c| {
                 c.rays(Path {
                     lights: LightSampling::ByShape,
@@ -365,7 +365,7 @@ fn rows() -> Vec<Row> {
                 })
             };
         }),
-        Row("light-sampling", "by-contribution", LIGHTS, |_| {}),
+        Row("light-sampler", "by-contribution", LIGHTS, |_| {}),
         Row("scene", KNOT, PLAIN, |c| c.scene = loaded(KNOT)),
         Row("scene", KNOT, AREA, |c| c.scene = loaded(KNOT)),
         Row("heuristic", "balance", PLAIN, |c| {
@@ -377,11 +377,11 @@ fn rows() -> Vec<Row> {
             };
         }),
         Row("heuristic", "power", PLAIN, |_| {}),
-        Row("specular-shadow-rays", "yes", PLAIN, |_| {}),
-        Row("specular-shadow-rays", "no", PLAIN, |c| {
+        Row("specular-nee", "yes", PLAIN, |_| {}),
+        Row("specular-nee", "no", PLAIN, |c| {
             c.film = |c| {
                 c.rays(Path {
-                    by_bodies: false,
+                    specular_nee: false,
                     ..path(Strategy::Mis)
                 })
             };
@@ -421,7 +421,7 @@ fn rows() -> Vec<Row> {
             );
         }),
         Row("rays", "3", REPORT, |c| {
-            c.film = |c| c.report(3, LightRules::REPORT);
+            c.film = |c| c.report(3, TransportRules::REPORT);
         }),
         Row("photons", "2000", SPPM, |c| c.film = |c| c.sppm(2000, 0.5)),
         Row("photons", "2000", PHOTON, |c| {
@@ -433,7 +433,7 @@ fn rows() -> Vec<Row> {
         }),
         Row("gather", "yes", PHOTON, |_| {}),
         Row("gather", "no", PHOTON, |c| {
-            c.film = |c| c.looked_up(3000, 0.5, Lookup::Direct);
+            c.film = |c| c.looked_up(3000, 0.5, Lookup::DirectVisualization);
         }),
         Row("caustic-photons", "20000", PHOTON, |c| {
             c.film = |c| c.photons([3000, 20_000], [0.5, 0.5]);
@@ -444,16 +444,16 @@ fn rows() -> Vec<Row> {
         Row("patches", "200", RADIOSITY, |c| {
             c.film = |c| c.radiosity(200);
         }),
-        Row("outlines", "yes", DIM, |_| {}),
-        Row("outlines", "no", DIM, |c| c.outlines = false),
+        Row("silhouettes", "yes", DIM, |_| {}),
+        Row("silhouettes", "no", DIM, |c| c.silhouettes = false),
         Row("adaptive", "yes", ADAPTIVE, |_| {}),
         Row("adaptive", "no", ADAPTIVE, |c| c.adaptive = false),
         Row("pixel", "centre", PLAIN, |c| {
-            (c.pixel, c.outlines) = (PixelSampling::Centre, false);
+            (c.pixel, c.silhouettes) = (PixelSampling::Centre, false);
         }),
         Row("pixel", "grid", PLAIN, |c| {
             divided(c, PixelSampling::Grid(4));
-            c.outlines = false;
+            c.silhouettes = false;
             c.spp = 16;
         }),
         Row("pixel", "random", PLAIN, |_| {}),
@@ -463,40 +463,44 @@ fn rows() -> Vec<Row> {
         }),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
         Row("sampler", "independent", PLAIN, |c| {
-            c.numbers = Numbers::Independent;
+            c.numbers = SamplerKind::Independent;
         }),
         Row("sampler", "independent", PHOTON, |c| {
-            c.numbers = Numbers::Independent;
+            c.numbers = SamplerKind::Independent;
         }),
         Row("sampler", "independent", SPPM, |c| {
-            c.numbers = Numbers::Independent;
+            c.numbers = SamplerKind::Independent;
         }),
         Row("sampler", "sobol", PLAIN, |_| {}),
         Row("sampler", "sobol", REPORT, |c| {
-            c.numbers = Numbers::Sobol(1);
+            c.numbers = SamplerKind::Sobol(1);
         }),
-        Row("scrambles", "2", PLAIN, |c| c.numbers = Numbers::Sobol(2)),
-        Row("scrambles", "1", SPPM, |c| c.numbers = Numbers::Sobol(4)),
+        Row("scrambles", "2", PLAIN, |c| {
+            c.numbers = SamplerKind::Sobol(2);
+        }),
+        Row("scrambles", "1", SPPM, |c| {
+            c.numbers = SamplerKind::Sobol(4);
+        }),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
         Row("spp", "16", PLAIN, |c| {
-            (c.numbers, c.spp) = (Numbers::Sobol(4), 16);
+            (c.numbers, c.spp) = (SamplerKind::Sobol(4), 16);
         }),
         Row("spp", "21", PLAIN, |c| {
-            (c.numbers, c.spp) = (Numbers::Sobol(3), 21);
+            (c.numbers, c.spp) = (SamplerKind::Sobol(3), 21);
         }),
         Row("spp", "28", PLAIN, |c| {
-            (c.numbers, c.spp) = (Numbers::Sobol(7), 28);
+            (c.numbers, c.spp) = (SamplerKind::Sobol(7), 28);
         }),
         Row("spp", "32", PLAIN, |c| {
-            (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(8), 32, true);
+            (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(8), 32, true);
         }),
         Row("spp", "65", PLAIN, |c| {
-            (c.numbers, c.spp, c.adaptive) = (Numbers::Sobol(13), 65, true);
+            (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(13), 65, true);
         }),
         Row("spp", "10", PLAIN, |c| {
-            (c.numbers, c.spp) = (Numbers::Sobol(2), 10);
+            (c.numbers, c.spp) = (SamplerKind::Sobol(2), 10);
         }),
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
@@ -615,7 +619,7 @@ fn says(base: Base, option: &str, value: &str) -> bool {
         ("convention", "physical"),
         ("estimator", "mis"),
         ("sampler", "sobol"),
-        ("outlines", "yes"),
+        ("silhouettes", "yes"),
     ];
     let unsaid = !base.0.contains(&format!("--{option} "));
     unsaid

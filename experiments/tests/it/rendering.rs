@@ -18,7 +18,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
         "--convention published --pixel grid --grid 3 --spp 9",
         "--estimator whitted --pixel centre --spp 3",
         "--scene diffuse-room --spp 3",
-        "--scene cornell --light-sampling solid-angle --heuristic power --spp 3",
+        "--scene cornell --light-sampler solid-angle --heuristic power --spp 3",
         "--diffuse eon --sampler sobol --scrambles 2 --spp 8",
         "--estimator photon --photons 3000 --radius 0.5 --spp 3",
         "--estimator photon --photons 3000 --gather no --sampler sobol --spp 16",
@@ -73,11 +73,11 @@ fn every_scene_renders_with_every_legal_estimator() {
         };
         let mut features = None;
         for &estimator in EstimatorName::value_variants() {
-            for (gather, light_sampling) in [(Gather::Yes, Area), (Gather::No, SolidAngle)] {
+            for (gather, light_sampler) in [(Gather::Yes, Area), (Gather::No, SolidAngle)] {
                 let job = Job {
                     scene: scene.into(),
                     estimator,
-                    light_sampling,
+                    light_sampler,
                     photons: Photons {
                         photons: 2000,
                         gather,

@@ -33,7 +33,7 @@ fn what_was_killed_goes_on_to_the_same_bytes() {
     let program = env!("CARGO_BIN_EXE_render");
     let folder = folder("killed");
     for options in [
-        "--scene cornell --size 40x30 --outlines no",
+        "--scene cornell --size 40x30 --silhouettes no",
         "--scene cornell --estimator bdpt --size 40x30",
     ] {
         // Enough samples for two or three seconds on any machine: it saves each second.

@@ -9,24 +9,24 @@ use glam::DVec3;
 
 use super::direct_light::{ShadowRays, direct_light};
 use super::walk::{PendingWalk, WalkEvent, follow};
-use super::{Estimator, Sample, Walking};
+use super::{Estimator, PathParts, Sample};
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
 use crate::material::Vertex;
-use crate::sampling::sampler::{Pass, Sampler};
+use crate::sampling::sampler::{ImagePass, Sampler};
 use crate::scene::Scene;
-use photon_map::{Kept, PhotonMap, Photons, check_radius};
+use photon_map::{PhotonMap, PhotonMapKind, Photons, check_radius};
 
 /// Where photons are looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lookup {
     /// Direct visualization: all light at the first diffuse surface seen by the eye comes from
     /// photons.
-    Direct,
+    DirectVisualization,
     /// Final gathering: the first diffuse surface gets direct light by a shadow ray, caustics from
     /// a separate photon map, and all other light along one cosine-weighted ray to a second
     /// surface, where photons are looked up.
-    Gather {
+    FinalGather {
         /// Particles emitted for the caustic map.
         caustic_particles: u32,
         /// Lookup radius of the caustic map.
@@ -50,7 +50,7 @@ pub struct PhotonMapping<P> {
 }
 
 /// First diffuse surface of a path, reached directly or through mirrors and glass alone.
-struct Arrival {
+struct PhotonHit {
     hit: Hit,
     at: Vertex,
     /// Throughput from this surface to the start of the path.
@@ -60,7 +60,7 @@ struct Arrival {
 }
 
 /// A pending photon lookup for a sample.
-struct Query {
+struct GatherPoint {
     sample: u32,
     surface: u32,
     point: DVec3,
@@ -70,16 +70,16 @@ struct Query {
     throughput: DVec3,
 }
 
-impl Query {
+impl GatherPoint {
     /// Creates a lookup at an arrival; `weight` multiplies its throughput.
     fn new(
         sample: usize,
-        &Arrival {
+        &PhotonHit {
             hit,
             at,
             throughput,
             ..
-        }: &Arrival,
+        }: &PhotonHit,
         weight: DVec3,
     ) -> Self {
         let Hit {
@@ -100,7 +100,7 @@ impl Query {
     }
 }
 
-impl<P: Photons + Walking> PhotonMapping<P> {
+impl<P: Photons + PathParts> PhotonMapping<P> {
     /// Emits `particles` ≥ 1 and stores their photons, to be looked up within `radius` > 0, in the
     /// scene's units. The photons are functions of the pass.
     ///
@@ -112,23 +112,23 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         lookup: Lookup,
         particles: u32,
         radius: f64,
-        pass: impl Into<Pass>,
+        pass: impl Into<ImagePass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
         check_radius(radius)?;
-        if let Lookup::Gather { caustic_radius, .. } = lookup {
+        if let Lookup::FinalGather { caustic_radius, .. } = lookup {
             check_radius(caustic_radius)?;
         }
         let map =
             |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
-        let all = map(Kept::All, particles, "photons")?;
+        let all = map(PhotonMapKind::All, particles, "photons")?;
         let caustics = match lookup {
-            Lookup::Direct => None,
-            Lookup::Gather {
+            Lookup::DirectVisualization => None,
+            Lookup::FinalGather {
                 caustic_particles,
                 caustic_radius,
             } => {
-                let map = map(Kept::Caustic, caustic_particles, "caustics")?;
+                let map = map(PhotonMapKind::Caustic, caustic_particles, "caustics")?;
                 Some((map, caustic_radius))
             }
         };
@@ -147,7 +147,7 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         scene: &Scene,
         rays: impl Iterator<Item = PendingWalk<usize, R>>,
         mut see: impl FnMut(usize, DVec3),
-    ) -> Vec<(usize, Arrival, R)> {
+    ) -> Vec<(usize, PhotonHit, R)> {
         let mut arrivals = Vec::new();
         let walks = rays.map(|walk| {
             let PendingWalk {
@@ -170,9 +170,9 @@ impl<P: Photons + Walking> PhotonMapping<P> {
                     if hit.here.emitter.is_some() {
                         see(*number, hit.factor * hit.throughput * hit.emitted(scene));
                     }
-                    if hit.endless || hit.bsdf.is_rough() {
+                    if hit.endless || hit.bsdf.is_non_delta() {
                         let throughput = hit.factor * hit.throughput;
-                        *arrival = Some(Arrival {
+                        *arrival = Some(PhotonHit {
                             hit: hit.here,
                             at: *at,
                             throughput,
@@ -198,11 +198,11 @@ impl<P: Photons + Walking> PhotonMapping<P> {
         scene: &Scene,
         map: &PhotonMap,
         radius: f64,
-        mut queries: Vec<Query>,
+        mut queries: Vec<GatherPoint>,
         radiances: &mut [DVec3],
     ) {
         queries.sort_by_cached_key(|at| map.place(at.point));
-        for Query {
+        for GatherPoint {
             sample,
             surface,
             point,
@@ -219,8 +219,8 @@ impl<P: Photons + Walking> PhotonMapping<P> {
     }
 }
 
-impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
-    const TOGETHER: u32 = 1 << 16;
+impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
+    const BATCH_SIZE: u32 = 1 << 16;
 
     fn radiance<R: Sampler>(
         &self,
@@ -261,7 +261,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
         let mut radiances = radiances.into_inner();
         let queries = arrivals
             .iter()
-            .map(|(i, arrival, _)| Query::new(*i, arrival, DVec3::ONE))
+            .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE))
             .collect();
         let Some((caustics, radius)) = &self.caustics else {
             self.look_up(scene, &self.all, self.radius, queries, &mut radiances);
@@ -273,7 +273,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
         let mut gathering = Vec::with_capacity(arrivals.len());
         for (
             item,
-            Arrival {
+            PhotonHit {
                 hit,
                 at,
                 throughput,
@@ -306,7 +306,7 @@ impl<P: Photons + Walking> Estimator for PhotonMapping<P> {
         });
         let of_all = second
             .iter()
-            .map(|(i, arrival, _)| Query::new(*i, arrival, weights[*i]))
+            .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, weights[*i]))
             .collect();
         self.look_up(scene, &self.all, self.radius, of_all, &mut radiances);
         self.look_up(scene, caustics, *radius, queries, &mut radiances);

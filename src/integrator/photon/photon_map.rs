@@ -7,12 +7,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::integrator::Walking;
+use crate::integrator::PathParts;
 use crate::integrator::emission::{Emission, emit};
 use crate::integrator::walk::{PendingWalk, WalkEvent, follow, in_portions};
 use crate::material::{Bsdf, Scattering, Vertex};
 use crate::math::kd_tree::KdTree;
-use crate::sampling::sampler::{LIGHT, Pass, Sampler, Source};
+use crate::sampling::sampler::{ImagePass, LIGHT, SampleStream, Sampler};
 use crate::scene::Scene;
 
 /// A particle's arrival at a diffuse surface.
@@ -28,7 +28,7 @@ pub struct Photon {
 
 /// Which photons a map stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum PhotonMapKind {
     /// All photons at diffuse surfaces: after no other surface, after mirrors and glass, or after
     /// diffuse surfaces.
     All,
@@ -110,18 +110,18 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Traces `emitted` ≥ 1 particles, each of which draws from [`Pass::particle`], and stores
+    /// Traces `emitted` ≥ 1 particles, each of which draws from [`ImagePass::particle`], and stores
     /// their photons in an order that does not depend on the threads.
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
     /// not finite, and for a particle beyond [`LONGEST_PATH`](crate::integrator::LONGEST_PATH).
-    pub fn new<P: Photons + Walking>(
+    pub fn new<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
-        kept: Kept,
+        kept: PhotonMapKind,
         emitted: u32,
-        pass: impl Into<Pass>,
+        pass: impl Into<ImagePass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
@@ -154,12 +154,12 @@ impl PhotonMap {
     /// # Errors
     /// [`Error::Option`] for no particles, and if pilot particles predict more photons than fit in
     /// [`LARGEST_MAP`].
-    pub fn check<P: Photons + Walking>(
+    pub fn check<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
-        kept: Kept,
+        kept: PhotonMapKind,
         emitted: u32,
-        pass: impl Into<Pass>,
+        pass: impl Into<ImagePass>,
     ) -> Result<(), Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
@@ -249,12 +249,12 @@ fn pilot(
 
 /// Traces these particles to their ends; the flux of their photons is not yet divided among all
 /// particles.
-fn follow_particles<P: Photons + Walking>(
+fn follow_particles<P: Photons + PathParts>(
     parts: &P,
     scene: &Scene,
-    kept: Kept,
+    kept: PhotonMapKind,
     particles: Range<u32>,
-    rng: impl Fn(u32) -> Source,
+    rng: impl Fn(u32) -> SampleStream,
 ) -> Result<Vec<(DVec3, Photon)>, Error> {
     let mut photons = vec![Vec::new(); particles.len()];
     let first = particles.start;
@@ -276,9 +276,9 @@ fn follow_particles<P: Photons + Walking>(
         let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
             return Ok(false);
         };
-        let rough = step.bsdf.is_rough();
+        let rough = step.bsdf.is_non_delta();
         // A particle that will not end is not truncated: the map refuses it.
-        if step.endless || rough && (kept == Kept::All || parts.is_caustic(*specular)) {
+        if step.endless || rough && (kept == PhotonMapKind::All || parts.is_caustic(*specular)) {
             let photon = Photon {
                 normal: at.frame.z,
                 from: -step.ray.direction,
@@ -287,7 +287,7 @@ fn follow_particles<P: Photons + Walking>(
             photons[(*number - first) as usize].push((step.here.point, photon));
         }
         *specular += u32::from(!rough);
-        Ok(!(rough && kept == Kept::Caustic))
+        Ok(!(rough && kept == PhotonMapKind::Caustic))
     })?;
     Ok(photons.concat())
 }

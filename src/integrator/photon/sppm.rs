@@ -7,9 +7,9 @@ use super::photon_map::check_radius;
 use super::{Lookup, PhotonMapping};
 use crate::error::Error;
 use crate::film::check_radiance;
-use crate::integrator::{Estimator, ImageEstimator, Photons, Sample, Standard, Walking};
+use crate::integrator::{DefaultParts, Estimator, ImageEstimator, PathParts, Photons, Sample};
 use crate::sampling::rng::uniform2;
-use crate::sampling::sampler::Pass;
+use crate::sampling::sampler::ImagePass;
 use crate::scene::Scene;
 
 /// The method of Hachisuka and Jensen (2009) in the form of Knaus and Zwicker (2011), whose passes
@@ -20,7 +20,7 @@ use crate::scene::Scene;
 /// background is missing. The bias of the mean of n passes falls as n^(−1/3), its variance as
 /// n^(−2/3).
 #[derive(Clone, Copy, Debug)]
-pub struct Sppm<P = Standard> {
+pub struct Sppm<P = DefaultParts> {
     /// Replaceable parts.
     pub parts: P,
     /// Particles emitted in each pass, at least 1.
@@ -29,8 +29,8 @@ pub struct Sppm<P = Standard> {
     pub radius: f64,
 }
 
-impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: Pass) -> Result<Vec<DVec3>, Error> {
+impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
+    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         check_radius(self.radius)?;
         let first = self.radius * self.radius;
         let radius = self.parts.pass_radius_squared(first, pass.index).sqrt();
@@ -38,7 +38,7 @@ impl<P: Photons + Walking + Copy> ImageEstimator for Sppm<P> {
         let photons = PhotonMapping::new(
             parts,
             scene,
-            Lookup::Direct,
+            Lookup::DirectVisualization,
             particles,
             radius,
             pass.of("pass"),

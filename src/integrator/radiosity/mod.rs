@@ -17,7 +17,7 @@ use rayon::prelude::*;
 pub use mesh::{Element, Fineness, Mesh};
 pub use patch::{Patch, SpherePatch, is_near};
 
-use super::{Estimator, NextEvent, Standard};
+use super::{DefaultParts, Estimator, NextEvent};
 use crate::error::Error;
 use crate::geometry::form_factor;
 use crate::geometry::form_factor::Polygon;
@@ -170,7 +170,7 @@ pub enum ReadOut {
 /// Radiosity solution of a scene. As an estimator it draws no random numbers; it must be used with
 /// the scene for which it was computed.
 #[derive(Clone, Debug)]
-pub struct Radiosity<P = Standard> {
+pub struct Radiosity<P = DefaultParts> {
     parts: P,
     mesh: Mesh,
     lights: Vec<Light>,

@@ -11,13 +11,13 @@ use std::fmt;
 
 use glam::DVec3;
 
-use super::{Part, PartShape, Scene};
+use super::{PrimitiveShape, Scene, ScenePrimitive};
 use crate::film::FlatFeatures;
 use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::geometry::hull::SMALL;
 use crate::geometry::offsets::{EDGE_MARGIN, Place};
 use crate::geometry::shape::{Ray, Sphere};
-use crate::geometry::specular_connection::{Body, Kind};
+use crate::geometry::specular_connection::{Caster, CasterKind};
 use crate::geometry::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Row, Scalar, Wide};
@@ -84,19 +84,19 @@ struct Triangles<T> {
 
 /// A specular caster in the precision of the lanes.
 pub(crate) struct CasterData<T> {
-    pub kind: Kind,
+    pub kind: CasterKind,
     pub numbers: Row<T, 16>,
 }
 
 impl<T: Scalar> CasterData<T> {
-    pub fn new(kind: Kind, body: &Body<DVec3>) -> Self {
+    pub fn new(kind: CasterKind, body: &Caster<DVec3>) -> Self {
         let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
         let numbers = [
             a,
             b,
             c,
-            [body.radius, body.area, body.strength],
-            [body.bending, body.index, 0.0],
+            [body.radius, body.area, body.selection_weight],
+            [body.relative_ior, body.index, 0.0],
             [0.0; 3],
         ];
         Self {
@@ -176,12 +176,12 @@ impl<T: Scalar> SceneData<T> {
             let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
             let id = T::rounded(id as f64);
             match part.shape {
-                PartShape::Sphere(shape) => spheres.push(Target {
+                PrimitiveShape::Sphere(shape) => spheres.push(Target {
                     id,
                     is_glass,
                     shape,
                 }),
-                PartShape::Triangle { vertices, .. } => {
+                PrimitiveShape::Triangle { vertices, .. } => {
                     triangles.add(scene.corners(vertices), id, is_glass);
                     if !is_wall {
                         within.add(scene.corners(vertices), id, is_glass);
@@ -192,7 +192,7 @@ impl<T: Scalar> SceneData<T> {
                 }
             }
         }
-        let heights = |part: &Part| {
+        let heights = |part: &ScenePrimitive| {
             if T::IS_SINGLE {
                 Heights {
                     margin: scene.single_edge_margin(part),
@@ -213,7 +213,7 @@ impl<T: Scalar> SceneData<T> {
             .iter()
             .fold(0, |kinds, primitive| kinds | primitive.kinds);
         let casters = scene
-            .bodies()
+            .specular_casters()
             .all()
             .iter()
             .map(|body| CasterData::new(body.kind, &body.body))
@@ -535,26 +535,26 @@ impl<T: Scalar> PrimitiveData<T> {
     fn new(
         scene: &Scene,
         id: u32,
-        &Part {
+        &ScenePrimitive {
             surface,
             emitter,
             shape,
             ..
-        }: &Part,
+        }: &ScenePrimitive,
         heights: Heights,
     ) -> Self {
         let ([a, b, c], normal, radius) = match shape {
-            PartShape::Triangle { vertices, normal } => {
+            PrimitiveShape::Triangle { vertices, normal } => {
                 (scene.corners(vertices), normal, heights.margin)
             }
-            PartShape::Sphere(Sphere {
+            PrimitiveShape::Sphere(Sphere {
                 centre,
                 radius,
                 inward,
                 ..
             }) => ([centre; 3], DVec3::Z, if inward { -radius } else { radius }),
         };
-        let is_sphere = matches!(shape, PartShape::Sphere(_));
+        let is_sphere = matches!(shape, PrimitiveShape::Sphere(_));
         let of = &scene.surfaces()[surface as usize];
         let (material, colour) = (Material::new(of), of.bsdf.albedo());
         let kind = |kind: u16, is: bool| if is { kind } else { 0 };
@@ -583,7 +583,7 @@ impl<T: Scalar> PrimitiveData<T> {
             features,
             surface,
             emitter,
-            casters: scene.bodies().of(id),
+            casters: scene.specular_casters().of(id),
         }
     }
 }

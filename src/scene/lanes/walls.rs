@@ -14,7 +14,7 @@ use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Row, Scalar, Wide};
-use crate::scene::{PartShape, Scene};
+use crate::scene::{PrimitiveShape, Scene};
 
 /// Distance from edges below which an exit is not decided, relative to the largest coordinate of
 /// the scene; far above rounding errors of rays that leave at a cosine of [`STEEP`] or more.
@@ -93,8 +93,8 @@ impl<T: Scalar> Walls<T> {
         for slab in &hull.slabs {
             for side in [0, 1] {
                 let corners = scene.parts().iter().map(|part| match part.shape {
-                    PartShape::Triangle { vertices, .. } => Some(scene.corners(vertices)),
-                    PartShape::Sphere(_) => None,
+                    PrimitiveShape::Triangle { vertices, .. } => Some(scene.corners(vertices)),
+                    PrimitiveShape::Sphere(_) => None,
                 });
                 let triangles = corners.enumerate().filter_map(|(id, corners)| {
                     Some(Triangle {

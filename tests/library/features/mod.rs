@@ -23,9 +23,9 @@ mod table;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use whitefurnace::integrator::{Connections, Heuristic, Path, Strategy as Finds, Walking};
+use whitefurnace::integrator::{Connections, Heuristic, Path, PathParts, Strategy as Finds};
 use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
-use whitefurnace::sampling::roulette::EARLY;
+use whitefurnace::sampling::roulette::RR_DEPTH;
 
 use naive::{Light, Naive};
 use scenes::{SCENE, exact, scene_of};
@@ -116,10 +116,10 @@ fn path_of(row: &Row) -> Path {
         } else {
             Heuristic::Balance
         },
-        early: if row.is("early", "some") { EARLY } else { 0 },
-        by_bodies: row.is("bodies", "yes"),
+        rr_depth: if row.is("early", "some") { RR_DEPTH } else { 0 },
+        specular_nee: row.is("bodies", "yes"),
         bounces: row.is("bounces", "three").then_some(3),
-        ..Path::new(Standard, strategy)
+        ..Path::new(DefaultParts, strategy)
     }
 }
 
@@ -130,15 +130,15 @@ fn sampling_of(row: &Row, seed: u64) -> Sampling {
         _ => Random,
     };
     let numbers = if row.is("numbers", "sobol") {
-        Numbers::Sobol(4)
+        SamplerKind::Sobol(4)
     } else {
-        Numbers::Independent
+        SamplerKind::Independent
     };
     Sampling {
         pixel,
         numbers,
         seed,
-        outlines: row.is("pixel", "outlines"),
+        silhouettes: row.is("pixel", "outlines"),
     }
 }
 
@@ -152,14 +152,14 @@ fn film(scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
     film
 }
 
-fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> Film {
+fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> Film {
     let (path, sampling) = (path_of(row), sampling_of(row, seed));
     let Path {
         strategy,
         lights,
         heuristic,
-        early,
-        by_bodies,
+        rr_depth,
+        specular_nee,
         bounces,
         ..
     } = path;
@@ -168,8 +168,8 @@ fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> 
         strategy,
         lights,
         heuristic,
-        early,
-        by_bodies,
+        rr_depth,
+        specular_nee,
         bounces,
     };
     let lanes = |precision| ByLanes {
@@ -180,7 +180,7 @@ fn by_path<P: Walking + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> 
     // Shadow rays alone are noisy where surfaces emit.
     let count = samples() * if row.is("finds", "light") { 4 } else { 1 };
     match row.get("engine") {
-        _ if !parts.is_standard() => film(
+        _ if !parts.is_default() => film(
             scene,
             &ByRays {
                 estimator,
@@ -218,8 +218,8 @@ impl Found {
             },
             Some(light) => {
                 let sampling = Sampling {
-                    numbers: Numbers::Independent,
-                    outlines: false,
+                    numbers: SamplerKind::Independent,
+                    silhouettes: false,
                     ..sampling_of(row, seed)
                 };
                 by_pixel(&film(
@@ -351,7 +351,7 @@ fn paths_are_right_where_any_two_features_meet() {
                 _ if exact(row).is_some() => None,
                 _ => Some(Light::All(u32::MAX)),
             };
-            (light, by_pixel(&by_path(row, Standard, scene, seed)))
+            (light, by_pixel(&by_path(row, DefaultParts, scene, seed)))
         },
     );
 }
@@ -430,11 +430,11 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
         let connections = if row.is("connections", "all") {
             Connections::All
         } else {
-            Connections::Ends
+            Connections::Endpoints
         };
         let bdpt = Bdpt {
             connections,
-            ..Bdpt::new(Standard)
+            ..Bdpt::new(DefaultParts)
         };
         (
             exact(row).is_none().then_some(Light::All(u32::MAX)),
@@ -450,7 +450,9 @@ fn particles_take(row: &Row) -> bool {
 
 #[test]
 fn light_tracing_is_right_where_any_two_features_meet() {
-    let tracer = LightTracer { parts: Standard };
+    let tracer = LightTracer {
+        parts: DefaultParts,
+    };
     assert_right("light tracer", &SCENE, particles_take, |_, scene, seed| {
         (
             Some(Light::StraightToTheEye),
@@ -467,9 +469,9 @@ fn by_area(row: &Row) -> bool {
 fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
     let sampling = Sampling {
         pixel: Random,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         seed,
-        outlines: false,
+        silhouettes: false,
     };
     by_pixel(&film(
         scene,
@@ -485,7 +487,7 @@ fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
 fn whitted_is_right_where_any_two_features_meet() {
     let whitted = Whitted {
         segments: 5,
-        ..Whitted::new(LightRules::PHYSICAL)
+        ..Whitted::new(TransportRules::PHYSICAL)
     };
     assert_right("whitted", &SCENE, by_area, |_, scene, seed| {
         (
@@ -500,7 +502,7 @@ fn whitted_is_right_where_any_two_features_meet() {
 fn the_report_is_right_where_any_two_features_meet() {
     let report = Report {
         segments: 30,
-        rules: LightRules::PHYSICAL,
+        rules: TransportRules::PHYSICAL,
         ..Report::default()
     };
     assert_right("report", &SCENE, by_area, |row, scene, seed| {
@@ -522,9 +524,11 @@ fn particles_know_nothing_of_the_background() {
     {
         let scenes = [row.clone(), row.with("background", "dark")].map(|row| scene_of(&row));
         let [lit, dark] = scenes.each_ref().map(|scene| {
-            let tracer = LightTracer { parts: Standard };
+            let tracer = LightTracer {
+                parts: DefaultParts,
+            };
             let sppm = Sppm {
-                parts: Standard,
+                parts: DefaultParts,
                 particles: 300,
                 radius: 0.3,
             };

@@ -7,12 +7,12 @@
 
 use std::sync::Mutex;
 
-use whitefurnace::geometry::specular_connection::{Kind, Route};
+use whitefurnace::geometry::specular_connection::{CasterKind, SpecularConnection};
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::light::environment::EnvironmentMap;
 use whitefurnace::material::{BsdfSample, Vertex};
-use whitefurnace::scene::specular_casters::SceneBody;
+use whitefurnace::scene::specular_casters::SpecularCaster;
 
 use super::scenes::{SCENE, scene_of};
 use super::table::{Row, table};
@@ -24,7 +24,7 @@ use crate::prelude::*;
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     direction: DVec3,
-    by: Option<Kind>,
+    by: Option<CasterKind>,
     pdfs: [f64; 2],
 }
 
@@ -39,8 +39,8 @@ struct Events {
     sends: bool,
     direct: DVec3,
     /// The specular connection that was asked for last, and the connection once it is unoccluded.
-    route: Option<(DVec3, Kind)>,
-    free: Option<(DVec3, Kind)>,
+    connection: Option<(DVec3, CasterKind)>,
+    free: Option<(DVec3, CasterKind)>,
     /// Shadow rays from the present vertex.
     sent: Vec<Sent>,
     /// The shadow ray that the path follows, and the number of mirror and glass surfaces ahead.
@@ -65,7 +65,7 @@ enum Found {
     Followed(Sent, [f64; 2]),
     /// A path hit something through mirrors and glass: whether the hit was weighted, and whether a
     /// shadow ray finds it.
-    Hit { weighted: bool, by_bodies: bool },
+    Hit { weighted: bool, specular_nee: bool },
 }
 
 /// Parts whose path follows, if `follows`, the last shadow ray of its vertex, and which record the
@@ -99,16 +99,17 @@ impl Watch<'_> {
                 .scene
                 .intersect(&Ray::new(from + offset * towards, towards))
         {
-            let takes = |body: &SceneBody| {
+            let takes = |body: &SpecularCaster| {
                 body.kind.bounces() == events.between
                     && body
-                        .routes(start, hit.point)
-                        .any(|(_, route)| route.direction.distance(direction) < 1e-5)
+                        .connections(start, hit.point)
+                        .any(|(_, connection)| connection.direction.distance(direction) < 1e-5)
             };
-            let by_bodies = !rough_glass && self.scene.bodies().all().iter().any(takes);
+            let specular_nee =
+                !rough_glass && self.scene.specular_casters().all().iter().any(takes);
             events.found.push(Found::Hit {
                 weighted: pdfs.is_some(),
-                by_bodies,
+                specular_nee,
             });
         }
     }
@@ -117,7 +118,7 @@ impl Watch<'_> {
 impl NextEvent for Watch<'_> {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.events().sends = true;
-        Standard.sample_emitter(emitter, random)
+        DefaultParts.sample_emitter(emitter, random)
     }
     fn sample_solid_angle(
         &self,
@@ -126,29 +127,34 @@ impl NextEvent for Watch<'_> {
         random: [f64; 2],
     ) -> Option<(EmitterPoint, f64)> {
         self.events().sends = true;
-        Standard.sample_solid_angle(emitter, from, random)
+        DefaultParts.sample_solid_angle(emitter, from, random)
     }
     fn sample_map(&self, map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64) {
-        let (direction, pdf) = Standard.sample_map(map, random);
+        let (direction, pdf) = DefaultParts.sample_map(map, random);
         let mut events = self.events();
         (events.sends, events.direct) = (true, direction);
         (direction, pdf)
     }
     fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
         let mut events = self.events();
-        if events.route.is_none() {
+        if events.connection.is_none() {
             events.direct = (y.0 - x.0).normalize();
         }
-        Standard.visible(scene, x, y, glass)
+        DefaultParts.visible(scene, x, y, glass)
     }
-    fn route(&self, body: &SceneBody, number: usize, route: Route<DVec3>) -> Option<Route<DVec3>> {
-        self.events().route = Some((route.direction, body.kind));
-        Standard.route(body, number, route)
+    fn connection(
+        &self,
+        body: &SpecularCaster,
+        number: usize,
+        connection: SpecularConnection<DVec3>,
+    ) -> Option<SpecularConnection<DVec3>> {
+        self.events().connection = Some((connection.direction, body.kind));
+        DefaultParts.connection(body, number, connection)
     }
-    fn lets_on(&self, body: &SceneBody, cosine: f64) -> (DVec3, f64) {
+    fn caster_throughput(&self, body: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
         let mut events = self.events();
-        events.free = events.route;
-        Standard.lets_on(body, cosine)
+        events.free = events.connection;
+        DefaultParts.caster_throughput(body, cosine)
     }
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         let mut events = self.events();
@@ -169,14 +175,14 @@ impl NextEvent for Watch<'_> {
             drop(events);
             self.hit(Some([pdf, other]));
         }
-        Standard.mis_weight(pdf, other)
+        DefaultParts.mis_weight(pdf, other)
     }
     fn mis_power_weight(&self, pdf: f64, other: f64) -> f64 {
         self.mis_weight(pdf, other)
     }
-    fn hit_counts(&self, strategy: Finds, sampled: bool) -> bool {
+    fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
         self.hit(None);
-        Standard.hit_counts(strategy, sampled)
+        DefaultParts.counts_emission(strategy, sampled)
     }
 }
 
@@ -213,19 +219,20 @@ impl Scattering for Watch<'_> {
         let [coin, which] = uniform2(rng);
         let mut sample = match *bsdf {
             Bsdf::Glass { index } => {
-                let passes =
-                    followed.map_or(coin < 0.5, |(sent, _)| sent.by == Some(Kind::Refraction));
+                let passes = followed.map_or(coin < 0.5, |(sent, _)| {
+                    sent.by == Some(CasterKind::Refraction)
+                });
                 Some(self.sample_glass(index, at, f64::from(u8::from(passes))))
             }
-            _ => Standard.sample(bsdf, at, rng),
+            _ => DefaultParts.sample(bsdf, at, rng),
         };
-        if bsdf.is_rough()
+        if bsdf.is_non_delta()
             && let Some(sample) = &mut sample
         {
             let pick = |count: usize| (which * count as f64) as usize;
             if self.follows && !sent.is_empty() {
                 let sent = sent[pick(sent.len())];
-                followed = Some((sent, sent.by.map_or(0, Kind::bounces)));
+                followed = Some((sent, sent.by.map_or(0, CasterKind::bounces)));
                 sample.direction = sent.direction;
             } else {
                 let direction =
@@ -234,11 +241,11 @@ impl Scattering for Watch<'_> {
                     sample.direction = direction;
                 }
             }
-            let facing = match *bsdf {
-                Bsdf::RoughGlass(glass) => Bsdf::RoughGlass(glass.facing(at.outside)),
+            let oriented = match *bsdf {
+                Bsdf::RoughGlass(glass) => Bsdf::RoughGlass(glass.oriented(at.outside)),
                 other => other,
             };
-            sample.pdf = Some(Standard.pdf(&facing, at.wo, at.frame.local(sample.direction)));
+            sample.pdf = Some(DefaultParts.pdf(&oriented, at.wo, at.frame.local(sample.direction)));
         } else if let Some((_, left @ 1..)) = &mut followed {
             *left -= 1;
         }
@@ -250,7 +257,7 @@ impl Scattering for Watch<'_> {
             last: (at.point, direction),
             ..Events::default()
         };
-        (guard.left, guard.between) = if bsdf.is_rough() {
+        (guard.left, guard.between) = if bsdf.is_non_delta() {
             (Some((at.point, direction, bsdf.is_rough_glass())), 0)
         } else {
             (left, between + 1)
@@ -270,8 +277,8 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
             strategy,
             lights,
             heuristic,
-            early,
-            by_bodies,
+            rr_depth,
+            specular_nee,
             bounces,
             ..
         } = path_of(&row);
@@ -280,8 +287,8 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
             strategy,
             lights,
             heuristic,
-            early,
-            by_bodies,
+            rr_depth,
+            specular_nee,
             bounces,
         };
         let parts = Watch {
@@ -294,8 +301,8 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
             strategy,
             lights,
             heuristic,
-            early,
-            by_bodies,
+            rr_depth,
+            specular_nee,
             bounces,
         };
         for _ in 0..(2000.0 * context("features").scale) as u32 {
@@ -348,13 +355,13 @@ fn shadow_rays_find_what_paths_weight() {
     watch(false, |row, path, found| {
         let Found::Hit {
             weighted,
-            by_bodies,
+            specular_nee,
         } = found
         else {
             return;
         };
-        let by_bodies = by_bodies && path.by_bodies && !row.is("background", "map");
-        assert_eq!(weighted, by_bodies, "{row}");
+        let specular_nee = specular_nee && path.specular_nee && !row.is("background", "map");
+        assert_eq!(weighted, specular_nee, "{row}");
         counts[usize::from(weighted)] += 1;
     });
     assert!(
@@ -366,15 +373,15 @@ fn shadow_rays_find_what_paths_weight() {
 /// Whether the last surface that a path of the report's estimator left scatters diffusely, and
 /// whether any before did.
 struct Left {
-    rules: LightRules,
+    rules: TransportRules,
     last_and_any: Mutex<[bool; 2]>,
 }
 
 impl NextEvent for Left {
-    fn hit_counts(&self, strategy: Finds, sampled: bool) -> bool {
+    fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
         let [last, any] = *self.last_and_any.lock().expect("no thread has panicked");
         assert_eq!(sampled, if self.rules.caustics { last } else { any });
-        Standard.hit_counts(strategy, sampled)
+        DefaultParts.counts_emission(strategy, sampled)
     }
 }
 
@@ -383,11 +390,11 @@ impl Roulette for Left {}
 impl Scattering for Left {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         self.last_and_any.lock().expect("no thread has panicked")[0] = false;
-        Standard.sample(bsdf, at, rng)
+        DefaultParts.sample(bsdf, at, rng)
     }
     fn sample_uniform(&self, bsdf: &Bsdf, wo: DVec3, random: [f64; 2]) -> BsdfSample {
         *self.last_and_any.lock().expect("no thread has panicked") = [true; 2];
-        Standard.sample_uniform(bsdf, wo, random)
+        DefaultParts.sample_uniform(bsdf, wo, random)
     }
 }
 
@@ -400,10 +407,10 @@ fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
     for row in table(&SCENE, by_area) {
         let scene = scene_of(&row);
         for rules in [
-            LightRules::PHYSICAL,
-            LightRules {
+            TransportRules::PHYSICAL,
+            TransportRules {
                 shadows_pass_glass: false,
-                ..LightRules::REPORT
+                ..TransportRules::REPORT
             },
         ] {
             let report = Report {

@@ -58,7 +58,7 @@ impl Bidirectional for Retrace {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
         // Called at the start of a walk, or for a point that the camera sees.
         self.events().eye = true;
-        Standard.importance(camera, size, direction)
+        DefaultParts.importance(camera, size, direction)
     }
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         let mut events = self.events();
@@ -107,7 +107,7 @@ impl Bidirectional for Retrace {
 
 impl NextEvent for Retrace {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
-        let sampled = Standard.sample_emitter(emitter, random);
+        let sampled = DefaultParts.sample_emitter(emitter, random);
         self.start(sampled.point);
         sampled
     }
@@ -117,7 +117,7 @@ impl NextEvent for Retrace {
         from: DVec3,
         random: [f64; 2],
     ) -> Option<(EmitterPoint, f64)> {
-        let sampled = Standard.sample_solid_angle(emitter, from, random);
+        let sampled = DefaultParts.sample_solid_angle(emitter, from, random);
         self.events().fresh = sampled.map_or(DVec3::NAN, |(sampled, _)| sampled.point);
         sampled
     }
@@ -128,7 +128,7 @@ impl Roulette for Retrace {
         let events = self.events();
         match &events.followed {
             Some(_) => Some(1.0),
-            None => Standard
+            None => DefaultParts
                 .survive(throughput, early, r)
                 .filter(|_| events.finished == 0),
         }
@@ -145,7 +145,7 @@ impl Scattering for Retrace {
             followed,
             ..
         } = &mut *events;
-        let sample = Standard.sample(bsdf, at, rng);
+        let sample = DefaultParts.sample(bsdf, at, rng);
         if !*eye {
             light.push(at.point);
             return sample;
@@ -171,7 +171,8 @@ impl Scattering for Retrace {
             }
             _ => {
                 let wi = at.frame.local(direction);
-                let weighted = Standard.weighted(bsdf, at.wo, wi, Standard.pdf(bsdf, at.wo, wi));
+                let weighted =
+                    DefaultParts.weighted(bsdf, at.wo, wi, DefaultParts.pdf(bsdf, at.wo, wi));
                 Some(BsdfSample {
                     direction,
                     ..weighted

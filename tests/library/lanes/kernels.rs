@@ -3,16 +3,17 @@
 
 use std::array::from_fn;
 
-use whitefurnace::geometry::radiometry::{balance, cosine, power, reflected, solid_angle_per_area};
+use whitefurnace::geometry::radiometry::{cosine, reflected, solid_angle_per_area};
 use whitefurnace::geometry::shape::{sphere_roots, triangle_point};
 use whitefurnace::geometry::watertight::Shear;
-use whitefurnace::light::light_sampler::{pick, share, share_all};
+use whitefurnace::light::light_sampler::{pick, probabilities, share};
 use whitefurnace::material::fresnel::{
     mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted,
 };
 use whitefurnace::material::oren_nayar;
 use whitefurnace::math::real::{Mask, Real, Vector, sin_cos_of_turn};
 use whitefurnace::math::simd::{EightSingles, LANES, Lanes, SINGLES, Singles, Turn, Wide};
+use whitefurnace::sampling::mis::{balance, power};
 use whitefurnace::sampling::roulette;
 use whitefurnace::sampling::warp::{sphere_zone, triangle, uniform_hemisphere_pdf};
 
@@ -135,7 +136,7 @@ kernels! {
             EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())].map(|shape| Emitter::new(shape, DVec3::ONE));
         let from = v(&x[1..]);
         let mut shares = [x[0]; 3];
-        share_all(|i| emitters[i].contribution(from), &mut shares);
+        probabilities(|i| emitters[i].contribution(from), &mut shares);
         let (index, picked) = pick(&shares, x[0]);
         [index, picked, share(|i| emitters[i].contribution(from), 3, x[4].floor()), shares[0], shares[1], shares[2]]
     };

@@ -150,7 +150,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
 fn form_factors_of_elements_are_those_of_their_nodes() {
     let scene = furnace(0.5);
     let mesh = Mesh::new(&scene, fineness(1, 0)).expect("a mesh");
-    let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
+    let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
     let elements = mesh.elements();
     assert_eq!((elements.len(), mesh.nodes()), (24, 72));
     for (i, element) in elements.iter().enumerate() {

@@ -27,7 +27,7 @@ fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
 }
 
 fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
-    Radiosity::new(Standard, scene, fineness, &|_| true)
+    Radiosity::new(DefaultParts, scene, fineness, &|_| true)
 }
 
 /// Returns a room of surfaces of every kind with lights of every kind: triangles and rectangles, a
@@ -121,7 +121,7 @@ fn irradiances_solve_the_equation_by_hand() {
     let scene = with(albedos, 1.0);
     let solved = solve(&scene, fineness(8, 0)).expect("a solution");
     let mesh = Mesh::new(&scene, fineness(8, 0)).expect("a mesh");
-    let factors = FormFactors::new(&Standard, &scene, &mesh, &|_| true).expect("form factors");
+    let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
     let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), fineness(8, 0)).expect("a solution");
     assert!(
         (1..5).contains(&direct.sweeps()) && solved.sweeps() > 5,
@@ -290,7 +290,7 @@ fn what_it_cannot_do_is_refused_in_one_line() {
     );
     refused(&furnace(1.0), fineness(12, 0), "does not converge");
     assert!(matches!(
-        Radiosity::new(Standard, &cube, default, &|_| false),
+        Radiosity::new(DefaultParts, &cube, default, &|_| false),
         Err(Error::Interrupted)
     ));
 }

@@ -130,11 +130,11 @@ fn strategies() -> Vec<Fault<EstimatorSubject>> {
             "weights count connections that no strategy makes, at a mirror or between inner vertices",
             {
                 strategy_weight: |path, s| {
-                    let joined = |x: &Density| Density {
-                        joined: 1.0,
+                    let connectible = |x: &Density| Density {
+                        connectible: 1.0,
                         ..*x
                     };
-                    weight(&path.iter().map(joined).collect::<Vec<_>>(), s)
+                    weight(&path.iter().map(connectible).collect::<Vec<_>>(), s)
                 }
             }, "bidirectional/weights: sum of weights", "bidirectional/bdpt/mirror-caustic",
             "bidirectional/bdpt-ends/cavity-black"),

@@ -6,7 +6,7 @@ pub(super) mod scenes;
 mod strategies;
 
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 use crate::bidirectional::scenes::KnownImage;
@@ -65,7 +65,7 @@ fn mean(
         scene,
         kind,
         frame: size.frame,
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         count: size.count,
     };
     image(
@@ -138,7 +138,7 @@ fn frame(
         scene,
         kind,
         frame: [24, 8],
-        numbers: Numbers::Independent,
+        numbers: SamplerKind::Independent,
         count,
     };
     let outer = Region {
@@ -259,7 +259,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene,
             kind,
             frame,
-            numbers: Numbers::Sobol(4),
+            numbers: SamplerKind::Sobol(4),
             count,
         };
         let property = format!(
@@ -305,7 +305,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             },
         )
     };
-    let (scene, squared_index, share) = scenes::in_glass();
+    let (scene, eta_squared, share) = scenes::in_glass();
     let glass = |name, kind, what, mean_radiance, frame, count| {
         let image = KnownImage {
             scene: Arc::clone(&scene),
@@ -329,7 +329,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/in-glass",
             LightTracer,
             "a ball in glass in thermal equilibrium, which is all that a light tracer sees",
-            share * squared_index,
+            share * eta_squared,
             SQUARE,
             100_000,
         ),
@@ -337,7 +337,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt/in-glass",
             Bdpt,
             "a ball in glass in thermal equilibrium",
-            squared_index,
+            eta_squared,
             SMALL,
             NEARLY_SYMMETRIC,
         ),
@@ -345,7 +345,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt-ends/in-glass",
             BdptEnds,
             "a ball in glass in thermal equilibrium",
-            squared_index,
+            eta_squared,
             SMALL,
             NEARLY_SYMMETRIC,
         ),
@@ -360,7 +360,7 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene,
             kind,
             frame,
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             count,
         };
         let property = "the image has the mean of the path tracer's";

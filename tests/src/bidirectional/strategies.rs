@@ -136,7 +136,7 @@ impl Property for Weights {
                 .map(|_| Density {
                     light: uniform(&mut rng) + 0.01,
                     eye: uniform(&mut rng) + 0.01,
-                    joined: if uniform(&mut rng) < 0.6 {
+                    connectible: if uniform(&mut rng) < 0.6 {
                         uniform(&mut rng) + 0.01
                     } else {
                         0.0
@@ -146,9 +146,9 @@ impl Property for Weights {
             // Density of the strategy that takes s vertices from the light; 0 if it does not exist.
             let density = |s: usize| -> f64 {
                 let (light, eye) = path.split_at(s);
-                let joined = light.last().map_or(1.0, |x| x.joined);
+                let connectible = light.last().map_or(1.0, |x| x.connectible);
                 let light: f64 = light.iter().map(|x| x.light).product();
-                joined * light * eye.iter().map(|x| x.eye).product::<f64>()
+                connectible * light * eye.iter().map(|x| x.eye).product::<f64>()
             };
             let all: f64 = (0..=length).map(density).sum();
             let existing = (0..=length).filter(|&s| density(s) > 0.0);

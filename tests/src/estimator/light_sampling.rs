@@ -44,18 +44,18 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
             } },
             "irradiance/three-lights/contribution"),
         fault!("picked-evenly-for-its-share", LIGHT_PICK, "picks are even, but count as if they were by share",
-            { pick_by_share: |r, shares| {
+            { pick_by_probability: |r, shares| {
                 let pick = (r * shares.len() as f64) as usize;
                 (pick, shares[pick])
             } },
             "irradiance/picks-by-share: picks", "irradiance/three-lights/contribution",
             "irradiance/mosaic/mis"),
         fault!("share-taken-for-even", LIGHT_PICK, "picks are by share, but count as if they were even",
-            { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0 / shares.len() as f64) },
+            { pick_by_probability: |r, shares| (DefaultParts.pick_by_probability(r, shares).0, 1.0 / shares.len() as f64) },
             "irradiance/picks-by-share: share of the pick", "irradiance/mosaic/mis"),
         fault!("next-in-the-list", LIGHT_PICK, "the share is that of the emitter after the picked one",
-            { pick_by_share: |r, shares| {
-                let (pick, _) = Standard.pick_by_share(r, shares);
+            { pick_by_probability: |r, shares| {
+                let (pick, _) = DefaultParts.pick_by_probability(r, shares);
                 (pick, shares[(pick + 1) % shares.len()])
             } },
             "irradiance/picks-by-share: share of the pick", "irradiance/mosaic/mis"),
@@ -72,20 +72,20 @@ fn weights() -> Vec<Fault<EstimatorSubject>> {
             { pdf_solid_angle: |_, _| None }, "irradiance/near-square/mis-angle",
             "irradiance/near-triangle/mis-angle", "irradiance/near-sphere/mis-angle"),
         fault!("hit-and-sampled", MIS, "shadow rays alone, but lights that are hit count in full",
-            { hit_counts: |_, _| true }, "irradiance/rectangle-report", "irradiance/square/light-area",
+            { counts_emission: |_, _| true }, "irradiance/rectangle-report", "irradiance/square/light-area",
             "irradiance/near-triangle/light-angle", "irradiance/triangle/light-area",
             "irradiance/sphere/light-area", "furnace/light/box", "furnace/light/sphere",
             "images/three-strategies: light and mis", "sky/overcast/light"),
         fault!("lost-after-mirror", MIS,
             "shadow rays alone: light that is hit through a mirror is lost, too",
-            { hit_counts: |strategy, _| strategy != Strategy::Light }, "irradiance/after-mirror/light",
+            { counts_emission: |strategy, _| strategy != Strategy::Light }, "irradiance/after-mirror/light",
             "irradiance/after-mirror/report"),
         fault!("lost-without-pdf", MIS,
             "light that only hits can find counts only if shadow rays look for it",
-            { hit_counts: |_, sampled| sampled }, "irradiance/after-mirror/mis",
+            { counts_emission: |_, sampled| sampled }, "irradiance/after-mirror/mis",
             "irradiance/after-glass/mis"),
         fault!("hits-not-counted", MIS, "without shadow rays nothing that is hit after a bounce counts",
-            { hit_counts: |_, sampled| !sampled }, "irradiance/near-square/bsdf", "furnace/bsdf/box",
+            { counts_emission: |_, sampled| !sampled }, "irradiance/near-square/bsdf", "furnace/bsdf/box",
             "irradiance/near-triangle/bsdf", "irradiance/near-sphere/bsdf"),
         fault!("power-without-square", MIS_POWER,
             "the balance heuristic under the name of power: the mean stays",

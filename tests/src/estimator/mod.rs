@@ -1,6 +1,6 @@
 //! Faults of whole estimators. The trials of their family are in [`super::furnace`],
 //! [`super::irradiance`], [`super::strategies`], [`super::chains`], [`super::sky`],
-//! [`super::glass`], [`super::rough_glass`], [`super::images`], [`super::by_bodies`] and
+//! [`super::glass`], [`super::rough_glass`], [`super::images`], [`super::specular_nee`] and
 //! [`super::near_coincident`].
 
 mod interfaces;
@@ -9,13 +9,13 @@ mod lights;
 mod reflection;
 mod sampling;
 
-use whitefurnace::integrator::LightRules;
+use whitefurnace::integrator::TransportRules;
 use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 use crate::{
-    by_bodies, chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident,
-    rough_glass, sky, strategies,
+    chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident, rough_glass,
+    sky, specular_nee, strategies,
 };
 
 /// Trials and faults of whole estimators.
@@ -30,7 +30,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(cie::trials());
     trials.extend(sky::trials());
     trials.extend(images::trials());
-    trials.extend(by_bodies::trials());
+    trials.extend(specular_nee::trials());
     trials.extend(near_coincident::trials());
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
@@ -39,7 +39,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
     faults.extend(sky::faults());
-    faults.extend(by_bodies::faults());
+    faults.extend(specular_nee::faults());
     faults.extend(near_coincident::faults());
     vec![Box::new(Family {
         trials,
@@ -66,15 +66,15 @@ fn configuration_faults() -> Vec<Fault<EstimatorSubject>> {
         fault!("three-segments", PATH_LENGTH, "one segment less than said",
             = segments(3), "irradiance/by-bodies/lens-four-segments"),
         fault!("not-seen-in-mirrors", WHITTED, "lights are dark to rays that have met only mirrors and glass",
-            = rules(LightRules { seen: Some(0.0), ..LightRules::PHYSICAL }), "glass/mirror-aim"),
+            = rules(TransportRules { emitted_radiance: Some(0.0), ..TransportRules::PHYSICAL }), "glass/mirror-aim"),
         fault!("lights-show-one", WHITTED, "lights that are seen show 1, as in the report's figures",
-            = rules(LightRules { seen: Some(1.0), ..LightRules::PHYSICAL }), "glass/mirror-aim"),
+            = rules(TransportRules { emitted_radiance: Some(1.0), ..TransportRules::PHYSICAL }), "glass/mirror-aim"),
         fault!("caustics-left-out", RENDERING,
             "no light that is hit after a diffuse surface counts, found by shadow rays or not",
-            = rules(LightRules { caustics: false, ..LightRules::PHYSICAL }),
+            = rules(TransportRules { caustics: false, ..TransportRules::PHYSICAL }),
             "irradiance/after-mirror/report", "irradiance/after-glass/report"),
         fault!("rules-without-factor", REFRACTION, "the report's rules: radiance is not scaled by (n₁/n₂)²",
-            = rules(LightRules { radiance_factor: false, ..LightRules::PHYSICAL }), "glass/snell-aim"),
+            = rules(TransportRules { radiance_factor: false, ..TransportRules::PHYSICAL }), "glass/snell-aim"),
     ]
 }
 

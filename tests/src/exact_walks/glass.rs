@@ -1,7 +1,7 @@
 //! Light and glass with certain values: thermal equilibrium, and photons that are looked up through
 //! glass.
 
-use whitefurnace::integrator::{LightRules, Lookup};
+use whitefurnace::integrator::{Lookup, TransportRules};
 
 use crate::exact_walks::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
 use crate::exact_walks::{ENDLESS, certain};
@@ -57,7 +57,7 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
             scenes.to_vec(),
         )
     };
-    let photons = Eye::Photons(Lookup::Direct);
+    let photons = Eye::Photons(Lookup::DirectVisualization);
     vec![
         family_trial(EQUILIBRIUM[0], "integrator::Path", HITS),
         family_trial(EQUILIBRIUM[1], "integrator::PhotonMapping", photons),
@@ -93,7 +93,7 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
             (LIGHT + flux) / n2,
         ),
     ];
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: PARTICLES,
         caustic_radius: EVERYWHERE,
     };
@@ -108,7 +108,7 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        family_trial(LOOKED_UP[0], Lookup::Direct),
+        family_trial(LOOKED_UP[0], Lookup::DirectVisualization),
         family_trial(LOOKED_UP[1], gather),
     ]
 }
@@ -147,9 +147,9 @@ pub(super) fn factors(
 /// Faults of the trials of equilibrium.
 pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = factors(ENDLESS, EQUILIBRIUM);
-    let rules = LightRules {
+    let rules = TransportRules {
         radiance_factor: false,
-        ..LightRules::PHYSICAL
+        ..TransportRules::PHYSICAL
     };
     let subject = Configuration {
         rules,

@@ -14,7 +14,7 @@ mod eye;
 mod glass;
 
 use whitefurnace::integrator::Lookup;
-use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
+use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 
 use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
@@ -115,7 +115,13 @@ impl Property for Left {
             let image = Eye::LightTracer.image(setup, &self.scene, &mut rng, seed);
             image.map(|image| image.iter().sum::<f64>())
         } else {
-            let map = PhotonMap::new(&parts, &self.scene, Kept::All, PARTICLES, (seed, 0));
+            let map = PhotonMap::new(
+                &parts,
+                &self.scene,
+                PhotonMapKind::All,
+                PARTICLES,
+                (seed, 0),
+            );
             map.map(|map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
@@ -210,7 +216,7 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
         HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
     );
-    let photons = Eye::Photons(Lookup::Direct);
+    let photons = Eye::Photons(Lookup::DirectVisualization);
     let mapping = "integrator::PhotonMapping";
     let flux = PI * 4.0 * PI * all;
     vec![

@@ -33,7 +33,7 @@ impl Property for SameRadiance {
         setup: Configuration<P>,
     ) -> Vec<Outcome> {
         let scene = &*self.scene;
-        let path = Path::<Standard>::default();
+        let path = Path::<DefaultParts>::default();
         let sample = |mut rng: Stream| Sample {
             ray: (self.ray)(&mut rng),
             hit: None,
@@ -45,7 +45,7 @@ impl Property for SameRadiance {
         let paths = Values::collect(0.0, context.n(self.paths), || along().x);
         let centre = paths.moments.mean();
         let seed = context.seed_of("maps");
-        let lookup = Lookup::Gather {
+        let lookup = Lookup::FinalGather {
             caustic_particles: self.particles,
             caustic_radius: self.radius,
         };

@@ -7,9 +7,9 @@ mod replications;
 pub mod scenes;
 
 use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
-use whitefurnace::integrator::photon::photon_map::Kept;
+use whitefurnace::integrator::photon::photon_map::PhotonMapKind;
 use whitefurnace::integrator::{Lookup, radius_squared};
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::furnace::off_cap_radiance;
@@ -55,7 +55,7 @@ fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 const FEW: u32 = 64;
 
 fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let gather = Lookup::Gather {
+    let gather = Lookup::FinalGather {
         caustic_particles: FEW,
         caustic_radius: scenes::RADIUS,
     };
@@ -92,7 +92,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             "photon/disc",
             disc,
             scenes::over_floor(),
-            Lookup::Direct,
+            Lookup::DirectVisualization,
             whole,
             (1, 30_000),
         ),
@@ -116,7 +116,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             "photon/behind",
             behind,
             scenes::under_floor(),
-            Lookup::Direct,
+            Lookup::DirectVisualization,
             0.0,
             (1, 27_000),
         ),
@@ -124,7 +124,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             "photon/corner",
             corner,
             scenes::corner(),
-            Lookup::Direct,
+            Lookup::DirectVisualization,
             cut,
             (1, 60_000),
         ),
@@ -153,14 +153,14 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let furnace = Mapping {
         scene: sphere_furnace(lambert(albedo), 0.0),
-        lookup: Lookup::Direct,
+        lookup: Lookup::DirectVisualization,
         particles: 128,
         radius: 0.4,
         rays: rays(64, 1.0),
     };
     let gather = Mapping {
         scene: valid(cavity_cap(rho, Cap::Reflecting)),
-        lookup: Lookup::Gather {
+        lookup: Lookup::FinalGather {
             caustic_particles: 1,
             caustic_radius: 0.4,
         },
@@ -226,7 +226,7 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             SINGLE,
             18_000,
             glass,
-            Kept::Caustic,
+            PhotonMapKind::Caustic,
         ),
         flux(
             "photon/flux-balance",
@@ -235,7 +235,7 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             BOUNCES,
             13_000,
             cube,
-            Kept::All,
+            PhotonMapKind::All,
         ),
     ]
 }
@@ -269,7 +269,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        series("photon/passes", Numbers::Independent, NEARLY_SYMMETRIC),
-        series("photon/sobol", Numbers::Sobol(passes), NEARLY_SYMMETRIC),
+        series("photon/passes", SamplerKind::Independent, NEARLY_SYMMETRIC),
+        series("photon/sobol", SamplerKind::Sobol(passes), NEARLY_SYMMETRIC),
     ]
 }

@@ -1,9 +1,9 @@
 //! The values that trials of photons average: of independent maps and of series of passes.
 
-use whitefurnace::integrator::photon::photon_map::{Kept, PhotonMap};
+use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 use whitefurnace::integrator::{ImageEstimator, Lookup, PhotonMapping, Sample, Sppm};
 use whitefurnace::sampling::rng::stream;
-use whitefurnace::sampling::sampler::{Numbers, Pass};
+use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
 use crate::scenes::level;
@@ -109,7 +109,7 @@ impl Replication for Mapping {
 /// The [`level`] of the flux of all photons of a map.
 pub(super) struct Flux {
     pub scene: Arc<Scene>,
-    pub kept: Kept,
+    pub kept: PhotonMapKind,
     pub particles: u32,
 }
 
@@ -136,7 +136,7 @@ pub(super) struct Passes {
     pub passes: u32,
     pub particles: u32,
     pub radius: f64,
-    pub numbers: Numbers,
+    pub numbers: SamplerKind,
 }
 
 impl Replication for Passes {
@@ -154,7 +154,7 @@ impl Replication for Passes {
             sppm.image(
                 &self.scene,
                 [1, 1],
-                Pass {
+                ImagePass {
                     numbers: self.numbers,
                     seed,
                     index,

@@ -119,7 +119,7 @@ impl Property for SameRoom {
             let solved = solve(setup, &self.0, PATCHES)?;
             // Radiosity is deterministic: two replications are enough to show it.
             let a = Levels::render(context, "radiosity", &frames(0..2), &solved)?;
-            let paths = Path::<Standard>::default();
+            let paths = Path::<DefaultParts>::default();
             let b = Levels::render(context, "paths", &frames(0..n), &paths)?;
             Some([a, b])
         };

@@ -81,7 +81,7 @@ const CORRECT: SobolParts = SobolParts {
 };
 
 /// A sampler's source of a subject's numbers, as an estimator takes them.
-struct Source {
+struct SampleStream {
     subject: SobolParts,
     point: Point,
     block: u32,
@@ -89,7 +89,7 @@ struct Source {
     used: usize,
 }
 
-impl Source {
+impl SampleStream {
     fn new(subject: SobolParts, point: Point) -> Self {
         Self {
             subject,
@@ -101,7 +101,7 @@ impl Source {
     }
 }
 
-impl Script for Source {
+impl Script for SampleStream {
     fn block(&mut self, block: u32) {
         self.block = block;
         self.numbers = (self.subject.numbers)(self.point, block);
@@ -278,9 +278,9 @@ fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Poi
     let sample = |point| Sample {
         ray: at_origin(),
         hit: None,
-        rng: Scripted(Source::new(subject, point)),
+        rng: Scripted(SampleStream::new(subject, point)),
     };
-    let radiances = Path::new(Standard, Strategy::Light).radiances(scene, points.map(sample));
+    let radiances = Path::new(DefaultParts, Strategy::Light).radiances(scene, points.map(sample));
     radiances
         .iter()
         .map(|radiance| level(scene, *radiance))
@@ -342,7 +342,7 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
                 replication,
                 index,
             };
-            covered(uniform2(&mut Scripted(Source::new(subject, point))))
+            covered(uniform2(&mut Scripted(SampleStream::new(subject, point))))
         };
         (0..REPLICATIONS)
             .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())

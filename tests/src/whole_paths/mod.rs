@@ -230,7 +230,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "the sum counts connections at mirrors and glass, which no strategy makes",
                 PartTable: { strategy_weight: |path, s| {
                     let mut path = path.to_vec();
-                    path.iter_mut().for_each(|vertex| vertex.joined = 1.0);
+                    path.iter_mut().for_each(|vertex| vertex.connectible = 1.0);
                     weight(&path, s)
                 } },
                 "bidirectional/whole-paths: weights | sum of weights"),
@@ -238,7 +238,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "shadow rays are weighed as if they picked lights as particles do: the sum stays one, not the balance",
                 PartTable: { strategy_weight: |path, s| {
                     let mut path = path.to_vec();
-                    path[0].joined = f64::from(path[0].joined > 0.0);
+                    path[0].connectible = f64::from(path[0].connectible > 0.0);
                     weight(&path, s)
                 } },
                 "bidirectional/whole-paths: weights"),

@@ -101,8 +101,8 @@ impl Vertex {
     /// Returns the random numbers of a cosine-weighted direction to a point.
     pub fn direction(&self, to: DVec3) -> [f64; 2] {
         let w = (to - self.point).normalize();
-        let facing = self.normal * self.normal.dot(w).signum();
-        cosine_hemisphere_inverse(Frame::new(facing).local(w))
+        let oriented = self.normal * self.normal.dot(w).signum();
+        cosine_hemisphere_inverse(Frame::new(oriented).local(w))
     }
 }
 

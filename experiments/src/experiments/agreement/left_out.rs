@@ -94,7 +94,7 @@ impl Estimator for LeftOut {
             let Some(next) = bsdf.sample(&Vertex::new(&here, &ray), rng) else {
                 return left_out;
             };
-            way.diffuse_last = bsdf.is_rough();
+            way.diffuse_last = bsdf.is_non_delta();
             way.diffuse_first |= way.diffuse_last && way.segments == 1;
             way.diffuse += u32::from(way.diffuse_last);
             way.segments += 1;

@@ -22,9 +22,9 @@ pub(super) fn lost(run: &mut Run) -> Result<(), Error> {
     for caustics in [true, false] {
         let report = Report {
             segments: SEGMENTS,
-            rules: LightRules {
+            rules: TransportRules {
                 caustics,
-                ..LightRules::PHYSICAL
+                ..TransportRules::PHYSICAL
             },
             ..Report::default()
         };

@@ -6,7 +6,7 @@ use whitefurnace::camera::Camera;
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles};
 use whitefurnace::sampling::Sampling;
-use whitefurnace::sampling::sampler::Numbers;
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::closed_cube;
 
 use super::memory::resident;
@@ -101,11 +101,11 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
         );
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: Numbers::Independent,
+            numbers: SamplerKind::Independent,
             seed: run.seed(),
-            outlines: false,
+            silhouettes: false,
         };
-        let path = Path::new(Standard, Strategy::Mis);
+        let path = Path::new(DefaultParts, Strategy::Mis);
         let lanes = |precision| ByLanes {
             estimator: LaneEstimator::Path(path),
             sampling,

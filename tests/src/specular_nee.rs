@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-use whitefurnace::geometry::specular_connection::{Kind, Route};
+use whitefurnace::geometry::specular_connection::{CasterKind, SpecularConnection};
 use whitefurnace::integrator::{Heuristic, NextEvent as _};
 use whitefurnace::material::fresnel::reflectance;
 
@@ -15,7 +15,7 @@ use crate::scenes::{FLOOR, LIGHT, ball, hollow, lambert, light, mirror, scene, s
 use crate::strategies::near_origin;
 
 /// The path tracer with specular next-event estimation, weighted by the balance heuristic.
-pub const BY_BODIES: EstimatorKind = EstimatorKind::PathByBodies(Heuristic::Balance);
+pub const SPECULAR_NEE: EstimatorKind = EstimatorKind::PathSpecularNee(Heuristic::Balance);
 
 /// Albedo of all walls.
 const ALBEDO: f64 = 0.5;
@@ -135,7 +135,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/by-bodies/lens",
             &SPECULAR_ANGLE,
             &lens,
-            BY_BODIES,
+            SPECULAR_NEE,
             near_origin,
         )
         .says(format!(
@@ -158,7 +158,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "balls of glass",
             &SPECULAR_ANGLE,
             &glass,
-            BY_BODIES,
+            SPECULAR_NEE,
             inside as Rays,
             1_200_000,
         ),
@@ -167,7 +167,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "mirrors",
             &SPECULAR_SPREAD,
             &mirrors,
-            EstimatorKind::PathByBodies(Heuristic::Power),
+            EstimatorKind::PathSpecularNee(Heuristic::Power),
             inside as Rays,
             680_000,
         ),
@@ -177,36 +177,36 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("spread-doubled", SPECULAR_SPREAD, "the geometry term of a specular connection is doubled",
-            { route: |_, _, route| Some(Route { spread: 2.0 * route.spread, ..route }) },
+            { connection: |_, _, connection| Some(SpecularConnection { geometry_term: 2.0 * connection.geometry_term, ..connection }) },
             "irradiance/by-bodies/lens", "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("spread-without-slant", SPECULAR_SPREAD, "the cosine at the body is counted twice",
-            { route: |_, _, route| Some(Route { spread: route.cosine * route.spread, ..route }) },
+            { connection: |_, _, connection| Some(SpecularConnection { geometry_term: connection.cosine * connection.geometry_term, ..connection }) },
             "irradiance/by-bodies/lens", "irradiance/after-mirror/by-bodies"),
         fault!("one-root", SPECULAR_ANGLE, "the search ends at the first root",
-            { route: |_, number, route| (number == 0).then_some(route) }, "irradiance/by-bodies/lens"),
+            { connection: |_, number, connection| (number == 0).then_some(connection) }, "irradiance/by-bodies/lens"),
         fault!("first-root-lost", SPECULAR_ANGLE, "the first root is left out: light that is bent beyond the axis, or reflected",
-            { route: |_, number, route| (number > 0).then_some(route) },
+            { connection: |_, number, connection| (number > 0).then_some(connection) },
             "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("enters-and-stays", FRESNEL, "light is weakened where it enters a ball of glass, but not where it leaves",
-            { lets_on: |body, cosine| {
-                let (passed, chance) = Standard.lets_on(body, cosine);
-                (if body.kind == Kind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
+            { caster_throughput: |body, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
+                (if body.kind == CasterKind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
             } },
             "irradiance/by-bodies/lens"),
         fault!("glint-of-a-mirror", FRESNEL, "a ball of glass reflects as a mirror does",
-            { lets_on: |body, cosine| {
-                let (passed, chance) = Standard.lets_on(body, cosine);
-                (if body.kind == Kind::Reflection { DVec3::ONE } else { passed }, chance)
+            { caster_throughput: |body, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
+                (if body.kind == CasterKind::Reflection { DVec3::ONE } else { passed }, chance)
             } },
             "furnace/by-bodies/glass"),
         fault!("mirror-twice", RENDERING, "specular connections are multiplied by the body's reflectance or transmittance twice",
-            { lets_on: |body, cosine| {
-                let (passed, chance) = Standard.lets_on(body, cosine);
+            { caster_throughput: |body, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
                 (passed * passed, chance)
             } },
             "irradiance/after-mirror/by-bodies", "irradiance/by-bodies/lens"),
         fault!("body-not-picked", LIGHT_PICK, "a specular connection is not divided by the probability of picking its body",
-            { pick_by_share: |r, shares| (Standard.pick_by_share(r, shares).0, 1.0) },
+            { pick_by_probability: |r, shares| (DefaultParts.pick_by_probability(r, shares).0, 1.0) },
             "irradiance/by-bodies/lens", "furnace/by-bodies/glass"),
     ]
 }

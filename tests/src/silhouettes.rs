@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use whitefurnace::render::silhouette;
-use whitefurnace::render::silhouette::{POINTS, View};
+use whitefurnace::render::silhouette::{MirroredRay, POINTS};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -17,15 +17,15 @@ pub struct OutlinePoints {
     pub points: fn(u64, u32, u32, u32) -> [[f64; 2]; POINTS],
     /// The pixel's value, from the radiance of the sample, its own direct emission and that of the
     /// points.
-    pub replaced: fn(DVec3, DVec3, [DVec3; POINTS]) -> DVec3,
+    pub with_supersampled_emission: fn(DVec3, DVec3, [DVec3; POINTS]) -> DVec3,
     /// The view after the mirrors that the camera ray meets, from the camera's view and the scene.
-    pub in_mirrors: fn(View, &Scene) -> View,
+    pub in_mirrors: fn(MirroredRay, &Scene) -> MirroredRay,
 }
 
 const RIGHT: OutlinePoints = OutlinePoints {
     points: silhouette::points,
-    replaced: silhouette::replaced,
-    in_mirrors: View::in_mirrors,
+    with_supersampled_emission: silhouette::with_supersampled_emission,
+    in_mirrors: MirroredRay::in_mirrors,
 };
 
 /// Emitted radiance at a point of the pixel, where three lights are seen, one in each channel: a
@@ -64,7 +64,7 @@ fn channels(context: &Context, subject: OutlinePoints) -> Vec<Outcome> {
             let [x, y] = uniform2(&mut rng);
             let points = (subject.points)(seed, 7, replication, index);
             let own = shown([x, y]);
-            (subject.replaced)(own + DVec3::splat(x * y), own, points.map(shown))
+            (subject.with_supersampled_emission)(own + DVec3::splat(x * y), own, points.map(shown))
         };
         let values = 0.5 * [0, 1].map(sample).into_iter().sum::<DVec3>();
         replication += 1;
@@ -107,10 +107,10 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
         context.seed_of("points"),
         light_in_mirror(),
     );
-    let path = Path::new(Standard, Strategy::Mis);
+    let path = Path::new(DefaultParts, Strategy::Mis);
     let view = |[x, y]: [f64; 2]| {
         let ray = scene.camera().ray([1, 1], x, y);
-        (subject.in_mirrors)(View::new(ray, scene.intersect(&ray)), &scene)
+        (subject.in_mirrors)(MirroredRay::new(ray, scene.intersect(&ray)), &scene)
     };
     let mean =
         |reflectance: f64| reflectance * (AREA_IN_MIRROR * RADIANCE + (1.0 - AREA_IN_MIRROR));
@@ -129,7 +129,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
         let shown =
             (subject.points)(seed, 7, replication, 0).map(|point| view(point).emitted(&scene));
         replication += 1;
-        (subject.replaced)(radiance, seen.emitted(&scene), shown).to_array()
+        (subject.with_supersampled_emission)(radiance, seen.emitted(&scene), shown).to_array()
     })
 }
 
@@ -159,10 +159,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         ],
         faults: vec![
             fault!("own-kept", RANDOMISATION, "the sample's own direct emission is counted as well",
-                = OutlinePoints { replaced: |radiance, _, shown| mean_over(POINTS as f64, radiance, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, _, shown| mean_over(POINTS as f64, radiance, shown), ..RIGHT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("by-seven", RANDOMISATION, "the sum over eight points is divided by seven",
-                = OutlinePoints { replaced: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..RIGHT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("towards-corner", RANDOMISATION, "the points are not uniform: their coordinates are squared",
                 = OutlinePoints {
@@ -174,7 +174,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("mirror-without-loss", RANDOMISATION, "a mirror that camera rays follow reflects all light",
                 = OutlinePoints {
-                    in_mirrors: |view, scene| View { weight: DVec3::ONE, ..view.in_mirrors(scene) },
+                    in_mirrors: |view, scene| MirroredRay { weight: DVec3::ONE, ..view.in_mirrors(scene) },
                     ..RIGHT
                 },
                 "convergence/in-mirrors: red | green"),
@@ -182,7 +182,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 = OutlinePoints {
                     in_mirrors: |view, scene| {
                         let (ray, hit) = scene.onward(&view.hit.expect("a mirror"), view.ray.direction);
-                        View { ray, hit, ..view.in_mirrors(scene) }
+                        MirroredRay { ray, hit, ..view.in_mirrors(scene) }
                     },
                     ..RIGHT
                 },
