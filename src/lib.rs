@@ -25,7 +25,7 @@
 //! | [`render`] | the loop over pixels and samples, [`adaptive`](render::adaptive) sampling, emitter [`silhouette`](render::silhouette)s, [`checkpoint`](render::checkpoint)s |
 //! | [`harness`] | statistics, verdicts, trials as data: put your own code on trial |
 //!
-//! The trials of this library, and the faults that they must reject, are in the crate `registry`,
+//! The trials of this library, and the faults that they must reject, are in the crate `trials`,
 //! in the folder `tests`.
 //!
 //! # Three examples

@@ -9,8 +9,8 @@ use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
 use libtest_mimic::{Arguments, Failed, Trial as Test};
-use registry::faults::Pair;
-use registry::{all, equivalents};
+use trials::faults::Pair;
+use trials::{all, equivalents};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{
     Context, Row, Trial, check_control, check_subject, full_name, meant, refused,

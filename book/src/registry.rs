@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use registry::{all, all_faults};
+use trials::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
 use crate::results::Results;

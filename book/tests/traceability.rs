@@ -5,7 +5,7 @@ use book::Options;
 use book::readme::with_numbers;
 use book::results::Results;
 use book::trace::Sources;
-use registry::all;
+use trials::all;
 
 #[test]
 fn nothing_is_missing_between_equation_and_chapter() {

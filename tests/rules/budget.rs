@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
-use registry::{all, equivalents};
+use trials::{all, equivalents};
 use whitefurnace::harness::guard::FAR_MISS;
 use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};

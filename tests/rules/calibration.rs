@@ -3,7 +3,7 @@
 //! statistics are detected.
 
 use rayon::prelude::*;
-use registry::statistics::{LEVEL, N, continuous, promises};
+use trials::statistics::{LEVEL, N, continuous, promises};
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::harness::guard::{may_hold, may_not_hold};
 use whitefurnace::harness::ks::kolmogorov_smirnov;

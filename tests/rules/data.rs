@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use registry::{all, all_faults};
+use trials::{all, all_faults};
 use whitefurnace::equation;
 
 #[test]

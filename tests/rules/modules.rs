@@ -157,7 +157,7 @@ impl Crate {
                 let left = next[*module].iter();
                 left.clone().all(|to| !next.contains_key(*to))
             };
-            match next.keys().copied().find(|module| is_leaf(&module)) {
+            match next.keys().copied().find(|module| is_leaf(module)) {
                 Some(leaf) => next.remove(leaf),
                 None => break,
             };
@@ -191,7 +191,7 @@ fn read(folder: &Path, module: &Module, sources: &mut Vec<(Module, String)>) {
         let path = entry.expect("an entry").path();
         let stem = path.file_stem().and_then(|stem| stem.to_str());
         let name = stem.expect("a name").to_owned();
-        let child = [&module[..], &[name.clone()]].concat();
+        let child = [&module[..], std::slice::from_ref(&name)].concat();
         if path.is_dir() {
             read(&path, &child, sources);
         } else if path.extension().is_some_and(|extension| extension == "rs") {

@@ -6,7 +6,7 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use registry::statistics::{self, N, Promise};
+use trials::statistics::{self, N, Promise};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
@@ -49,7 +49,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut accumulated = run.accumulated("calibration.csv", &key, "replication,name,p")?;
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
-    let registry = registry::all();
+    let registry = trials::all();
     run.bears_on(&registry);
     let master = run.seed();
     let registry = in_question(registry, master)?;

@@ -1,7 +1,7 @@
 //! Tests the report's claim that caustics cannot be represented by Monte Carlo ray tracing, on a
 //! glass sphere between a floor and an area light.
 
-use registry::photon::scenes::{CAUSTIC, caustic, no_caustic};
+use trials::photon::scenes::{CAUSTIC, caustic, no_caustic};
 use whitefurnace::harness::mean::{Sigma, skewness_of_sum};
 use whitefurnace::integrator::Whitted;
 use whitefurnace::render::render_passes;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use registry::scenes::{at_origin, rectangle_light};
+use trials::scenes::{at_origin, rectangle_light};
 use whitefurnace::harness::convergence::log_slope;
 use whitefurnace::sampling::sampler::{Sampler, Sobol, scramble};
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
-use registry::ggx::reflected;
-use registry::rough_glass::shares;
+use trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
+use trials::ggx::reflected;
+use trials::rough_glass::shares;
 use whitefurnace::camera::Camera;
 use whitefurnace::material::Vertex;
 use whitefurnace::material::ggx::Ggx;

@@ -7,8 +7,8 @@ mod samples;
 
 use std::f64::consts::FRAC_PI_2;
 
-use registry::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
-use registry::roulette::variance;
+use trials::bsdf::{oren_nayar_albedo, oren_nayar_printed_albedo};
+use trials::roulette::variance;
 use whitefurnace::image::srgb;
 use whitefurnace::material::{fresnel, oren_nayar_angles};
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use registry::faults::Pair;
+use trials::faults::Pair;
 use whitefurnace::harness::guard::FAR_MISS;
 
 use crate::experiments::prelude::*;
@@ -21,11 +21,11 @@ pub(super) const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    run.bears_on(&registry::all());
+    run.bears_on(&trials::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family;
     // pairs that the suite does not assert at a reduced size, where faults of small effect stay
     // undecided.
-    let mut pairs = registry::matrix();
+    let mut pairs = trials::matrix();
     pairs.retain(|pair| !pair.fault.equivalent);
     if run.tier() == Tier::Quick {
         pairs.retain(|pair| pair.named);

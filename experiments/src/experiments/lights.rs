@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
-use registry::scenes::{
+use trials::scenes::{
     corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square,
 };
 use whitefurnace::light::emitter::LightSampling;

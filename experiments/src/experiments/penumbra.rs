@@ -1,6 +1,6 @@
 //! Radiance across the penumbra of a shadow: path tracer against the closed form.
 
-use registry::strategies::{penumbra_reference, penumbra_scene, to_floor};
+use trials::strategies::{penumbra_reference, penumbra_scene, to_floor};
 use whitefurnace::light::emitter::LightSampling;
 
 use crate::experiments::prelude::*;

@@ -1,6 +1,6 @@
 //! Bias of photon lookups against their radius, and of the mean of passes against their number.
 
-use registry::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
+use trials::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
 use whitefurnace::integrator::{ImageEstimator, radius_squared};
 
 use crate::experiments::prelude::*;

@@ -5,7 +5,7 @@ pub mod graded;
 use whitefurnace::harness::tails::{binomial_cdf, binomial_interval, binomial_two_sided};
 
 use crate::experiments::prelude::*;
-use registry::statistics::{N, Statistic, with_power};
+use trials::statistics::{N, Statistic, with_power};
 
 pub(super) const POWER: Experiment = Experiment {
     id: "power",
@@ -190,7 +190,7 @@ struct Detectable<'a> {
 
 /// Records the stated power of every random measure of the registry at its own δ.
 fn registry(run: &mut Run) -> Result<(), Error> {
-    let trials = registry::all();
+    let trials = trials::all();
     run.bears_on(&trials);
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());

@@ -4,14 +4,14 @@
 //! beside the experiments, so that each is computed once; `power` does without mutants, which take
 //! as long again.
 
-use registry::equivalents;
-use registry::faults::Pair;
 use serde::{Deserialize, Serialize};
+use trials::equivalents;
+use trials::faults::Pair;
 use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
 use crate::run::unfinished::Unfinished;
-use registry::statistics::is_bound;
+use trials::statistics::is_bound;
 
 /// Scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
@@ -102,7 +102,7 @@ impl Seeds {
             parts: run.shared("suite-seeds", &format!("{} {scale}", run.seed()))?,
             master: run.seed(),
             scale,
-            trials: registry::all(),
+            trials: trials::all(),
             equivalents: equivalents(),
         })
     }

@@ -21,7 +21,7 @@ pub(super) const TRIALS: Experiment = Experiment {
 const LINES_PER_FIGURE: usize = 45;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let mut trials = registry::all();
+    let mut trials = trials::all();
     trials.sort_by_key(|trial| {
         equation::ALL
             .iter()

@@ -1,6 +1,6 @@
 //! Directions, their variances, interfaces and pixel strategies.
 
-use registry::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
+use trials::convergence::{COSINE, PROFILES, Profile, UNIFORM, squared_error};
 use whitefurnace::material::fresnel::{reflectance, reflectance_p, reflectance_s};
 
 use super::critical;

@@ -1,6 +1,6 @@
 //! Russian roulette and path length in the abstract furnace.
 
-use registry::roulette::{CORRECT, WalkParts, variance, walk};
+use trials::roulette::{CORRECT, WalkParts, variance, walk};
 
 use super::critical;
 use crate::experiments::prelude::*;
