@@ -6,7 +6,7 @@ pub mod splat;
 use glam::DVec3;
 
 use crate::error::{Error, LARGEST_RADIANCE};
-use crate::math::moments::{ExactMoments, UNIT, full, in_units};
+use crate::math::moments::{ExactMoments, FIXED_POINT_UNIT, full, in_units};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub struct Features {
     pub depth: f64,
 }
 
-/// Albedo and normal in multiples of [`UNIT`].
+/// Albedo and normal in multiples of [`FIXED_POINT_UNIT`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FlatFeatures {
     albedo: [i64; 3],
@@ -57,14 +57,14 @@ pub(crate) fn is_legal_depth(depth: f64) -> bool {
 }
 
 /// Refuses invalid radiances: each channel must be at least 0 and at most [`LARGEST_RADIANCE`].
-/// Negative values that round to 0 in multiples of [`UNIT`] pass.
+/// Negative values that round to 0 in multiples of [`FIXED_POINT_UNIT`] pass.
 ///
 /// # Errors
 /// [`Error::Radiance`] with the first such channel's value, without a place.
 #[inline]
 pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     // False for NaN, too.
-    let legal = |value: &f64| *value > -0.5 * UNIT && *value <= LARGEST_RADIANCE;
+    let legal = |value: &f64| *value > -0.5 * FIXED_POINT_UNIT && *value <= LARGEST_RADIANCE;
     match radiance.to_array().into_iter().find(|value| !legal(value)) {
         None => Ok(()),
         Some(value) => Err(Error::Radiance {
@@ -115,7 +115,7 @@ pub struct Pixel {
     /// Number of camera rays that hit something.
     hits: u32,
     radiance: [ExactMoments; 3],
-    /// Sums over the hits, in multiples of [`UNIT`].
+    /// Sums over the hits, in multiples of [`FIXED_POINT_UNIT`].
     albedo: [i64; 3],
     normal: [i64; 3],
     depth: i128,
@@ -286,7 +286,7 @@ impl Pixel {
         if self.hits == 0 {
             return Features::default();
         }
-        let scale = UNIT / f64::from(self.hits);
+        let scale = FIXED_POINT_UNIT / f64::from(self.hits);
         let mean = |sums: [i64; 3]| DVec3::from_array(sums.map(|sum| sum as f64 * scale));
         Features {
             albedo: mean(self.albedo),
@@ -546,9 +546,9 @@ impl Film {
     }
 
     /// Returns the largest relative error of the image's mean due to rounding of values to
-    /// multiples of [`UNIT`]: half a unit over the mean; infinite for a black image.
+    /// multiples of [`FIXED_POINT_UNIT`]: half a unit over the mean; infinite for a black image.
     pub fn rounding_error(&self) -> f64 {
-        0.5 * UNIT / self.mean()
+        0.5 * FIXED_POINT_UNIT / self.mean()
     }
 
     fn average(&self, of: impl Fn(&Pixel) -> DVec3) -> f64 {

@@ -6,16 +6,17 @@ use glam::DVec3;
 
 use super::check_radiance;
 use crate::error::{Error, LARGEST_RADIANCE};
-use crate::math::moments::{UNIT, in_units};
+use crate::math::moments::{FIXED_POINT_UNIT, in_units};
 
-/// [`LARGEST_RADIANCE`] in multiples of [`UNIT`].
+/// [`LARGEST_RADIANCE`] in multiples of [`FIXED_POINT_UNIT`].
 const MOST: i64 = 1 << 56;
-const _: () = assert!(MOST as f64 * UNIT == LARGEST_RADIANCE);
+const _: () = assert!(MOST as f64 * FIXED_POINT_UNIT == LARGEST_RADIANCE);
 
 /// Approximate number of bands of rows of an image: one thread at a time adds to each.
 const BANDS: u32 = 16;
 
-/// Value per channel in multiples of [`UNIT`]: exact, so the order of summation does not matter.
+/// Value per channel in multiples of [`FIXED_POINT_UNIT`]: exact, so the order of summation does
+/// not matter.
 type Units = [i64; 3];
 
 /// Sums per pixel.
@@ -66,7 +67,7 @@ impl Splats {
             .bands
             .into_iter()
             .flat_map(|band| band.into_inner().unwrap_or_else(PoisonError::into_inner));
-        sums.map(|sum| DVec3::from_array(sum.map(|units| units as f64 * UNIT)))
+        sums.map(|sum| DVec3::from_array(sum.map(|units| units as f64 * FIXED_POINT_UNIT)))
             .collect()
     }
 }
@@ -104,7 +105,7 @@ impl SplatBuffer<'_> {
                     // Both are at most 2⁵⁶.
                     *sum += added;
                     if *sum > MOST {
-                        let value = *sum as f64 * UNIT;
+                        let value = *sum as f64 * FIXED_POINT_UNIT;
                         *sum -= added;
                         return Err(Error::Radiance {
                             value,

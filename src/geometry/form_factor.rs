@@ -10,18 +10,19 @@ use glam::DVec3;
 /// A flat polygon of at most five corners: a rectangle after one cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polygon {
-    corners: [DVec3; Self::MOST],
+    corners: [DVec3; Self::MAX_CORNERS],
     count: usize,
 }
 
 impl Polygon {
     /// Largest number of corners.
-    pub const MOST: usize = 5;
+    pub const MAX_CORNERS: usize = 5;
 
-    /// Creates a polygon from its corners in order; those beyond [`MOST`](Self::MOST) are left out.
+    /// Creates a polygon from its corners in order; those beyond [`MAX_CORNERS`](Self::MAX_CORNERS)
+    /// are left out.
     pub fn new(corners: &[DVec3]) -> Self {
         let mut polygon = Self {
-            corners: [DVec3::ZERO; Self::MOST],
+            corners: [DVec3::ZERO; Self::MAX_CORNERS],
             count: 0,
         };
         corners.iter().for_each(|&corner| polygon.push(corner));
@@ -41,21 +42,21 @@ impl Polygon {
     }
 
     /// Returns the polygon with its corners relative to a point.
-    pub(crate) fn seen_from(&self, point: DVec3) -> Self {
-        let mut seen = *self;
-        let corners = seen.corners[..self.count].iter_mut();
+    pub(crate) fn relative_to(&self, point: DVec3) -> Self {
+        let mut polygon = *self;
+        let corners = polygon.corners[..self.count].iter_mut();
         corners.for_each(|corner| *corner -= point);
-        seen
+        polygon
     }
 
     /// Returns the mean of the corners: a point of the polygon if it is convex and not empty.
-    pub fn middle(&self) -> DVec3 {
+    pub fn centroid(&self) -> DVec3 {
         self.corners().iter().sum::<DVec3>() / self.count as f64
     }
 
     /// Returns the part of a convex polygon of at most four corners above the plane through the
     /// receiver with this normal (Sutherland and Hodgman, CACM 17(1), 1974).
-    pub fn above(&self, normal: DVec3) -> Self {
+    pub fn clip_to_horizon(&self, normal: DVec3) -> Self {
         let corners = self.corners();
         let mut part = Self::new(&[]);
         for (i, &a) in corners.iter().enumerate() {

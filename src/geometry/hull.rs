@@ -8,9 +8,9 @@ use super::offsets::OFFSET;
 use crate::math::real::{Real, Vector};
 
 /// Maximum number of primitives of a small scene; in larger ones the hierarchy is as fast.
-pub(crate) const SMALL: usize = 64;
+pub(crate) const MAX_PRIMITIVES: usize = 64;
 /// Maximum number of slabs; testing points against more costs more than it saves.
-const MOST: usize = 8;
+const MAX_SLABS: usize = 8;
 
 /// Distance from the walls, relative to the largest coordinate, that points within keep in single
 /// precision: 2⁻²², four rounding errors.
@@ -41,7 +41,7 @@ impl Hull {
     /// Finds the hull of a small scene with walls, whose rays leave surfaces from this height above
     /// them.
     pub fn new(primitives: &[Primitive], offset: f64) -> Option<Self> {
-        if primitives.len() > SMALL {
+        if primitives.len() > MAX_PRIMITIVES {
             return None;
         }
         let mut slabs: Vec<Slab> = Vec::new();
@@ -53,7 +53,7 @@ impl Hull {
                 };
                 if slabs
                     .iter_mut()
-                    .any(|slab| slab.is_closed_by([a, b, c], primitives))
+                    .any(|slab| slab.try_close([a, b, c], primitives))
                 {
                     return true;
                 }
@@ -62,15 +62,15 @@ impl Hull {
                     ends: [f64::INFINITY; 2],
                     offset,
                 };
-                let is_wall = slab.is_closed_by([a, b, c], primitives);
+                let is_wall = slab.try_close([a, b, c], primitives);
                 if is_wall {
                     slabs.push(slab);
                 }
                 is_wall
             })
             .collect();
-        let within = Bvh::of(primitives, |id| !is_wall[id as usize]);
-        (1..=MOST).contains(&slabs.len()).then_some(Self {
+        let within = Bvh::over_subset(primitives, |id| !is_wall[id as usize]);
+        (1..=MAX_SLABS).contains(&slabs.len()).then_some(Self {
             slabs,
             is_wall,
             within,
@@ -79,7 +79,7 @@ impl Hull {
 
     /// Returns whether a point is within, at least some rounding errors away from the walls.
     #[inline]
-    pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+    pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
         self.slabs.iter().fold(zero.equals(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
@@ -105,7 +105,7 @@ impl Slab {
     }
 
     /// Returns whether all these points lie in one of the planes.
-    pub fn is_in_end(&self, side: usize, points: &[DVec3]) -> bool {
+    pub fn contains_on_plane(&self, side: usize, points: &[DVec3]) -> bool {
         let normal = self.outward(side);
         points
             .iter()
@@ -114,15 +114,15 @@ impl Slab {
 
     /// Returns whether a triangle lies in one of the planes, which then bounds the slab: the whole
     /// scene lies on its inner side.
-    fn is_closed_by(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
+    fn try_close(&mut self, corners: [DVec3; 3], primitives: &[Primitive]) -> bool {
         [0, 1].into_iter().any(|side| {
             let normal = self.outward(side);
             let farthest = primitives
                 .iter()
-                .map(|primitive| reach(primitive, normal))
+                .map(|primitive| max_height(primitive, normal))
                 .fold(f64::NEG_INFINITY, f64::max);
             let open = std::mem::replace(&mut self.ends[side], farthest);
-            let lies = self.is_in_end(side, &corners);
+            let lies = self.contains_on_plane(side, &corners);
             if !lies {
                 self.ends[side] = open;
             }
@@ -132,7 +132,7 @@ impl Slab {
 }
 
 /// Returns the largest n · p over a primitive's points.
-fn reach(primitive: &Primitive, normal: DVec3) -> f64 {
+fn max_height(primitive: &Primitive, normal: DVec3) -> f64 {
     match primitive {
         Primitive::Triangle(corners) => corners
             .iter()

@@ -31,9 +31,10 @@ pub const SINGLE_OFFSET: f64 = 1.0 / 1_048_576.0;
 /// coordinate of the scene: 2⁻²⁴, one rounding.
 pub const SINGLE_LEAST_OFFSET: f64 = 1.0 / 16_777_216.0;
 /// Least distance of a hit from each edge in single precision, relative to the largest coordinate:
-/// 2⁻¹⁶. That is more than [`SINGLE_NEAREST`](crate::geometry::watertight::SINGLE_NEAREST) of the
-/// largest triangle, so that a ray hits a wall that rises over the edge, and eight offsets or more,
-/// so that no ray starts behind one that rises at more than ten degrees.
+/// 2⁻¹⁶. That is more than
+/// [`SINGLE_MIN_RELATIVE_DISTANCE`](crate::geometry::watertight::SINGLE_MIN_RELATIVE_DISTANCE) of
+/// the largest triangle, so that a ray hits a wall that rises over the edge, and eight offsets or
+/// more, so that no ray starts behind one that rises at more than ten degrees.
 pub const SINGLE_EDGE_MARGIN: f64 = 16.0 * SINGLE_OFFSET;
 /// Largest distance by which [`SINGLE_EDGE_MARGIN`] moves a hit inwards, as a fraction of a
 /// triangle's least height.
@@ -45,9 +46,9 @@ pub(crate) fn offset_in<R: Real>(offset: f64) -> R {
     R::by_precision(offset, offset * (SINGLE_END / OFFSET))
 }
 
-/// A surface point from which rays leave.
+/// A surface point with its unit normal, and how far from it rays start.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<V: Vector> {
+pub(crate) struct RayOrigin<V: Vector> {
     /// Point.
     pub point: V,
     /// Unit normal.
@@ -56,10 +57,10 @@ pub(crate) struct Place<V: Vector> {
     pub offset: V::Real,
 }
 
-impl<V: Vector> Place<V> {
+impl<V: Vector> RayOrigin<V> {
     /// Returns the ray that leaves from the side to which `direction` points.
     #[inline]
-    pub fn leave(&self, direction: V) -> Ray<V> {
+    pub fn spawn_ray(&self, direction: V) -> Ray<V> {
         let offset = self.offset.copysign(self.normal.dot(direction));
         Ray::new(self.point + self.normal * offset, direction)
     }
@@ -67,8 +68,8 @@ impl<V: Vector> Place<V> {
     /// Returns the segment to another surface point, as a ray that ends at t = 1.
     #[inline]
     pub fn segment(&self, other: &Self) -> Ray<V> {
-        let start = self.leave(other.point - self.point).origin;
-        let end = other.leave(self.point - other.point).origin;
+        let start = self.spawn_ray(other.point - self.point).origin;
+        let end = other.spawn_ray(self.point - other.point).origin;
         Ray::new(start, end - start)
     }
 }

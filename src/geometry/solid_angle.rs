@@ -3,7 +3,7 @@
 //!
 //! Lengths are in scene units, solid angles in steradians. Every constructor returns `None` where
 //! the shape cannot be sampled this way: seen from behind, from within, or smaller than
-//! [`SMALLEST`].
+//! [`MIN_SOLID_ANGLE`].
 
 use std::f64::consts::TAU;
 
@@ -16,13 +16,13 @@ use crate::math::real::{Real, Vector, sin_cos_of_turn};
 /// Solid angle, sr, below which a shape is not sampled by solid angle: sums of angles lose digits
 /// there (at most 1e-9 of the solid angle above it), and the density of points uniform in area
 /// hardly varies.
-pub const SMALLEST: f64 = 1e-6;
+pub const MIN_SOLID_ANGLE: f64 = 1e-6;
 
 /// Largest cosine between the edges of a parallelogram that counts as a rectangle.
-const RIGHT_ANGLE: f64 = 1e-12;
+const MAX_CORNER_COSINE: f64 = 1e-12;
 
-fn in_reach(solid_angle: f64) -> Option<f64> {
-    (solid_angle > SMALLEST).then_some(solid_angle)
+fn if_large_enough(solid_angle: f64) -> Option<f64> {
+    (solid_angle > MIN_SOLID_ANGLE).then_some(solid_angle)
 }
 
 /// A rectangle seen from a point, [`crate::equation::LIGHT_RECTANGLE`].
@@ -51,7 +51,7 @@ impl SphericalRectangle {
         let [ex, ey] = [edges[0] / lengths[0], edges[1] / lengths[1]];
         let to_corner = corner - from;
         let height = -ex.cross(ey).dot(to_corner);
-        if ex.dot(ey).abs() > RIGHT_ANGLE || height <= 0.0 {
+        if ex.dot(ey).abs() > MAX_CORNER_COSINE || height <= 0.0 {
             return None;
         }
         let span = |axis: DVec3, length: f64| {
@@ -75,7 +75,7 @@ impl SphericalRectangle {
             height,
             planes: [below, above],
             left: corners_left,
-            solid_angle: in_reach(corners_left + corners_right)?,
+            solid_angle: if_large_enough(corners_left + corners_right)?,
         })
     }
 
@@ -135,7 +135,7 @@ impl SphericalTriangle {
             to,
             directions,
             // A front that faces the point runs clockwise around the outward direction.
-            solid_angle: in_reach(triangle(a, c, b))?,
+            solid_angle: if_large_enough(triangle(a, c, b))?,
         })
     }
 
@@ -154,9 +154,9 @@ impl SphericalTriangle {
         let vertex =
             (under * under - over * over) * scale * a + 2.0 * over * under * scale * tangent;
         // On the arc from B to it the measure is that of one minus the cosine.
-        let lost = 0.5 * r2 * (vertex - b).length_squared();
-        let along = (lost * (2.0 - lost)).max(0.0).sqrt();
-        let direction = (1.0 - lost) * b + along * perpendicular(b, vertex);
+        let one_minus_cos = 0.5 * r2 * (vertex - b).length_squared();
+        let along = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
+        let direction = (1.0 - one_minus_cos) * b + along * perpendicular(b, vertex);
         // Intersection with the plane, in barycentric coordinates: on the triangle despite
         // rounding.
         let [p, q, r] = self.to;
@@ -214,7 +214,7 @@ impl<V: Vector> VisibleCap<V> {
         let cosine = ((distance - radius) * (distance + radius)).sqrt() / distance;
         // 2π(1 − cos), without its cancellation.
         let solid_angle = sine * TAU * sine / (cosine + 1.0);
-        let exists = distance.above(all(radius)) & solid_angle.above(all(SMALLEST));
+        let exists = distance.above(all(radius)) & solid_angle.above(all(MIN_SOLID_ANGLE));
         let frame = Frame::new(to_point * distance.recip());
         Some((
             Self {
@@ -234,14 +234,14 @@ impl<V: Vector> VisibleCap<V> {
     pub fn sample(&self, [r1, r2]: [V::Real; 2]) -> V {
         let (sine, cosine, one) = (self.sine, self.cosine, V::Real::splat(1.0));
         // 1 − cos θ of the direction, then sin θ over the sine of the cone.
-        let lost = r1 * sine * sine / (cosine + 1.0);
-        let square = r1 * (V::Real::splat(2.0) - lost) / (cosine + 1.0);
+        let one_minus_cos = r1 * sine * sine / (cosine + 1.0);
+        let square = r1 * (V::Real::splat(2.0) - one_minus_cos) / (cosine + 1.0);
         let (ratio, rest) = (
             square.sqrt(),
             (one - square).at_least(V::Real::splat(0.0)).sqrt(),
         );
         // The angle at the centre is the arc sine of that ratio minus θ.
-        let (sin_theta, cos_theta) = (ratio * sine, one - lost);
+        let (sin_theta, cos_theta) = (ratio * sine, one - one_minus_cos);
         let sin = (ratio * cos_theta - rest * sin_theta).at_least(V::Real::splat(0.0));
         let cos = rest * cos_theta + ratio * sin_theta;
         let (sin_phi, cos_phi) = sin_cos_of_turn(r2);

@@ -46,17 +46,17 @@ pub struct Caster<V: Vector> {
 impl<V: Vector> Caster<V> {
     /// Returns the same caster for every ray.
     #[inline]
-    pub fn splat(body: &Caster<DVec3>) -> Self {
+    pub fn splat(caster: &Caster<DVec3>) -> Self {
         let (vector, all) = (V::splat_vector, V::Real::splat);
         Self {
-            centre: vector(body.centre),
-            radius: all(body.radius),
-            area: all(body.area),
-            normal: vector(body.normal),
-            relative_ior: all(body.relative_ior),
-            index: all(body.index),
-            reflectance: vector(body.reflectance),
-            selection_weight: all(body.selection_weight),
+            centre: vector(caster.centre),
+            radius: all(caster.radius),
+            area: all(caster.area),
+            normal: vector(caster.normal),
+            relative_ior: all(caster.relative_ior),
+            index: all(caster.index),
+            reflectance: vector(caster.reflectance),
+            selection_weight: all(caster.selection_weight),
         }
     }
 }
@@ -83,11 +83,11 @@ pub struct SpecularConnection<V: Vector> {
 
 /// Maximum number of steps to a root. They approach from one side, so that the distance to a double
 /// root falls by a factor of four with each; convergence to simple roots becomes quadratic.
-const MOST_STEPS: u32 = 48;
+const MAX_STEPS: u32 = 48;
 /// Step size below which the iteration ends.
-const SMALL: f64 = 1e-7;
-/// [`SMALL`] in single precision.
-const SINGLE_SMALL: f64 = 1e-4;
+const STEP_TOLERANCE: f64 = 1e-7;
+/// [`STEP_TOLERANCE`] in single precision.
+const SINGLE_STEP_TOLERANCE: f64 = 1e-4;
 
 /// Two points relative to a sphere of radius 1 around the origin.
 struct Pair<V: Vector> {
@@ -214,11 +214,11 @@ impl<V: Vector> Pair<V> {
         let all = V::Real::splat;
         let (zero, one) = (all(0.0), all(1.0));
         let scale = self.x_distance * self.y_distance;
-        let small = V::Real::by_precision(SMALL, SINGLE_SMALL);
+        let small = V::Real::by_precision(STEP_TOLERANCE, SINGLE_STEP_TOLERANCE);
         let [sin, cos] = if upwards { [zero, one] } else { [one, zero] };
         let mut angle = Angle { sin, cos };
         let (mut going, mut found) = (active, active);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let legs = Legs::new(angle.sin, self.distances(), relative_ior);
             let [slope, divisor] = legs.slope(angle.cos, relative_ior);
             let [far, off] = legs.residual(angle, relative_ior, target);
@@ -298,7 +298,7 @@ impl<V: Vector> RootAt<V> {
 
 /// Connections between two points through spheres.
 pub struct SphereConnections<'a, V: Vector> {
-    body: &'a Caster<V>,
+    caster: &'a Caster<V>,
     pair: Pair<V>,
     /// Lanes in which light is refracted through the sphere, not reflected.
     refracts: <V::Real as Real>::Mask,
@@ -320,16 +320,16 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
     /// `refracts`, reflection in the others.
     #[inline]
     pub fn new(
-        body: &'a Caster<V>,
+        caster: &'a Caster<V>,
         x: V,
         y: V,
         active: <V::Real as Real>::Mask,
         refracts: <V::Real as Real>::Mask,
     ) -> Self {
-        let pair = Pair::new(x, y, body.centre, body.radius);
+        let pair = Pair::new(x, y, caster.centre, caster.radius);
         let possible = active & pair.is_outside();
         Self {
-            body,
+            caster,
             pair,
             refracts,
             possible,
@@ -343,7 +343,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
     pub(crate) fn roots(&self) -> [RootAt<V>; 3] {
         let Self {
             pair,
-            body,
+            caster,
             refracts,
             possible,
         } = self;
@@ -355,7 +355,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
                     angle: grazing(),
                 };
             }
-            let (angle, exists) = pair.root(body.relative_ior, target, upwards, among);
+            let (angle, exists) = pair.root(caster.relative_ior, target, upwards, among);
             RootAt { exists, angle }
         };
         let first = root(
@@ -364,7 +364,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             *possible,
         );
         let [x, y] = pair.distances();
-        let slope_at_0 = x * y * (one - body.relative_ior) * 2.0 - (x + y);
+        let slope_at_0 = x * y * (one - caster.relative_ior) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
         let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
         let larger = root(target, false, smaller.exists);
@@ -382,12 +382,12 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
         let one = V::Real::splat(1.0);
         let Self {
             pair,
-            body,
+            caster,
             refracts,
             ..
         } = self;
-        let (geometry_term, finite) = pair.geometry_term(angle, body.relative_ior);
-        let legs = Legs::new(angle.sin, pair.distances(), body.relative_ior);
+        let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
+        let legs = Legs::new(angle.sin, pair.distances(), caster.relative_ior);
         // Light refracted across the axis turns the other way.
         let around = V::Real::choose(*refracts & is_first, -one, one);
         // Unit normal where the sphere is met on the way from one of the points, given the unit
@@ -401,7 +401,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
         let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
         let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
         let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
-        let point = |normal: V| (body.centre + normal * body.radius, normal);
+        let point = |normal: V| (caster.centre + normal * caster.radius, normal);
         SpecularConnection {
             exists: exists & finite,
             direction: (first - pair.x).normalize(),
@@ -409,7 +409,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             first: point(first),
             last: point(last),
             cosine: angle.cos,
-            geometry_term: geometry_term / (body.radius * body.radius),
+            geometry_term: geometry_term / (caster.radius * caster.radius),
         }
     }
 }
@@ -487,14 +487,14 @@ impl<V: Vector> SpecularConnection<V> {
 /// Connects two points by reflection at the front of a flat mirror, assumed to be infinite.
 #[inline]
 pub fn mirror_connection<V: Vector>(
-    body: &Caster<V>,
+    caster: &Caster<V>,
     x: V,
     y: V,
     active: <V::Real as Real>::Mask,
 ) -> SpecularConnection<V> {
     let zero = V::Real::splat(0.0);
-    let normal = body.normal;
-    let [height_x, height_y] = [x, y].map(|v| (v - body.centre).dot(normal));
+    let normal = caster.normal;
+    let [height_x, height_y] = [x, y].map(|v| (v - caster.centre).dot(normal));
     let (foot_x, foot_y) = (x - normal * height_x, y - normal * height_y);
     let between = (height_x + height_y).recip();
     let point = (foot_x * height_y + foot_y * height_x) * between;
@@ -518,7 +518,7 @@ pub fn mirror_connection<V: Vector>(
 /// cosine at the caster.
 #[inline]
 pub fn geometry_term<V: Vector>(
-    body: &Caster<V>,
+    caster: &Caster<V>,
     kind: CasterKind,
     x: V,
     direction: V,
@@ -526,24 +526,24 @@ pub fn geometry_term<V: Vector>(
 ) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
     if kind == CasterKind::Flat {
-        let image = x - body.normal * ((x - body.centre).dot(body.normal) * 2.0);
+        let image = x - caster.normal * ((x - caster.centre).dot(caster.normal) * 2.0);
         return (
             (y - image).length_squared().recip(),
-            -direction.dot(body.normal),
+            -direction.dot(caster.normal),
         );
     }
-    let pair = Pair::new(x, y, body.centre, body.radius);
+    let pair = Pair::new(x, y, caster.centre, caster.radius);
     let aside = pair.x - direction * pair.x.dot(direction);
     let sin = aside.length_squared().sqrt();
     let angle = Angle {
         sin,
         cos: (one - sin * sin).at_least(zero).sqrt(),
     };
-    let (geometry_term, finite) = pair.geometry_term(angle, body.relative_ior);
+    let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
     (
         V::Real::choose(
             finite & pair.is_outside(),
-            geometry_term / (body.radius * body.radius),
+            geometry_term / (caster.radius * caster.radius),
             zero,
         ),
         angle.cos,

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::shape::Ray;
 use crate::math::real::{Mask, Real};
-use crate::math::simd::{Axes, Turn};
+use crate::math::simd::{Axes, PermuteAxes};
 
 /// A projected vertex: sheared across the ray's direction, with its depth along the axis nearest to
 /// that.
@@ -31,7 +31,7 @@ pub struct Shear<R = f64, A = [usize; 3]> {
 }
 
 /// [`Shear`] of several rays.
-pub type LaneShear<R> = Shear<R, <<R as Real>::Vector as Turn>::Axes>;
+pub type LaneShear<R> = Shear<R, <<R as Real>::Vector as PermuteAxes>::Axes>;
 
 /// A hit of the watertight test: distance in units of the direction's length, and the barycentric
 /// weights of the three vertices.
@@ -46,12 +46,12 @@ pub struct TriangleHit<R = f64> {
 impl<R: Real, A: Axes<R>> Shear<R, A> {
     /// Prepares a ray. The direction must not be zero.
     #[inline]
-    pub fn new<V: Turn<Real = R, Axes = A>>(ray: &Ray<V>) -> Self {
+    pub fn new<V: PermuteAxes<Real = R, Axes = A>>(ray: &Ray<V>) -> Self {
         let axes = V::axes(ray.direction);
-        let [x, y, z] = axes.turned(ray.direction.components());
+        let [x, y, z] = axes.permuted(ray.direction.components());
         let inverse = z.recip();
         Self {
-            origin: axes.turned(ray.origin.components()),
+            origin: axes.permuted(ray.origin.components()),
             axes,
             shear: [x * inverse, y * inverse, inverse],
         }
@@ -61,7 +61,7 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
     #[inline]
     pub fn project(&self, vertex: [R; 3]) -> Projected<R> {
         let ([ox, oy, oz], [sx, sy, _]) = (self.origin, self.shear);
-        let [x, y, z] = self.axes.turned(vertex);
+        let [x, y, z] = self.axes.permuted(vertex);
         let z = z - oz;
         [(x - ox) - sx * z, (y - oy) - sy * z, z]
     }
@@ -74,7 +74,7 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
 
     /// Returns the hit ahead, from either side, edges and vertices included, on the triangle of
     /// three projected vertices; t is infinite where there is none. Hits as near as rounding
-    /// ([`NEAREST`]) are at the ray's origin, not ahead.
+    /// ([`MIN_RELATIVE_DISTANCE`]) are at the ray's origin, not ahead.
     #[inline]
     pub fn hit(&self, [a, b, c]: [&Projected<R>; 3]) -> TriangleHit<R> {
         self.hit_within([edge(c, b), edge(a, c), edge(b, a)], [a[2], b[2], c[2]])
@@ -103,8 +103,10 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
             .at_least(depths[1].abs())
             .at_least(depths[2].abs());
         let ahead = t.above(
-            self.distance(farthest * R::by_precision(NEAREST, SINGLE_NEAREST))
-                .abs(),
+            self.distance(
+                farthest * R::by_precision(MIN_RELATIVE_DISTANCE, SINGLE_MIN_RELATIVE_DISTANCE),
+            )
+            .abs(),
         );
         let hit = inside & !determinant.equals(zero) & ahead;
         TriangleHit {
@@ -116,9 +118,9 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
 
 /// Bound on the rounding of the distance at which a ray meets a triangle, relative to its farthest
 /// vertex: 2⁻⁴⁸, sixteen machine epsilons.
-pub const NEAREST: f64 = 1.0 / 281_474_976_710_656.0;
-/// [`NEAREST`] in single precision, 2⁻¹⁹.
-pub const SINGLE_NEAREST: f64 = 1.0 / 524_288.0;
+pub const MIN_RELATIVE_DISTANCE: f64 = 1.0 / 281_474_976_710_656.0;
+/// [`MIN_RELATIVE_DISTANCE`] in single precision, 2⁻¹⁹.
+pub const SINGLE_MIN_RELATIVE_DISTANCE: f64 = 1.0 / 524_288.0;
 
 /// Returns the edge function of two projected vertices, whose sign is the side on which the ray
 /// passes: twice the signed area of the triangle of these two and the ray. Exchanging the vertices

@@ -4,10 +4,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::direct_light::{ShadowRays, direct_light, picked_pdf};
-use super::particle::{Passed, connect_to_eye, importance_per_particle, particles};
-use super::strategies::{Bidirectional, Density, PathVertex, WholePath};
-use super::walk::{PendingWalk, WalkEvent, WalkHit, follow, in_portions};
+use super::direct_light::{ShadowRays, direct_light, light_sampling_pdf};
+use super::particle::{ParticleEvent, connect_to_eye, importance_per_particle, particles};
+use super::strategies::{Bidirectional, Density, FullPath, PathVertex};
+use super::walk::{PendingWalk, WalkEvent, WalkHit, in_batches, trace_walks};
 use super::{DefaultParts, ImageEstimator, PathParts};
 use crate::error::Error;
 use crate::film::splat::{SplatBuffer, Splats};
@@ -49,15 +49,12 @@ impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let buffers = || (Vec::new(), image.buffer());
-        in_portions(frame[0] * frame[1]).try_for_each_init(
-            buffers,
-            |(spare, splats), pixels| {
-                let place = |pixel| [pixel % frame[0], pixel / frame[0]];
-                let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-                self.pairs(scene, pixels, frame, splats, spare)?;
-                splats.flush()
-            },
-        )?;
+        in_batches(frame[0] * frame[1]).try_for_each_init(buffers, |(spare, splats), pixels| {
+            let place = |pixel| [pixel % frame[0], pixel / frame[0]];
+            let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
+            self.pairs(scene, pixels, frame, splats, spare)?;
+            splats.flush()
+        })?;
         Ok(image.into_values())
     }
 }
@@ -136,19 +133,19 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             scene,
             items,
             |error, pair: &Pair<'_>| named(error, pair.pixel),
-            |passed| {
-                match passed {
-                    Passed::Place(pair, place) => {
+            |event| {
+                match event {
+                    ParticleEvent::Vertex(pair, light_vertex) => {
                         return self.by_particle(
                             scene,
-                            place,
+                            light_vertex,
                             &mut pair.light,
                             &mut densities,
                             frame,
                             splats,
                         );
                     }
-                    Passed::End(pair, rng) => pairs.push((pair, rng)),
+                    ParticleEvent::End(pair, rng) => pairs.push((pair, rng)),
                 }
                 Ok(())
             },
@@ -167,7 +164,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 rng,
             }
         });
-        follow(parts, scene, starts, |event| match event {
+        trace_walks(parts, scene, starts, |event| match event {
             WalkEvent::Hit(pair, step, at, rng) => {
                 let Pair {
                     light,
@@ -176,7 +173,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                     ..
                 } = pair;
                 vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
-                let path = WholePath {
+                let path = FullPath {
                     light,
                     eye: vertices,
                     origin: eye,
@@ -213,21 +210,22 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
     fn by_particle<'a>(
         &self,
         scene: &Scene,
-        place: &PathVertex<'a>,
+        light_vertex: &PathVertex<'a>,
         light: &mut Vec<PathVertex<'a>>,
         densities: &mut Vec<Density>,
         frame: [u32; 2],
         splats: &mut SplatBuffer<'_>,
     ) -> Result<(), Error> {
-        light.push(place.after(&self.parts, light));
+        light.push(light_vertex.after(&self.parts, light));
         if let [start, next] = &mut light[..] {
             let emitter = start.emitter.map(|emitter| emitter as usize);
-            start.picked = emitter
-                .map(|emitter| picked_pdf(&self.parts, scene, emitter, &start.at, next.at.point));
+            start.sampling_pdf = emitter.map(|emitter| {
+                light_sampling_pdf(&self.parts, scene, emitter, &start.at, next.at.point)
+            });
         }
-        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, place) {
+        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, light_vertex) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
-            let path = WholePath {
+            let path = FullPath {
                 light,
                 eye: &[],
                 origin,
@@ -248,14 +246,14 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         scene: &Scene,
         step: &WalkHit<'_>,
         vertex: &Vertex,
-        path: WholePath<'_>,
+        path: FullPath<'_>,
         densities: &mut Vec<Density>,
         rng: &mut R,
     ) -> DVec3 {
         let parts = &self.parts;
         let mut found = step.emitted(scene);
         if found != DVec3::ZERO {
-            let hit = WholePath { light: &[], ..path };
+            let hit = FullPath { light: &[], ..path };
             found *= self.weight(scene, hit, densities);
         }
         let bsdf = step.bsdf;
@@ -268,7 +266,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 DVec3::ZERO,
                 direct.emitter,
             )];
-            found += direct.reflected * self.weight(scene, WholePath { light, ..path }, densities);
+            found += direct.reflected * self.weight(scene, FullPath { light, ..path }, densities);
         }
         if self.connections == Connections::Endpoints {
             return found;
@@ -277,7 +275,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             let connected = self.connect(scene, bsdf, vertex, &path.light[s - 1]);
             if connected != DVec3::ZERO {
                 let light = &path.light[..s];
-                found += connected * self.weight(scene, WholePath { light, ..path }, densities);
+                found += connected * self.weight(scene, FullPath { light, ..path }, densities);
             }
         }
         found
@@ -291,12 +289,12 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         scene: &Scene,
         bsdf: &Bsdf,
         vertex: &Vertex,
-        place: &PathVertex<'_>,
+        light_vertex: &PathVertex<'_>,
     ) -> DVec3 {
         let parts = &self.parts;
         let (here, there) = (
             (vertex.point, vertex.frame.z),
-            (place.at.point, place.normal()),
+            (light_vertex.at.point, light_vertex.normal()),
         );
         let offset = there.0 - here.0;
         let distance_squared = offset.length_squared();
@@ -306,10 +304,10 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         if cosine <= 0.0 || cosine_there <= 0.0 {
             return DVec3::ZERO;
         }
-        let leaving = place.leaving(parts, -direction);
+        let outgoing = light_vertex.outgoing_radiance(parts, -direction);
         let brdf = parts.brdf(bsdf, vertex.wo, vertex.frame.local(direction));
         let value =
-            leaving * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
+            outgoing * brdf * cosine * parts.solid_angle_per_area(cosine_there, distance_squared);
         if value == DVec3::ZERO || !parts.visible(scene, here, there, false) {
             return DVec3::ZERO;
         }
@@ -319,7 +317,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
     /// Returns the MIS weight of the strategy that made a path of these two subpaths; `densities`
     /// is a buffer.
     #[inline]
-    fn weight(&self, scene: &Scene, path: WholePath<'_>, densities: &mut Vec<Density>) -> f64 {
+    fn weight(&self, scene: &Scene, path: FullPath<'_>, densities: &mut Vec<Density>) -> f64 {
         path.densities(&self.parts, scene, densities);
         if self.connections == Connections::Endpoints
             && let [_, inner @ .., _] = &mut densities[..]

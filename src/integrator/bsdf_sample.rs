@@ -17,7 +17,7 @@ use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::sampling::lanes::LaneSampler;
 use crate::sampling::warp;
-use crate::scene::lanes::material::MODEL;
+use crate::scene::lanes::material::NOT_COSINE_SAMPLED;
 
 /// A sampled direction per lane.
 pub(crate) struct BsdfSample<R: Real> {
@@ -57,7 +57,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         random: &mut S,
     ) -> BsdfSample<R> {
         if !parts.is_default() {
-            return self.sample_one_by_one(parts, active, random);
+            return self.sample_per_lane(parts, active, random);
         }
         let mut sample = self.sample_specular(parts, active & !self.non_delta, random);
         sample.has_pdf = active & self.non_delta;
@@ -122,7 +122,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             R::splat(0.0)
         };
         let mut wi: R::Vector = warp::cosine_hemisphere(numbers);
-        let models = active & self.is(MODEL);
+        let models = active & self.is(NOT_COSINE_SAMPLED);
         let mut exists = active;
         if models.any() {
             let [r1, r2] = numbers;
@@ -156,7 +156,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
     }
 
     /// Samples lane by lane, as [`sample`](Self::sample), for parts that replace library functions.
-    fn sample_one_by_one<P: PathParts, S: LaneSampler<R>>(
+    fn sample_per_lane<P: PathParts, S: LaneSampler<R>>(
         &self,
         parts: &P,
         active: R::Mask,
@@ -320,12 +320,12 @@ impl<R: Real, S: LaneSampler<R>> TryRng for LaneRng<'_, S, R> {
     }
 
     fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        Ok(self.random.word(self.lane))
+        Ok(self.random.next_bits(self.lane))
     }
 
     fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
         for bytes in bytes.chunks_mut(8) {
-            bytes.copy_from_slice(&self.random.word(self.lane).to_le_bytes()[..bytes.len()]);
+            bytes.copy_from_slice(&self.random.next_bits(self.lane).to_le_bytes()[..bytes.len()]);
         }
         Ok(())
     }

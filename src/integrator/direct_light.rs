@@ -5,8 +5,8 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::lanewise::{Lanewise, vectors, visible};
-use super::light_sampling::{LightNumbers, PickedLight, PickedPoint, SeenLight, light_pdf};
-use super::{BsdfAt, PathParts, ShadingPoint};
+use super::light_sampling::{LightNumbers, LightView, PickedLight, PickedPoint, light_pdf};
+use super::{PathParts, ScalarShadingPoint, ShadingPoint};
 use crate::geometry::radiometry;
 use crate::geometry::shape::Ray;
 use crate::light::emitter::{EmitterPoint, LightSampling};
@@ -164,11 +164,11 @@ fn light_from<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let pdf = parts.lanes_pdf_of_pick(pdf, *probability, active);
     let active = active & !is_zero(brdf);
     let arrives = if active.any() {
-        let light = scene.scene.place(point.point, point.normal);
+        let light = scene.scene.ray_origin(point.point, point.normal);
         visible(
             parts,
             scene,
-            &at.place(),
+            &at.ray_origin(),
             &light,
             pass_glass,
             active,
@@ -216,15 +216,15 @@ fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
     let active = active & cosine.above(R::splat(0.0)) & !is_zero(brdf);
-    let place = at.place();
-    let ray = place.leave(direction);
+    let origin = at.ray_origin();
+    let ray = origin.spawn_ray(direction);
     let sees_background = |i: usize| {
         if parts.is_default() {
-            return scene.is_open(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
+            return scene.escapes(&Ray::new(ray.origin.lane(i), ray.direction.lane(i)));
         }
         parts.sees_background(
             scene,
-            (place.point.lane(i), place.normal.lane(i)),
+            (origin.point.lane(i), origin.normal.lane(i)),
             samples[i].0,
         )
     };
@@ -304,7 +304,7 @@ pub(super) fn direct_light<P: PathParts, R: Sampler>(
     if scene.emitters().is_empty() {
         return None;
     }
-    let at = BsdfAt {
+    let at = ScalarShadingPoint {
         scene,
         bsdf,
         vertex,
@@ -335,7 +335,7 @@ pub(super) fn direct_light<P: PathParts, R: Sampler>(
 /// Returns the pdf, with respect to area, with which [`direct_light`] at a point picks a point on
 /// the emitter with this index; 0 from behind.
 #[inline]
-pub(super) fn picked_pdf<P: PathParts>(
+pub(super) fn light_sampling_pdf<P: PathParts>(
     parts: &P,
     scene: &Scene,
     index: usize,
@@ -348,11 +348,11 @@ pub(super) fn picked_pdf<P: PathParts>(
     if cosine <= 0.0 {
         return 0.0;
     }
-    let seen = SeenLight {
+    let view = LightView {
         emitter: [index],
         cosine,
         distance_squared,
     };
-    light_pdf(parts, scene, ShadowRays::DEFAULT.lights, from, seen, true)
+    light_pdf(parts, scene, ShadowRays::DEFAULT.lights, from, view, true)
         * parts.solid_angle_per_area(cosine, distance_squared)
 }

@@ -49,7 +49,7 @@ pub(super) fn emit_from<P: NextEvent + Scattering, R: Sampler>(
     }
     let direction = Frame::new(light.normal).world(wo);
     Some(Emission {
-        ray: scene.leave(light.point, light.normal, direction),
+        ray: scene.spawn_ray(light.point, light.normal, direction),
         flux: scene.emitters()[index].radiance * (parts.cosine(DVec3::Z, wo) / pdf),
     })
 }

@@ -7,7 +7,7 @@ use super::{Lanewise, PathParts, TransportRules, vectors};
 use crate::error::Error;
 use crate::film::{Features, Pixel, features, is_legal_depth};
 use crate::geometry::bvh::PacketHit;
-use crate::geometry::offsets::{Place, inner_point};
+use crate::geometry::offsets::{RayOrigin, inner_point};
 use crate::geometry::shape::{Hit, Ray, outward};
 use crate::material::{Bsdf, OrenNayar, OrenNayarForm, Vertex, fresnel, lambert, oren_nayar};
 use crate::math::real::{Mask, Real, Vector};
@@ -15,7 +15,7 @@ use crate::math::simd::Wide;
 use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::lanes::material::{
-    EMITTER, GLASS, MIRROR, MODEL, NON_DELTA, ONE_BY_ONE, PRINTED, ROUGH_GLASS, SPHERE,
+    EMITTER, GLASS, MIRROR, NON_DELTA, NOT_COSINE_SAMPLED, PER_LANE, PRINTED, ROUGH_GLASS, SPHERE,
 };
 use crate::scene::lanes::{LaneScene, PrimitiveData};
 
@@ -24,7 +24,7 @@ pub(crate) trait ShadingPoint<R: Real> {
     /// Returns the shading vertices: points, frames and directions of the rays that arrived.
     fn vertex(&self) -> &Vertex<R::Vector>;
     /// Returns the points, normals and offsets from which shadow rays start.
-    fn place(&self) -> Place<R::Vector>;
+    fn ray_origin(&self) -> RayOrigin<R::Vector>;
     /// Evaluates f_r in the active lanes, 1/sr.
     fn brdf<P: PathParts>(&self, parts: &P, wi: R::Vector, active: R::Mask) -> R::Vector;
     /// Returns the lanes whose surface is rough glass.
@@ -65,20 +65,21 @@ pub(crate) trait ShadingPoint<R: Real> {
 }
 
 /// BSDF and vertex of a single ray.
-pub(crate) struct BsdfAt<'a> {
+pub(crate) struct ScalarShadingPoint<'a> {
     pub scene: &'a Scene,
     pub bsdf: &'a Bsdf,
     pub vertex: &'a Vertex,
 }
 
-impl ShadingPoint<f64> for BsdfAt<'_> {
+impl ShadingPoint<f64> for ScalarShadingPoint<'_> {
     #[inline]
     fn vertex(&self) -> &Vertex {
         self.vertex
     }
     #[inline]
-    fn place(&self) -> Place<DVec3> {
-        self.scene.place(self.vertex.point, self.vertex.frame.z)
+    fn ray_origin(&self) -> RayOrigin<DVec3> {
+        self.scene
+            .ray_origin(self.vertex.point, self.vertex.frame.z)
     }
     #[inline]
     fn brdf<P: PathParts>(&self, parts: &P, wi: DVec3, active: bool) -> DVec3 {
@@ -116,7 +117,7 @@ pub(crate) struct SurfaceInteraction<'a, R: Wide<N>, const N: usize> {
     pub non_delta: R::Mask,
     pub(super) mirror: R::Mask,
     pub(super) glass: R::Mask,
-    met: R::Mask,
+    hit_mask: R::Mask,
     /// Albedo, or the reflectance of a mirror.
     pub(super) colour: R::Vector,
     pub absorption: R,
@@ -133,8 +134,8 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
     }
 
     #[inline]
-    fn place(&self) -> Place<R::Vector> {
-        Place {
+    fn ray_origin(&self) -> RayOrigin<R::Vector> {
+        RayOrigin {
             point: self.vertex.point,
             normal: self.vertex.frame.z,
             offset: self.offset,
@@ -158,13 +159,13 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
         let above = wo.z().above(zero) & wi.z().above(zero);
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let brdf = Vector::choose(above & self.non_delta, lambert(self.colour) * bracket, none);
-        let one_by_one = self.is(ONE_BY_ONE);
-        if !one_by_one.any() {
+        let per_lane = self.is(PER_LANE);
+        if !per_lane.any() {
             return brdf;
         }
         let alone = |i: usize| self.bsdf(i).eval(wo.lane(i), wi.lane(i));
         Vector::from_fn(|i| {
-            if one_by_one.lane(i) {
+            if per_lane.lane(i) {
                 alone(i)
             } else {
                 brdf.lane(i)
@@ -201,9 +202,9 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             _,
             _,
             _,
-        ] = R::of_rows(primitives.map(|primitive| &primitive.numbers));
-        let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.met);
-        let (point, normal) = place(shape, is(SPHERE), ray, found);
+        ] = R::transpose(primitives.map(|primitive| &primitive.numbers));
+        let is = |kind| of_kind(&primitives, lanes.data.kinds, kind, found.hit_mask);
+        let (point, normal) = point_and_normal(shape, is(SPHERE), ray, found);
         Self {
             vertex: Vertex::of(point, normal, ray.direction),
             normal,
@@ -213,7 +214,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             non_delta: is(NON_DELTA),
             mirror: is(MIRROR),
             glass: is(GLASS),
-            met: found.met,
+            hit_mask: found.hit_mask,
             colour: R::Vector::of([red, green, blue]),
             absorption,
             index,
@@ -227,17 +228,17 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the lanes whose primitive is of this kind.
     #[inline]
     pub(super) fn is(&self, kind: u16) -> R::Mask {
-        of_kind(&self.primitives, self.kinds, kind, self.met)
+        of_kind(&self.primitives, self.kinds, kind, self.hit_mask)
     }
 
     /// Returns rays that leave the surfaces in these directions.
     #[inline]
     pub fn spawn_ray(&self, direction: R::Vector) -> Ray<R::Vector> {
-        Place {
+        RayOrigin {
             normal: self.normal,
-            ..self.place()
+            ..self.ray_origin()
         }
-        .leave(direction)
+        .spawn_ray(direction)
     }
 
     /// Returns the hit of a lane's ray.
@@ -288,7 +289,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     }
 
     /// Returns the emitted radiance under these rules.
-    pub fn emitted_by_rules(&self, rules: &TransportRules) -> R::Vector {
+    pub fn emitted_under(&self, rules: &TransportRules) -> R::Vector {
         let radiance = self.emitted();
         let none = R::Vector::splat_vector(DVec3::ZERO);
         let zero = R::splat(0.0);
@@ -370,7 +371,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
             return R::from_lanes(|i| if active.lane(i) { pdf(i) } else { 0.0 });
         }
         let by_cosine = warp::cosine_hemisphere_pdf(wi.z());
-        let models = self.is(MODEL);
+        let models = self.is(NOT_COSINE_SAMPLED);
         if !models.any() {
             return by_cosine;
         }
@@ -402,7 +403,7 @@ fn of_kind<M: Mask, T, const N: usize>(
 /// Computes points and normals of hits on primitives with these numbers, as
 /// [`Scene::intersect`](crate::scene::Scene::intersect) does.
 #[inline]
-fn place<R: Wide<N>, const N: usize>(
+fn point_and_normal<R: Wide<N>, const N: usize>(
     [a, b, c, d, e, f, g, h, i, x, y, z, radius]: [R; 13],
     curved: R::Mask,
     ray: &Ray<R::Vector>,

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::PathParts;
-use crate::geometry::offsets::Place;
+use crate::geometry::offsets::RayOrigin;
 use crate::geometry::radiometry;
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::material::fresnel;
@@ -101,7 +101,7 @@ pub(crate) trait Lanewise: PathParts {
                 roulette::weight(survival),
             );
         }
-        let mut weights = [None; MOST];
+        let mut weights = [None; MAX_LANES];
         for (i, weight) in weights
             .iter_mut()
             .enumerate()
@@ -152,7 +152,7 @@ pub(crate) trait Lanewise: PathParts {
             point: DVec3::ZERO,
             normal: DVec3::Z,
         };
-        let mut points = [none; MOST];
+        let mut points = [none; MAX_LANES];
         for (i, point) in points
             .iter_mut()
             .enumerate()
@@ -181,7 +181,7 @@ pub(crate) trait Lanewise: PathParts {
         {
             return sampled;
         }
-        let mut samples = [None; MOST];
+        let mut samples = [None; MAX_LANES];
         for (i, sample) in samples
             .iter_mut()
             .enumerate()
@@ -214,7 +214,7 @@ pub(crate) trait Lanewise: PathParts {
         {
             return pdf;
         }
-        let mut pdfs = [None; MOST];
+        let mut pdfs = [None; MAX_LANES];
         for (i, pdf) in pdfs.iter_mut().enumerate().filter(|(i, _)| active.lane(*i)) {
             *pdf = self.pdf_solid_angle(emitter, from.lane(i));
         }
@@ -288,7 +288,7 @@ pub(crate) trait Lanewise: PathParts {
 impl<P: PathParts> Lanewise for P {}
 
 /// Largest number of lanes.
-const MOST: usize = crate::math::simd::SINGLES;
+const MAX_LANES: usize = crate::math::simd::SINGLES;
 
 /// Evaluates a number in each lane of the mask; 0 in other lanes.
 #[inline]
@@ -317,8 +317,8 @@ pub(crate) fn vectors<V: Vector>(
 pub(super) fn visible<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,
     scene: LaneScene<'_, R, N>,
-    x: &Place<R::Vector>,
-    y: &Place<R::Vector>,
+    x: &RayOrigin<R::Vector>,
+    y: &RayOrigin<R::Vector>,
     through_glass: bool,
     active: R::Mask,
     scratch: &mut IntersectionScratch<R, N>,
@@ -326,7 +326,8 @@ pub(super) fn visible<P: PathParts, R: Wide<N>, const N: usize>(
     if parts.is_default() {
         return scene.visible(x, y, through_glass, active, scratch);
     }
-    let end = |place: &Place<R::Vector>, i: usize| (place.point.lane(i), place.normal.lane(i));
+    let end =
+        |origin: &RayOrigin<R::Vector>, i: usize| (origin.point.lane(i), origin.normal.lane(i));
     let visible = |i: usize| parts.visible(scene.scene, end(x, i), end(y, i), through_glass);
     R::Mask::from_fn(|i| active.lane(i) && visible(i))
 }

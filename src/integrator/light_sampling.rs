@@ -94,8 +94,8 @@ fn pick_from<P: NextEvent>(
         let index = parts.pick_emitter(r, scene.power_light_sampler());
         return (index, scene.power_light_sampler().probability(index));
     }
-    let contribution = |i: usize| parts.contribution(&emitters[i], from);
-    scene.light_tree().pick(r, from, contribution, |r, shares| {
+    let importance = |i: usize| parts.emitter_importance(&emitters[i], from);
+    scene.light_tree().pick(r, from, importance, |r, shares| {
         parts.pick_by_probability(r, shares)
     })
 }
@@ -114,9 +114,9 @@ fn probability_from<P: NextEvent>(
     if !lights.by_contribution(count) {
         return scene.power_light_sampler().probability(index);
     }
-    scene
-        .light_tree()
-        .probability(index, from, |i| parts.contribution(&emitters[i], from))
+    scene.light_tree().probability(index, from, |i| {
+        parts.emitter_importance(&emitters[i], from)
+    })
 }
 
 /// Picks emitters for shadow rays from the points of the active lanes; returns their indices and
@@ -140,10 +140,10 @@ fn pick_emitters<P: PathParts, R: Wide<N>, const N: usize>(
         let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (0, 1.0) });
         return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
     }
-    let mut shares = [R::splat(0.0); light_sampler::MOST];
-    light_sampler::probabilities(|i| emitters[i].contribution(from), &mut shares[..count]);
+    let mut shares = [R::splat(0.0); light_sampler::MAX_EXACT_LIGHTS];
+    light_sampler::probabilities(|i| emitters[i].importance(from), &mut shares[..count]);
     let (index, share) = light_sampler::pick(&shares[..count], r);
-    (index.whole().map(|index| index as usize), share)
+    (index.to_u32().map(|index| index as usize), share)
 }
 
 /// Returns the probabilities with which [`pick_emitters`] picks these emitters.
@@ -165,8 +165,8 @@ fn probability_of_pick<P: PathParts, R: Wide<N>, const N: usize>(
         let one = |i: usize| probability_from(parts, scene, lights, from.lane(i), emitter[i]);
         return R::from_lanes(|i| if active.lane(i) { one(i) } else { 1.0 });
     }
-    light_sampler::share(
-        |i| emitters[i].contribution(from),
+    light_sampler::probability(
+        |i| emitters[i].importance(from),
         count,
         R::from_lanes(|i| emitter[i] as f64),
     )
@@ -297,7 +297,7 @@ impl<R: Real> PickedPoint<R> {
 
 /// A point on an emitter, as seen from another point.
 #[derive(Clone, Copy)]
-pub(super) struct SeenLight<R, const N: usize> {
+pub(super) struct LightView<R, const N: usize> {
     /// Index of the emitter.
     pub emitter: [usize; N],
     /// Cosine between the emitter's normal and the direction to the other point.
@@ -313,14 +313,14 @@ pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
     scene: &Scene,
     lights: LightSampling,
     from: R::Vector,
-    seen: SeenLight<R, N>,
+    view: LightView<R, N>,
     active: R::Mask,
 ) -> R {
-    let SeenLight {
+    let LightView {
         emitter,
         cosine,
         distance_squared,
-    } = seen;
+    } = view;
     let zero = R::splat(0.0);
     let probability: R = probability_of_pick(parts, scene, lights, from, emitter, active);
     let active = active & probability.above(zero);

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::particle::{Passed, connect_to_eye, particles};
-use super::walk::in_portions;
+use super::particle::{ParticleEvent, connect_to_eye, particles};
+use super::walk::in_batches;
 use super::{Bidirectional, DefaultParts, ImageEstimator, PathParts};
 use crate::error::Error;
 use crate::film::splat::Splats;
@@ -25,21 +25,21 @@ impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
     fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
         let image = Splats::new(frame);
         let count = frame[0] * frame[1];
-        in_portions(count).try_for_each_init(
+        in_batches(count).try_for_each_init(
             || image.buffer(),
             |splats, numbers| {
                 let items = numbers.map(|number| (number, pass.particle(number, count)));
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };
-                particles(&self.parts, scene, items, named, |passed| match passed {
-                    Passed::Place(_, place) => {
-                        match connect_to_eye(&self.parts, scene, frame, place) {
+                particles(&self.parts, scene, items, named, |event| match event {
+                    ParticleEvent::Vertex(_, vertex) => {
+                        match connect_to_eye(&self.parts, scene, frame, vertex) {
                             Some(splat) => splats.add(splat.pixel, splat.value),
                             None => Ok(()),
                         }
                     }
-                    Passed::End(..) => Ok(()),
+                    ParticleEvent::End(..) => Ok(()),
                 })?;
                 splats.flush()
             },

@@ -34,7 +34,7 @@ pub use crate::sampling::mis::{Heuristic, Strategy};
 pub use bdpt::{Bdpt, Connections};
 pub(crate) use bsdf_sample::BsdfSample;
 use direct_light::ShadowRays;
-pub(crate) use interaction::{BsdfAt, ShadingPoint, SurfaceInteraction};
+pub(crate) use interaction::{ScalarShadingPoint, ShadingPoint, SurfaceInteraction};
 pub(crate) use lanewise::{Lanewise, vectors};
 pub use light_tracer::LightTracer;
 pub use next_event::NextEvent;
@@ -63,7 +63,7 @@ use crate::sampling::sampler::{ImagePass, Sampler};
 use crate::scene::Scene;
 
 /// Maximum number of vertices of a path without a bounce limit. Where survival is at most
-/// [`crate::sampling::roulette::HIGHEST_SURVIVAL`], a path gets there with a probability below
+/// [`crate::sampling::roulette::MAX_SURVIVAL`], a path gets there with a probability below
 /// 10⁻¹⁸⁰, so one that does will not end: this is reported as an error, the path is never
 /// truncated. Its radiance is NaN, which no film holds.
 pub const LONGEST_PATH: u32 = 1 << 13;

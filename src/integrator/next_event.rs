@@ -22,8 +22,8 @@ pub trait NextEvent: Sync {
     }
     /// Returns an estimate of the irradiance from an emitter at a point, used as importance.
     #[inline]
-    fn contribution(&self, emitter: &Emitter, from: DVec3) -> f64 {
-        emitter.contribution(from)
+    fn emitter_importance(&self, emitter: &Emitter, from: DVec3) -> f64 {
+        emitter.importance(from)
     }
     /// Picks an emitter by selection probabilities, and returns its index and probability.
     #[inline]
@@ -121,9 +121,10 @@ pub trait NextEvent: Sync {
     /// Returns the throughput of a caster that is met at this cosine, and the probability that a
     /// path samples that branch.
     #[inline]
-    fn caster_throughput(&self, body: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
-        body.body
-            .caster_throughput(cosine, body.kind == CasterKind::Refraction)
+    fn caster_throughput(&self, caster: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
+        caster
+            .parameters
+            .caster_throughput(cosine, caster.kind == CasterKind::Refraction)
     }
     /// Returns whether emission that a path hits counts without an MIS weight; `sampled` if shadow
     /// rays sample the same light (in [`Report`](crate::integrator::Report): or if its rules leave

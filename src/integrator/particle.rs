@@ -6,35 +6,35 @@ use super::PathParts;
 use super::emission::{Emission, emit_from};
 use super::light_sampling::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
-use super::walk::{PendingWalk, WalkEvent, follow};
+use super::walk::{PendingWalk, WalkEvent, trace_walks};
 use crate::error::Error;
-use crate::sampling::sampler::{LIGHT, Sampler};
+use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, Sampler};
 use crate::scene::Scene;
 
 /// An event in the life of a particle.
-pub(super) enum Passed<'m, 'a, T, R> {
+pub(super) enum ParticleEvent<'m, 'a, T, R> {
     /// The particle is at this vertex; the first is on the emitter. It carries flux, which
     /// refraction does not change.
-    Place(&'m mut T, &'m PathVertex<'a>),
+    Vertex(&'m mut T, &'m PathVertex<'a>),
     /// The particle has ended.
     End(T, R),
 }
 
-/// Traces a particle from the emitters for each item, and reports all of its vertices to `passed`.
-/// `named` adds the item to an error.
+/// Traces a particle from the emitters for each item, and reports all of its vertices to
+/// `on_event`. `named` adds the item to an error.
 pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
     parts: &P,
     scene: &'a Scene,
     items: impl Iterator<Item = (T, R)>,
     named: impl Fn(Error, &T) -> Error,
-    mut passed: impl FnMut(Passed<'_, 'a, T, R>) -> Result<(), Error>,
+    mut on_event: impl FnMut(ParticleEvent<'_, 'a, T, R>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let starts = items.map(|(item, mut rng)| {
-        rng.block(LIGHT);
+        rng.block(FIRST_LIGHT_BLOCK);
         let start = pick_point(parts, scene, &mut rng).map(|(index, light)| {
-            let carried = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
+            let throughput = scene.emitters()[index].radiance / point_pdf(parts, scene, index);
             let emission = emit_from(parts, scene, index, &light, &mut rng);
-            (PathVertex::emitting(&light, carried, index), emission)
+            (PathVertex::emitting(&light, throughput, index), emission)
         });
         let (first, emission) =
             start.map_or((None, None), |(first, emission)| (Some(first), emission));
@@ -44,16 +44,16 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
         PendingWalk {
             item: (item, first, flux),
             ray,
-            block: LIGHT,
+            block: FIRST_LIGHT_BLOCK,
             rng,
         }
     });
-    follow(parts, scene, starts, |event| match event {
+    trace_walks(parts, scene, starts, |event| match event {
         WalkEvent::Hit((item, first, flux), step, at, _) => {
             let flux = *flux * step.throughput * parts.flux_factor(step.factor);
             let mut arrive = || {
                 if let Some(first) = first.take() {
-                    passed(Passed::Place(item, &first))?;
+                    on_event(ParticleEvent::Vertex(item, &first))?;
                 }
                 if step.endless {
                     return Err(Error::Radiance {
@@ -61,16 +61,17 @@ pub(super) fn particles<'a, P: PathParts + Bidirectional, T, R: Sampler>(
                         place: String::new(),
                     });
                 }
-                passed(Passed::Place(item, &step.path_vertex(*at, flux)))
+                on_event(ParticleEvent::Vertex(item, &step.path_vertex(*at, flux)))
             };
             arrive().map_err(|error| named(error, item))?;
             Ok(true)
         }
         WalkEvent::End((mut item, first, _), _, rng) => {
             if let Some(first) = first {
-                passed(Passed::Place(&mut item, &first)).map_err(|error| named(error, &item))?;
+                on_event(ParticleEvent::Vertex(&mut item, &first))
+                    .map_err(|error| named(error, &item))?;
             }
-            passed(Passed::End(item, rng))?;
+            on_event(ParticleEvent::End(item, rng))?;
             Ok(false)
         }
     })
@@ -83,7 +84,7 @@ pub(super) struct Splat {
     /// Radiance added to the pixel, before MIS weights.
     pub value: DVec3,
     /// Pdf of the camera ray that would have found the vertex, as in
-    /// [`WholePath`](crate::integrator::strategies::WholePath).
+    /// [`FullPath`](crate::integrator::strategies::FullPath).
     pub importance: f64,
 }
 
@@ -93,15 +94,15 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     parts: &P,
     scene: &Scene,
     frame: [u32; 2],
-    place: &PathVertex<'_>,
+    vertex: &PathVertex<'_>,
 ) -> Option<Splat> {
-    let (point, normal) = (place.at.point, place.normal());
+    let (point, normal) = (vertex.at.point, vertex.normal());
     let camera = scene.camera();
     let seen = camera.project(frame, point)?;
     let cosine = parts.cosine(normal, seen.to_eye);
-    let leaving = place.leaving(parts, seen.to_eye);
+    let outgoing = vertex.outgoing_radiance(parts, seen.to_eye);
     if cosine <= 0.0
-        || leaving == DVec3::ZERO
+        || outgoing == DVec3::ZERO
         || !parts.visible(scene, (camera.eye, -seen.to_eye), (point, normal), false)
     {
         return None;
@@ -109,7 +110,7 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     let importance = importance_per_particle(parts, scene, frame, -seen.to_eye);
     Some(Splat {
         pixel: seen.pixel,
-        value: leaving * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
+        value: outgoing * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
         importance,
     })
 }

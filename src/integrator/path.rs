@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::direct_light::{LightSample, ShadowRays, sample_light_by, sample_light_or_map};
 use super::lanewise::{Lanewise, numbers};
-use super::light_sampling::{LightNumbers, SeenLight, light_pdf};
+use super::light_sampling::{LightNumbers, LightView, light_pdf};
 use super::specular_nee::{LightHit, SpecularShadowRay, specular_light};
 use super::{
     Arrival, DefaultParts, Integrator, LONGEST_PATH, PathParts, PathState, ShadingPoint as _,
@@ -100,7 +100,7 @@ impl<P: PathParts> Path<P> {
         let emitter = from_fn(|i| surface.emitter(i).map_or(0, |emitter| emitter as usize));
         let none = R::Mask::splat(false);
         let weighted = if self.strategy == Strategy::Mis {
-            active & paths.sampled
+            active & paths.light_sampled
         } else {
             none
         };
@@ -112,15 +112,18 @@ impl<P: PathParts> Path<P> {
             };
             paths
                 .chains
-                .pdfs(parts, scene, &light, active & !paths.sampled)
+                .pdfs(parts, scene, &light, active & !paths.light_sampled)
         } else {
             (none, R::splat(0.0), R::splat(0.0))
         };
-        let counts =
-            parts.lanes_count_emission(self.strategy, paths.sampled, active & !weighted & !past);
+        let counts = parts.lanes_count_emission(
+            self.strategy,
+            paths.light_sampled,
+            active & !weighted & !past,
+        );
         let mut weight = R::choose(counts, R::splat(1.0), R::splat(0.0));
         if weighted.any() {
-            let seen = SeenLight {
+            let view = LightView {
                 emitter,
                 cosine,
                 distance_squared: surface.t * surface.t,
@@ -130,7 +133,7 @@ impl<P: PathParts> Path<P> {
                 scene.scene,
                 self.lights,
                 paths.ray.origin,
-                seen,
+                view,
                 weighted,
             );
             if scene.scene.background().map().is_some() {
@@ -273,11 +276,11 @@ impl<P: PathParts> Integrator for Path<P> {
 
         paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
         paths.pdf = R::choose(survives, next.pdf, paths.pdf);
-        paths.sampled = next.has_pdf;
+        paths.light_sampled = next.has_pdf;
         if self.uses_casters(scene.scene) {
             paths.chains.advance(surface, &next, survives);
         }
-        paths.send(surface, next.direction, throughput * weight, survives);
+        paths.continue_with(surface, next.direction, throughput * weight, survives);
         survives
     }
 
@@ -295,11 +298,12 @@ impl<P: PathParts> Integrator for Path<P> {
         };
         let none = R::Mask::splat(false);
         let weighted = if self.strategy == Strategy::Mis {
-            leaving & paths.sampled
+            leaving & paths.light_sampled
         } else {
             none
         };
-        let counts = parts.lanes_count_emission(self.strategy, paths.sampled, leaving & !weighted);
+        let counts =
+            parts.lanes_count_emission(self.strategy, paths.light_sampled, leaving & !weighted);
         let share = parts.map_probability(scene.emitters().len());
         let other = numbers(weighted, |i| {
             share * parts.map_pdf(map, paths.ray.direction.lane(i))

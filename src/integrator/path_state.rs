@@ -59,8 +59,8 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     /// Product of the radiance factors along the path.
     pub factor: R,
     /// Lanes in which next-event estimation has sampled the light that the ray may hit.
-    pub sampled: R::Mask,
-    /// Pdf of the ray's direction with respect to solid angle, where `sampled` is set.
+    pub light_sampled: R::Mask,
+    /// Pdf of the ray's direction with respect to solid angle, where `light_sampled` is set.
     pub pdf: R,
     /// Number of hits of each path.
     pub hits: [u32; N],
@@ -69,7 +69,7 @@ pub(crate) struct PathState<R: Wide<N>, const N: usize> {
     /// Stacks of pending branches, popped when a lane's path ends.
     branches: [Vec<Branch>; N],
     /// Bits of the lanes with pending branches.
-    branched: u32,
+    has_branches: u32,
 }
 
 /// A pending branch of a path.
@@ -77,7 +77,7 @@ struct Branch {
     origin: DVec3,
     direction: DVec3,
     throughput: DVec3,
-    sampled: bool,
+    light_sampled: bool,
     hits: u32,
 }
 
@@ -90,11 +90,11 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
             throughput: zero,
             factor: R::splat(1.0),
             pdf: R::splat(0.0),
-            sampled: R::Mask::splat(false),
+            light_sampled: R::Mask::splat(false),
             hits: [0; N],
             chains: SpecularChains::new(),
             branches: from_fn(|_| Vec::new()),
-            branched: 0,
+            has_branches: 0,
         }
     }
 
@@ -109,7 +109,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         self.radiance = new(R::Vector::splat_vector(DVec3::ZERO), self.radiance);
         self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
         self.factor = R::choose(starting, R::splat(1.0), self.factor);
-        self.sampled = self.sampled & !starting;
+        self.light_sampled = self.light_sampled & !starting;
         for lane in lanes_of(starting.bits()) {
             self.hits[lane] = 0;
             self.chains.start(lane);
@@ -145,23 +145,23 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         surface: &SurfaceInteraction<'_, R, N>,
         direction: R::Vector,
         throughput: R::Vector,
-        sampled: R::Mask,
+        light_sampled: R::Mask,
         active: R::Mask,
     ) {
         if !active.any() {
             return;
         }
         let ray = surface.spawn_ray(direction);
-        self.branched |= active.bits();
+        self.has_branches |= active.bits();
         for lane in lanes_of(active.bits()) {
             let [origin, direction, throughput] =
                 [ray.origin, ray.direction, throughput].map(|v| v.lane(lane));
-            let (sampled, hits) = (sampled.lane(lane), self.hits[lane]);
+            let (light_sampled, hits) = (light_sampled.lane(lane), self.hits[lane]);
             self.branches[lane].push(Branch {
                 origin,
                 direction,
                 throughput,
-                sampled,
+                light_sampled,
                 hits,
             });
         }
@@ -169,18 +169,18 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
 
     /// Pops a branch in each of the `ended` lanes that has one, and returns these lanes.
     pub fn pop_branches(&mut self, ended: u32) -> u32 {
-        let back = ended & self.branched;
-        if back == 0 {
+        let popped = ended & self.has_branches;
+        if popped == 0 {
             return 0;
         }
         let branches: [Option<Branch>; N] = from_fn(|i| {
-            if back >> i & 1 == 1 {
+            if popped >> i & 1 == 1 {
                 self.branches[i].pop()
             } else {
                 None
             }
         });
-        self.branched = lanes_of(self.branched)
+        self.has_branches = lanes_of(self.has_branches)
             .filter(|&i| !self.branches[i].is_empty())
             .fold(0, |bits, i| bits | 1 << i);
         let new = |old: R::Vector, of: fn(&Branch) -> DVec3| {
@@ -192,21 +192,21 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
             new(direction, |branch| branch.direction),
         );
         self.throughput = new(self.throughput, |branch| branch.throughput);
-        let sampled = self.sampled;
-        self.sampled = R::Mask::from_fn(|i| {
+        let light_sampled = self.light_sampled;
+        self.light_sampled = R::Mask::from_fn(|i| {
             branches[i]
                 .as_ref()
-                .map_or(sampled.lane(i), |branch| branch.sampled)
+                .map_or(light_sampled.lane(i), |branch| branch.light_sampled)
         });
         for (hits, branch) in self.hits.iter_mut().zip(&branches) {
             *hits = branch.as_ref().map_or(*hits, |branch| branch.hits);
         }
-        back
+        popped
     }
 
     /// Continues the paths of these lanes from surfaces, with this throughput.
     #[inline]
-    pub fn send(
+    pub fn continue_with(
         &mut self,
         surface: &SurfaceInteraction<'_, R, N>,
         direction: R::Vector,

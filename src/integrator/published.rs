@@ -121,7 +121,7 @@ impl Estimator for Published {
                 vertex.frame.world(wi)
             };
             if segment < SEGMENTS {
-                (ray, hit) = scene.onward(&here, direction);
+                (ray, hit) = scene.spawn_and_trace(&here, direction);
             }
         }
         radiance

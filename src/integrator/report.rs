@@ -52,10 +52,10 @@ impl<P: PathParts> Integrator for Report<P> {
         } = arrival;
         let (parts, rules, throughput) = (&self.parts, &self.rules, paths.throughput);
         // L_e of (8), where next-event estimation has not sampled it.
-        let seen =
-            surface.emits & parts.lanes_count_emission(Strategy::Light, paths.sampled, active);
+        let seen = surface.emits
+            & parts.lanes_count_emission(Strategy::Light, paths.light_sampled, active);
         if seen.any() {
-            paths.add(surface.emitted_by_rules(rules), seen);
+            paths.add(surface.emitted_under(rules), seen);
         }
 
         // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
@@ -85,8 +85,8 @@ impl<P: PathParts> Integrator for Report<P> {
         } else {
             R::splat(1.0)
         };
-        let sampled = diffuse | paths.sampled & looked_behind;
-        paths.sampled = sampled;
+        let sampled = diffuse | paths.light_sampled & looked_behind;
+        paths.light_sampled = sampled;
 
         // The first segment is always followed, even with a limit of 0.
         let remain = R::Mask::from_fn(|i| paths.hits[i] < self.segments);
@@ -115,7 +115,7 @@ impl<P: PathParts> Integrator for Report<P> {
             weight = Vector::choose(first, reflected, weight);
             goes_on = goes_on | first;
         }
-        paths.send(surface, direction, throughput * weight, goes_on);
+        paths.continue_with(surface, direction, throughput * weight, goes_on);
         goes_on
     }
 }

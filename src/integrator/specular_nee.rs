@@ -17,14 +17,14 @@ use crate::light::light_sampler;
 use crate::math::real::{Mask, Real, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
-use crate::scene::specular_casters::{NONE, SpecularCaster};
+use crate::scene::specular_casters::{NO_CASTER, SpecularCaster};
 
 /// A specular caster in each lane.
 struct Casters<'a, R: Wide<N>, const N: usize> {
     /// All casters of the scene, and the index of the one in each lane.
     all: &'a [SpecularCaster],
     number: [usize; N],
-    body: Caster<R::Vector>,
+    caster: Caster<R::Vector>,
     /// Lanes with flat mirrors, and lanes with glass that refracts.
     flat: R::Mask,
     refracts: R::Mask,
@@ -51,10 +51,10 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
             relative_ior,
             index,
             ..,
-        ] = R::of_rows(data.map(|caster| &caster.numbers));
+        ] = R::transpose(data.map(|caster| &caster.numbers));
         let [centre, normal, reflectance] = [[a, b, c], [d, e, f], [g, h, i]].map(Vector::of);
         let is = |kind| active & R::Mask::from_fn(|i| data[i].kind == kind);
-        let body = Caster {
+        let caster = Caster {
             centre,
             radius,
             area,
@@ -68,7 +68,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         Self {
             all: scene.scene.specular_casters().all(),
             number,
-            body,
+            caster,
             flat,
             refracts,
         }
@@ -79,7 +79,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
     #[inline]
     fn throughput<P: PathParts>(&self, parts: &P, cosine: R, active: R::Mask) -> (R::Vector, R) {
         if parts.is_default() {
-            return self.body.caster_throughput(cosine, self.refracts);
+            return self.caster.caster_throughput(cosine, self.refracts);
         }
         let one = |i: usize| parts.caster_throughput(&self.all[self.number[i]], cosine.lane(i));
         let each: [_; N] = from_fn(|i| {
@@ -105,12 +105,12 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         if !self.flat.any() {
             return None;
         }
-        let mut connection = mirror_connection(&self.body, x, y, self.flat);
-        let mut held = R::Mask::splat(false);
+        let mut connection = mirror_connection(&self.caster, x, y, self.flat);
+        let mut on_mirror = R::Mask::splat(false);
         for_each_distinct(self.number, self.flat, |number, here| {
-            held = held | (here & self.all[number].holds(connection.first.0));
+            on_mirror = on_mirror | (here & self.all[number].contains(connection.first.0));
         });
-        connection.exists = connection.exists & held;
+        connection.exists = connection.exists & on_mirror;
         connection.exists.any().then_some(connection)
     }
 
@@ -161,19 +161,21 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
 ) -> R::Vector {
     let zero = R::splat(0.0);
     let mut sum = R::Vector::splat_vector(DVec3::ZERO);
-    let (emitters, bodies, flux) = (
+    let (emitters, specular_casters, flux) = (
         scene.scene.emitters(),
         scene.scene.specular_casters(),
         scene.scene.power_light_sampler(),
     );
     let vertex = &surface.vertex;
-    let shares = bodies.shares(vertex.point);
-    let shares = &shares[..bodies.all().len()];
+    let shares = specular_casters.selection_probabilities(vertex.point);
+    let shares = &shares[..specular_casters.all().len()];
     let (number, share) = pick_caster(parts, shadow_ray.caster, shares, active);
     let mut active = active & share.above(zero);
     if let Some(remaining) = shadow_ray.remaining_bounces {
         active = active
-            & R::Mask::from_fn(|i| remaining[i] >= Some(bodies.all()[number[i]].kind.bounces()));
+            & R::Mask::from_fn(|i| {
+                remaining[i] >= Some(specular_casters.all()[number[i]].kind.bounces())
+            });
     }
     if !active.any() {
         return sum;
@@ -206,7 +208,7 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
     let curved = active & !casters.flat;
     let balls = curved
         .any()
-        .then(|| SphereConnections::new(&casters.body, x, y, curved, casters.refracts));
+        .then(|| SphereConnections::new(&casters.caster, x, y, curved, casters.refracts));
     let none = R::Mask::splat(false);
     let roots = balls.as_ref().map(SphereConnections::roots);
     // Each lane takes its own next connection.
@@ -256,9 +258,9 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
             connection.last,
             (light.point, light.normal),
         ]
-        .map(|(point, normal)| scene.scene.place(point, normal));
+        .map(|(point, normal)| scene.scene.ray_origin(point, normal));
         let segments = [
-            (&surface.place(), &enters, free),
+            (&surface.ray_origin(), &enters, free),
             (&enters, &leaves, casters.refracts),
             (&leaves, &lamp, free),
         ];
@@ -286,7 +288,7 @@ fn pick_caster<P: PathParts, R: Wide<N>, const N: usize>(
 ) -> ([usize; N], R) {
     if parts.is_default() {
         let (number, share) = light_sampler::pick(shares, random);
-        return (number.whole().map(|number| number as usize), share);
+        return (number.to_u32().map(|number| number as usize), share);
     }
     let pick = |i: usize| {
         let shares: Vec<f64> = shares.iter().map(|share| share.lane(i)).collect();
@@ -410,8 +412,8 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let casters = Casters::new(scene, number, past);
         let (x, direction, y) = (self.from, self.direction, light.point);
         let (flat, sphere) = (
-            geometry_term(&casters.body, CasterKind::Flat, x, direction, y),
-            geometry_term(&casters.body, CasterKind::Reflection, x, direction, y),
+            geometry_term(&casters.caster, CasterKind::Flat, x, direction, y),
+            geometry_term(&casters.caster, CasterKind::Reflection, x, direction, y),
         );
         let geometry_term = R::choose(casters.flat, flat.0, sphere.0);
         let cosine = R::choose(casters.flat, flat.1, sphere.1);
@@ -419,7 +421,7 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         let share = scene
             .scene
             .specular_casters()
-            .probability_of(R::from_lanes(|i| number[i] as f64), self.from);
+            .selection_probability(R::from_lanes(|i| number[i] as f64), self.from);
         let (emitters, flux) = (scene.scene.emitters(), scene.scene.power_light_sampler());
         let pdf_area = numbers(past, |i| {
             parts.emitter_pdf_area(&emitters[light.emitter[i]])
@@ -442,8 +444,10 @@ impl Chain {
     #[inline]
     fn after(self, [reflecting, refracting]: [u8; 2], outside: bool, passes: bool) -> Self {
         match (self, outside, passes) {
-            (Self::AfterDiffuse, true, false) if reflecting != NONE => Self::PastCaster(reflecting),
-            (Self::AfterDiffuse, true, true) if refracting != NONE => {
+            (Self::AfterDiffuse, true, false) if reflecting != NO_CASTER => {
+                Self::PastCaster(reflecting)
+            }
+            (Self::AfterDiffuse, true, true) if refracting != NO_CASTER => {
                 Self::InsideCaster(refracting)
             }
             (Self::InsideCaster(number), false, true) if number == refracting => {

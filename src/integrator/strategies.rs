@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::light::emitter::EmitterPoint;
 use crate::material::{Bsdf, Scattering, Vertex};
 
-use super::direct_light::picked_pdf;
+use super::direct_light::light_sampling_pdf;
 use super::light_sampling::point_pdf;
 use super::{NextEvent, PathParts};
 use crate::scene::Scene;
@@ -25,13 +25,13 @@ pub(super) struct PathVertex<'a> {
     pub bsdf: Option<&'a Bsdf>,
     /// Throughput of a particle: radiance per pdf of its point on the emitter, or flux that arrives
     /// at the surface.
-    pub carried: DVec3,
+    pub throughput: DVec3,
     /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.
     pub eta_squared: f64,
     /// Index of the emitter at this vertex, if there is one.
     pub emitter: Option<u32>,
-    /// [`picked_pdf`] of a particle's start from its next vertex, once that is known.
-    pub picked: Option<f64>,
+    /// [`light_sampling_pdf`] of a particle's start from its next vertex, once that is known.
+    pub sampling_pdf: Option<f64>,
     /// Edge to the previous vertex of its own subpath, if there is one.
     edge: Option<Edge>,
 }
@@ -39,7 +39,7 @@ pub(super) struct PathVertex<'a> {
 /// Straight segment between a vertex and a neighbour.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    onward: DVec3,
+    direction: DVec3,
     /// Cosines between the segment and the normals at both ends.
     cosines: [f64; 2],
     /// Solid angle per area: of the first end seen from the second, and of the second from the
@@ -51,11 +51,11 @@ impl Edge {
     #[inline]
     fn new<P: NextEvent>(parts: &P, a: &PathVertex<'_>, b: &PathVertex<'_>) -> Self {
         let offset = b.at.point - a.at.point;
-        let (onward, distance_squared) = (offset.normalize(), offset.length_squared());
-        let cosines = [a, b].map(|x| x.normal().dot(onward).abs());
+        let (direction, distance_squared) = (offset.normalize(), offset.length_squared());
+        let cosines = [a, b].map(|x| x.normal().dot(direction).abs());
         let per_area = cosines.map(|cosine| parts.solid_angle_per_area(cosine, distance_squared));
         Self {
-            onward,
+            direction,
             cosines,
             per_area,
         }
@@ -64,12 +64,12 @@ impl Edge {
     #[inline]
     fn reversed(self) -> Self {
         let Self {
-            onward,
+            direction,
             cosines: [a, b],
             per_area: [c, d],
         } = self;
         Self {
-            onward: -onward,
+            direction: -direction,
             cosines: [b, a],
             per_area: [d, c],
         }
@@ -91,7 +91,7 @@ pub struct Density {
 
 /// A full path as the two subpaths that were connected.
 #[derive(Clone, Copy)]
-pub(super) struct WholePath<'a> {
+pub(super) struct FullPath<'a> {
     /// Vertices of the light path, from the emitter on.
     pub light: &'a [PathVertex<'a>],
     /// Vertices of the eye path, from the first hit of the camera ray on.
@@ -102,7 +102,7 @@ pub(super) struct WholePath<'a> {
     pub importance: f64,
 }
 
-impl WholePath<'_> {
+impl FullPath<'_> {
     /// Computes the densities of all vertices except the eye, from the emitter on.
     ///
     /// The Dirac distributions of the two subpaths at a mirror or glass have the ratio of their n²
@@ -132,8 +132,8 @@ impl WholePath<'_> {
         {
             path[0].light = point_pdf(parts, scene, index);
             if path.len() > 1 {
-                let picked = || picked_pdf(parts, scene, index, &x.at, self.point(1));
-                path[0].connectible = x.picked.unwrap_or_else(picked) / path[0].light;
+                let sampling_pdf = || light_sampling_pdf(parts, scene, index, &x.at, self.point(1));
+                path[0].connectible = x.sampling_pdf.unwrap_or_else(sampling_pdf) / path[0].light;
             }
         }
         for i in 0..count.saturating_sub(1) {
@@ -145,7 +145,7 @@ impl WholePath<'_> {
                 a.edge.filter(|_| i >= s)
             };
             let Edge {
-                onward,
+                direction,
                 cosines: [cos_a, cos_b],
                 per_area,
             } = known.unwrap_or_else(|| Edge::new(parts, a, b));
@@ -154,9 +154,9 @@ impl WholePath<'_> {
             let after = || Some(self.point(i + 2));
             path[i].connectible *= f64::from(!b.is_specular());
             path[i + 1].light =
-                a.density(parts, specular(i, a), onward, cos_a, index, before) * per_area[1];
+                a.density(parts, specular(i, a), direction, cos_a, index, before) * per_area[1];
             path[i].eye =
-                b.density(parts, b.is_specular(), -onward, cos_b, index, after) * per_area[0];
+                b.density(parts, b.is_specular(), -direction, cos_b, index, after) * per_area[0];
         }
         if let (Some(last), Some(density)) =
             (self.eye.first().or(self.light.last()), path.last_mut())
@@ -187,15 +187,15 @@ impl WholePath<'_> {
 impl<'a> PathVertex<'a> {
     /// Creates the vertex on an emitter where a particle with this throughput starts.
     #[inline]
-    pub fn emitting(point: &EmitterPoint, carried: DVec3, emitter: usize) -> Self {
+    pub fn emitting(point: &EmitterPoint, throughput: DVec3, emitter: usize) -> Self {
         let at = Vertex::emitting(point.point, point.normal);
         Self {
             at,
             bsdf: None,
-            carried,
+            throughput,
             eta_squared: 1.0,
             emitter: Some(emitter as u32),
-            picked: None,
+            sampling_pdf: None,
             edge: None,
         }
     }
@@ -214,17 +214,17 @@ impl<'a> PathVertex<'a> {
     pub fn hit(
         at: Vertex,
         bsdf: &'a Bsdf,
-        carried: DVec3,
+        throughput: DVec3,
         eta_squared: f64,
         emitter: Option<u32>,
     ) -> Self {
         Self {
             at,
             bsdf: Some(bsdf),
-            carried,
+            throughput,
             eta_squared,
             emitter,
-            picked: None,
+            sampling_pdf: None,
             edge: None,
         }
     }
@@ -237,11 +237,11 @@ impl<'a> PathVertex<'a> {
 
     /// Returns the radiance in a unit direction, per density of particles on the area.
     #[inline]
-    pub fn leaving<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
+    pub fn outgoing_radiance<P: Scattering>(&self, parts: &P, direction: DVec3) -> DVec3 {
         match self.bsdf {
-            None => self.carried,
+            None => self.throughput,
             Some(bsdf) => {
-                self.carried * parts.brdf(bsdf, self.at.frame.local(direction), self.at.wo)
+                self.throughput * parts.brdf(bsdf, self.at.frame.local(direction), self.at.wo)
             }
         }
     }
@@ -260,7 +260,7 @@ impl<'a> PathVertex<'a> {
         &self,
         parts: &P,
         specular: bool,
-        onward: DVec3,
+        direction: DVec3,
         cosine: f64,
         eta_squared: f64,
         from: impl FnOnce() -> Option<DVec3>,
@@ -278,7 +278,7 @@ impl<'a> PathVertex<'a> {
             return parts.pdf(
                 bsdf,
                 above((from - self.at.point).normalize()),
-                above(onward),
+                above(direction),
             );
         }
         parts.cosine_hemisphere_pdf(cosine)

@@ -51,13 +51,13 @@ pub(crate) fn radiances<E: Integrator, S: Sampler, R: Wide<N>, const N: usize>(
             return radiances;
         }
         let found = lanes.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
-        let met = found.met.bits();
-        let mut ended = busy & !met;
+        let hit_bits = found.hit_mask.bits();
+        let mut ended = busy & !hit_bits;
         estimator.escape(scene, &mut paths, R::Mask::from_bits(ended));
-        if met != 0 {
+        if hit_bits != 0 {
             let surface = SurfaceInteraction::new(lanes, &paths.ray, &found);
-            lanes_of(met).for_each(|lane| paths.hits[lane] += 1);
-            let (paths, surface, active) = (&mut paths, &surface, found.met);
+            lanes_of(hit_bits).for_each(|lane| paths.hits[lane] += 1);
+            let (paths, surface, active) = (&mut paths, &surface, found.hit_mask);
             let (random, scratch) = (&mut random, &mut scratch);
             let goes_on = estimator.interact(Arrival {
                 scene: lanes,

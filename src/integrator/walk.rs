@@ -55,13 +55,14 @@ pub(super) enum WalkEvent<'m, 'a, T, S> {
 
 /// Number of walks per batch of a thread: the vertices that bidirectional paths store fit in its
 /// caches.
-const PORTION: u32 = 256;
+const WALKS_PER_BATCH: u32 = 256;
 
 /// Splits the range up to `count` into batches, in parallel.
-pub(super) fn in_portions(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
-    let portions = (0..count.div_ceil(PORTION)).into_par_iter();
-    portions.map(move |portion| {
-        portion * PORTION..count.min((portion * PORTION).saturating_add(PORTION))
+pub(super) fn in_batches(count: u32) -> impl IndexedParallelIterator<Item = Range<u32>> {
+    let batches = (0..count.div_ceil(WALKS_PER_BATCH)).into_par_iter();
+    batches.map(move |batch| {
+        batch * WALKS_PER_BATCH
+            ..count.min((batch * WALKS_PER_BATCH).saturating_add(WALKS_PER_BATCH))
     })
 }
 
@@ -74,7 +75,7 @@ struct Walk<T> {
 
 /// Traces walks, several at a time and in any order. `event` receives all hits of a walk in order
 /// and then its end; at a hit it returns whether the walk continues.
-pub(super) fn follow<'a, P: PathParts, T, S: Sampler>(
+pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
     parts: &P,
     scene: &'a Scene,
     mut pending: impl Iterator<Item = PendingWalk<T, S>>,
@@ -127,12 +128,12 @@ pub(super) fn follow<'a, P: PathParts, T, S: Sampler>(
             return Ok(());
         }
         let found = lanes.closest(&ray, busy, &mut scratch);
-        let met = found.met.bits();
+        let hit_bits = found.hit_mask.bits();
         let mut going = 0;
-        if met != 0 {
+        if hit_bits != 0 {
             let surface = SurfaceInteraction::new(lanes, &ray, &found);
             let mut endless = 0;
-            for lane in lanes_of(met) {
+            for lane in lanes_of(hit_bits) {
                 let (Some(walk), Some(rng)) = (&mut walks[lane], &mut random.0[lane]) else {
                     continue;
                 };
@@ -165,18 +166,18 @@ pub(super) fn follow<'a, P: PathParts, T, S: Sampler>(
             let random = random.uniform(next.exists);
             let (survives, weight) =
                 parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
-            let onward = surface.spawn_ray(next.direction);
+            let spawned = surface.spawn_ray(next.direction);
             let new = |value: Lanes3, old: Lanes3| Vector::choose(survives, value, old);
             ray = Ray::new(
-                new(onward.origin, ray.origin),
-                new(onward.direction, ray.direction),
+                new(spawned.origin, ray.origin),
+                new(spawned.direction, ray.direction),
             );
             throughput = new(scattered * weight, throughput);
             factor = Lanes::choose(survives, factor * next.radiance_factor, factor);
             going = survives.bits();
         }
         for lane in lanes_of(busy.bits() & !going) {
-            let left = met >> lane & 1 == 0;
+            let left = hit_bits >> lane & 1 == 0;
             let shown = || scene.background().radiance(ray.direction.lane(lane));
             let background = if left {
                 factor.lane(lane) * throughput.lane(lane) * shown()
@@ -206,7 +207,13 @@ impl<'a> WalkHit<'a> {
     /// Returns the hit, whose [`vertex`](Self::vertex) is `at`, as a path vertex that is not the
     /// first.
     #[inline]
-    pub fn path_vertex(&self, at: Vertex, carried: DVec3) -> PathVertex<'a> {
-        PathVertex::hit(at, self.bsdf, carried, 1.0 / self.factor, self.here.emitter)
+    pub fn path_vertex(&self, at: Vertex, throughput: DVec3) -> PathVertex<'a> {
+        PathVertex::hit(
+            at,
+            self.bsdf,
+            throughput,
+            1.0 / self.factor,
+            self.here.emitter,
+        )
     }
 }

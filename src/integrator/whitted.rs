@@ -50,7 +50,7 @@ impl<P: PathParts> Integrator for Whitted<P> {
         // L_e of (8) under the rules.
         let emits = active & surface.emits;
         if emits.any() {
-            paths.add(surface.emitted_by_rules(rules), emits);
+            paths.add(surface.emitted_under(rules), emits);
         }
 
         // f_r L_e cos θ / p of (8) at diffuse surfaces: next-event estimation.
@@ -83,7 +83,7 @@ impl<P: PathParts> Integrator for Whitted<P> {
                 goes_on & split.refracts,
             );
             let (direction, weight) = split.reflected;
-            paths.send(surface, direction, throughput * weight, goes_on);
+            paths.continue_with(surface, direction, throughput * weight, goes_on);
         }
         goes_on
     }

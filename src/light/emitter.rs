@@ -93,7 +93,7 @@ pub enum LightSampling {
     /// Spheres by solid angle, as at least half of a sphere is invisible, and flat emitters by
     /// area.
     ByShape,
-    /// [`ByShape`](Self::ByShape), with emitters picked by [contribution](Emitter::contribution).
+    /// [`ByShape`](Self::ByShape), with emitters picked by [importance](Emitter::importance).
     ByContribution,
 }
 
@@ -172,44 +172,45 @@ impl Emitter {
         }
     }
 
-    /// Returns the estimated contribution to a point, C of [`crate::equation::LIGHT_PICK`]:
-    /// approximately the irradiance of a surface that faces the emitter, averaged over the colour
-    /// channels. It is above 0 wherever the emitter's front can be seen, and 0 on the emitter
-    /// itself, whether a point there is rounded to either side or a ray has just left it.
+    /// Returns the importance for a point, an estimate of its contribution, C of
+    /// [`crate::equation::LIGHT_PICK`]: approximately the irradiance of a surface that faces the
+    /// emitter, averaged over the colour channels. It is above 0 wherever the emitter's front can
+    /// be seen, and 0 on the emitter itself, whether a point there is rounded to either side or a
+    /// ray has just left it.
     ///
     /// For a flat emitter of area A and radius a = √(A/π), at distance d from its centre and height
     /// h above its plane, it is L A (h + a)²/(d² + a²)²: π L up close, and far away with the
     /// squared cosine, as a slanted emitter is occluded more often. For a sphere of radius r it is
     /// L A/4 / max(d², r²).
     #[inline]
-    pub fn contribution<V: Vector>(&self, from: V) -> V::Real {
+    pub fn importance<V: Vector>(&self, from: V) -> V::Real {
         let all = V::Real::splat;
         let away = from - V::splat_vector(self.centre);
         let distance_squared = away.length_squared();
-        let strength = self.strength();
+        let power = self.power();
         let squared = self.radius * self.radius;
         if let EmitterShape::Sphere(_) = self.shape {
-            return all(0.25 * strength) / distance_squared.at_least(all(squared));
+            return all(0.25 * power) / distance_squared.at_least(all(squared));
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
         V::Real::choose(
             height.above(offset_in(self.margin)),
-            slant * slant * strength,
+            slant * slant * power,
             all(0.0),
         )
     }
 
     /// Returns area times radiance, averaged over the colour channels: flux over π.
     #[inline]
-    pub(crate) fn strength(&self) -> f64 {
+    pub(crate) fn power(&self) -> f64 {
         self.radiance.element_sum() / 3.0 * self.area
     }
 
     /// Returns area times radiance, the centre, and approximately the mean squared distance from
     /// it.
-    pub(crate) fn as_point(&self) -> (f64, DVec3, f64) {
-        (self.strength(), self.centre, self.radius * self.radius)
+    pub(crate) fn bound(&self) -> (f64, DVec3, f64) {
+        (self.power(), self.centre, self.radius * self.radius)
     }
 
     /// Maps two uniform numbers to a point; its pdf with respect to area is 1/area.
@@ -250,23 +251,23 @@ impl Emitter {
 
     /// Maps two uniform numbers to a point whose direction from `from` is uniform in the solid
     /// angle of the emitter's visible front, and returns its pdf with respect to solid angle, too;
-    /// `None` where [`seen`](Self::seen) is.
+    /// `None` where [`solid_angle_shape`](Self::solid_angle_shape) is.
     #[inline]
     pub fn sample_solid_angle(&self, from: DVec3, random: [f64; 2]) -> Option<(EmitterPoint, f64)> {
-        let seen = self.seen(from)?;
-        let point = seen.sample(random);
+        let shape = self.solid_angle_shape(from)?;
+        let point = shape.sample(random);
         let normal = match self.shape {
             EmitterShape::Sphere(sphere) => sphere.normal(point),
             EmitterShape::Rectangle { .. } | EmitterShape::Triangle(_) => self.normal,
         };
-        Some((EmitterPoint { point, normal }, 1.0 / seen.solid_angle()))
+        Some((EmitterPoint { point, normal }, 1.0 / shape.solid_angle()))
     }
 
     /// Returns the pdf of [`sample_solid_angle`](Self::sample_solid_angle) with respect to solid
     /// angle.
     #[inline]
     pub fn pdf_solid_angle(&self, from: DVec3) -> Option<f64> {
-        Some(1.0 / self.seen(from)?.solid_angle())
+        Some(1.0 / self.solid_angle_shape(from)?.solid_angle())
     }
 
     /// Samples as [`sample_solid_angle`](Self::sample_solid_angle) from several points, and returns
@@ -307,7 +308,7 @@ impl Emitter {
     /// and insides of spheres, parallelograms without right angles, and emitters that are too
     /// small.
     #[inline]
-    pub fn seen(&self, from: DVec3) -> Option<SolidAngleShape> {
+    pub fn solid_angle_shape(&self, from: DVec3) -> Option<SolidAngleShape> {
         match self.shape {
             EmitterShape::Rectangle { corner, edges } => {
                 SphericalRectangle::new(from, corner, edges).map(SolidAngleShape::Rectangle)

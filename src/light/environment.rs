@@ -119,7 +119,7 @@ impl EnvironmentMap {
     #[inline]
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let [width, height] = self.size;
-        let [u, v] = self.place(direction);
+        let [u, v] = self.texture_coordinates(direction);
         let (x, y) = (
             u * width as f64 - 0.5,
             (v * height as f64 - 0.5).clamp(0.0, (height - 1) as f64),
@@ -162,7 +162,7 @@ impl EnvironmentMap {
     #[inline]
     pub fn pdf(&self, direction: DVec3) -> f64 {
         let [width, height] = self.size;
-        let [u, v] = self.place(direction);
+        let [u, v] = self.texture_coordinates(direction);
         let cell = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
         let row = cell(v, height);
         self.probability(row * width + cell(u, width)) / self.solid_angle(row)
@@ -170,7 +170,7 @@ impl EnvironmentMap {
 
     /// Returns the image position of a direction, in [0, 1]²: to the right and down.
     #[inline]
-    fn place(&self, direction: DVec3) -> [f64; 2] {
+    fn texture_coordinates(&self, direction: DVec3) -> [f64; 2] {
         let [x, y, z] = self.axes.map(|axis| axis.dot(direction));
         [0.5 + x.atan2(z) / TAU, y.clamp(-1.0, 1.0).acos() / PI]
     }

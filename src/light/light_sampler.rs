@@ -1,18 +1,18 @@
-//! Light samplers: emitters are picked by flux for particles, and by estimated contribution for
+//! Light samplers: emitters are picked by flux for particles, and by estimated importance for
 //! shadow rays, with a fraction of the picks uniform, [`crate::equation::LIGHT_PICK`].
 
 use crate::math::real::Real;
 
-/// Maximum number of emitters whose contributions are evaluated individually at a vertex; more are
+/// Maximum number of emitters whose importances are evaluated individually at a vertex; more are
 /// picked through [groups](crate::light::light_tree).
-pub const MOST: usize = 64;
-/// Fraction of picks that is uniform among the emitters with a contribution above 0, as occlusion
-/// may change the contributions.
-pub const EVEN: f64 = 0.2;
-/// Bounds to which contributions are clamped, so that neither their sum nor its inverse overflows.
-const BOUNDS: [f64; 2] = [1e-280, 1e280];
-/// [`BOUNDS`] in single precision.
-const SINGLE_BOUNDS: [f64; 2] = [1e-30, 1e30];
+pub const MAX_EXACT_LIGHTS: usize = 64;
+/// Fraction of picks that is uniform among the emitters with an importance above 0, as occlusion
+/// may change the importances.
+pub const UNIFORM_FRACTION: f64 = 0.2;
+/// Bounds to which importances are clamped, so that neither their sum nor its inverse overflows.
+const IMPORTANCE_BOUNDS: [f64; 2] = [1e-280, 1e280];
+/// [`IMPORTANCE_BOUNDS`] in single precision.
+const SINGLE_IMPORTANCE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 
 /// Picks emitters independently of a position: half of the picks in proportion to flux, where most
 /// light comes from, the other half uniformly among the emitters with flux, as dim lights near the
@@ -20,7 +20,7 @@ const SINGLE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 #[derive(Clone, Debug)]
 pub struct PowerLightSampler {
     /// Cumulative selection probabilities.
-    up_to: Vec<f64>,
+    cdf: Vec<f64>,
 }
 
 impl PowerLightSampler {
@@ -38,111 +38,105 @@ impl PowerLightSampler {
         };
         let sum: f64 = fluxes.iter().map(|&flux| relative(flux)).sum();
         let shining = fluxes.iter().filter(|&&flux| shines(flux)).count() as f64;
-        let mut up_to = Vec::with_capacity(fluxes.len());
+        let mut cdf = Vec::with_capacity(fluxes.len());
         let mut last = 0.0;
         for &flux in fluxes {
             last += relative(flux) / sum + if shines(flux) { 1.0 / shining } else { 0.0 };
-            up_to.push(last);
+            cdf.push(last);
         }
-        up_to.iter_mut().for_each(|share| *share /= last);
-        Self { up_to }
+        cdf.iter_mut().for_each(|probability| *probability /= last);
+        Self { cdf }
     }
 
     /// Returns the index of the emitter that a uniform number in [0, 1) picks.
     #[inline]
     pub fn pick(&self, r: f64) -> usize {
-        self.up_to.partition_point(|&share| share <= r)
+        self.cdf.partition_point(|&probability| probability <= r)
     }
 
     /// Returns the selection probability of an emitter.
     #[inline]
     pub fn probability(&self, index: usize) -> f64 {
-        self.up_to[index]
-            - index
-                .checked_sub(1)
-                .map_or(0.0, |before| self.up_to[before])
+        self.cdf[index] - index.checked_sub(1).map_or(0.0, |before| self.cdf[before])
     }
 }
 
-/// Factors that turn contributions into selection probabilities.
+/// Factors that turn importances into selection probabilities.
 #[derive(Clone, Copy)]
 struct Scale<R> {
     proportional: R,
-    even: R,
+    uniform: R,
 }
 
 impl<R: Real> Scale<R> {
-    /// Computes the factors from all contributions, and passes each clamped contribution to `each`.
+    /// Computes the factors from all importances, and passes each clamped importance to `each`.
     #[inline]
-    fn new(
-        count: usize,
-        contribution: impl Fn(usize) -> R,
-        mut each: impl FnMut(usize, R),
-    ) -> Self {
+    fn new(count: usize, importance: impl Fn(usize) -> R, mut each: impl FnMut(usize, R)) -> Self {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let (mut sum, mut positive) = (zero, zero);
         for i in 0..count {
-            let contribution = contribution(i);
-            let some = contribution.above(zero);
-            let [low, high] = [0, 1].map(|end| R::by_precision(BOUNDS[end], SINGLE_BOUNDS[end]));
-            let bounded = contribution.at_least(low).at_most(high);
+            let importance = importance(i);
+            let some = importance.above(zero);
+            let [low, high] = [0, 1]
+                .map(|end| R::by_precision(IMPORTANCE_BOUNDS[end], SINGLE_IMPORTANCE_BOUNDS[end]));
+            let bounded = importance.at_least(low).at_most(high);
             let bounded = R::choose(some, bounded, zero);
             sum = sum + bounded;
             positive = positive + R::choose(some, one, zero);
             each(i, bounded);
         }
         Self {
-            proportional: R::splat(1.0 - EVEN) / sum,
-            even: R::splat(EVEN) / positive,
+            proportional: R::splat(1.0 - UNIFORM_FRACTION) / sum,
+            uniform: R::splat(UNIFORM_FRACTION) / positive,
         }
     }
 
     #[inline]
-    fn share(self, contribution: R) -> R {
+    fn probability(self, importance: R) -> R {
         let zero = R::splat(0.0);
         R::choose(
-            contribution.above(zero),
-            contribution * self.proportional + self.even,
+            importance.above(zero),
+            importance * self.proportional + self.uniform,
             zero,
         )
     }
 }
 
-/// Turns contributions into the selection probabilities of `shares.len()` emitters, which sum to 1;
-/// all are 0 if no emitter contributes.
+/// Turns importances into the selection probabilities of `probabilities.len()` emitters, which sum
+/// to 1; all are 0 if no emitter has importance.
 #[inline]
-pub fn probabilities<R: Real>(contribution: impl Fn(usize) -> R, shares: &mut [R]) {
-    let scale = Scale::new(shares.len(), contribution, |i, contribution| {
-        shares[i] = contribution;
+pub fn probabilities<R: Real>(importance: impl Fn(usize) -> R, probabilities: &mut [R]) {
+    let scale = Scale::new(probabilities.len(), importance, |i, importance| {
+        probabilities[i] = importance;
     });
-    shares
+    probabilities
         .iter_mut()
-        .for_each(|share| *share = scale.share(*share));
+        .for_each(|probability| *probability = scale.probability(*probability));
 }
 
 /// Returns the selection probability of one of `count` emitters.
 #[inline]
-pub fn share<R: Real>(contribution: impl Fn(usize) -> R, count: usize, index: R) -> R {
+pub fn probability<R: Real>(importance: impl Fn(usize) -> R, count: usize, index: R) -> R {
     let mut wanted = R::splat(0.0);
-    let each = |i: usize, contribution| {
-        wanted = R::choose(index.equals(R::splat(i as f64)), contribution, wanted);
+    let each = |i: usize, importance| {
+        wanted = R::choose(index.equals(R::splat(i as f64)), importance, wanted);
     };
-    let scale = Scale::new(count, contribution, each);
-    scale.share(wanted)
+    let scale = Scale::new(count, importance, each);
+    scale.probability(wanted)
 }
 
 /// Returns the index that a uniform number in [0, 1) picks by these probabilities, and its
 /// probability; 0 and 0 if all are 0.
 #[inline]
-pub fn pick<R: Real>(shares: &[R], r: R) -> (R, R) {
+pub fn pick<R: Real>(probabilities: &[R], r: R) -> (R, R) {
     let zero = R::splat(0.0);
     let (mut index, mut picked, mut left) = (zero, zero, r);
-    for (i, &share) in shares.iter().enumerate() {
+    for (i, &probability) in probabilities.iter().enumerate() {
         // If rounding leaves a rest of `r`, the last index with a probability above 0 is picked.
-        let here = share.above(zero) & !left.below(zero);
+        let here = probability.above(zero) & !left.below(zero);
         index = R::choose(here, R::splat(i as f64), index);
-        picked = R::choose(here, share, picked);
-        left = left - share;
+        picked = R::choose(here, probability, picked);
+        left = left - probability;
     }
     (index, picked)
 }

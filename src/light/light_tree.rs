@@ -1,64 +1,60 @@
 //! Hierarchical light sampler. Many emitters are grouped with their neighbours, groups form larger
 //! groups, and a shadow ray descends from the largest groups to an emitter, picking at each step by
-//! estimated contribution.
+//! estimated importance.
 
 use glam::DVec3;
 
 use super::emitter::Emitter;
-use super::light_sampler::{MOST, probabilities, share};
+use super::light_sampler::{MAX_EXACT_LIGHTS, probabilities, probability};
 
-/// Maximum number of choices at a step, if there are several steps.
-const CHOICES: usize = MOST / 2;
+/// Maximum number of children at a step, if there are several steps.
+const MAX_CHILDREN: usize = MAX_EXACT_LIGHTS / 2;
 /// Largest number below 1.
-const LAST: f64 = 1.0 - f64::EPSILON / 2.0;
+const ONE_MINUS_EPSILON: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Emitters of a scene, in nested groups if there are more than [`MOST`].
+/// Emitters of a scene, in nested groups if there are more than [`MAX_EXACT_LIGHTS`].
 #[derive(Clone, Debug)]
 pub struct LightTree {
     /// Indices of the emitters, sorted so that neighbours are adjacent.
     order: Vec<u32>,
     /// Position of each emitter in `order`.
-    place: Vec<u32>,
-    /// Groups by level: level k has a group for each `choices` groups of level k - 1, level 0 for
-    /// each `choices` emitters.
+    position: Vec<u32>,
+    /// Groups by level: level k has a group for each `children` groups of level k - 1, level 0 for
+    /// each `children` emitters.
     levels: Vec<Vec<Group>>,
-    choices: usize,
+    children: usize,
 }
 
 /// A group of emitters, approximated by one isotropic source.
 #[derive(Clone, Copy, Debug)]
 struct Group {
     /// Area times radiance.
-    strength: f64,
+    power: f64,
     centre: DVec3,
     /// Mean squared distance from the centre.
-    spread: f64,
+    variance: f64,
 }
 
 impl Group {
     /// Merges smaller groups.
     fn of(parts: impl Iterator<Item = Self> + Clone) -> Self {
-        let strength: f64 = parts.clone().map(|part| part.strength).sum();
+        let power: f64 = parts.clone().map(|part| part.power).sum();
         let share = |part: &Self| {
-            if strength > 0.0 {
-                part.strength / strength
-            } else {
-                0.0
-            }
+            if power > 0.0 { part.power / power } else { 0.0 }
         };
         let centre = parts.clone().map(|part| share(&part) * part.centre).sum();
-        let spread = parts
-            .map(|part| share(&part) * (part.spread + part.centre.distance_squared(centre)))
+        let variance = parts
+            .map(|part| share(&part) * (part.variance + part.centre.distance_squared(centre)))
             .sum();
         Self {
-            strength,
+            power,
             centre,
-            spread,
+            variance,
         }
     }
 
-    fn contribution(&self, from: DVec3) -> f64 {
-        0.25 * self.strength / (self.centre.distance_squared(from) + self.spread)
+    fn importance(&self, from: DVec3) -> f64 {
+        0.25 * self.power / (self.centre.distance_squared(from) + self.variance)
     }
 }
 
@@ -66,45 +62,45 @@ impl LightTree {
     /// Builds the groups of any number of emitters.
     pub fn new(emitters: &[Emitter]) -> Self {
         let count = emitters.len();
-        let fits = |choices: usize, steps: u32| choices.pow(steps) >= count;
-        let (mut steps, mut choices) = (1, MOST);
-        if count > MOST {
+        let fits = |children: usize, steps: u32| children.pow(steps) >= count;
+        let (mut steps, mut children) = (1, MAX_EXACT_LIGHTS);
+        if count > MAX_EXACT_LIGHTS {
             steps = (2..)
-                .find(|&steps| fits(CHOICES, steps))
+                .find(|&steps| fits(MAX_CHILDREN, steps))
                 .expect("a sufficient number of steps");
-            choices = (2..)
-                .find(|&choices| fits(choices, steps))
+            children = (2..)
+                .find(|&children| fits(children, steps))
                 .expect("at most CHOICES choices");
         }
         let mut order: Vec<u32> = (0..count as u32).collect();
-        sort(&mut order, emitters, choices);
-        let mut place = vec![0; count];
+        sort(&mut order, emitters, children);
+        let mut position = vec![0; count];
         order
             .iter()
             .zip(0..)
-            .for_each(|(&emitter, at)| place[emitter as usize] = at);
+            .for_each(|(&emitter, at)| position[emitter as usize] = at);
         let single = |&emitter: &u32| {
-            let (strength, centre, spread) = emitters[emitter as usize].as_point();
+            let (power, centre, variance) = emitters[emitter as usize].bound();
             Group {
-                strength,
+                power,
                 centre,
-                spread,
+                variance,
             }
         };
         let mut levels = Vec::new();
         let mut parts: Vec<Group> = order.iter().map(single).collect();
         for _ in 1..steps {
             parts = parts
-                .chunks(choices)
+                .chunks(children)
                 .map(|part| Group::of(part.iter().copied()))
                 .collect();
             levels.push(parts.clone());
         }
         Self {
             order,
-            place,
+            position,
             levels,
-            choices,
+            children,
         }
     }
 
@@ -114,25 +110,25 @@ impl LightTree {
         !self.levels.is_empty()
     }
 
-    /// Returns the choices at the step that leads to `place` among the groups of a level or,
+    /// Returns the children at the step that leads to `position` among the groups of a level or,
     /// without one, among the emitters: the first and the number of them.
-    fn choices(&self, level: Option<usize>, place: usize) -> (usize, usize) {
-        let first = place / self.choices * self.choices;
+    fn children(&self, level: Option<usize>, position: usize) -> (usize, usize) {
+        let first = position / self.children * self.children;
         let all = level.map_or(self.order.len(), |level| self.levels[level].len());
-        (first, self.choices.min(all - first))
+        (first, self.children.min(all - first))
     }
 
-    /// Returns the contribution of a choice.
-    fn contribution(
+    /// Returns the importance of a choice.
+    fn importance(
         &self,
         level: Option<usize>,
-        place: usize,
+        position: usize,
         from: DVec3,
         emitter: &impl Fn(usize) -> f64,
     ) -> f64 {
         match level {
-            Some(level) => self.levels[level][place].contribution(from),
-            None => emitter(self.order[place] as usize),
+            Some(level) => self.levels[level][position].importance(from),
+            None => emitter(self.order[position] as usize),
         }
     }
 
@@ -142,70 +138,67 @@ impl LightTree {
     }
 
     /// Returns the index of the emitter that a uniform number in [0, 1) picks from a point, and the
-    /// probability, 0 if no emitter of its group contributes. `contribution` evaluates an emitter,
-    /// `by_share` picks by selection probabilities.
+    /// probability, 0 if no emitter of its group contributes. `importance` evaluates an emitter,
+    /// `by_probability` picks by selection probabilities.
     #[inline]
     pub fn pick(
         &self,
         mut r: f64,
         from: DVec3,
-        contribution: impl Fn(usize) -> f64,
-        by_share: impl Fn(f64, &[f64]) -> (usize, f64),
+        importance: impl Fn(usize) -> f64,
+        by_probability: impl Fn(f64, &[f64]) -> (usize, f64),
     ) -> (usize, f64) {
-        let mut shares = [0.0; MOST];
-        let (mut place, mut probability) = (0, 1.0);
+        let mut buffer = [0.0; MAX_EXACT_LIGHTS];
+        let (mut position, mut probability) = (0, 1.0);
         for level in self.steps() {
-            let (first, count) = self.choices(level, place);
-            let shares = &mut shares[..count];
+            let (first, count) = self.children(level, position);
+            let children = &mut buffer[..count];
             probabilities(
-                |i| self.contribution(level, first + i, from, &contribution),
-                shares,
+                |i| self.importance(level, first + i, from, &importance),
+                children,
             );
-            let (index, share) = by_share(r, shares);
-            probability *= share;
-            place = first + index;
+            let (index, child_probability) = by_probability(r, children);
+            probability *= child_probability;
+            position = first + index;
             if level.is_some() {
                 // The remainder of the number is uniform again, and picks at the next step.
-                let below: f64 = shares[..index].iter().sum();
-                r = ((r - below) / share).clamp(0.0, LAST);
-                place *= self.choices;
+                let below: f64 = children[..index].iter().sum();
+                r = ((r - below) / child_probability).clamp(0.0, ONE_MINUS_EPSILON);
+                position *= self.children;
             }
         }
-        (self.order[place] as usize, probability)
+        (self.order[position] as usize, probability)
     }
 
     /// Returns the probability with which [`pick`](Self::pick) picks an emitter.
     #[inline]
-    pub fn probability(
-        &self,
-        index: usize,
-        from: DVec3,
-        contribution: impl Fn(usize) -> f64,
-    ) -> f64 {
-        let place = self.place[index] as usize;
+    pub fn probability(&self, index: usize, from: DVec3, importance: impl Fn(usize) -> f64) -> f64 {
+        let position = self.position[index] as usize;
         let above = |level: Option<usize>| {
-            level.map_or(place, |level| place / self.choices.pow(level as u32 + 1))
+            level.map_or(position, |level| {
+                position / self.children.pow(level as u32 + 1)
+            })
         };
-        let of_step = |level| {
-            let (first, count) = self.choices(level, above(level));
-            let contribution = |i| self.contribution(level, first + i, from, &contribution);
-            share(contribution, count, (above(level) - first) as f64)
+        let step_probability = |level| {
+            let (first, count) = self.children(level, above(level));
+            let importance = |i| self.importance(level, first + i, from, &importance);
+            probability(importance, count, (above(level) - first) as f64)
         };
-        self.steps().map(of_step).product()
+        self.steps().map(step_probability).product()
     }
 }
 
-/// Sorts emitters so that each run of `choices`, and of higher powers of it, consists of
+/// Sorts emitters so that each run of `children`, and of higher powers of it, consists of
 /// neighbours.
-fn sort(order: &mut [u32], emitters: &[Emitter], choices: usize) {
-    if order.len() <= choices {
+fn sort(order: &mut [u32], emitters: &[Emitter], children: usize) {
+    if order.len() <= children {
         return;
     }
-    let mut unit = choices;
-    while unit * choices < order.len() {
-        unit *= choices;
+    let mut unit = children;
+    while unit * children < order.len() {
+        unit *= children;
     }
-    let centre = |emitter: u32| emitters[emitter as usize].as_point().1;
+    let centre = |emitter: u32| emitters[emitter as usize].bound().1;
     let low = order
         .iter()
         .fold(DVec3::INFINITY, |low, &emitter| low.min(centre(emitter)));
@@ -218,6 +211,6 @@ fn sort(order: &mut [u32], emitters: &[Emitter], choices: usize) {
         centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b))
     });
     let (left, right) = order.split_at_mut(middle);
-    sort(left, emitters, choices);
-    sort(right, emitters, choices);
+    sort(left, emitters, children);
+    sort(right, emitters, children);
 }

@@ -35,12 +35,12 @@ struct Node {
     index: u32,
 }
 
-/// Length of slices from which two threads arrange them.
-const PARALLEL: usize = 4096;
+/// Length of slices from which two threads build them.
+const MIN_PARALLEL_LENGTH: usize = 4096;
 /// Largest number of points of a leaf, all of which are tested.
-const LEAF: usize = 2 * LANES;
-/// Largest number of points with the same [`KdTree::place`].
-const NEIGHBOURS: usize = 512;
+const MAX_LEAF_POINTS: usize = 2 * LANES;
+/// Largest number of points with the same [`KdTree::approximate_index`].
+const MAX_SAME_INDEX: usize = 512;
 
 impl<T: Copy> KdTree<T> {
     /// Builds a tree of finite points, fewer than 2³². The same points in the same order give the
@@ -49,7 +49,7 @@ impl<T: Copy> KdTree<T> {
         let node = |(&(point, _), index)| Node { point, index };
         let mut nodes: Vec<Node> = points.iter().zip(0..).map(node).collect();
         let mut planes = vec![Plane::default(); nodes.len() / LANES];
-        arrange(&mut nodes, &mut planes);
+        build(&mut nodes, &mut planes);
         let end = [f64::NAN; LANES];
         let coordinates = |axis: usize| {
             nodes
@@ -98,9 +98,9 @@ impl<T> KdTree<T> {
 
     /// Returns the approximate index, in the tree's order, of a point: near most of those that lie
     /// near it.
-    pub fn place(&self, point: DVec3) -> usize {
+    pub fn approximate_index(&self, point: DVec3) -> usize {
         let mut range = 0..self.len();
-        while range.len() > NEIGHBOURS {
+        while range.len() > MAX_SAME_INDEX {
             let middle = range.start + middle(range.len());
             let Plane { at, axis } = self.planes[middle / LANES - 1];
             range = if point[usize::from(axis)] < at {
@@ -119,7 +119,7 @@ impl<T> KdTree<T> {
         radius_squared: f64,
         visit: &mut impl FnMut(&T),
     ) {
-        if range.len() <= LEAF {
+        if range.len() <= MAX_LEAF_POINTS {
             return self.scan(range, centre, radius_squared, visit);
         }
         let middle = range.start + middle(range.len());
@@ -169,8 +169,8 @@ fn middle(length: usize) -> usize {
 }
 
 /// Divides the slice across its widest axis, and recursively both halves.
-fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
-    if nodes.len() <= LEAF {
+fn build(nodes: &mut [Node], planes: &mut [Plane]) {
+    if nodes.len() <= MAX_LEAF_POINTS {
         return;
     }
     let (low, high) = nodes.iter().fold(
@@ -189,13 +189,13 @@ fn arrange(nodes: &mut [Node], planes: &mut [Plane]) {
     // The last plane of the former is not used by the first half.
     let (planes_before, planes_after) = planes.split_at_mut(middle / LANES);
     planes_before[middle / LANES - 1] = plane;
-    if before.len() >= PARALLEL {
+    if before.len() >= MIN_PARALLEL_LENGTH {
         rayon::join(
-            || arrange(before, planes_before),
-            || arrange(after, planes_after),
+            || build(before, planes_before),
+            || build(after, planes_after),
         );
     } else {
-        arrange(before, planes_before);
-        arrange(after, planes_after);
+        build(before, planes_before);
+        build(after, planes_after);
     }
 }

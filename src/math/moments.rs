@@ -86,12 +86,12 @@ impl FromIterator<f64> for Moments {
 }
 
 /// Unit to whose multiples values are rounded once; every later step is exact.
-pub const UNIT: f64 = 1.0 / 4_294_967_296.0;
+pub const FIXED_POINT_UNIT: f64 = 1.0 / 4_294_967_296.0;
 
 /// First and second moment (16) as integers, so that merging is exact: associative, commutative,
 /// and independent of threads, passes and machines.
 ///
-/// A value is rounded to the nearest multiple of [`UNIT`] = 2⁻³² and must not exceed
+/// A value is rounded to the nearest multiple of [`FIXED_POINT_UNIT`] = 2⁻³² and must not exceed
 /// [`LARGEST_RADIANCE`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸,
 /// and sums of fewer than 2¹⁵ such squares fit 128 bits even when every value is the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,10 +105,10 @@ pub(crate) fn full() -> Error {
     Error::Option("a pixel's sums are full: take fewer samples in one film".to_owned())
 }
 
-/// Returns the nearest multiple of [`UNIT`], halves away from zero.
+/// Returns the nearest multiple of [`FIXED_POINT_UNIT`], halves away from zero.
 #[inline]
 pub fn in_units(value: f64) -> i64 {
-    (value * (1.0 / UNIT)).round() as i64
+    (value * (1.0 / FIXED_POINT_UNIT)).round() as i64
 }
 
 impl ExactMoments {
@@ -165,7 +165,7 @@ impl ExactMoments {
         if count == 0 {
             return 0.0;
         }
-        self.sum as f64 / f64::from(count) * UNIT
+        self.sum as f64 / f64::from(count) * FIXED_POINT_UNIT
     }
 
     /// Returns the unbiased sample variance of `count` values; infinite below two values.
@@ -183,7 +183,7 @@ impl ExactMoments {
             .wrapping_add(n.wrapping_mul(centre.wrapping_mul(centre)));
         let shift = (self.sum - centre * n) as f64;
         let squares = about_centre as f64 - shift * shift / f64::from(count);
-        squares.max(0.0) / f64::from(count - 1) * UNIT * UNIT
+        squares.max(0.0) / f64::from(count - 1) * FIXED_POINT_UNIT * FIXED_POINT_UNIT
     }
 
     /// Returns the standard error of the mean of `count` values; infinite below two values.

@@ -28,13 +28,13 @@ pub const SINGLES: usize = 16;
 /// right-handed.
 pub trait Axes<R>: Copy + Debug {
     /// Returns the components in this order.
-    fn turned(self, components: [R; 3]) -> [R; 3];
+    fn permuted(self, components: [R; 3]) -> [R; 3];
 }
 
 /// Axis order of one ray, as indices.
 impl<R: Copy> Axes<R> for [usize; 3] {
     #[inline]
-    fn turned(self, components: [R; 3]) -> [R; 3] {
+    fn permuted(self, components: [R; 3]) -> [R; 3] {
         self.map(|axis| components[axis])
     }
 }
@@ -42,15 +42,15 @@ impl<R: Copy> Axes<R> for [usize; 3] {
 /// Axis order of several rays: masks of those whose last axis is the first, or the second.
 impl<R: Real> Axes<R> for [R::Mask; 2] {
     #[inline]
-    fn turned(self, [x, y, z]: [R; 3]) -> [R; 3] {
+    fn permuted(self, [x, y, z]: [R; 3]) -> [R; 3] {
         let [is_x, is_y] = self;
         let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
         [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
     }
 }
 
-/// Vectors whose axes can be turned so that the one nearest to a direction is the last.
-pub trait Turn: Vector {
+/// Vectors whose axes can be permuted so that the one nearest to a direction is the last.
+pub trait PermuteAxes: Vector {
     /// Type of the axis order.
     type Axes: Axes<Self::Real>;
 
@@ -58,7 +58,7 @@ pub trait Turn: Vector {
     fn axes(direction: Self) -> Self::Axes;
 }
 
-impl Turn for DVec3 {
+impl PermuteAxes for DVec3 {
     type Axes = [usize; 3];
 
     #[inline]
@@ -76,7 +76,7 @@ impl Turn for DVec3 {
     }
 }
 
-impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
+impl<R: Real<Vector = Self>> PermuteAxes for Lanes3<R> {
     type Axes = [R::Mask; 2];
 
     #[inline]
@@ -88,32 +88,32 @@ impl<R: Real<Vector = Self>> Turn for Lanes3<R> {
 }
 
 /// Numbers of `N` rays.
-pub trait Wide<const N: usize>: Real<Vector: Turn> {
+pub trait Wide<const N: usize>: Real<Vector: PermuteAxes> {
     /// Number type of a single lane.
     type Scalar: Scalar;
     /// Numbers in single precision with the same lane count, if there are several lanes.
     type Single: Wide<N>;
 
     /// Creates a number from those of all lanes.
-    fn of_lanes(lanes: [Self::Scalar; N]) -> Self;
+    fn from_array(lanes: [Self::Scalar; N]) -> Self;
     /// Returns the numbers of all lanes.
     fn lanes(self) -> [Self::Scalar; N];
 
     /// Returns each lane as an integer; the lanes are integers below 2³¹.
-    fn whole(self) -> [u32; N];
+    fn to_u32(self) -> [u32; N];
     /// Creates a number that is the same in each lane.
     #[inline]
-    fn all(number: Self::Scalar) -> Self {
-        Self::of_lanes([number; N])
+    fn splat_scalar(number: Self::Scalar) -> Self {
+        Self::from_array([number; N])
     }
     /// Transposes a row of numbers for each lane; the length is a multiple of eight.
-    fn of_rows<const K: usize>(rows: [&Row<Self::Scalar, K>; N]) -> [Self; K];
+    fn transpose<const K: usize>(rows: [&AlignedArray<Self::Scalar, K>; N]) -> [Self; K];
     /// Rounds to single precision.
     #[inline]
     fn single(self) -> Self::Single {
-        Self::Single::of_lanes(
+        Self::Single::from_array(
             self.lanes()
-                .map(|number| Scalar::of_single(number.single())),
+                .map(|number| Scalar::from_single(number.single())),
         )
     }
 }
@@ -121,7 +121,7 @@ pub trait Wide<const N: usize>: Real<Vector: Turn> {
 /// Cache-line-aligned array: the row of one lane is gathered with a few loads.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub struct Row<T, const K: usize>(pub [T; K]);
+pub struct AlignedArray<T, const K: usize>(pub [T; K]);
 
 /// A number of one lane.
 pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync + 'static {
@@ -135,7 +135,7 @@ pub trait Scalar: Copy + Debug + Default + Into<f64> + PartialEq + Send + Sync +
     /// Converts to single precision.
     fn single(self) -> f32;
     /// Converts from single precision.
-    fn of_single(number: f32) -> Self;
+    fn from_single(number: f32) -> Self;
 }
 
 /// A single ray.
@@ -144,7 +144,7 @@ impl Wide<1> for f64 {
     type Single = Self;
 
     #[inline]
-    fn of_lanes([number]: [Self; 1]) -> Self {
+    fn from_array([number]: [Self; 1]) -> Self {
         number
     }
     #[inline]
@@ -152,11 +152,11 @@ impl Wide<1> for f64 {
         [self]
     }
     #[inline]
-    fn whole(self) -> [u32; 1] {
+    fn to_u32(self) -> [u32; 1] {
         [self as u32]
     }
     #[inline]
-    fn of_rows<const K: usize>([row]: [&Row<Self, K>; 1]) -> [Self; K] {
+    fn transpose<const K: usize>([row]: [&AlignedArray<Self, K>; 1]) -> [Self; K] {
         row.0
     }
 }
@@ -177,7 +177,7 @@ impl Scalar for f64 {
         self as f32
     }
     #[inline]
-    fn of_single(number: f32) -> Self {
+    fn from_single(number: f32) -> Self {
         number.into()
     }
 }
@@ -198,7 +198,7 @@ impl Scalar for f32 {
         self
     }
     #[inline]
-    fn of_single(number: f32) -> Self {
+    fn from_single(number: f32) -> Self {
         number
     }
 }
@@ -213,7 +213,7 @@ fn last_bits(number: f64) -> u32 {
 /// Implements [`Real`] and [`Wide`] for a double- or single-precision type of `wide`, and its mask.
 macro_rules! lanes {
     ($number:ty, $wrap:expr, $inner:expr, $wide:ty, $scalar:ty, $bits:ty, $count:literal, $single:ty,
-     $mask:ident, $is_single:literal, $part:ty, $whole:expr) => {
+     $mask:ident, $is_single:literal, $part:ty, $to_u32:expr) => {
         /// A boolean for each of several rays.
         #[derive(Clone, Copy, Debug)]
         pub struct $mask($wide);
@@ -279,7 +279,7 @@ macro_rules! lanes {
             }
             #[inline]
             fn from_lanes(lane: impl Fn(usize) -> f64) -> Self {
-                Self::of_lanes(from_fn(|i| <$scalar>::rounded(lane(i))))
+                Self::from_array(from_fn(|i| <$scalar>::rounded(lane(i))))
             }
             #[inline]
             fn vector_from_lanes(lane: impl Fn(usize) -> DVec3) -> Lanes3<Self> {
@@ -342,7 +342,7 @@ macro_rules! lanes {
             type Single = $single;
 
             #[inline]
-            fn of_lanes(lanes: [$scalar; $count]) -> Self {
+            fn from_array(lanes: [$scalar; $count]) -> Self {
                 $wrap(<$wide>::new(lanes))
             }
             #[inline]
@@ -350,11 +350,11 @@ macro_rules! lanes {
                 $inner(self).to_array()
             }
             #[inline]
-            fn whole(self) -> [u32; $count] {
-                $whole($inner(self))
+            fn to_u32(self) -> [u32; $count] {
+                $to_u32($inner(self))
             }
             #[inline]
-            fn of_rows<const K: usize>(rows: [&Row<$scalar, K>; $count]) -> [Self; K] {
+            fn transpose<const K: usize>(rows: [&AlignedArray<$scalar, K>; $count]) -> [Self; K] {
                 const PART: usize = size_of::<$part>() / size_of::<$scalar>();
                 const { assert!(K.is_multiple_of(PART)) }
                 let mut columns = [[0.0; $count]; K];
@@ -362,13 +362,13 @@ macro_rules! lanes {
                 for (square, columns) in columns.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
                     for first in (0..$count).step_by(PART) {
                         let row = |i: usize| <$part>::new(rows[first + i].0.as_chunks().0[square]);
-                        let turned = <$part>::transpose(from_fn(row));
-                        for (column, part) in columns.iter_mut().zip(turned) {
+                        let transposed = <$part>::transpose(from_fn(row));
+                        for (column, part) in columns.iter_mut().zip(transposed) {
                             column[first..first + PART].copy_from_slice(part.as_array());
                         }
                     }
                 }
-                columns.map(Self::of_lanes)
+                columns.map(Self::from_array)
             }
         }
     };

@@ -8,7 +8,7 @@
 use crate::film::{Film, Pixel};
 use crate::sampling::Sampling;
 use crate::sampling::rng::seed_for;
-use crate::sampling::sampler::LONGEST;
+use crate::sampling::sampler::MAX_POINTS;
 
 /// Number of scrambles of the pilot, whose spread gives the noise.
 pub const REPLICATIONS: u32 = 4;
@@ -43,7 +43,7 @@ pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
 }
 
 /// Returns the number of samples in a replication of each pixel, row by row from the top: from 1 to
-/// [`LONGEST`], `mean` on average (itself in that range), and the more the larger the standard
+/// [`MAX_POINTS`], `mean` on average (itself in that range), and the more the larger the standard
 /// error is around the pixel in the pilot's film, which needs two replications or more.
 pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     let noise = |pixel: &Pixel| pixel.standard_error().length();
@@ -54,8 +54,8 @@ pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     let noise = blurred(&blurred(&noise, width), width);
     let average = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
     let more = f64::from(mean.saturating_sub(1));
-    // A scramble has at most [`LONGEST`] points.
-    let most = MOST.min((f64::from(LONGEST - 1) / more - 1.0) / (1.0 - EVEN));
+    // A scramble has at most [`MAX_POINTS`] points.
+    let most = MOST.min((f64::from(MAX_POINTS - 1) / more - 1.0) / (1.0 - EVEN));
     let of_all = average(&noise);
     let relative = |noise: f64| {
         if of_all > 0.0 {

@@ -27,12 +27,12 @@ fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Optio
             [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
         let ray = scene.camera().ray(frame, x, y);
         let found = lanes.closest(&ray, Mask::from_fn(|i| i < points.len()), &mut scratch);
-        let met = found.met.bits();
-        let surface = (met != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
+        let hit_bits = found.hit_mask.bits();
+        let surface = (hit_bits != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
         let of = move |i: usize| {
             surface
                 .as_ref()
-                .filter(|_| met >> i & 1 == 1)
+                .filter(|_| hit_bits >> i & 1 == 1)
                 .map(|surface| surface.features(i))
         };
         (0..points.len()).map(of).collect::<Vec<_>>()

@@ -20,7 +20,7 @@ use crate::integrator::{DefaultParts, Estimator, PhotonMapping, Sample};
 use crate::sampling::Sampling;
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::rng::uniform2;
-use crate::sampling::sampler::{LONGEST, SamplerKind};
+use crate::sampling::sampler::{MAX_POINTS, SamplerKind};
 use crate::scene::Scene;
 use silhouette::{Silhouettes, with_supersampled_emission};
 
@@ -37,7 +37,7 @@ pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 /// Refuses numbers of samples that the generators cannot index, and films of other numbers.
 ///
 /// # Errors
-/// [`Error::Option`] for replications without samples, with more than [`LONGEST`] Sobol'
+/// [`Error::Option`] for replications without samples, with more than [`MAX_POINTS`] Sobol'
 /// points, or so many up to `replications` that 32 bits do not number their samples, or not as
 /// many as the film has; for different numbers per pixel, except with Sobol' points without
 /// sub-pixels.
@@ -66,8 +66,8 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
     if fewest == 0 {
         return refuse("at least 1 is needed".to_owned());
     }
-    if matches!(sampling.numbers, SamplerKind::Sobol(_)) && samples > LONGEST {
-        return refuse(format!("a scramble has at most {LONGEST} points"));
+    if matches!(sampling.numbers, SamplerKind::Sobol(_)) && samples > MAX_POINTS {
+        return refuse(format!("a scramble has at most {MAX_POINTS} points"));
     }
     if samples.checked_mul(replications).is_none() {
         return refuse(format!(
@@ -106,7 +106,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// # Errors
 /// [`Error::Radiance`] with pixel and replication if the estimator returns an invalid radiance;
 /// [`Error::Option`] for replications with no sample, more than 2³² in all, more Sobol' points than
-/// [`LONGEST`], or not as many samples as the film has.
+/// [`MAX_POINTS`], or not as many samples as the film has.
 pub fn render<E: Estimator>(
     scene: &Scene,
     estimator: &E,

@@ -15,7 +15,7 @@ use crate::integrator::{
 use crate::math::real::{Mask, Vector};
 use crate::math::simd::{Wide, lanes_of};
 use crate::sampling::Sampling;
-use crate::sampling::lanes::{LaneSampler, PixelSampler, Points, SampleName, Streams};
+use crate::sampling::lanes::{LaneSampler, LaneSobol, LaneStreams, PixelSampler, SampleId};
 use crate::sampling::pixel::PixelSampling;
 use crate::sampling::sampler::SamplerKind;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
@@ -36,7 +36,7 @@ pub enum LaneEstimator {
 struct Work {
     /// Column of its pixel in the row.
     column: usize,
-    sample: SampleName,
+    sample: SampleId,
     /// Sum of the radiances of its finished samples.
     sum: DVec3,
     /// Radiance of an emitter seen by the camera ray, directly or through mirrors.
@@ -81,8 +81,8 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
 
     fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut PixelRun<'_>) -> Result<(), Error> {
         match self.sampling.numbers {
-            SamplerKind::Independent => row::<E, R, Streams<N>, N>(self, estimator, piece),
-            SamplerKind::Sobol(_) => row::<E, R, Points<N>, N>(self, estimator, piece),
+            SamplerKind::Independent => row::<E, R, LaneStreams<N>, N>(self, estimator, piece),
+            SamplerKind::Sobol(_) => row::<E, R, LaneSobol<N>, N>(self, estimator, piece),
         }
     }
 }
@@ -122,7 +122,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         for lane in lanes_of(idle) {
             if let Some((column, replication)) = next.next() {
                 let pixel = corner[1] * frame[0] + corner[0] + column as u32;
-                let sample = SampleName {
+                let sample = SampleId {
                     pixel,
                     replication,
                     index: 0,
@@ -154,10 +154,10 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             return Ok(());
         }
         let found = scene.closest(&paths.ray, R::Mask::from_bits(busy), &mut scratch);
-        let met = found.met.bits();
-        let mut ended = busy & !met;
+        let hit_bits = found.hit_mask.bits();
+        let mut ended = busy & !hit_bits;
         estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
-        if met != 0 {
+        if hit_bits != 0 {
             let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
             let mirrors = if silhouettes.in_mirrors {
                 surface.dark_mirror().bits()
@@ -166,7 +166,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             };
             let mut followed = 0;
             let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
-            let first = met & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
+            let first = hit_bits & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
             for lane in lanes_of(first) {
                 let work = &mut work[lane];
                 if work.mirrors == 0 {
@@ -182,14 +182,14 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
                 }
             }
             for (lane, hits) in paths.hits.iter_mut().enumerate() {
-                *hits += (met & !followed) >> lane & 1;
+                *hits += (hit_bits & !followed) >> lane & 1;
             }
             let follows = R::Mask::from_bits(followed);
             if followed != 0 {
                 let throughput = paths.throughput;
-                paths.send(&surface, surface.mirrored(), throughput, follows);
+                paths.continue_with(&surface, surface.mirrored(), throughput, follows);
             }
-            let (paths, active) = (&mut paths, found.met & !follows);
+            let (paths, active) = (&mut paths, found.hit_mask & !follows);
             let (surface, random, scratch) = (&surface, &mut random, &mut scratch);
             let goes_on = estimator.interact(Arrival {
                 scene,
@@ -208,7 +208,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             let work = &mut work[lane];
             let mut radiance =
                 work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
-            let SampleName {
+            let SampleId {
                 pixel,
                 replication,
                 index,
@@ -249,18 +249,18 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
         let mut looking = R::Mask::from_fn(|i| i < POINTS);
         for mirror in 0..=MIRRORS {
             let found = scene.closest(&ray, looking, scratch);
-            if !found.met.any() {
+            if !found.hit_mask.any() {
                 break;
             }
             let surface = SurfaceInteraction::new(scene, &ray, &found);
             let follows = self.silhouettes.in_mirrors && mirror < MIRRORS;
             looking = if follows {
-                found.met & surface.dark_mirror()
+                found.hit_mask & surface.dark_mirror()
             } else {
                 R::Mask::splat(false)
             };
             let shining = surface.shows_emitter().bits();
-            for lane in lanes_of(found.met.bits()) {
+            for lane in lanes_of(found.hit_mask.bits()) {
                 if looking.bits() >> lane & 1 == 1 {
                     weights[lane] *= surface.reflectance(lane);
                 } else if shining >> lane & 1 == 1 {

@@ -19,7 +19,7 @@ use crate::material::{Bsdf, Vertex, fresnel};
 use crate::math::frame::Frame;
 use crate::sampling::Sampling;
 use crate::sampling::rng::{seed_for, stream, uniform2};
-use crate::sampling::sampler::{LONGEST, Sobol, scramble};
+use crate::sampling::sampler::{MAX_POINTS, Sobol, scramble};
 use crate::scene::Scene;
 
 /// Number of points that replace that of a sample.
@@ -34,7 +34,7 @@ pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2];
     let seed = seed_for(seed, "outlines");
     let first = u64::from(index) * POINTS as u64;
     // A sequence that ends continues in another scramble.
-    let (part, first) = (first / u64::from(LONGEST), first % u64::from(LONGEST));
+    let (part, first) = (first / u64::from(MAX_POINTS), first % u64::from(MAX_POINTS));
     let scramble = scramble(seed ^ part, pixel, replication);
     let fill = stream(seed, pixel, replication);
     from_fn(|i| {
@@ -88,7 +88,8 @@ impl MirroredRay {
             && self.mirrors < MIRRORS
         {
             let at = Vertex::new(&here, &self.ray);
-            (self.ray, self.hit) = scene.onward(&here, fresnel::mirror(at.direction, at.frame.z));
+            (self.ray, self.hit) =
+                scene.spawn_and_trace(&here, fresnel::mirror(at.direction, at.frame.z));
             self.weight *= reflectance;
             self.mirrors += 1;
         }

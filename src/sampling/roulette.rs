@@ -19,10 +19,10 @@ pub fn weight<R: Real>(survival: R) -> R {
 
 /// Maximum survival probability of [`by_throughput`] after early hits: paths between perfect
 /// mirrors end, too.
-pub const HIGHEST_SURVIVAL: f64 = 0.95;
+pub const MAX_SURVIVAL: f64 = 0.95;
 
 /// Returns the survival probability of walks: the largest channel of the throughput, at most 1 at
-/// `early` hits and [`HIGHEST_SURVIVAL`] at others.
+/// `early` hits and [`MAX_SURVIVAL`] at others.
 ///
 /// A survivor's largest channel is then 1 (or the throughput divided by 0.95), so weights stay
 /// bounded and the variance finite wherever albedos are at most 0.95. `throughput` is without the
@@ -30,10 +30,10 @@ pub const HIGHEST_SURVIVAL: f64 = 0.95;
 /// is relative to [`REFERENCE_THROUGHPUT`].
 #[inline]
 pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -> V::Real {
-    let [one, highest] = [1.0, HIGHEST_SURVIVAL].map(V::Real::splat);
+    let [one, max] = [1.0, MAX_SURVIVAL].map(V::Real::splat);
     throughput
         .max_element()
-        .at_most(V::Real::choose(early, one, highest))
+        .at_most(V::Real::choose(early, one, max))
 }
 
 /// Number of hits of `render`'s path tracer at which survival may reach 1: ending a bright path

@@ -13,10 +13,10 @@ use super::rng::{CounterHash, Stream, mix, scramble_for, seed_for, stream};
 /// A source of uniform numbers that knows which part of a path draws them.
 ///
 /// The dimensions of one sample are divided into blocks of [`BLOCK`]: block 0 is the camera's,
-/// block k ≥ 1 that of the eye path's k-th vertex, block [`LIGHT`] + k that of the light path's
-/// k-th vertex (k = 0 is the emitter). Within a block the order of use is the order of dimensions:
-/// emitter, point on it, direction, roulette. So a dimension has the same meaning in every
-/// estimator of paths.
+/// block k ≥ 1 that of the eye path's k-th vertex, block [`FIRST_LIGHT_BLOCK`] + k that of the
+/// light path's k-th vertex (k = 0 is the emitter). Within a block the order of use is the order of
+/// dimensions: emitter, point on it, direction, roulette. So a dimension has the same meaning in
+/// every estimator of paths.
 pub trait Sampler: Rng {
     /// Selects the block of the next numbers. Independent streams ignore it.
     #[inline]
@@ -79,15 +79,15 @@ impl ImagePass {
     /// Returns the random numbers of the paths of a pixel. The passes of a replication take the
     /// points of one scramble.
     pub fn pixel(self, pixel: u32) -> SampleStream {
-        let fill = stream(self.seed, pixel, self.index);
+        let low_bits = stream(self.seed, pixel, self.index);
         match self.numbers {
-            SamplerKind::Independent => SampleStream::Independent(fill),
+            SamplerKind::Independent => SampleStream::Independent(low_bits),
             SamplerKind::Sobol(points) => {
                 let [replication, point] = [self.index / points, self.index % points];
                 SampleStream::Sobol(Sobol::new(
                     point as u16,
                     scramble(self.seed, pixel, replication),
-                    fill,
+                    low_bits,
                 ))
             }
         }
@@ -97,17 +97,17 @@ impl ImagePass {
     /// pass after pass, take the points of one sequence, which continues in another scramble where
     /// it ends.
     pub fn particle(self, number: u32, count: u32) -> SampleStream {
-        let fill = stream(self.seed, number, self.index);
+        let low_bits = stream(self.seed, number, self.index);
         match self.numbers {
-            SamplerKind::Independent => SampleStream::Independent(fill),
+            SamplerKind::Independent => SampleStream::Independent(low_bits),
             SamplerKind::Sobol(points) => {
                 let [replication, pass] = [self.index / points, self.index % points];
                 let point = u64::from(pass) * u64::from(count) + u64::from(number);
-                let [part, point] = [point / u64::from(LONGEST), point % u64::from(LONGEST)];
+                let [part, point] = [point / u64::from(MAX_POINTS), point % u64::from(MAX_POINTS)];
                 SampleStream::Sobol(Sobol::new(
                     point as u16,
                     scramble(self.seed, part as u32, replication),
-                    fill,
+                    low_bits,
                 ))
             }
         }
@@ -169,9 +169,9 @@ impl TryRng for SampleStream {
 /// Number of dimensions per block.
 pub const BLOCK: u32 = 8;
 /// First block of the light path.
-pub const LIGHT: u32 = 1 << 16;
+pub const FIRST_LIGHT_BLOCK: u32 = 1 << 16;
 /// Distance to the block in which a used-up block continues; nothing else asks for that block.
-const OVERFLOW: u32 = 1 << 20;
+const OVERFLOW_STRIDE: u32 = 1 << 20;
 
 impl Sampler for Stream {}
 
@@ -187,10 +187,10 @@ impl Sampler for Stream {}
 pub struct Sobol {
     point: Point,
     dimension: u32,
-    fill: Stream,
+    low_bits: Stream,
 }
 
-/// Numbers of a [`Sobol`] in one block, without the bits that fill them up.
+/// Numbers of a [`Sobol`] in one block, without the low bits.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     index: u16,
@@ -204,9 +204,9 @@ struct Point {
 }
 
 /// Largest number of points of one scramble: the number of indices of [`Sobol::new`].
-pub const LONGEST: u32 = 1 << 16;
+pub const MAX_POINTS: u32 = 1 << 16;
 /// Number of leading bits that are the sequence's.
-const LEADING: u32 = 23;
+const SOBOL_BITS: u32 = 23;
 
 impl Point {
     #[inline]
@@ -229,7 +229,7 @@ impl Point {
         *self = Self {
             block,
             key,
-            numbers: unscrambled(&SEQUENCE, place(self.index, key)).to_array(),
+            numbers: unscrambled(&SEQUENCE, shuffled_index(self.index, key)).to_array(),
             ..*self
         };
     }
@@ -243,29 +243,29 @@ pub(crate) fn block_key(hash: CounterHash, block: u32) -> u64 {
 
 /// Returns the shuffled index in a block of this key, bits reversed.
 #[inline]
-pub(crate) fn place(index: u16, key: u64) -> u32 {
+pub(crate) fn shuffled_index(index: u16, key: u64) -> u32 {
     owen_scramble_rev(u32::from(index).reverse_bits(), key as u32)
 }
 
 /// Returns the numbers of a block by dimension, before they are scrambled, bits reversed.
 #[inline]
-pub(crate) fn unscrambled(sequence: &Sequence, place: u32) -> u32x8 {
-    let numbers = |i: usize| sequence[i][place as usize >> (16 + 4 * i) & 15];
+pub(crate) fn unscrambled(sequence: &Sequence, shuffled_index: u32) -> u32x8 {
+    let numbers = |i: usize| sequence[i][shuffled_index as usize >> (16 + 4 * i) & 15];
     numbers(0) ^ numbers(1) ^ numbers(2) ^ numbers(3)
 }
 
 /// Returns the block in which a used-up one continues.
 #[inline]
 pub(crate) fn next_block(block: u32) -> u32 {
-    block.wrapping_add(OVERFLOW)
+    block.wrapping_add(OVERFLOW_STRIDE)
 }
 
-/// Scrambles a number of the sequence by its key, and appends the leading bits of `fill`.
+/// Scrambles a number of the sequence by its key, and appends the leading bits of `low_bits`.
 #[inline]
-pub(crate) fn scrambled(number: u32, key: u64, fill: u64) -> u64 {
+pub(crate) fn scrambled(number: u32, key: u64, low_bits: u64) -> u64 {
     let own = mix(key);
     let leading = owen_scramble_rev(number, own as u32).reverse_bits();
-    (own ^ u64::from(leading) << 32) & !(u64::MAX >> LEADING) | fill >> LEADING
+    (own ^ u64::from(leading) << 32) & !(u64::MAX >> SOBOL_BITS) | low_bits >> SOBOL_BITS
 }
 
 /// Table of points of the sequence.
@@ -287,11 +287,11 @@ pub(crate) static SEQUENCE: LazyLock<Sequence> = LazyLock::new(|| {
 impl Sobol {
     /// Creates point `index` of the sequence with this scramble. Points of different scrambles are
     /// independent, those of one are not: error bars come from several scrambles.
-    pub fn new(index: u16, scramble: u64, fill: Stream) -> Self {
+    pub fn new(index: u16, scramble: u64, low_bits: Stream) -> Self {
         Self {
             point: Point::new(index, scramble),
             dimension: 0,
-            fill,
+            low_bits,
         }
     }
 }
@@ -329,7 +329,7 @@ impl TryRng for Sobol {
         let number = scrambled(
             number,
             key ^ u64::from(self.dimension),
-            self.fill.next_u64(),
+            self.low_bits.next_u64(),
         );
         self.dimension += 1;
         if self.dimension == BLOCK {

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::coincident::{CLOSE_SHARE, COINCIDENT};
+use super::coincident::{CLOSE_FRACTION, COINCIDENCE_TOLERANCE};
 use super::detail::smallest_detail;
 use super::solids::Shapes;
 use super::specular_casters::SpecularCasters;
@@ -27,11 +27,11 @@ pub struct SceneBuilder {
     name: String,
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
-    parts: Vec<ScenePrimitive>,
+    primitives: Vec<ScenePrimitive>,
     emitters: Vec<Emitter>,
     background: Environment,
     /// Names of the surfaces in messages.
-    names: Vec<String>,
+    surface_names: Vec<String>,
     /// Number of objects.
     objects: u32,
 }
@@ -47,39 +47,41 @@ impl SceneBuilder {
             name: name.to_owned(),
             surfaces: Vec::new(),
             vertices: Vec::new(),
-            parts: Vec::new(),
+            primitives: Vec::new(),
             emitters: Vec::new(),
             background: Environment::Uniform(DVec3::ZERO),
-            names: Vec::new(),
+            surface_names: Vec::new(),
             objects: 0,
         }
     }
 
     /// Returns the builder of a scene.
-    pub(super) fn of(scene: Scene) -> Self {
+    pub(super) fn from_scene(scene: Scene) -> Self {
         let Scene {
             name,
             surfaces,
             vertices,
-            mut parts,
-            covered,
-            names,
+            mut primitives,
+            redundant_faces,
+            surface_names,
             emitters,
             background,
             ..
         } = scene;
-        covered
+        redundant_faces
             .into_iter()
-            .for_each(|(place, part)| parts.insert(place, part));
-        let objects = parts.last().map_or(0, |part| part.object + 1);
+            .for_each(|(index, primitive)| primitives.insert(index, primitive));
+        let objects = primitives
+            .last()
+            .map_or(0, |primitive| primitive.object + 1);
         Self {
             name,
             surfaces,
             vertices,
-            parts,
+            primitives,
             emitters,
             background,
-            names,
+            surface_names,
             objects,
         }
     }
@@ -96,18 +98,18 @@ impl SceneBuilder {
 
     /// Adds a surface.
     pub fn surface(&mut self, surface: Surface) -> SurfaceId {
-        self.named(format!("surface {}", self.surfaces.len()), surface)
+        self.named_surface(format!("surface {}", self.surfaces.len()), surface)
     }
 
     /// Adds a surface with a name for messages.
-    pub(super) fn named(&mut self, name: String, surface: Surface) -> SurfaceId {
-        self.names.push(name);
+    pub(super) fn named_surface(&mut self, name: String, surface: Surface) -> SurfaceId {
+        self.surface_names.push(name);
         self.surfaces.push(surface);
         SurfaceId(self.surfaces.len() as u32 - 1)
     }
 
     /// Begins an object: primitives belong to it until the next one begins.
-    pub(super) fn object(&mut self) {
+    pub(super) fn begin_object(&mut self) {
         self.objects += 1;
     }
 
@@ -115,7 +117,7 @@ impl SceneBuilder {
     /// where the vertices run counter-clockwise. Neighbours that share an edge must share its
     /// indices.
     pub fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]], surface: SurfaceId) {
-        self.object();
+        self.begin_object();
         let first = self.vertices(vertices);
         self.triangles(first, triangles, surface);
     }
@@ -142,7 +144,7 @@ impl SceneBuilder {
     /// Adds a parallelogram as two triangles and, if it emits, one emitter. Its front is where
     /// `edges[0] × edges[1]` points.
     pub fn rectangle(&mut self, corner: DVec3, edges: [DVec3; 2], surface: SurfaceId) {
-        self.object();
+        self.begin_object();
         let first = self.vertices.len() as u32;
         let [a, b] = edges;
         self.vertices
@@ -154,13 +156,13 @@ impl SceneBuilder {
 
     /// Adds a sphere or a zone of one.
     pub fn sphere(&mut self, sphere: Sphere, surface: SurfaceId) {
-        self.object();
+        self.begin_object();
         let emitter = self.emitter(surface, EmitterShape::Sphere(sphere));
-        self.part(surface, emitter, PrimitiveShape::Sphere(sphere));
+        self.add_primitive(surface, emitter, PrimitiveShape::Sphere(sphere));
     }
 
     fn triangle(&mut self, vertices: [u32; 3], surface: SurfaceId, emitter: Option<u32>) {
-        self.part(
+        self.add_primitive(
             surface,
             emitter,
             PrimitiveShape::Triangle {
@@ -170,8 +172,8 @@ impl SceneBuilder {
         );
     }
 
-    fn part(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PrimitiveShape) {
-        self.parts.push(ScenePrimitive {
+    fn add_primitive(&mut self, surface: SurfaceId, emitter: Option<u32>, shape: PrimitiveShape) {
+        self.primitives.push(ScenePrimitive {
             surface: surface.0,
             emitter,
             object: self.objects.saturating_sub(1),
@@ -187,13 +189,13 @@ impl SceneBuilder {
         })
     }
 
-    /// Validates the parts and builds the acceleration structure.
+    /// Validates the primitives and builds the acceleration structure.
     ///
-    /// Surfaces that coincide, up to [`COINCIDENT`] of the largest coordinate, are refused if it
-    /// is visible which of them a ray meets. It is not visible if both have the same surface, which
-    /// emits nothing and is neither mirror nor glass, nor between two closed opaque bodies. Where a
-    /// closed body stands on an opaque sheet that is neither mirror nor light and covers its face
-    /// wholly, that face is left out: the sheet is visible there.
+    /// Surfaces that coincide, up to [`COINCIDENCE_TOLERANCE`] of the largest coordinate, are
+    /// refused if it is visible which of them a ray meets. It is not visible if both have the same
+    /// surface, which emits nothing and is neither mirror nor glass, nor between two closed opaque
+    /// bodies. Where a closed body stands on an opaque sheet that is neither mirror nor light and
+    /// covers its face wholly, that face is left out: the sheet is visible there.
     ///
     /// # Errors
     /// [`Error::Scene`] for a coordinate or radiance that is not finite or beyond [`LARGEST`], an
@@ -209,10 +211,10 @@ impl SceneBuilder {
     pub(super) fn build_from(mut self, camera: Camera, extent: f64) -> Result<Scene, Error> {
         self.check_surfaces()?;
         check_camera(&self.name, &camera)?;
-        let mut primitives = Vec::with_capacity(self.parts.len());
+        let mut geometry = Vec::with_capacity(self.primitives.len());
         let mut extent = camera.eye.abs().max_element().max(extent);
-        for (i, part) in self.parts.iter_mut().enumerate() {
-            primitives.push(match &mut part.shape {
+        for (i, primitive) in self.primitives.iter_mut().enumerate() {
+            geometry.push(match &mut primitive.shape {
                 PrimitiveShape::Triangle { vertices, normal } => {
                     let corner = |v: u32| self.vertices.get(v as usize).copied();
                     let [Some(a), Some(b), Some(c)] = vertices.map(corner) else {
@@ -259,62 +261,62 @@ impl SceneBuilder {
             ));
         }
         let offset = extent * OFFSET;
-        let mut bvh = Bvh::new(&primitives);
-        let (parts, surfaces, vertices) = (&self.parts[..], &self.surfaces[..], &self.vertices[..]);
-        let (eye, tolerance, share) = (camera.eye, extent * COINCIDENT, CLOSE_SHARE);
+        let mut bvh = Bvh::new(&geometry);
+        let (primitives, surfaces, vertices) =
+            (&self.primitives[..], &self.surfaces[..], &self.vertices[..]);
+        let (eye, tolerance, close_fraction) =
+            (camera.eye, extent * COINCIDENCE_TOLERANCE, CLOSE_FRACTION);
         let shapes = Shapes {
-            parts,
+            primitives,
             surfaces,
             vertices,
             bvh: &bvh,
             eye,
             tolerance,
-            share,
+            close_fraction,
         };
-        let covered = shapes.covered().map_err(|overlap| {
-            let message = shapes.told(&overlap, &self.names).to_string();
+        let redundant_faces = shapes.redundant_faces().map_err(|overlap| {
+            let message = shapes.describe(&overlap, &self.surface_names).to_string();
             invalid(&self.name, message)
         })?;
-        let covered: Vec<(usize, ScenePrimitive)> = covered
+        let redundant_faces: Vec<(usize, ScenePrimitive)> = redundant_faces
             .into_iter()
-            .map(|(face, _)| (face as usize, self.parts[face as usize]))
+            .map(|(face, _)| (face as usize, self.primitives[face as usize]))
             .collect();
-        if !covered.is_empty() {
-            let mut stays = vec![true; self.parts.len()];
-            covered.iter().for_each(|(place, _)| stays[*place] = false);
-            let kept = |place: usize| stays[place];
-            self.parts = (0..)
-                .zip(self.parts)
-                .filter(|(place, _)| kept(*place))
-                .map(|(_, part)| part)
+        if !redundant_faces.is_empty() {
+            let mut stays = vec![true; self.primitives.len()];
+            redundant_faces
+                .iter()
+                .for_each(|(index, _)| stays[*index] = false);
+            let kept = |index: usize| stays[index];
+            self.primitives = (0..)
+                .zip(self.primitives)
+                .filter(|(index, _)| kept(*index))
+                .map(|(_, primitive)| primitive)
                 .collect();
-            primitives = (0..)
-                .zip(primitives)
-                .filter(|(place, _)| kept(*place))
+            geometry = (0..)
+                .zip(geometry)
+                .filter(|(index, _)| kept(*index))
                 .map(|(_, shape)| shape)
                 .collect();
-            bvh = Bvh::new(&primitives);
+            bvh = Bvh::new(&geometry);
         }
         Ok(Scene {
             bvh,
-            covered,
-            names: self.names,
-            smallest: smallest_detail(&self.parts, &self.vertices),
-            hull: Hull::new(&primitives, offset),
-            bodies: SpecularCasters::new(&self.parts, &self.surfaces, |corners| {
+            redundant_faces,
+            surface_names: self.surface_names,
+            smallest_detail: smallest_detail(&self.primitives, &self.vertices),
+            hull: Hull::new(&geometry, offset),
+            specular_casters: SpecularCasters::new(&self.primitives, &self.surfaces, |corners| {
                 corners.map(|v| self.vertices[v as usize])
             }),
             name: self.name,
             surfaces: self.surfaces,
             vertices: self.vertices,
-            parts: self.parts,
+            primitives: self.primitives,
             light_tree: LightTree::new(&self.emitters),
             power_light_sampler: PowerLightSampler::new(
-                &self
-                    .emitters
-                    .iter()
-                    .map(Emitter::strength)
-                    .collect::<Vec<_>>(),
+                &self.emitters.iter().map(Emitter::power).collect::<Vec<_>>(),
             ),
             emitters: self
                 .emitters
@@ -324,8 +326,8 @@ impl SceneBuilder {
             background: self.background,
             camera,
             offset,
-            in_singles: OnceLock::new(),
-            for_lanes: (OnceLock::new(), OnceLock::new()),
+            single_coincidence: OnceLock::new(),
+            lane_data: (OnceLock::new(), OnceLock::new()),
         })
     }
 

@@ -16,21 +16,21 @@ use crate::material::Bsdf;
 /// Distance, as a fraction of the scene's largest coordinate, up to which surfaces coincide: a ray
 /// that leaves one of them from [`OFFSET`] above it, and a segment that ends as far above the
 /// other, need some room between them.
-pub const COINCIDENT: f64 = 4.0 * OFFSET;
+pub const COINCIDENCE_TOLERANCE: f64 = 4.0 * OFFSET;
 /// Distance up to which surfaces coincide in single precision, as a fraction of the largest
 /// coordinate: 2⁻¹⁶.
-pub const SINGLE_COINCIDENT: f64 = 4.0 * SINGLE_END;
+pub const SINGLE_COINCIDENCE_TOLERANCE: f64 = 4.0 * SINGLE_END;
 /// Fraction of the way across their overlap over which two surfaces must be that near to coincide:
 /// planes that cross at an angle are near to each other along a line only.
-pub(super) const CLOSE_SHARE: f64 = 1e-3;
-/// [`CLOSE_SHARE`] in single precision, where the faces of a sharp edge are that near to each other
-/// over more of their width.
-const SINGLE_CLOSE_SHARE: f64 = 1.0 / 16.0;
+pub(super) const CLOSE_FRACTION: f64 = 1e-3;
+/// [`CLOSE_FRACTION`] in single precision, where the faces of a sharp edge are that near to each
+/// other over more of their width.
+const SINGLE_CLOSE_FRACTION: f64 = 1.0 / 16.0;
 /// Overlap of neighbours that is tolerated, as a fraction of the smaller one's height: files round
 /// coordinates.
-const SLIVER: f64 = 1e-5;
+const SLIVER_FRACTION: f64 = 1e-5;
 /// Least absolute cosine between the normals of triangles that coincide.
-const PARALLEL: f64 = 0.99;
+const MIN_PARALLEL_COSINE: f64 = 0.99;
 
 /// Two surfaces that coincide where it is visible which of them a ray meets.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,40 +79,45 @@ pub(super) struct Overlap {
 impl Scene {
     /// Returns the first two surfaces that are at most `tolerance` apart, a length, if it is
     /// visible which of them a ray meets: `None` if there are none, or if it makes no difference.
-    /// No scene has any at [`COINCIDENT`] times its largest coordinate; single precision needs
-    /// more.
+    /// No scene has any at [`COINCIDENCE_TOLERANCE`] times its largest coordinate; single precision
+    /// needs more.
     pub fn coincident(&self, tolerance: f64) -> Option<Coincidence> {
-        self.coincident_over(tolerance, CLOSE_SHARE)
+        self.coincident_over(tolerance, CLOSE_FRACTION)
     }
 
     /// Returns the first two surfaces that coincide for rays in single precision: those that are at
-    /// most [`SINGLE_COINCIDENT`] times the largest coordinate apart over a sixteenth of the way
-    /// across their overlap or more.
+    /// most [`SINGLE_COINCIDENCE_TOLERANCE`] times the largest coordinate apart over a sixteenth of
+    /// the way across their overlap or more.
     pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
-        let find = || self.coincident_over(SINGLE_COINCIDENT * self.extent(), SINGLE_CLOSE_SHARE);
-        self.in_singles.get_or_init(find).as_ref()
+        let find = || {
+            self.coincident_over(
+                SINGLE_COINCIDENCE_TOLERANCE * self.extent(),
+                SINGLE_CLOSE_FRACTION,
+            )
+        };
+        self.single_coincidence.get_or_init(find).as_ref()
     }
 
-    fn coincident_over(&self, tolerance: f64, share: f64) -> Option<Coincidence> {
-        let (parts, surfaces, vertices, bvh) = (
-            &self.parts[..],
+    fn coincident_over(&self, tolerance: f64, close_fraction: f64) -> Option<Coincidence> {
+        let (primitives, surfaces, vertices, bvh) = (
+            &self.primitives[..],
             &self.surfaces[..],
             &self.vertices[..],
             &self.bvh,
         );
         let shapes = Shapes {
-            parts,
+            primitives,
             surfaces,
             vertices,
             bvh,
             eye: self.camera.eye,
             tolerance,
-            share,
+            close_fraction,
         };
         let found = shapes
-            .covered()
-            .map_or_else(Some, |covered| covered.first().map(|(_, overlap)| *overlap));
-        found.map(|overlap| shapes.told(&overlap, &self.names))
+            .redundant_faces()
+            .map_or_else(Some, |faces| faces.first().map(|(_, overlap)| *overlap));
+        found.map(|overlap| shapes.describe(&overlap, &self.surface_names))
     }
 }
 
@@ -123,19 +128,19 @@ impl Shapes<'_> {
     ///
     /// # Errors
     /// The first two that coincide otherwise, if it is visible which of them a ray meets.
-    pub fn covered(&self) -> Result<Vec<(u32, Overlap)>, Overlap> {
+    pub fn redundant_faces(&self) -> Result<Vec<(u32, Overlap)>, Overlap> {
         let overlaps = self.overlaps();
         if overlaps.iter().all(|overlap| self.are_alike(overlap.pair)) {
             return Ok(Vec::new());
         }
         let solids = Solids::new(self);
-        let covered = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
+        let covered_face = |[i, j]: [u32; 2]| match [solids.hidden_side(i), solids.hidden_side(j)] {
             [Some(_), None] => self.may_cover(j, i).then_some(i),
             [None, Some(_)] => self.may_cover(i, j).then_some(j),
             _ => None,
         };
         // Surfaces between two bodies are hidden.
-        let is_seen = |[i, j]: [u32; 2]| match [solids.of(i), solids.of(j)] {
+        let is_visible = |[i, j]: [u32; 2]| match [solids.hidden_side(i), solids.hidden_side(j)] {
             [Some((a, hidden_by_a)), Some((b, hidden_by_b))] => {
                 a == b || hidden_by_a.dot(hidden_by_b) > 0.0
             }
@@ -143,21 +148,22 @@ impl Shapes<'_> {
         };
         let mut faces: BTreeMap<u32, Overlap> = BTreeMap::new();
         for overlap in &overlaps {
-            if !self.are_alike(overlap.pair) && is_seen(overlap.pair) {
+            if !self.are_alike(overlap.pair) && is_visible(overlap.pair) {
                 faces
-                    .entry(covered(overlap.pair).ok_or(*overlap)?)
+                    .entry(covered_face(overlap.pair).ok_or(*overlap)?)
                     .or_insert(*overlap);
             }
         }
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
         for overlap in &overlaps {
             *areas
-                .entry(covered(overlap.pair).unwrap_or(u32::MAX))
+                .entry(covered_face(overlap.pair).unwrap_or(u32::MAX))
                 .or_default() += overlap.area;
         }
         // Neighbours overlap, or leave gaps, by up to a sliver at each edge.
         let is_whole = |face: u32| {
-            areas[&face] >= (1.0 - 8.0 * SLIVER) * self.triangle(face).map_or(0.0, |t| t.area)
+            areas[&face]
+                >= (1.0 - 8.0 * SLIVER_FRACTION) * self.triangle(face).map_or(0.0, |t| t.area)
         };
         faces
             .into_iter()
@@ -172,11 +178,11 @@ impl Shapes<'_> {
     }
 
     /// Returns an overlap as reported to the user.
-    pub fn told(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
+    pub fn describe(&self, overlap: &Overlap, names: &[String]) -> Coincidence {
         let object = |i: u32| {
             let ScenePrimitive {
                 object, surface, ..
-            } = self.parts[i as usize];
+            } = self.primitives[i as usize];
             format!("object {} ({})", object + 1, names[surface as usize])
         };
         let (primitives, at, tolerance) = (overlap.pair, overlap.at, self.tolerance);
@@ -188,27 +194,27 @@ impl Shapes<'_> {
         }
     }
 
-    fn surface(&self, part: u32) -> &Surface {
-        &self.surfaces[self.parts[part as usize].surface as usize]
+    fn surface(&self, primitive: u32) -> &Surface {
+        &self.surfaces[self.primitives[primitive as usize].surface as usize]
     }
 
     /// Returns whether both look the same from either side, and neither is a light or a specular
     /// caster.
     fn are_alike(&self, [i, j]: [u32; 2]) -> bool {
         let surface = self.surface(i);
-        surface == self.surface(j) && is_plain(surface)
+        surface == self.surface(j) && is_opaque_two_sided(surface)
     }
 
     /// Returns whether a face can be left out where a sheet covers it.
     fn may_cover(&self, sheet: u32, face: u32) -> bool {
-        is_plain(self.surface(sheet)) && self.surface(face).emission == DVec3::ZERO
+        is_opaque_two_sided(self.surface(sheet)) && self.surface(face).emission == DVec3::ZERO
     }
 
     /// Returns all primitives that coincide.
     fn overlaps(&self) -> Vec<Overlap> {
         let of = |i: u32| {
             let mut found = Vec::new();
-            let (low, high) = match self.parts[i as usize].shape {
+            let (low, high) = match self.primitives[i as usize].shape {
                 PrimitiveShape::Triangle { vertices, .. } => {
                     let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
                     (
@@ -219,7 +225,7 @@ impl Shapes<'_> {
                 PrimitiveShape::Sphere(sphere) => {
                     // Spheres that coincide have nearly the same pole.
                     let pole = sphere.centre + sphere.radius * DVec3::Z;
-                    let reach = DVec3::splat(2.0 * self.tolerance / self.share);
+                    let reach = DVec3::splat(2.0 * self.tolerance / self.close_fraction);
                     (pole - reach, pole + reach)
                 }
             };
@@ -232,7 +238,7 @@ impl Shapes<'_> {
             found.sort_unstable_by_key(|overlap: &Overlap| overlap.pair);
             found
         };
-        (0..self.parts.len() as u32)
+        (0..self.primitives.len() as u32)
             .into_par_iter()
             .with_min_len(1024)
             .flat_map_iter(of)
@@ -241,9 +247,9 @@ impl Shapes<'_> {
 
     /// Returns the overlap of a pair, whose first primitive may be this triangle.
     fn overlap(&self, pair: [u32; 2], triangle: Option<&Triangle>) -> Option<Overlap> {
-        let (at, area) = match (triangle, pair.map(|i| &self.parts[i as usize].shape)) {
+        let (at, area) = match (triangle, pair.map(|i| &self.primitives[i as usize].shape)) {
             (Some(a), [_, PrimitiveShape::Triangle { normal, .. }]) => {
-                if a.normal.dot(*normal).abs() < PARALLEL {
+                if a.normal.dot(*normal).abs() < MIN_PARALLEL_COSINE {
                     return None;
                 }
                 let b = self.triangle(pair[1])?;
@@ -265,7 +271,7 @@ impl Shapes<'_> {
     /// are near each other in more of it than where they cross.
     fn are_close(&self, [low, high]: [f64; 2]) -> bool {
         let close = high.min(self.tolerance) - low.max(-self.tolerance);
-        close >= 0.0 && close >= self.share * (high - low)
+        close >= 0.0 && close >= self.close_fraction * (high - low)
     }
 
     /// Returns a point of the overlap of two nearly equal spheres or zones.
@@ -278,15 +284,15 @@ impl Shapes<'_> {
         let (low, high) = (a_low.max(b_low), a_high.min(b_high));
         let margin = self
             .tolerance
-            .max(SLIVER * (a_high - a_low).min(b_high - b_low));
+            .max(SLIVER_FRACTION * (a_high - a_low).min(b_high - b_low));
         let (z, radius) = (0.5 * (low + high), a.radius);
         (high - low > margin)
             .then(|| a.centre + DVec3::new((radius * radius - z * z).max(0.0).sqrt(), 0.0, z))
     }
 
     /// Returns a triangle by its corners; `None` for a sphere.
-    pub fn triangle(&self, part: u32) -> Option<Triangle> {
-        match self.parts[part as usize].shape {
+    pub fn triangle(&self, primitive: u32) -> Option<Triangle> {
+        match self.primitives[primitive as usize].shape {
             PrimitiveShape::Triangle { vertices, normal } => {
                 let corners = vertices.map(|v| self.vertices[v as usize]);
                 let [a, b, c] = corners;
@@ -303,7 +309,7 @@ impl Shapes<'_> {
 
 /// Returns whether a surface is opaque, emits nothing, looks the same from both sides, and is no
 /// specular caster.
-fn is_plain(surface: &Surface) -> bool {
+fn is_opaque_two_sided(surface: &Surface) -> bool {
     surface.emission == DVec3::ZERO
         && !matches!(
             surface.bsdf,
@@ -349,7 +355,10 @@ impl Triangle {
             .map(DVec3::length)
             .into_iter()
             .fold(0.0, f64::max);
-        let inner = self.clipped(other, tolerance.max(SLIVER * 2.0 * self.area / longest))?;
+        let inner = self.clipped(
+            other,
+            tolerance.max(SLIVER_FRACTION * 2.0 * self.area / longest),
+        )?;
         if !shapes.are_close(range(&inner)) {
             return None;
         }

@@ -17,20 +17,20 @@ pub(super) fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Returns [`Scene::smallest_detail`](super::Scene::smallest_detail) of these parts.
-pub(super) fn smallest_detail(parts: &[ScenePrimitive], vertices: &[DVec3]) -> f64 {
+/// Returns [`Scene::smallest_detail`](super::Scene::smallest_detail) of these primitives.
+pub(super) fn smallest_detail(primitives: &[ScenePrimitive], vertices: &[DVec3]) -> f64 {
     // Union-find: each vertex names an earlier one of the same component, or itself.
-    let mut before: Vec<u32> = (0..vertices.len() as u32).collect();
-    fn first_of(before: &mut [u32], mut vertex: u32) -> u32 {
-        while before[vertex as usize] != vertex {
-            before[vertex as usize] = before[before[vertex as usize] as usize];
-            vertex = before[vertex as usize];
+    let mut parents: Vec<u32> = (0..vertices.len() as u32).collect();
+    fn find_root(parents: &mut [u32], mut vertex: u32) -> u32 {
+        while parents[vertex as usize] != vertex {
+            parents[vertex as usize] = parents[parents[vertex as usize] as usize];
+            vertex = parents[vertex as usize];
         }
         vertex
     }
     let mut smallest = f64::INFINITY;
-    for part in parts {
-        match part.shape {
+    for primitive in primitives {
+        match primitive.shape {
             PrimitiveShape::Sphere(sphere) => {
                 let [low, high] = sphere.heights();
                 smallest = smallest.min(sphere.radius).min(high - low);
@@ -38,21 +38,21 @@ pub(super) fn smallest_detail(parts: &[ScenePrimitive], vertices: &[DVec3]) -> f
             PrimitiveShape::Triangle {
                 vertices: corners, ..
             } => {
-                let firsts = corners.map(|corner| first_of(&mut before, corner));
-                let first = firsts.into_iter().fold(u32::MAX, u32::min);
-                firsts
+                let roots = corners.map(|corner| find_root(&mut parents, corner));
+                let first = roots.into_iter().fold(u32::MAX, u32::min);
+                roots
                     .into_iter()
-                    .for_each(|of| before[of as usize] = first);
+                    .for_each(|of| parents[of as usize] = first);
             }
         }
     }
     let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; vertices.len()];
-    for part in parts {
+    for primitive in primitives {
         if let PrimitiveShape::Triangle {
             vertices: corners, ..
-        } = part.shape
+        } = primitive.shape
         {
-            let of = &mut boxes[first_of(&mut before, corners[0]) as usize];
+            let of = &mut boxes[find_root(&mut parents, corners[0]) as usize];
             for corner in corners.map(|corner| vertices[corner as usize]) {
                 *of = [of[0].min(corner), of[1].max(corner)];
             }

@@ -45,7 +45,7 @@ use crate::error::Error;
 use crate::geometry::shape::Sphere;
 use crate::light::environment::Environment;
 use crate::suggest::hint;
-use reader::{Source, shown};
+use reader::{Source, quote};
 use schema::Reading;
 
 /// Largest size of a scene file, bytes: larger meshes belong in an OBJ file.
@@ -53,7 +53,7 @@ pub const LARGEST_FILE: u64 = 4 << 20;
 /// Largest total size of all other files of a scene, bytes: OBJ and images.
 pub const LARGEST_OTHER: u64 = 256 << 20;
 /// Largest number of vertices of a scene, and of triangles.
-pub const MOST: usize = 4 << 20;
+pub const MAX_VERTICES: usize = 4 << 20;
 
 /// A scene as plain data; [`build`](Self::build) turns it into one that can be rendered.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,7 +195,7 @@ impl Description {
         let names = self.materials.iter().map(|(name, _)| name);
         format!(
             "there is no material {}{}",
-            shown(material),
+            quote(material),
             hint(material, names)
         )
     }
@@ -211,7 +211,12 @@ impl Description {
         let surfaces: HashMap<&str, _> = self
             .materials
             .iter()
-            .map(|(name, surface)| (&**name, scene.named(format!("material {name}"), *surface)))
+            .map(|(name, surface)| {
+                (
+                    &**name,
+                    scene.named_surface(format!("material {name}"), *surface),
+                )
+            })
             .collect();
         let surface = |material: &str| {
             surfaces
@@ -231,7 +236,7 @@ impl Description {
                     vertices,
                     triangles,
                 } => {
-                    scene.object();
+                    scene.begin_object();
                     let first = scene.vertices(vertices);
                     for (material, triangles) in triangles {
                         scene.triangles(first, triangles, surface(material)?);

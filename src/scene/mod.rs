@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 pub use builder::{SceneBuilder, SurfaceId};
-pub use coincident::{COINCIDENT, Coincidence, SINGLE_COINCIDENT};
+pub use coincident::{COINCIDENCE_TOLERANCE, Coincidence, SINGLE_COINCIDENCE_TOLERANCE};
 pub use detail::SMALLEST_DETAIL;
 use detail::longest_edge;
 
@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::geometry::bvh::{Bvh, PrimitiveHit};
 use crate::geometry::hull::Hull;
 use crate::geometry::offsets::{
-    EDGE_MARGIN, OFFSET, Place, SINGLE_EDGE_MARGIN, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET,
+    EDGE_MARGIN, OFFSET, RayOrigin, SINGLE_EDGE_MARGIN, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET,
     SINGLE_OFFSET, inner_point, offset_in,
 };
 use crate::geometry::shape::{Hit, Ray, Sphere};
@@ -102,26 +102,26 @@ pub struct Scene {
     name: String,
     surfaces: Vec<Surface>,
     vertices: Vec<DVec3>,
-    parts: Vec<ScenePrimitive>,
-    /// Parts left out because others cover them, each with its index among all.
-    covered: Vec<(usize, ScenePrimitive)>,
+    primitives: Vec<ScenePrimitive>,
+    /// Primitives left out because others cover them, each with its index among all.
+    redundant_faces: Vec<(usize, ScenePrimitive)>,
     /// Names of the surfaces in messages.
-    names: Vec<String>,
+    surface_names: Vec<String>,
     emitters: Vec<Emitter>,
     light_tree: LightTree,
     power_light_sampler: PowerLightSampler,
-    bodies: SpecularCasters,
+    specular_casters: SpecularCasters,
     background: Environment,
     camera: Camera,
     bvh: Bvh,
     hull: Option<Hull>,
     offset: f64,
     /// Value of [`smallest_detail`](Scene::smallest_detail).
-    smallest: f64,
+    smallest_detail: f64,
     /// First pair that coincides in single precision, computed on demand.
-    in_singles: OnceLock<Option<Coincidence>>,
+    single_coincidence: OnceLock<Option<Coincidence>>,
     /// Scene data for rays in lanes, in double and in single precision, computed on demand.
-    for_lanes: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
+    lane_data: (OnceLock<SceneData<f64>>, OnceLock<SceneData<f32>>),
 }
 
 impl Scene {
@@ -137,7 +137,7 @@ impl Scene {
     /// [coincide](SceneBuilder::build).
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
         let extent = self.extent();
-        SceneBuilder::of(self).build_from(camera, extent)
+        SceneBuilder::from_scene(self).build_from(camera, extent)
     }
 
     /// Returns the camera.
@@ -162,7 +162,7 @@ impl Scene {
 
     /// Returns the specular casters: mirrors and glass through which shadow rays are connected.
     pub fn specular_casters(&self) -> &SpecularCasters {
-        &self.bodies
+        &self.specular_casters
     }
 
     /// Returns the environment: the radiance of rays that hit nothing.
@@ -178,20 +178,20 @@ impl Scene {
 
     /// Iterates over all triangles and spheres with their surfaces.
     pub fn primitives(&self) -> impl Iterator<Item = (Geometry, &Surface)> + '_ {
-        self.parts.iter().map(|part| {
-            let geometry = match part.shape {
+        self.primitives.iter().map(|primitive| {
+            let geometry = match primitive.shape {
                 PrimitiveShape::Triangle { vertices, .. } => {
                     Geometry::Triangle(self.corners(vertices))
                 }
                 PrimitiveShape::Sphere(sphere) => Geometry::Sphere(sphere),
             };
-            (geometry, &self.surfaces[part.surface as usize])
+            (geometry, &self.surfaces[primitive.surface as usize])
         })
     }
 
-    /// Returns the parts behind [`primitives`](Self::primitives).
-    pub(crate) fn parts(&self) -> &[ScenePrimitive] {
-        &self.parts
+    /// Returns the data behind [`primitives`](Self::primitives).
+    pub(crate) fn scene_primitives(&self) -> &[ScenePrimitive] {
+        &self.primitives
     }
 
     #[inline]
@@ -206,7 +206,7 @@ impl Scene {
 
     /// Returns the scene data for lanes of a precision, computed when first asked for.
     pub(crate) fn lane_data<T: Scalar>(&self) -> &SceneData<T> {
-        let (double, single): (&dyn Any, &dyn Any) = (&self.for_lanes.0, &self.for_lanes.1);
+        let (double, single): (&dyn Any, &dyn Any) = (&self.lane_data.0, &self.lane_data.1);
         let data: &OnceLock<SceneData<T>> = double
             .downcast_ref()
             .or_else(|| single.downcast_ref())
@@ -231,8 +231,8 @@ impl Scene {
     /// Returns the hit of a ray on a primitive.
     #[inline]
     fn hit(&self, ray: &Ray, found: &PrimitiveHit) -> Hit {
-        let part = &self.parts[found.primitive as usize];
-        let (point, normal) = match &part.shape {
+        let primitive = &self.primitives[found.primitive as usize];
+        let (point, normal) = match &primitive.shape {
             PrimitiveShape::Triangle { vertices, normal } => (
                 inner_point(self.corners(*vertices), found.weights, EDGE_MARGIN),
                 *normal,
@@ -243,7 +243,7 @@ impl Scene {
                 (sphere.centre + sphere.radius * outward, normal)
             }
         };
-        let (surface, emitter) = (part.surface, part.emitter);
+        let (surface, emitter) = (primitive.surface, primitive.emitter);
         Hit {
             t: found.t,
             point,
@@ -267,34 +267,34 @@ impl Scene {
     }
 
     /// Returns the ray that leaves a hit in a direction, and its hit.
-    pub fn onward(&self, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
-        let ray = self.leave(here.point, here.normal, direction);
+    pub fn spawn_and_trace(&self, here: &Hit, direction: DVec3) -> (Ray, Option<Hit>) {
+        let ray = self.spawn_ray(here.point, here.normal, direction);
         (ray, self.intersect(&ray))
     }
 
     /// Returns whether the background is visible from a surface point with its unit normal in a
     /// direction.
     pub fn sees_background(&self, point: DVec3, normal: DVec3, direction: DVec3) -> bool {
-        self.is_open(&self.leave(point, normal, direction))
+        self.escapes(&self.spawn_ray(point, normal, direction))
     }
 
     /// Returns whether a ray hits nothing.
-    pub(crate) fn is_open(&self, ray: &Ray) -> bool {
+    pub(crate) fn escapes(&self, ray: &Ray) -> bool {
         !self.bvh.occluded(ray, f64::INFINITY, |_| true)
     }
 
     /// Returns the ray that leaves a surface point with the given unit normal, from the side that
     /// `direction` points to.
     #[inline]
-    pub fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
-        self.place(point, normal).leave(direction)
+    pub fn spawn_ray(&self, point: DVec3, normal: DVec3, direction: DVec3) -> Ray {
+        self.ray_origin(point, normal).spawn_ray(direction)
     }
 
     /// Returns a surface point with its unit normal, from which rays start at the height of
     /// [`OFFSET`], in single precision of [`SINGLE_END`].
     #[inline]
-    pub(crate) fn place<V: Vector>(&self, point: V, normal: V) -> Place<V> {
-        Place {
+    pub(crate) fn ray_origin<V: Vector>(&self, point: V, normal: V) -> RayOrigin<V> {
+        RayOrigin {
             point,
             normal,
             offset: offset_in(self.offset),
@@ -315,12 +315,12 @@ impl Scene {
     /// that is less, or the second largest extent along the axes of triangles connected by their
     /// vertices. Infinite without any.
     pub(crate) fn smallest_detail(&self) -> f64 {
-        self.smallest
+        self.smallest_detail
     }
 
     /// Returns the largest coordinate of a primitive.
-    fn reach(&self, part: &ScenePrimitive) -> f64 {
-        match part.shape {
+    fn max_coordinate(&self, primitive: &ScenePrimitive) -> f64 {
+        match primitive.shape {
             PrimitiveShape::Sphere(sphere) => (sphere.centre.abs() + sphere.radius).max_element(),
             PrimitiveShape::Triangle { vertices, .. } => self
                 .corners(vertices)
@@ -336,17 +336,17 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] with advice.
     pub fn check_details(&self) -> Result<(), Error> {
-        let (extent, detail) = (self.extent(), self.smallest);
+        let (extent, detail) = (self.extent(), self.smallest_detail);
         if detail >= SMALLEST_DETAIL * extent {
             return Ok(());
         }
         let far = 0.5 * detail / SMALLEST_DETAIL;
         // A distant light such as a sun: all else lies near.
         let beyond: Vec<_> = self
-            .parts
+            .primitives
             .iter()
             .enumerate()
-            .filter(|(_, part)| self.reach(part) > far)
+            .filter(|(_, primitive)| self.max_coordinate(primitive) > far)
             .collect();
         let sun = match beyond[..] {
             [
@@ -388,8 +388,8 @@ impl Scene {
 
     /// Returns [`SINGLE_EDGE_MARGIN`] as a fraction of the least height of a triangle, at most
     /// [`SINGLE_LARGEST_MARGIN`].
-    pub(crate) fn single_edge_margin(&self, part: &ScenePrimitive) -> f64 {
-        let PrimitiveShape::Triangle { vertices, .. } = part.shape else {
+    pub(crate) fn single_edge_margin(&self, primitive: &ScenePrimitive) -> f64 {
+        let PrimitiveShape::Triangle { vertices, .. } = primitive.shape else {
             return 0.0;
         };
         let [a, b, c] = self.corners(vertices);
@@ -401,8 +401,8 @@ impl Scene {
     /// its reach, plus [`SINGLE_LEAST_OFFSET`]. The reach is the largest sum of a point's absolute
     /// coordinates, each times that of the unit normal, as rounding errors along the normal are; 0
     /// for a triangle in a coordinate plane.
-    pub(crate) fn single_offset(&self, part: &ScenePrimitive) -> f64 {
-        let reach = match &part.shape {
+    pub(crate) fn single_offset(&self, primitive: &ScenePrimitive) -> f64 {
+        let reach = match &primitive.shape {
             PrimitiveShape::Triangle { vertices, normal } => self
                 .corners(*vertices)
                 .map(|corner| normal.abs().dot(corner.abs()))
@@ -415,21 +415,23 @@ impl Scene {
 
     /// Returns whether a primitive is of smooth glass.
     pub(crate) fn is_glass(&self, primitive: u32) -> bool {
-        let surface = self.parts[primitive as usize].surface;
+        let surface = self.primitives[primitive as usize].surface;
         self.surfaces[surface as usize].bsdf.is_glass()
     }
 
     /// Returns whether the segment between two surface points with unit normals is free. Glass
     /// blocks it unless `through_glass`.
     pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
-        let [from, to] = [x, y].map(|(point, normal)| self.place(point, normal));
-        self.is_free(&from.segment(&to), through_glass)
+        let [from, to] = [x, y].map(|(point, normal)| self.ray_origin(point, normal));
+        self.is_unoccluded(&from.segment(&to), through_glass)
     }
 
     /// Returns whether nothing lies on a segment up to t = 1.
-    pub(crate) fn is_free(&self, segment: &Ray, through_glass: bool) -> bool {
+    pub(crate) fn is_unoccluded(&self, segment: &Ray, through_glass: bool) -> bool {
         let bvh = match &self.hull {
-            Some(hull) if hull.holds(segment.origin) && hull.holds(segment.at(1.0)) => &hull.within,
+            Some(hull) if hull.contains(segment.origin) && hull.contains(segment.at(1.0)) => {
+                &hull.within
+            }
             _ => &self.bvh,
         };
         if through_glass {

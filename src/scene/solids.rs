@@ -11,7 +11,7 @@ use crate::material::Bsdf;
 
 /// Primitives of a scene that are searched for coincident ones.
 pub(super) struct Shapes<'a> {
-    pub parts: &'a [ScenePrimitive],
+    pub primitives: &'a [ScenePrimitive],
     pub surfaces: &'a [Surface],
     pub vertices: &'a [DVec3],
     pub bvh: &'a Bvh,
@@ -19,14 +19,14 @@ pub(super) struct Shapes<'a> {
     /// Distance up to which surfaces coincide.
     pub tolerance: f64,
     /// Fraction of the way across their overlap over which they must be that near.
-    pub share: f64,
+    pub close_fraction: f64,
 }
 
 /// Closed bodies of triangles.
 pub(super) struct Solids {
     /// Body of each primitive, and the vector, ± its normal, to the side that the body hides from
     /// the camera.
-    hidden: Vec<Option<(u32, DVec3)>>,
+    hidden_sides: Vec<Option<(u32, DVec3)>>,
 }
 
 /// Edge between two vertices, the lower index first, of a triangle that runs along it or, negative,
@@ -52,9 +52,9 @@ struct Sums {
 }
 
 /// Union-find: the set of a number is the tree below a number that is its own link.
-struct Sets(Vec<u32>);
+struct UnionFind(Vec<u32>);
 
-impl Sets {
+impl UnionFind {
     fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
@@ -76,12 +76,12 @@ impl Sets {
 impl Solids {
     /// Finds the bodies of a scene.
     pub fn new(shapes: &Shapes) -> Self {
-        let mut vertices = welded(shapes);
-        let mut edges = Vec::with_capacity(3 * shapes.parts.len());
-        for (triangle, part) in (0..).zip(shapes.parts) {
+        let mut vertices = weld_vertices(shapes);
+        let mut edges = Vec::with_capacity(3 * shapes.primitives.len());
+        for (triangle, primitive) in (0..).zip(shapes.primitives) {
             if let PrimitiveShape::Triangle {
                 vertices: corners, ..
-            } = part.shape
+            } = primitive.shape
             {
                 let [a, b, c] = corners.map(|v| vertices.find(v));
                 for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -92,7 +92,7 @@ impl Solids {
                     };
                     edges.push(Edge {
                         ends,
-                        object: part.object,
+                        object: primitive.object,
                         triangle,
                         sign,
                     });
@@ -100,7 +100,7 @@ impl Solids {
             }
         }
         edges.sort_unstable_by_key(|edge| (edge.ends, edge.object, edge.triangle));
-        let mut bodies = Sets::new(shapes.parts.len());
+        let mut bodies = UnionFind::new(shapes.primitives.len());
         let is_closed = |edges: &[Edge]| edges.iter().map(|edge| edge.sign).sum::<i32>() == 0;
         // Edges that close within an object are not matched with those of others that touch it
         // there.
@@ -120,14 +120,14 @@ impl Solids {
                 .or_default()
                 .is_open = true;
         }
-        for (i, part) in (0..).zip(shapes.parts) {
+        for (i, primitive) in (0..).zip(shapes.primitives) {
             let Some(triangle) = shapes.triangle(i) else {
                 continue;
             };
             let [a, b, c] = triangle.corners.map(|corner| corner - shapes.eye);
             let body = sums.entry(bodies.find(i)).or_default();
             body.is_open |= matches!(
-                shapes.surfaces[part.surface as usize].bsdf,
+                shapes.surfaces[primitive.surface as usize].bsdf,
                 Bsdf::Glass { .. } | Bsdf::RoughGlass(_)
             );
             body.area += triangle.area;
@@ -138,31 +138,31 @@ impl Solids {
             body.angle +=
                 2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y);
         }
-        let hidden = |(i, part): (u32, &ScenePrimitive)| match part.shape {
+        let hidden_side = |(i, primitive): (u32, &ScenePrimitive)| match primitive.shape {
             PrimitiveShape::Triangle { normal, .. } => {
                 let body = bodies.find(i);
                 sums.get(&body)?
-                    .hidden(shapes.tolerance)
+                    .hidden_sign(shapes.tolerance)
                     .map(|side| (body, side * normal))
             }
             PrimitiveShape::Sphere(_) => None,
         };
         Self {
-            hidden: (0..).zip(shapes.parts).map(hidden).collect(),
+            hidden_sides: (0..).zip(shapes.primitives).map(hidden_side).collect(),
         }
     }
 
     /// Returns the closed opaque body to which a triangle belongs, if any, and the vector, ± its
     /// normal, to the side that the body hides from the camera.
-    pub fn of(&self, part: u32) -> Option<(u32, DVec3)> {
-        self.hidden[part as usize]
+    pub fn hidden_side(&self, primitive: u32) -> Option<(u32, DVec3)> {
+        self.hidden_sides[primitive as usize]
     }
 }
 
 impl Sums {
     /// Returns 1 if the fronts of a closed body are hidden, -1 if the backs are; `None` for an open
     /// body, or one as thin as surfaces that coincide.
-    fn hidden(&self, tolerance: f64) -> Option<f64> {
+    fn hidden_sign(&self, tolerance: f64) -> Option<f64> {
         let is_thin = self.volume.abs() <= 6.0 * tolerance * self.area;
         let turns = (self.angle / (4.0 * PI)).round();
         let outward = self.volume.signum();
@@ -172,9 +172,9 @@ impl Sums {
 }
 
 /// Joins the vertices that lie in one place.
-fn welded(shapes: &Shapes) -> Sets {
+fn weld_vertices(shapes: &Shapes) -> UnionFind {
     let cell = 4.0 * shapes.tolerance;
-    let mut sets = Sets::new(shapes.vertices.len());
+    let mut sets = UnionFind::new(shapes.vertices.len());
     let mut first = HashMap::new();
     for (i, vertex) in (0..).zip(shapes.vertices) {
         // The cells of a grid that a small cube around the vertex meets: one, or several where it

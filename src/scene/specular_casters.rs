@@ -21,13 +21,13 @@ const MAX_MIRROR_TRIANGLES: usize = 16;
 /// Rough average reflectance of glass, used only to weight reflections.
 const GLASS_REFLECTANCE: f64 = 0.1;
 /// Index that stands for no caster.
-pub(crate) const NONE: u8 = u8::MAX;
+pub(crate) const NO_CASTER: u8 = u8::MAX;
 
 impl<V: Vector> Caster<V> {
     /// Returns the selection weight from a point: approximately the solid angle times
     /// `selection_weight`; 0 from within a sphere and from behind a flat mirror.
     #[inline]
-    pub fn share(&self, kind: CasterKind, from: V) -> V::Real {
+    pub fn selection_weight_from(&self, kind: CasterKind, from: V) -> V::Real {
         let zero = V::Real::splat(0.0);
         let away = from - self.centre;
         let squared = away.length_squared();
@@ -74,7 +74,7 @@ pub struct SpecularCaster {
     /// Kind of scattering.
     pub kind: CasterKind,
     /// Parameters of the caster.
-    pub body: Caster<DVec3>,
+    pub parameters: Caster<DVec3>,
     /// Triangles of a flat mirror, as edges.
     triangles: Vec<[Edge; 3]>,
 }
@@ -89,10 +89,10 @@ impl SpecularCaster {
         y: DVec3,
     ) -> impl Iterator<Item = (usize, SpecularConnection<DVec3>)> {
         let (flat, curved) = if self.kind == CasterKind::Flat {
-            let connection = mirror_connection(&self.body, x, y, true);
+            let connection = mirror_connection(&self.parameters, x, y, true);
             (
                 Some(SpecularConnection {
-                    exists: connection.exists && self.holds(connection.first.0),
+                    exists: connection.exists && self.contains(connection.first.0),
                     ..connection
                 }),
                 None,
@@ -101,7 +101,7 @@ impl SpecularCaster {
             (
                 None,
                 Some(SphereConnections::new(
-                    &self.body,
+                    &self.parameters,
                     x,
                     y,
                     true,
@@ -118,7 +118,7 @@ impl SpecularCaster {
 
     /// Returns whether a point in the plane of a flat mirror lies on the mirror.
     #[inline]
-    pub fn holds<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
+    pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
         let mut on = zero.above(zero);
         for edges in &self.triangles {
@@ -138,62 +138,68 @@ impl SpecularCaster {
 pub struct SpecularCasters {
     all: Vec<SpecularCaster>,
     /// Casters by which each primitive reflects and refracts; empty without casters.
-    of: Vec<[u8; 2]>,
+    by_primitive: Vec<[u8; 2]>,
 }
 
 /// A caster, and the primitives that form it.
-type Found = (SpecularCaster, Vec<usize>);
+type Candidate = (SpecularCaster, Vec<usize>);
 
 impl SpecularCasters {
     /// Finds the casters of a scene: whole spheres of mirror and of glass with outward normals, and
     /// flat mirrors.
     pub(crate) fn new(
-        parts: &[ScenePrimitive],
+        primitives: &[ScenePrimitive],
         surfaces: &[Surface],
         corners: impl Fn([u32; 3]) -> [DVec3; 3],
     ) -> Self {
-        let mut found: Vec<Found> = Vec::new();
-        for (i, part) in parts.iter().enumerate() {
-            match (part.shape, surfaces[part.surface as usize].bsdf) {
+        let mut found: Vec<Candidate> = Vec::new();
+        for (i, primitive) in primitives.iter().enumerate() {
+            match (primitive.shape, surfaces[primitive.surface as usize].bsdf) {
                 (PrimitiveShape::Sphere(sphere), bsdf) if sphere.is_whole() && !sphere.inward => {
                     found.extend(
-                        of_sphere(sphere.centre, sphere.radius, bsdf).map(|body| (body, vec![i])),
+                        sphere_casters(sphere.centre, sphere.radius, bsdf)
+                            .map(|caster| (caster, vec![i])),
                     );
                 }
                 (PrimitiveShape::Triangle { vertices, normal }, Bsdf::Mirror { reflectance }) => {
-                    add_flat(&mut found, i, corners(vertices), normal, reflectance);
+                    add_mirror_triangle(&mut found, i, corners(vertices), normal, reflectance);
                 }
                 _ => {}
             }
         }
-        found.retain(|(body, primitives)| {
-            primitives.len() <= MAX_MIRROR_TRIANGLES && body.body.selection_weight > 0.0
+        found.retain(|(caster, primitives)| {
+            primitives.len() <= MAX_MIRROR_TRIANGLES && caster.parameters.selection_weight > 0.0
         });
         // Of equally large casters the first in the scene are kept.
-        let seen = |(SpecularCaster { kind, body, .. }, _): &Found| {
+        let seen = |(
+            SpecularCaster {
+                kind, parameters, ..
+            },
+            _,
+        ): &Candidate| {
             let area = if *kind == CasterKind::Flat {
-                body.area
+                parameters.area
             } else {
-                body.radius * body.radius * PI
+                parameters.radius * parameters.radius * PI
             };
-            area * body.selection_weight
+            area * parameters.selection_weight
         };
         found.sort_by(|a, b| seen(b).total_cmp(&seen(a)));
         found.truncate(MAX_CASTERS);
-        let mut of = if found.is_empty() {
+        let mut by_primitive = if found.is_empty() {
             Vec::new()
         } else {
-            vec![[NONE; 2]; parts.len()]
+            vec![[NO_CASTER; 2]; primitives.len()]
         };
-        for (number, (body, primitives)) in found.iter().enumerate() {
-            let column = usize::from(body.kind == CasterKind::Refraction);
+        for (number, (caster, primitives)) in found.iter().enumerate() {
+            let column = usize::from(caster.kind == CasterKind::Refraction);
             primitives
                 .iter()
-                .for_each(|&primitive| of[primitive][column] = number as u8);
+                .for_each(|&primitive| by_primitive[primitive][column] = number as u8);
         }
         Self {
-            all: found.into_iter().map(|(body, _)| body).collect(),
-            of,
+            all: found.into_iter().map(|(caster, _)| caster).collect(),
+            by_primitive,
         }
     }
 
@@ -202,42 +208,47 @@ impl SpecularCasters {
         &self.all
     }
 
-    /// Returns the indices of the casters by which a primitive reflects and refracts; [`NONE`]
+    /// Returns the indices of the casters by which a primitive reflects and refracts; [`NO_CASTER`]
     /// where it has none.
     #[inline]
-    pub(crate) fn of(&self, primitive: u32) -> [u8; 2] {
-        self.of
+    pub(crate) fn casters_of_primitive(&self, primitive: u32) -> [u8; 2] {
+        self.by_primitive
             .get(primitive as usize)
             .copied()
-            .unwrap_or([NONE; 2])
+            .unwrap_or([NO_CASTER; 2])
     }
 
     /// Returns the selection probabilities of all casters from a point: they sum to 1, or are all
     /// zero.
     #[inline]
-    pub fn shares<V: Vector>(&self, from: V) -> [V::Real; MAX_CASTERS] {
-        let mut shares = [V::Real::splat(0.0); MAX_CASTERS];
-        light_sampler::probabilities(|i| self.share(i, from), &mut shares[..self.all.len()]);
-        shares
+    pub fn selection_probabilities<V: Vector>(&self, from: V) -> [V::Real; MAX_CASTERS] {
+        let mut probabilities = [V::Real::splat(0.0); MAX_CASTERS];
+        light_sampler::probabilities(
+            |i| self.selection_weight(i, from),
+            &mut probabilities[..self.all.len()],
+        );
+        probabilities
     }
 
     #[inline]
-    fn share<V: Vector>(&self, i: usize, from: V) -> V::Real {
-        let SpecularCaster { kind, body, .. } = &self.all[i];
-        Caster::splat(body).share(*kind, from)
+    fn selection_weight<V: Vector>(&self, i: usize, from: V) -> V::Real {
+        let SpecularCaster {
+            kind, parameters, ..
+        } = &self.all[i];
+        Caster::splat(parameters).selection_weight_from(*kind, from)
     }
 
     /// Returns the selection probability of the caster with this index.
     #[inline]
-    pub fn probability_of<R: Real>(&self, number: R, from: R::Vector) -> R {
-        light_sampler::share(|i| self.share(i, from), self.all.len(), number)
+    pub fn selection_probability<R: Real>(&self, number: R, from: R::Vector) -> R {
+        light_sampler::probability(|i| self.selection_weight(i, from), self.all.len(), number)
     }
 }
 
-fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SpecularCaster> {
-    let body = |kind, relative_ior, index, reflectance, selection_weight| SpecularCaster {
+fn sphere_casters(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SpecularCaster> {
+    let caster = |kind, relative_ior, index, reflectance, selection_weight| SpecularCaster {
         kind,
-        body: Caster {
+        parameters: Caster {
             centre,
             radius,
             area: 0.0,
@@ -251,7 +262,7 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Spe
     };
     let [reflection, refraction] = match bsdf {
         Bsdf::Mirror { reflectance } => [
-            Some(body(
+            Some(caster(
                 CasterKind::Reflection,
                 0.0,
                 0.0,
@@ -262,14 +273,14 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Spe
         ],
         // The connections through a bubble, whose index is below 1, are different.
         Bsdf::Glass { index } if index > 1.0 => [
-            Some(body(
+            Some(caster(
                 CasterKind::Reflection,
                 0.0,
                 index,
                 DVec3::ONE,
                 GLASS_REFLECTANCE,
             )),
-            Some(body(
+            Some(caster(
                 CasterKind::Refraction,
                 index.recip(),
                 index,
@@ -283,8 +294,8 @@ fn of_sphere(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = Spe
 }
 
 /// Adds a triangle of a mirror to the flat mirror in its plane, or as a new flat mirror.
-fn add_flat(
-    found: &mut Vec<Found>,
+fn add_mirror_triangle(
+    found: &mut Vec<Candidate>,
     primitive: usize,
     corners: [DVec3; 3],
     normal: DVec3,
@@ -292,9 +303,9 @@ fn add_flat(
 ) {
     // Limit on flat mirrors, as the search for the plane of a triangle is linear; a mesh has no
     // common plane anyway.
-    const MOST_FLATS: usize = 256;
+    const MAX_FLAT_MIRRORS: usize = 256;
     // Tolerance for triangles of one rotated rectangle to lie in one plane.
-    const ROUNDING: f64 = 1e-12;
+    const PLANE_TOLERANCE: f64 = 1e-12;
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
     let centre = (a + b + c) / 3.0;
@@ -309,19 +320,19 @@ fn add_flat(
         .fold(0.0, f64::max);
     let same = found.iter_mut().find(|(flat, _)| {
         flat.kind == CasterKind::Flat
-            && flat.body.reflectance == reflectance
-            && flat.body.normal.dot(normal) > 1.0 - ROUNDING
-            && (centre - flat.body.centre).dot(normal).abs() <= ROUNDING * extent
+            && flat.parameters.reflectance == reflectance
+            && flat.parameters.normal.dot(normal) > 1.0 - PLANE_TOLERANCE
+            && (centre - flat.parameters.centre).dot(normal).abs() <= PLANE_TOLERANCE * extent
     });
     if let Some((flat, primitives)) = same {
-        let sum = flat.body.area + area;
-        flat.body.centre = flat.body.centre.lerp(centre, area / sum);
-        flat.body.area = sum;
+        let sum = flat.parameters.area + area;
+        flat.parameters.centre = flat.parameters.centre.lerp(centre, area / sum);
+        flat.parameters.area = sum;
         flat.triangles.push(edges);
         primitives.push(primitive);
-    } else if found.len() < MOST_FLATS {
+    } else if found.len() < MAX_FLAT_MIRRORS {
         let selection_weight = reflectance.max_element();
-        let body = Caster {
+        let parameters = Caster {
             centre,
             radius: 0.0,
             area,
@@ -334,7 +345,7 @@ fn add_flat(
         found.push((
             SpecularCaster {
                 kind: CasterKind::Flat,
-                body,
+                parameters,
                 triangles: vec![edges],
             },
             vec![primitive],

@@ -75,7 +75,7 @@ fn check_together(bvh: &Bvh, rays: &[Ray]) {
                 } else {
                     None
                 };
-                let found = has(hits.met, i).then(|| PrimitiveHit {
+                let found = has(hits.hit_mask, i).then(|| PrimitiveHit {
                     primitive: hits.primitive[i],
                     t: hits.t.as_array()[i],
                     weights: hits.weights.map(|weight| weight.as_array()[i]),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::adaptive::{counts, pilot};
 use whitefurnace::render::{CHUNK_SAMPLES, LaneEstimator, render_lanes};
-use whitefurnace::sampling::sampler::LONGEST;
+use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
 
@@ -96,11 +96,11 @@ fn counts_follow_noise() {
     assert!((600..800).contains(&most(100)), "{}", most(100));
     // Nor more points than a scramble has.
     assert!(
-        (60_000..=LONGEST).contains(&most(20_000)),
+        (60_000..=MAX_POINTS).contains(&most(20_000)),
         "{}",
         most(20_000)
     );
-    assert_eq!(counts(&noisy(60, &one), LONGEST), [LONGEST; 60 * 60]);
+    assert_eq!(counts(&noisy(60, &one), MAX_POINTS), [MAX_POINTS; 60 * 60]);
     // Where no noise or the same noise is measured everywhere, all pixels get the mean.
     for alike in [0.0, 0.25] {
         assert_eq!(counts(&noisy(9, &[alike; 81]), 16), [16; 81]);
@@ -125,7 +125,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         (256, 1, 2),
         (1, 512, 4),
         (256, 4, 8),
-        (LONGEST, u32::MAX, 8),
+        (MAX_POINTS, u32::MAX, 8),
     ] {
         let own = sampling(SamplerKind::Sobol(points));
         let found = pilot(own, replications);
@@ -248,14 +248,14 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
     refused(
         Random,
         SamplerKind::Sobol(2),
-        [4, LONGEST + 1],
+        [4, MAX_POINTS + 1],
         0..1,
         "points",
     );
     refused(
         Random,
         SamplerKind::Sobol(2),
-        [4, LONGEST],
+        [4, MAX_POINTS],
         0..1 << 16,
         "replications",
     );

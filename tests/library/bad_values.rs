@@ -50,10 +50,10 @@ fn no_accumulator_takes_what_is_no_radiance() {
             );
         }
     }
-    assert!(check_radiance(DVec3::splat(-0.5 * UNIT)).is_err());
+    assert!(check_radiance(DVec3::splat(-0.5 * FIXED_POINT_UNIT)).is_err());
     // Rounding may leave a value slightly below zero, which counts as zero.
     let mut pixel = Pixel::default();
-    assert!(pixel.push(DVec3::splat(-0.4 * UNIT), 1).is_ok());
+    assert!(pixel.push(DVec3::splat(-0.4 * FIXED_POINT_UNIT), 1).is_ok());
     assert_eq!(pixel.mean(), DVec3::ZERO);
     assert!(pixel.push(DVec3::splat(LARGEST), 1).is_ok());
 }
@@ -234,7 +234,7 @@ enum Bad {
     Brdf(f64),
     /// The flux of photons.
     Flux(f64),
-    /// Form factors, the radiance exchanged between patches, and the radiance that leaves them.
+    /// Form factors, the radiance reflected between patches, and the radiance that leaves them.
     FormFactor,
     Exchanged,
     Leaving,
@@ -288,11 +288,11 @@ impl FiniteElements for Bad {
             DefaultParts.form_factor(normal, corners)
         }
     }
-    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+    fn reflected(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
         if let Self::Exchanged = self {
             DVec3::new(f64::NAN, 0.1, 0.1)
         } else {
-            DefaultParts.exchanged(leaving, emitted)
+            DefaultParts.reflected(leaving, emitted)
         }
     }
     fn leaving(&self, albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
@@ -404,12 +404,12 @@ fn bad_parts_surface_through_every_estimator() {
 #[test]
 fn bad_parts_do_not_pass_for_a_solution() {
     let scene = simple::cornell().expect("a scene");
-    let fineness = Fineness {
+    let resolution = MeshResolution {
         patches: 40,
         halvings: 0,
     };
     for parts in [Bad::FormFactor, Bad::Exchanged, Bad::Leaving] {
-        let solved = Radiosity::new(parts, &scene, fineness, &|_| true);
+        let solved = Radiosity::new(parts, &scene, resolution, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
     }
 }
@@ -453,6 +453,6 @@ fn the_longest_path_is_no_error() {
     assert!(radiance.is_finite(), "{radiance}");
     assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
     let survival =
-        f64::from(LONGEST_PATH - 1) * whitefurnace::sampling::roulette::HIGHEST_SURVIVAL.ln();
+        f64::from(LONGEST_PATH - 1) * whitefurnace::sampling::roulette::MAX_SURVIVAL.ln();
     assert!(survival < -180.0 * std::f64::consts::LN_10);
 }

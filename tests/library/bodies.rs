@@ -340,7 +340,7 @@ fn a_flat_mirror_has_a_route_by_its_front() {
                 -connection.direction.dot(normal),
                 max_relative = 1e-12
             );
-            let of_ray = geometry_term(&body.body, body.kind, x, connection.direction, y);
+            let of_ray = geometry_term(&body.parameters, body.kind, x, connection.direction, y);
             assert_relative_eq!(of_ray.0, connection.geometry_term, max_relative = 1e-12);
         }
     }
@@ -366,7 +366,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
         if met.len() > 2 {
             return None;
         }
-        ray = scene.leave(hit.point, hit.normal, sample.direction);
+        ray = scene.spawn_ray(hit.point, hit.normal, sample.direction);
     }
 }
 
@@ -405,9 +405,9 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
         };
         let body = all
             .iter()
-            .find(|body| body.kind == kind && is_here(&body.body))
+            .find(|body| body.kind == kind && is_here(&body.parameters))
             .expect("a body");
-        let (spread, cosine) = geometry_term(&body.body, kind, x, w, light.point);
+        let (spread, cosine) = geometry_term(&body.parameters, kind, x, w, light.point);
         // On a caustic two connections merge up to rounding, and the path keeps its full weight.
         if spread > 1e4 {
             continue;
@@ -597,7 +597,7 @@ fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(CasterKind, f64)> {
         .specular_casters()
         .all()
         .iter()
-        .map(|body| (body.kind, body.body.radius + body.body.area))
+        .map(|body| (body.kind, body.parameters.radius + body.parameters.area))
         .collect()
 }
 
@@ -704,19 +704,21 @@ fn shares_are_of_what_can_be_seen() {
     let mut rng = rng("points");
     for _ in 0..1000 {
         let from = in_cube(&mut rng, 1.0);
-        let shares: [f64; MAX_CASTERS] = scene.specular_casters().shares(from);
+        let shares: [f64; MAX_CASTERS] = scene.specular_casters().selection_probabilities(from);
         let sum: f64 = shares.iter().sum();
         assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{sum}");
         for (i, body) in all.iter().enumerate() {
-            let away = from - body.body.centre;
+            let away = from - body.parameters.centre;
             let faces = if body.kind == CasterKind::Flat {
-                away.dot(body.body.normal) > 0.0
+                away.dot(body.parameters.normal) > 0.0
             } else {
-                away.length() > body.body.radius
+                away.length() > body.parameters.radius
             };
             assert_eq!(shares[i] > 0.0, faces, "{body:?} from {from:?}");
             assert_eq!(
-                scene.specular_casters().probability_of(i as f64, from),
+                scene
+                    .specular_casters()
+                    .selection_probability(i as f64, from),
                 shares[i]
             );
         }

@@ -209,11 +209,11 @@ pub fn physical_images(scene: &Scene) -> Vec<(&'static str, Image)> {
 fn physical(paint: Paint, lamp: Paint) -> Vec<(&'static str, Image)> {
     let mut images = physical_images(&room(paint, lamp, false, lambertian));
     let plain = &room(paint, lamp, true, lambertian);
-    let fineness = Fineness {
+    let resolution = MeshResolution {
         patches: 60,
         halvings: 0,
     };
-    let solved = Radiosity::new(DefaultParts, plain, fineness, &|_| true).expect("it settles");
+    let solved = Radiosity::new(DefaultParts, plain, resolution, &|_| true).expect("it settles");
     images.push(("radiosity", rays(plain, &solved)));
     images
 }

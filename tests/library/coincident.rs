@@ -2,7 +2,7 @@
 
 use glam::DQuat;
 use whitefurnace::material::rough_glass::RoughGlass;
-use whitefurnace::scene::COINCIDENT;
+use whitefurnace::scene::COINCIDENCE_TOLERANCE;
 use whitefurnace::scene::file::Description;
 
 use crate::prelude::*;
@@ -472,7 +472,7 @@ fn a_pair_coincides_up_to_the_tolerance() {
             (1.01, true),
             (-1.01, true),
         ] {
-            let apart = share * COINCIDENT * extent;
+            let apart = share * COINCIDENCE_TOLERANCE * extent;
             let sheets = [
                 (Sheet([0.1, 0.2, 0.0], 0.3, true), surface),
                 (Sheet([0.1, 0.2, apart], 0.3, true), other),

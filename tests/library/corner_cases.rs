@@ -2,7 +2,7 @@
 //! all, limits of zero, no photons or too many.
 
 use whitefurnace::integrator::{Path, Quirks, Strategy};
-use whitefurnace::sampling::roulette::HIGHEST_SURVIVAL;
+use whitefurnace::sampling::roulette::MAX_SURVIVAL;
 
 use crate::prelude::*;
 use crate::rng::Constant;
@@ -158,19 +158,19 @@ fn without_emitters_it_is_dark() {
     none(radiance(&dark, &Path::<DefaultParts>::default()));
     none(radiance(&dark, &Report::default()));
     none(radiance(&dark, &Published::default()));
-    let fineness = Fineness {
+    let resolution = MeshResolution {
         patches: 3,
         halvings: 0,
     };
     none(radiance(
         &dark,
-        &Radiosity::new(DefaultParts, &dark, fineness, &|_| true).expect("a solution"),
+        &Radiosity::new(DefaultParts, &dark, resolution, &|_| true).expect("a solution"),
     ));
     // A plane under a uniform sky reflects its albedo, and a survivor of roulette carries this
     // much.
     let path = (
         radiance(&sky, &Path::<DefaultParts>::default()),
-        ALBEDO / HIGHEST_SURVIVAL,
+        ALBEDO / MAX_SURVIVAL,
     );
     for (found, brought) in [(pass(&sky), 1.0), path] {
         assert!(found.iter().any(|v| v.x > 0.0));

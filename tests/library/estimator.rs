@@ -267,7 +267,7 @@ fn each_strategy_finds_its_share_of_direct_light() {
             }
             let way = cosine_hemisphere::<f64>(uniform2(&mut rng));
             let lamp = scene
-                .onward(&floor, Frame::new(DVec3::Z).world(way))
+                .spawn_and_trace(&floor, Frame::new(DVec3::Z).world(way))
                 .1
                 .filter(|hit| hit.normal.z < 0.0);
             if strategy != Strategy::Light

@@ -25,7 +25,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
         assert_eq!(all.replications(), values.len() as u32);
         let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
         // Values of at most 10 move by half a unit; 40 of them are summed.
-        let bound = UNIT + 4000.0 * U;
+        let bound = FIXED_POINT_UNIT + 4000.0 * U;
         assert_abs_diff_eq!(
             all.mean(),
             DVec3::from(moments.map(|m| m.mean())),
@@ -71,7 +71,7 @@ fn features_are_means_over_the_hits() {
     assert_abs_diff_eq!(
         found.normal,
         DVec3::new(0.0, -2.0, 1.0) / 3.0,
-        epsilon = UNIT
+        epsilon = FIXED_POINT_UNIT
     );
     assert_eq!(found.depth, 6.0);
     // Rays without a hit do not count; replications do not matter.
@@ -218,14 +218,18 @@ fn rounding_is_within_its_bound() {
                 error <= (1.0 + 1e-12) * film.rounding_error() * film.mean() || film.mean() == 0.0,
                 "{value:e}"
             );
-            assert_eq!(film.mean() == 0.0, value < 0.5 * UNIT, "{value:e}");
+            assert_eq!(
+                film.mean() == 0.0,
+                value < 0.5 * FIXED_POINT_UNIT,
+                "{value:e}"
+            );
             assert!(
-                error <= (0.5 * UNIT).max(1e-15 * value),
+                error <= (0.5 * FIXED_POINT_UNIT).max(1e-15 * value),
                 "{value:e}: {error:e}"
             );
             assert_eq!(
                 film.rounding_error() > 1e-4,
-                value < 5000.0 * UNIT,
+                value < 5000.0 * FIXED_POINT_UNIT,
                 "{value:e}"
             );
         }

@@ -2,7 +2,7 @@
 
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::light::light_sampler::{
-    EVEN, MOST, PowerLightSampler, pick, probabilities, share,
+    MAX_EXACT_LIGHTS, PowerLightSampler, UNIFORM_FRACTION, pick, probabilities, probability,
 };
 use whitefurnace::light::light_tree::LightTree;
 
@@ -39,13 +39,13 @@ fn from_afar_a_contribution_falls_with_distance_and_slant() {
         let flat = area * towards.z.max(0.0).powi(2) / (d * d);
         for emitter in [rectangle, triangle] {
             assert_abs_diff_eq!(
-                emitter.contribution(d * towards),
+                emitter.importance(d * towards),
                 flat,
                 epsilon = 2e-4 * area / (d * d)
             );
         }
         assert_relative_eq!(
-            sphere.contribution(d * towards),
+            sphere.importance(d * towards),
             0.25 * area / (d * d),
             max_relative = 1e-9
         );
@@ -58,13 +58,13 @@ fn over_a_light_a_contribution_is_about_that_of_a_disc() {
     for height in [1e-3, 0.1, 1.0, 10.0] {
         let disc = PI / (1.0 + height * height * PI / area);
         for emitter in [rectangle, triangle] {
-            let ratio = emitter.contribution(height * DVec3::Z) / disc;
+            let ratio = emitter.importance(height * DVec3::Z) / disc;
             assert!((0.999..=2.0).contains(&ratio), "{ratio} at {height}");
-            assert_eq!(emitter.contribution(-height * DVec3::Z), 0.0);
+            assert_eq!(emitter.importance(-height * DVec3::Z), 0.0);
         }
     }
     // Within a sphere that shines inward.
-    assert_relative_eq!(sphere.contribution(DVec3::ZERO), PI, max_relative = 1e-9);
+    assert_relative_eq!(sphere.importance(DVec3::ZERO), PI, max_relative = 1e-9);
 }
 
 /// An emitter has weight 0 for points on its own surface and for origins of rays that left it,
@@ -94,12 +94,12 @@ fn a_light_has_no_share_from_its_own_surface() {
             let EmitterPoint { point, normal } = light.sample(uniform2(&mut rng));
             for from in [
                 point,
-                scene.leave(point, normal, normal).origin,
-                scene.leave(point, normal, -normal).origin,
+                scene.spawn_ray(point, normal, normal).origin,
+                scene.spawn_ray(point, normal, -normal).origin,
             ] {
-                assert_eq!(light.contribution(from), 0.0);
+                assert_eq!(light.importance(from), 0.0);
             }
-            assert!(light.contribution(point + 1e-2 * normal) > 0.1);
+            assert!(light.importance(point + 1e-2 * normal) > 0.1);
         }
     }
 }
@@ -109,7 +109,7 @@ fn a_light_has_no_share_from_its_own_surface() {
 fn contributions_are_in_proportion_to_radiance() {
     for emitter in shapes().0 {
         let from = DVec3::new(3.0, 1.0, 1e-9);
-        let of = |radiance| Emitter::new(emitter.shape, radiance).contribution(from);
+        let of = |radiance| Emitter::new(emitter.shape, radiance).importance(from);
         assert!(of(WHITE) > 0.0);
         assert_relative_eq!(
             of(DVec3::new(6.0, 0.0, 0.0)),
@@ -171,7 +171,7 @@ fn contributions() -> impl Strategy<Value = Vec<f64>> {
         Just(f64::INFINITY),
         1e-9..1e9
     ];
-    prop::collection::vec(one, 1..=MOST)
+    prop::collection::vec(one, 1..=MAX_EXACT_LIGHTS)
 }
 
 #[test]
@@ -184,9 +184,9 @@ fn shares_sum_to_one_and_no_light_is_left_out() {
         assert_abs_diff_eq!(sum, if some > 0 { 1.0 } else { 0.0 }, epsilon = 1e-12);
         for (i, (&contribution, &of_one)) in contributions.iter().zip(&shares).enumerate() {
             assert_eq!(of_one > 0.0, contribution > 0.0);
-            assert!(of_one == 0.0 || of_one >= EVEN / some as f64);
+            assert!(of_one == 0.0 || of_one >= UNIFORM_FRACTION / some as f64);
             assert_eq!(
-                share(|i| contributions[i], contributions.len(), i as f64),
+                probability(|i| contributions[i], contributions.len(), i as f64),
                 of_one
             );
         }
@@ -242,12 +242,12 @@ fn many(count: usize, rng: &mut impl Rng) -> Vec<Emitter> {
 fn in_groups_picks_have_the_probabilities_that_they_say() {
     let mut rng = rng("groups");
     // Up to two levels of groups; the last ones are not full.
-    for count in [MOST + 1, 100, 576, 1023, 1025, 3000] {
+    for count in [MAX_EXACT_LIGHTS + 1, 100, 576, 1023, 1025, 3000] {
         let emitters = many(count, &mut rng);
         let groups = LightTree::new(&emitters);
         for _ in 0..3 {
             let from = between(&mut rng, 0.0, 5.0) * unit_vector(&mut rng);
-            let contribution = |i: usize| emitters[i].contribution(from);
+            let contribution = |i: usize| emitters[i].importance(from);
             let by_share = |r: f64, shares: &[f64]| DefaultParts.pick_by_probability(r, shares);
             // Each emitter owns one interval of random numbers.
             let picks = 200_000;
@@ -295,7 +295,7 @@ fn far_groups_are_picked_seldom() {
         let from = DVec3::new(x, 0.0, 0.0);
         let near: f64 = (0..700)
             .filter(|i| (f64::from(i * 11 % 700) - x).abs() < 30.0)
-            .map(|i| groups.probability(i as usize, from, |k| row[k].contribution(from)))
+            .map(|i| groups.probability(i as usize, from, |k| row[k].importance(from)))
             .sum();
         assert!(near > 0.72, "{near} at {x}");
     }
@@ -312,7 +312,7 @@ fn degenerate_lights_have_groups() {
         let emitters: Vec<Emitter> = (0..1500).map(|i| at(i % 2)).collect();
         let groups = LightTree::new(&emitters);
         for from in [DVec3::ZERO, DVec3::splat(1e30)] {
-            let contribution = |i: usize| emitters[i].contribution(from);
+            let contribution = |i: usize| emitters[i].importance(from);
             let probability = |i| groups.probability(i, from, contribution);
             assert!((0..1500).all(|i| (probability(i) > 0.0) == (contribution(i) > 0.0)));
             let sum: f64 = (0..1500).map(probability).sum();

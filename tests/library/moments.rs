@@ -51,8 +51,13 @@ fn moments_meet_two_passes() {
             (running.variance() / f64::from(n)).sqrt()
         );
         // Every value moves by at most half a unit.
-        assert_abs_diff_eq!(exact.mean(n), mean, epsilon = e_mean + 0.5 * UNIT);
-        let moved = 2.0 * (2.0 * variance).sqrt() * UNIT + UNIT * UNIT;
+        assert_abs_diff_eq!(
+            exact.mean(n),
+            mean,
+            epsilon = e_mean + 0.5 * FIXED_POINT_UNIT
+        );
+        let moved =
+            2.0 * (2.0 * variance).sqrt() * FIXED_POINT_UNIT + FIXED_POINT_UNIT * FIXED_POINT_UNIT;
         assert_abs_diff_eq!(exact.variance(n), variance, epsilon = e_variance + moved);
         assert_eq!(
             exact.standard_error(n),
@@ -135,24 +140,27 @@ fn few_values() {
 
 #[test]
 fn units_are_the_nearest_multiples() {
-    assert_eq!((UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
+    assert_eq!((FIXED_POINT_UNIT, LARGEST), (2f64.powi(-32), 2f64.powi(24)));
     property("units", 2000, &(-(1i64 << 56)..=(1i64 << 56)), |units| {
         // Within the precision of a double.
-        assert_eq!(in_units(units as f64 * UNIT), units as f64 as i64);
+        assert_eq!(
+            in_units(units as f64 * FIXED_POINT_UNIT),
+            units as f64 as i64
+        );
     });
     property("large units", 500, &((1i64 << 52)..(1i64 << 53)), |units| {
         assert_eq!(
-            in_units(units as f64 * UNIT),
+            in_units(units as f64 * FIXED_POINT_UNIT),
             units,
             "every integer of 53 bits"
         );
-        assert_eq!(in_units(-units as f64 * UNIT), -units);
+        assert_eq!(in_units(-units as f64 * FIXED_POINT_UNIT), -units);
     });
     for (units, expected) in [(0.5, 1), (-0.5, -1), (1.5, 2), (0.25, 0), (-1.75, -2)] {
-        assert_eq!(in_units(units * UNIT), expected, "{units}");
+        assert_eq!(in_units(units * FIXED_POINT_UNIT), expected, "{units}");
     }
-    assert_eq!(in_units(0.5f64.next_down() * UNIT), 0);
-    assert_eq!(in_units(-0.5f64.next_down() * UNIT), 0);
+    assert_eq!(in_units(0.5f64.next_down() * FIXED_POINT_UNIT), 0);
+    assert_eq!(in_units(-0.5f64.next_down() * FIXED_POINT_UNIT), 0);
 }
 
 #[test]
@@ -189,7 +197,7 @@ fn constants_have_no_variance() {
             assert_abs_diff_eq!(
                 moments.mean(n),
                 value,
-                epsilon = 0.5 * UNIT + 2.0 * U * value.abs()
+                epsilon = 0.5 * FIXED_POINT_UNIT + 2.0 * U * value.abs()
             );
         },
     );
@@ -208,8 +216,8 @@ fn large_offsets_do_not_cancel() {
         max_relative = 4.0 * U
     );
     // The smallest difference that the unit resolves, on top of the largest value.
-    let two = exact(&[LARGEST, LARGEST - UNIT * 8.0]);
-    assert_eq!(two.variance(2), 32.0 * UNIT * UNIT);
+    let two = exact(&[LARGEST, LARGEST - FIXED_POINT_UNIT * 8.0]);
+    assert_eq!(two.variance(2), 32.0 * FIXED_POINT_UNIT * FIXED_POINT_UNIT);
     // Means between two integers: Σx² − (Σx)²/n = 1 − 1/2, 1 − 1/3, 6 − 16/3 units².
     for (units, squares) in [
         (vec![0.0, 1.0], 0.5),
@@ -217,8 +225,8 @@ fn large_offsets_do_not_cancel() {
         (vec![1.0, 1.0, 2.0], 2.0 / 3.0),
     ] {
         let n = units.len() as u32;
-        let scaled: Vec<f64> = units.iter().map(|x| x * UNIT).collect();
-        let found = exact(&scaled).variance(n) / (UNIT * UNIT);
+        let scaled: Vec<f64> = units.iter().map(|x| x * FIXED_POINT_UNIT).collect();
+        let found = exact(&scaled).variance(n) / (FIXED_POINT_UNIT * FIXED_POINT_UNIT);
         assert_relative_eq!(found, squares / f64::from(n - 1), max_relative = 4.0 * U);
     }
 }

@@ -5,7 +5,7 @@ use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
-use whitefurnace::scene::SINGLE_COINCIDENT;
+use whitefurnace::scene::SINGLE_COINCIDENCE_TOLERANCE;
 
 use crate::prelude::*;
 
@@ -68,7 +68,7 @@ fn covered(gap: f64, [front, back]: [Surface; 2], is_reversed: bool) -> Scene {
 #[test]
 fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
     let black = Surface::new(Bsdf::Black);
-    let tolerance = SINGLE_COINCIDENT * EXTENT;
+    let tolerance = SINGLE_COINCIDENCE_TOLERANCE * EXTENT;
     for behind in [
         lamp(5.0),
         Surface::new(Bsdf::Mirror {

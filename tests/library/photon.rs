@@ -79,7 +79,10 @@ fn a_kd_tree_knows_about_where_points_are() {
         .map(|_| DVec3::from_array([0; 3].map(|_| uniform(&mut rng))))
         .collect();
     let tree = KdTree::new(&numbered(&points));
-    let mut places: Vec<usize> = tree.values().map(|&i| tree.place(points[i])).collect();
+    let mut places: Vec<usize> = tree
+        .values()
+        .map(|&i| tree.approximate_index(points[i]))
+        .collect();
     assert!(places.is_sorted());
     assert!(
         places

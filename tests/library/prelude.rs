@@ -13,7 +13,7 @@ pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::geometry::offsets::EDGE_MARGIN;
 pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere};
 pub use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
-pub use whitefurnace::integrator::radiosity::Fineness;
+pub use whitefurnace::integrator::radiosity::MeshResolution;
 pub use whitefurnace::integrator::{
     Bdpt, Bidirectional, DefaultParts, Estimator, ImageEstimator, LightTracer, Lookup, NextEvent,
     PhotonMapping, Photons, Published, Radiosity, Report, Sppm, TransportRules, Whitted,
@@ -21,7 +21,7 @@ pub use whitefurnace::integrator::{
 pub use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 pub use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm, Scattering, lambert};
 pub use whitefurnace::math::frame::{Frame, from_spherical, to_spherical};
-pub use whitefurnace::math::moments::{ExactMoments, Moments, UNIT};
+pub use whitefurnace::math::moments::{ExactMoments, FIXED_POINT_UNIT, Moments};
 pub use whitefurnace::render::{render, render_passes};
 pub use whitefurnace::sampling::Sampling;
 pub use whitefurnace::sampling::pixel::PixelSampling;

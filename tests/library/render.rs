@@ -252,11 +252,11 @@ fn features_are_the_same_for_every_estimator() {
     let lookup = Lookup::DirectVisualization;
     let photons =
         PhotonMapping::new(DefaultParts, &scene, lookup, 100, 0.3, (1, 0)).expect("a small map");
-    let fineness = Fineness {
+    let resolution = MeshResolution {
         patches: 40,
         halvings: 0,
     };
-    let solved = Radiosity::new(DefaultParts, &scene, fineness, &|_| true).expect("it settles");
+    let solved = Radiosity::new(DefaultParts, &scene, resolution, &|_| true).expect("it settles");
     for (pixel, mis) in ways.into_iter().zip(&mis) {
         for (name, film) in [
             ("report", whole(&scene, &Report::default(), pixel)),

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use whitefurnace::integrator::Path;
 use whitefurnace::light::emitter::EmitterPoint;
-use whitefurnace::sampling::sampler::LONGEST;
+use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
 
@@ -125,8 +125,12 @@ fn error_bars_are_the_spread_of_replications_rendered_alone() {
                 moments.map(|m| m.standard_error()),
             ]
             .map(DVec3::from);
-            assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * UNIT);
-            assert_abs_diff_eq!(pixel.standard_error(), error, epsilon = 4.0 * UNIT);
+            assert_abs_diff_eq!(pixel.mean(), mean, epsilon = 2.0 * FIXED_POINT_UNIT);
+            assert_abs_diff_eq!(
+                pixel.standard_error(),
+                error,
+                epsilon = 4.0 * FIXED_POINT_UNIT
+            );
             // Independent uniform numbers differ; the third channel is 1 for all.
             assert_eq!(
                 pixel.standard_error().to_array().map(|error| error > 0.0),
@@ -252,10 +256,10 @@ fn more_samples_than_can_be_named_are_refused() {
         0..2,
         "replications",
     );
-    refused(Random, SamplerKind::Sobol(LONGEST + 1), 0..1, "points");
+    refused(Random, SamplerKind::Sobol(MAX_POINTS + 1), 0..1, "points");
     refused(
         Jitter(2),
-        SamplerKind::Sobol(LONGEST / 4 + 1),
+        SamplerKind::Sobol(MAX_POINTS / 4 + 1),
         0..1,
         "points",
     );
@@ -263,7 +267,7 @@ fn more_samples_than_can_be_named_are_refused() {
     // The longest sequence itself is accepted, in a film that has its length.
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Sobol(LONGEST),
+        numbers: SamplerKind::Sobol(MAX_POINTS),
         seed: 1,
         silhouettes: false,
     };
@@ -275,9 +279,9 @@ fn more_samples_than_can_be_named_are_refused() {
     let draws = recorder.0.into_inner().expect("no panic");
     let strata: BTreeSet<u64> = draws
         .iter()
-        .map(|[first, ..]| (f64::from_bits(*first) * f64::from(LONGEST)) as u64)
+        .map(|[first, ..]| (f64::from_bits(*first) * f64::from(MAX_POINTS)) as u64)
         .collect();
-    assert_eq!(strata.len(), LONGEST as usize);
+    assert_eq!(strata.len(), MAX_POINTS as usize);
 }
 
 /// Half of the only pixel shows an emitter.

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::sampling::roulette::{
-    HIGHEST_SURVIVAL, by_absorption, by_throughput, survives, weight,
+    MAX_SURVIVAL, by_absorption, by_throughput, survives, weight,
 };
 
 use crate::prelude::*;
@@ -39,11 +39,11 @@ fn survival_is_the_rest_of_absorption_or_bounds_weights() {
     for (absorption, survival) in [(0.25, 0.75), (0.0, 1.0), (1.0, 0.0)] {
         assert_eq!(by_absorption(absorption), survival);
     }
-    assert_eq!(HIGHEST_SURVIVAL, 0.95);
+    assert_eq!(MAX_SURVIVAL, 0.95);
     for (throughput, survival) in [
         ([0.0; 3], 0.0),
         ([0.1, 0.7, 0.3], 0.7),
-        ([0.1, 0.2, 7.0], HIGHEST_SURVIVAL),
+        ([0.1, 0.2, 7.0], MAX_SURVIVAL),
     ] {
         assert_eq!(by_throughput(DVec3::from(throughput), false), survival);
         assert_eq!(

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::sampling::sampler::{
-    BLOCK, ImagePass, LIGHT, LONGEST, SampleStream, Sobol, scramble,
+    BLOCK, FIRST_LIGHT_BLOCK, ImagePass, MAX_POINTS, SampleStream, Sobol, scramble,
 };
 
 use crate::prelude::*;
@@ -25,7 +25,12 @@ fn numbers(index: u32, scramble: u32, block: u32, n: u32) -> Vec<f64> {
 
 #[test]
 fn every_dimension_is_stratified() {
-    for (scramble, block) in [(0, 0), (7, 1), (0xFFFF_FFFF, LIGHT), (3, LIGHT + 2)] {
+    for (scramble, block) in [
+        (0, 0),
+        (7, 1),
+        (0xFFFF_FFFF, FIRST_LIGHT_BLOCK),
+        (3, FIRST_LIGHT_BLOCK + 2),
+    ] {
         let points: Vec<Vec<f64>> = (0..256)
             .map(|i| numbers(i, scramble, block, BLOCK))
             .collect();
@@ -53,7 +58,7 @@ fn every_dimension_is_stratified() {
 fn low_bits_are_those_of_the_stream() {
     let mut fill = stream(1, 4, 17);
     let mut point = sobol(17, 4);
-    for block in [3, LIGHT] {
+    for block in [3, FIRST_LIGHT_BLOCK] {
         point.block(block);
         for _ in 0..BLOCK {
             assert_eq!(point.next_u64() & ((1 << 41) - 1), fill.next_u64() >> 23);
@@ -138,7 +143,7 @@ fn a_used_up_block_does_not_run_into_the_next() {
     let mut points = Sobol::new(3, 77, stream(1, 2, 3));
     let mut seen = BTreeSet::new();
     let mut asked = 0;
-    for block in [0, 1, 2, 3, LIGHT, LIGHT + 1] {
+    for block in [0, 1, 2, 3, FIRST_LIGHT_BLOCK, FIRST_LIGHT_BLOCK + 1] {
         points.block(block);
         seen.extend(leading(&mut points, 3 * BLOCK));
         asked += 3 * BLOCK as usize;
@@ -155,8 +160,8 @@ fn deep_blocks_have_numbers_of_their_own() {
     let mut seen = BTreeSet::new();
     let powers = (0..16).flat_map(|k| [(1 << k) - 1, 1 << k, (1 << k) + 1]);
     let depths: BTreeSet<u32> = (0..DEEP).chain(powers).collect();
-    for &block in depths.iter().filter(|&&block| block < LIGHT) {
-        for block in [block, LIGHT + block] {
+    for &block in depths.iter().filter(|&&block| block < FIRST_LIGHT_BLOCK) {
+        for block in [block, FIRST_LIGHT_BLOCK + block] {
             points.block(block);
             // Four numbers of 23 bits: no two equal by chance.
             assert!(
@@ -181,7 +186,7 @@ fn blocks_are_shuffled() {
 /// Counts the 256 equal intervals that contain a first number of the light's path.
 fn strata(sources: impl Iterator<Item = SampleStream>) -> usize {
     let interval = |mut source: SampleStream| {
-        source.block(LIGHT);
+        source.block(FIRST_LIGHT_BLOCK);
         (256.0 * uniform(&mut source)) as u32
     };
     sources.map(interval).collect::<BTreeSet<_>>().len()
@@ -214,7 +219,7 @@ fn replications_of_passes_are_whole_sequences() {
     );
     assert!(pixel(128..384) < 256 && particles(2..6) < 256);
     // Particle 0 of the second pass continues where the first pass ended.
-    let first = |index| leading(&mut pass(2, index).particle(0, LONGEST), 4);
+    let first = |index| leading(&mut pass(2, index).particle(0, MAX_POINTS), 4);
     assert_ne!(first(0), first(1));
 }
 
@@ -223,7 +228,7 @@ fn replications_of_passes_are_whole_sequences() {
 fn independent_passes_draw_from_streams() {
     let pass = ImagePass::from((5, 3));
     for mut source in [pass.pixel(7), pass.particle(7, 9)] {
-        source.block(LIGHT);
+        source.block(FIRST_LIGHT_BLOCK);
         assert_eq!(
             [source.next_u64(), source.next_u64()],
             [(); 2].map({

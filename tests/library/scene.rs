@@ -142,7 +142,7 @@ fn rays_leave_on_the_side_they_go_to() {
     let scene = furnace(0.5);
     let point = DVec3::new(0.2, 0.3, -1.0);
     for (direction, sign) in [(DVec3::ONE, 1.0), (-DVec3::ONE, -1.0)] {
-        let ray = scene.leave(point, DVec3::Z, direction);
+        let ray = scene.spawn_ray(point, DVec3::Z, direction);
         assert_eq!(ray.origin, point + sign * OFFSET * DVec3::Z);
         assert_eq!(ray.direction, direction);
     }
@@ -415,7 +415,7 @@ fn a_later_camera_is_like_the_first() {
         })
     };
     let far = Camera::new(1e6 * DVec3::X, DVec3::ZERO, DVec3::Z, 1.0);
-    let left = |scene: Scene| scene.leave(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
+    let left = |scene: Scene| scene.spawn_ray(DVec3::ZERO, DVec3::Z, DVec3::Z).origin.z;
     let later = build(any_camera()).with_camera(far).expect("a scene");
     let (later, first) = (left(later), left(build(far)));
     assert_eq!(later, first);
@@ -428,7 +428,7 @@ fn rays_leave_spheres_by_their_extent() {
     let left = |x: f64| {
         let sphere = Sphere::new(x * DVec3::X, 50.0);
         scene(|scene| ball(scene, sphere, diffuse(0.5)))
-            .leave(DVec3::ZERO, DVec3::Z, DVec3::Z)
+            .spawn_ray(DVec3::ZERO, DVec3::Z, DVec3::Z)
             .origin
             .z
     };
@@ -480,8 +480,8 @@ fn walls_change_no_shadow() {
         };
         for _ in 0..200 {
             let (x, y) = (end(&mut rng), end(&mut rng));
-            let start = scene.leave(x.0, x.1, y.0 - x.0).origin;
-            let segment = Ray::new(start, scene.leave(y.0, y.1, x.0 - y.0).origin - start);
+            let start = scene.spawn_ray(x.0, x.1, y.0 - x.0).origin;
+            let segment = Ray::new(start, scene.spawn_ray(y.0, y.1, x.0 - y.0).origin - start);
             for glass in [false, true] {
                 let blocks = |id: u32| !(glass && clear[id as usize]);
                 let free = !scene.bvh().occluded(&segment, 1.0, blocks);

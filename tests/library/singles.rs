@@ -111,7 +111,7 @@ fn nothing_leaks_in_single_precision() {
                     Mask::splat(true),
                     &mut stack,
                 );
-                assert_eq!(hits.met.bits(), 0xFFFF, "from {eye} to {targets:?}");
+                assert_eq!(hits.hit_mask.bits(), 0xFFFF, "from {eye} to {targets:?}");
             }
         }
     }

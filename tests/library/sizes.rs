@@ -6,7 +6,7 @@ use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::integrator::{Path, Strategy as Finds};
 use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
-use whitefurnace::sampling::sampler::LONGEST;
+use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
 
@@ -180,7 +180,7 @@ fn many_samples_are_the_sum_of_their_parts() {
     let path = Path::new(DefaultParts, Finds::Mis);
     for (numbers, replications) in [
         (SamplerKind::Independent, (1 << 16) + 3),
-        (SamplerKind::Sobol(LONGEST), 2),
+        (SamplerKind::Sobol(MAX_POINTS), 2),
     ] {
         let sampling = sampling(numbers);
         let by = ByLanes {

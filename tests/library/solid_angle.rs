@@ -1,7 +1,7 @@
 //! Tests of solid angles of emitters, and of points and pdfs when they are sampled by solid angle.
 
 use whitefurnace::geometry::solid_angle::{
-    SMALLEST, SphericalRectangle, SphericalTriangle, VisibleCap,
+    MIN_SOLID_ANGLE, SphericalRectangle, SphericalTriangle, VisibleCap,
 };
 
 use crate::prelude::*;
@@ -74,9 +74,9 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
     let mut seen = 0;
     for (emitter, from) in cases("solid angle") {
         let reference = reference(&emitter, from);
-        let Some(view) = emitter.seen(from) else {
+        let Some(view) = emitter.solid_angle_shape(from) else {
             assert!(
-                reference < 1.01 * SMALLEST,
+                reference < 1.01 * MIN_SOLID_ANGLE,
                 "{emitter:?} from {from} has {reference}"
             );
             continue;
@@ -105,7 +105,7 @@ fn solid_angle_is_the_closed_form_and_the_pdf_its_inverse() {
 #[test]
 fn points_lie_on_the_emitter_and_its_front_is_seen() {
     for (emitter, from) in cases("points") {
-        let Some(view) = emitter.seen(from) else {
+        let Some(view) = emitter.solid_angle_shape(from) else {
             continue;
         };
         for random in [
@@ -161,7 +161,10 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
 fn directions_are_uniform_in_solid_angle() {
     let mut rng = rng("uniform");
     for (emitter, from) in cases("uniform") {
-        let Some(view) = emitter.seen(from).filter(|view| view.solid_angle() > 1e-2) else {
+        let Some(view) = emitter
+            .solid_angle_shape(from)
+            .filter(|view| view.solid_angle() > 1e-2)
+        else {
             continue;
         };
         let random = [between(&mut rng, 0.1, 0.9), between(&mut rng, 0.1, 0.9)];

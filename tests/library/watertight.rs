@@ -20,7 +20,7 @@ fn meshes() -> Vec<(Mesh, f64)> {
 /// Returns the ray from a hit's surface into the half space that it was hit from.
 fn onward(scene: &Scene, hit: &Hit, arrived: DVec3, local: DVec3) -> Ray {
     let oriented = hit.normal * -hit.normal.dot(arrived).signum();
-    scene.leave(hit.point, hit.normal, Frame::new(oriented).world(local))
+    scene.spawn_ray(hit.point, hit.normal, Frame::new(oriented).world(local))
 }
 
 /// Tests rays from inside closed meshes of any size, and far from the origin.
@@ -65,7 +65,7 @@ fn rays_from_edges_and_vertices_stay_inside() {
                 // The ray continues to another edge or vertex, if it is on this side.
                 let to = (border(&mut rng, &mesh) - hit.point).normalize_or_zero();
                 if hit.normal.dot(to) * hit.normal.dot(aim) < 0.0 {
-                    let ray = scene.leave(hit.point, hit.normal, to);
+                    let ray = scene.spawn_ray(hit.point, hit.normal, to);
                     assert!(scene.intersect(&ray).is_some(), "lost {ray:?} from {hit:?}");
                 }
             }

@@ -2,7 +2,7 @@
 //! estimator meets the one in front, and shadow rays agree with paths, in either order of the
 //! surfaces in the scene.
 
-use whitefurnace::scene::COINCIDENT;
+use whitefurnace::scene::COINCIDENCE_TOLERANCE;
 
 use crate::irradiance::reflected;
 use crate::prelude::*;
@@ -16,7 +16,7 @@ use crate::strategies::{LIGHT_ANGLE, MIS_ANGLE, near_origin};
 /// Half the side of the largest squares, which is the largest coordinate.
 const EXTENT: f64 = 50.0;
 /// Distance of the two surfaces.
-const GAP: f64 = 1.25 * COINCIDENT * EXTENT;
+const GAP: f64 = 1.25 * COINCIDENCE_TOLERANCE * EXTENT;
 const REFLECTANCE: f64 = 0.9;
 /// Height of the mirror over the patch, and of the light that the patch sees in it.
 const MIRROR: f64 = 0.4;

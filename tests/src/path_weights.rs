@@ -4,7 +4,7 @@
 use whitefurnace::harness::pointwise::Largest;
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
-use whitefurnace::light::light_sampler::EVEN;
+use whitefurnace::light::light_sampler::UNIFORM_FRACTION;
 use whitefurnace::math::frame::Frame;
 use whitefurnace::sampling::warp::cosine_hemisphere_inverse;
 
@@ -140,7 +140,7 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
     let oriented = each.iter().filter(|&&one| one > 0.0).count() as f64;
     let probability = |one| {
         if one > 0.0 {
-            (1.0 - EVEN) * one / sum + EVEN / oriented
+            (1.0 - UNIFORM_FRACTION) * one / sum + UNIFORM_FRACTION / oriented
         } else {
             0.0
         }
@@ -373,12 +373,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
             fault!("share-as-seen-from-elsewhere", LIGHT_PICK,
                 "a light's probability at a hit is that from the middle of the scene, not from the path's last vertex",
-                = hits(with(PartTable { contribution: |light, _| light.contribution(DVec3::ZERO), ..CORRECT })),
+                = hits(with(PartTable { emitter_importance: |light, _| light.importance(DVec3::ZERO), ..CORRECT })),
                 BY_HIT),
             fault!("own-light-in-front", LIGHT_PICK,
                 "on an illuminated light, rounding and the start of a ray decide whether it is in front of itself",
                 = both(with(PartTable {
-                    contribution: |light, from| Emitter::new(light.shape, light.radiance).contribution(from),
+                    emitter_importance: |light, from| Emitter::new(light.shape, light.radiance).importance(from),
                     ..CORRECT
                 })),
                 BY_HIT),

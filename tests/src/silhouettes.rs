@@ -181,7 +181,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("mirror-passed", RANDOMISATION, "camera rays go straight on behind a mirror",
                 = OutlinePoints {
                     in_mirrors: |view, scene| {
-                        let (ray, hit) = scene.onward(&view.hit.expect("a mirror"), view.ray.direction);
+                        let (ray, hit) = scene.spawn_and_trace(&view.hit.expect("a mirror"), view.ray.direction);
                         MirroredRay { ray, hit, ..view.in_mirrors(scene) }
                     },
                     ..RIGHT

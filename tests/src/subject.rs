@@ -87,7 +87,7 @@ table! {
     }
     NextEvent {
         pick_emitter(r: f64, picks: &PowerLightSampler) -> usize;
-        contribution(emitter: &Emitter, from: DVec3) -> f64;
+        emitter_importance(emitter: &Emitter, from: DVec3) -> f64;
         pick_by_probability(r: f64, shares: &[f64]) -> (usize, f64);
         pdf_of_pick(pdf: f64, probability: f64) -> f64;
         sample_emitter(emitter: &Emitter, random: [f64; 2]) -> EmitterPoint;
@@ -102,8 +102,8 @@ table! {
         visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;
-        connection(body: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;
-        caster_throughput(body: &SpecularCaster, cosine: f64) -> (DVec3, f64);
+        connection(caster: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;
+        caster_throughput(caster: &SpecularCaster, cosine: f64) -> (DVec3, f64);
         counts_emission(strategy: Strategy, sampled: bool) -> bool;
     }
     Photons {
@@ -121,12 +121,12 @@ table! {
     }
     FiniteElements {
         form_factor(normal: DVec3, corners: &[DVec3]) -> f64;
-        seen_weight(cosine: f64, solid_angle: f64) -> f64;
+        visibility_weight(cosine: f64, solid_angle: f64) -> f64;
         is_near(area: f64, distance_squared: f64) -> bool;
-        horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
+        clip_to_horizon(normal: DVec3, polygon: &Polygon) -> Polygon;
         leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3;
-        exchanged(leaving: DVec3, emitted: DVec3) -> DVec3;
-        solved(residual: f64, sweeps: u32) -> bool;
+        reflected(leaving: DVec3, emitted: DVec3) -> DVec3;
+        has_converged(residual: f64, sweeps: u32) -> bool;
     }
 }
 

@@ -3,7 +3,7 @@
 
 use whitefurnace::harness::mean::welch;
 use whitefurnace::sampling::roulette;
-use whitefurnace::sampling::roulette::HIGHEST_SURVIVAL;
+use whitefurnace::sampling::roulette::MAX_SURVIVAL;
 use whitefurnace::scene::simple::{Cap, cavity_cap};
 
 use crate::furnace::{off_cap, off_cap_radiance};
@@ -49,7 +49,7 @@ fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, D
         throughput = before * (policy.weight)(survival);
         see(
             before,
-            if early { 1.0 } else { HIGHEST_SURVIVAL },
+            if early { 1.0 } else { MAX_SURVIVAL },
             survival,
             throughput,
         );
@@ -83,7 +83,7 @@ const BOUNDED_WALKS: u64 = 100_000;
 /// Rounding of a division and a product.
 const ROUNDING: f64 = 1e-15;
 
-/// Tests that survival is at most 1 at early hits and [`HIGHEST_SURVIVAL`] at others, and that a
+/// Tests that survival is at most 1 at early hits and [`MAX_SURVIVAL`] at others, and that a
 /// survivor's largest channel is 1, or its former value divided by the highest survival.
 fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
     let mut rng = context.rng("bounds");
@@ -143,10 +143,10 @@ fn faults() -> Vec<Fault<Policy>> {
             "roulette/by-throughput/mean: first channel | second channel | third channel",
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("smallest-channel", ROULETTE, "the smallest channel decides: where it is 0, the others are lost",
-            = Policy { survival: |t, _| t.min_element().min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            = Policy { survival: |t, _| t.min_element().min(MAX_SURVIVAL), ..BY_THROUGHPUT },
             "roulette/by-throughput/mean: first channel"),
         fault!("average-channel", ROULETTE, "the average of the channels decides: the mean stays, weights grow",
-            = Policy { survival: |t, _| (t.element_sum() / 3.0).min(HIGHEST_SURVIVAL), ..BY_THROUGHPUT },
+            = Policy { survival: |t, _| (t.element_sum() / 3.0).min(MAX_SURVIVAL), ..BY_THROUGHPUT },
             "roulette/by-throughput/bounds: largest channel of a survivor"),
         fault!("immortal", ROULETTE, "no highest survival: a path between perfect mirrors never ends",
             = Policy { survival: |t, _| t.max_element(), ..BY_THROUGHPUT },

@@ -14,7 +14,7 @@ use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{check_writable, write_exr, write_png};
-use whitefurnace::math::moments::UNIT;
+use whitefurnace::math::moments::FIXED_POINT_UNIT;
 use whitefurnace::render::checkpoint::write_unfinished;
 
 fn main() -> ExitCode {
@@ -158,7 +158,7 @@ fn samples(film: &Film) -> u64 {
 /// visible.
 fn too_faint(film: &Film) -> Option<String> {
     let (mean, error) = (film.mean(), film.rounding_error());
-    let rounds = format!("pixels are rounded to multiples of {UNIT:.1e}");
+    let rounds = format!("pixels are rounded to multiples of {FIXED_POINT_UNIT:.1e}");
     if mean == 0.0 {
         return Some(format!(
             "the image is black: no sample found light, or only light that is rounded to 0, for {rounds}; if some is missed, \

@@ -129,7 +129,7 @@ fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
     let solved = Radiosity::new(
         DefaultParts,
         scene,
-        Fineness {
+        MeshResolution {
             patches,
             halvings: 0,
         },

@@ -8,7 +8,7 @@ use trials::scenes::{
     corners, floor, lambert, light, polygon_irradiance, scene, sphere_irradiance, square,
 };
 use whitefurnace::light::emitter::LightSampling;
-use whitefurnace::light::light_sampler::MOST;
+use whitefurnace::light::light_sampler::MAX_EXACT_LIGHTS;
 use whitefurnace::scene::SurfaceId;
 
 use crate::experiments::prelude::*;
@@ -204,7 +204,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     let value = format!(
         "each as often {even:.3e}, by contribution {shares:.3e}, relative to the squared mean"
     );
-    run.number("most", MOST as f64);
+    run.number("most", MAX_EXACT_LIGHTS as f64);
     run.note(
         "variance by shadow rays alone under one of three lamps",
         value,

@@ -14,7 +14,7 @@ pub(super) use whitefurnace::harness::trial::{
     CSV_HEADER, Context, Row, Trial, group, meant, run_trial,
 };
 pub(super) use whitefurnace::image::{Display, write_png};
-pub(super) use whitefurnace::integrator::radiosity::Fineness;
+pub(super) use whitefurnace::integrator::radiosity::MeshResolution;
 pub(super) use whitefurnace::integrator::{
     DefaultParts, Estimator, Heuristic, Lookup, Path, PhotonMapping, Radiosity, Sppm, Strategy,
     TransportRules,

@@ -48,7 +48,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let solved = Radiosity::new(
             DefaultParts,
             &scene,
-            Fineness {
+            MeshResolution {
                 patches: COARSE,
                 halvings,
             },

@@ -87,7 +87,7 @@ fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: 
         };
         let oriented = hit.normal * -hit.normal.dot(ray.direction).signum();
         let direction = DVec3::from_array(UnitSphere.sample(rng));
-        ray = scene.leave(
+        ray = scene.spawn_ray(
             hit.point,
             hit.normal,
             direction * oriented.dot(direction).signum(),

@@ -3,8 +3,8 @@
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
-use whitefurnace::integrator::radiosity::{Fineness, Mesh, check_memory};
-use whitefurnace::sampling::sampler::LONGEST;
+use whitefurnace::integrator::radiosity::{Mesh, MeshResolution, check_memory};
+use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use super::names::SINGLE_RAYS;
 use super::{
@@ -266,7 +266,7 @@ impl Job {
             self.check_emitters()?;
         }
         if self.estimator == EstimatorName::Radiosity {
-            check_memory(&Mesh::new(&self.build_scene()?, self.fineness())?)?;
+            check_memory(&Mesh::new(&self.build_scene()?, self.resolution())?)?;
         }
         Ok(())
     }
@@ -317,8 +317,8 @@ impl Job {
         }
     }
 
-    pub(super) fn fineness(&self) -> Fineness {
-        Fineness {
+    pub(super) fn resolution(&self) -> MeshResolution {
+        MeshResolution {
             patches: self.patches,
             halvings: 0,
         }
@@ -415,9 +415,9 @@ impl Job {
                 "--spp {spp} is not a multiple of the {scrambles} scrambles: change one of them"
             ));
         }
-        if spp / scrambles > LONGEST {
+        if spp / scrambles > MAX_POINTS {
             return refuse(format!(
-                "--spp {spp} in {scrambles} scrambles is more than {LONGEST} points each: raise --scrambles"
+                "--spp {spp} in {scrambles} scrambles is more than {MAX_POINTS} points each: raise --scrambles"
             ));
         }
         Ok(())

@@ -18,7 +18,7 @@ use whitefurnace::integrator::LONGEST_PATH;
 use whitefurnace::material::OrenNayarForm;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{LONGEST, SamplerKind};
+use whitefurnace::sampling::sampler::{MAX_POINTS, SamplerKind};
 use whitefurnace::scene::room::{Convention, Walls};
 use whitefurnace::scene::{Scene, room, simple};
 
@@ -164,7 +164,7 @@ impl Job {
     fn scrambles(&self) -> u32 {
         let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= MANY;
         self.scrambles
-            .unwrap_or_else(|| (FEW..=LONGEST).find(divides).unwrap_or(self.spp))
+            .unwrap_or_else(|| (FEW..=MAX_POINTS).find(divides).unwrap_or(self.spp))
     }
 
     fn sampling(&self) -> Sampling {

@@ -324,11 +324,11 @@ impl Job {
                 }))
             }
             (EstimatorName::Radiosity, _) => {
-                let fineness = self.fineness();
-                let nodes = Mesh::new(scene, fineness)?.nodes() as u64;
+                let resolution = self.resolution();
+                let nodes = Mesh::new(scene, resolution)?.nodes() as u64;
                 let bar = Bar::new(label, nodes, "samples");
                 let node_done = |nodes| bar.advance(nodes);
-                let solved = Radiosity::new(DefaultParts, scene, fineness, &node_done)?;
+                let solved = Radiosity::new(DefaultParts, scene, resolution, &node_done)?;
                 Box::new(self.by_rays(solved))
             }
             (EstimatorName::Whitted, _) => {

@@ -10,7 +10,7 @@ use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_exr, write_png};
-use whitefurnace::integrator::radiosity::Fineness;
+use whitefurnace::integrator::radiosity::MeshResolution;
 use whitefurnace::integrator::{
     Bdpt, Connections, DefaultParts, Estimator, Heuristic, ImageEstimator, LightTracer, Lookup,
     Path, PhotonMapping, Published, Radiosity, Report, Sppm, Strategy, TransportRules, Whitted,
@@ -182,7 +182,7 @@ impl Call {
         self.rays(Radiosity::new(
             DefaultParts,
             self.scene(),
-            Fineness {
+            MeshResolution {
                 patches,
                 halvings: 0,
             },

@@ -4,16 +4,16 @@ use std::array::from_fn;
 
 use glam::DVec3;
 
-use super::{Bvh, LEAF, Leaf, Node, Primitive, WIDTH};
+use super::{Bvh, Leaf, MAX_LEAF_PRIMITIVES, Node, Primitive, WIDTH};
 
 /// Depth below which nodes split at the median, so that depth stays within the stack: a median
 /// level divides by eight, and eleven of them separate more primitives than 32-bit indices can
 /// number.
-const SORTED_DEPTH: u32 = 6;
+const SAH_DEPTH: u32 = 6;
 
 /// Widening of boxes relative to the largest coordinate of all, 2⁻⁴⁸: rays along an axis drift
-/// across it by much less (`crate::geometry::bvh::TINY`).
-const DRIFT: f64 = 1.0 / 281_474_976_710_656.0;
+/// across it by much less (`crate::geometry::bvh::LEAST_DIRECTION`).
+const BOX_MARGIN: f64 = 1.0 / 281_474_976_710_656.0;
 
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
@@ -65,12 +65,12 @@ impl Bounds {
 impl Bvh {
     /// Builds the hierarchy with the surface-area heuristic over full sorted sweeps.
     pub fn new(primitives: &[Primitive]) -> Self {
-        Self::of(primitives, |_| true)
+        Self::over_subset(primitives, |_| true)
     }
 
     /// Builds the hierarchy over the primitives for which `takes` holds; all keep their indices in
     /// the list.
-    pub(crate) fn of(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
+    pub(crate) fn over_subset(primitives: &[Primitive], takes: impl Fn(u32) -> bool) -> Self {
         let all = primitives.iter().zip(0..).filter(|&(_, id)| takes(id));
         let mut items: Vec<(Bounds, u32)> = all
             .map(|(primitive, id)| (Bounds::of(primitive), id))
@@ -78,7 +78,7 @@ impl Bvh {
         let bounds = items
             .iter()
             .fold(Bounds::EMPTY, |bounds, item| bounds.union(item.0));
-        let drift = DRIFT * bounds.low.abs().max(bounds.high.abs()).max_element();
+        let drift = BOX_MARGIN * bounds.low.abs().max(bounds.high.abs()).max_element();
         items
             .iter_mut()
             .for_each(|(bounds, _)| *bounds = bounds.widened(drift));
@@ -113,7 +113,7 @@ impl Bvh {
                 node.planes[axis][1][slot] = -rounded_down(-bounds.high[axis]);
             }
             node.child_count += 1;
-            node.children[slot] = if part.len() <= LEAF {
+            node.children[slot] = if part.len() <= MAX_LEAF_PRIMITIVES {
                 self.add_leaf(part, primitives) * 2 + 1
             } else {
                 self.build_node(part, primitives, depth + 1) * 2
@@ -159,7 +159,7 @@ pub(super) fn rounded_down(x: f64) -> f32 {
 fn split(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
     let area = |part: &[(Bounds, u32)]| {
         let bounds = part.iter().fold(Bounds::EMPTY, |b, item| b.union(item.0));
-        if part.len() > LEAF {
+        if part.len() > MAX_LEAF_PRIMITIVES {
             bounds.half_area().max(f64::MIN_POSITIVE)
         } else {
             -1.0
@@ -167,16 +167,16 @@ fn split(items: &mut [(Bounds, u32)], depth: u32) -> Vec<&mut [(Bounds, u32)]> {
     };
     let mut parts = vec![items];
     while parts.len() < WIDTH {
-        let widest = if depth < SORTED_DEPTH {
+        let widest = if depth < SAH_DEPTH {
             (0..parts.len()).max_by(|&a, &b| area(parts[a]).total_cmp(&area(parts[b])))
         } else {
             (0..parts.len()).max_by_key(|&i| parts[i].len())
         };
-        let Some(widest) = widest.filter(|&i| parts[i].len() > LEAF) else {
+        let Some(widest) = widest.filter(|&i| parts[i].len() > MAX_LEAF_PRIMITIVES) else {
             break;
         };
         let part = parts.swap_remove(widest);
-        let middle = if depth < SORTED_DEPTH {
+        let middle = if depth < SAH_DEPTH {
             sort_at_best_split(part)
         } else {
             sort_at_median(part)

@@ -43,7 +43,7 @@ impl PrimitiveHit {
     /// Returns this hit or a nearer one on another primitive. Of two at the same distance the one
     /// that comes first in the list wins, in whatever order they are tested.
     #[inline]
-    fn or(self, primitive: u32, hit: TriangleHit) -> Self {
+    fn nearer(self, primitive: u32, hit: TriangleHit) -> Self {
         if hit.t < self.t || hit.t == self.t && primitive < self.primitive {
             Self {
                 primitive,
@@ -58,7 +58,7 @@ impl PrimitiveHit {
 
 /// Returns the hit of a ray on a sphere in the form of a triangle's.
 #[inline]
-pub(crate) fn on_sphere<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
+pub(crate) fn sphere_hit<V: Vector>(sphere: &Sphere, ray: &Ray<V>) -> TriangleHit<V::Real> {
     TriangleHit {
         t: sphere.distance(ray),
         weights: [V::Real::splat(0.0); 3],
@@ -81,9 +81,9 @@ struct Node {
 #[repr(align(32))]
 struct Leaf {
     /// Triangles by vertex and coordinate. Unused places repeat the first.
-    vertices: [[[f64; LEAF]; 3]; 3],
+    vertices: [[[f64; MAX_LEAF_PRIMITIVES]; 3]; 3],
     /// Indices of the triangles in the original list.
-    triangles: [u32; LEAF],
+    triangles: [u32; MAX_LEAF_PRIMITIVES],
     triangle_count: usize,
     /// Index of the first sphere, and number of spheres.
     spheres: (u32, u32),
@@ -92,17 +92,17 @@ struct Leaf {
 /// Largest number of children of a node.
 const WIDTH: usize = LANES;
 /// Largest number of primitives in a leaf.
-const LEAF: usize = FOUR;
+const MAX_LEAF_PRIMITIVES: usize = FOUR;
 /// Size of the traversal stack. Seven siblings wait per level, so this suffices for 18 levels: the
-/// hierarchy has fewer (`build::SORTED_DEPTH`).
-const STACK: usize = 128;
+/// hierarchy has fewer (`build::SAH_DEPTH`).
+const STACK_SIZE: usize = 128;
 /// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a
 /// margin of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
 /// Least component of a direction, relative to the largest: 0 would give 0 · ∞. Rays from near the
 /// origin, whose coordinates need no rounding margin, thereby drift across planes in which boxes
-/// end, so boxes are widened (`build::DRIFT`).
-const TINY: f32 = 1e-18;
+/// end, so boxes are widened (`build::BOX_MARGIN`).
+const LEAST_DIRECTION: f32 = 1e-18;
 /// Rounding of the slab arithmetic, relative: a bound on 2γ₃ of Ize, JCGT 2(2), 2013.
 const SLAB_MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
@@ -119,7 +119,7 @@ impl Leaf {
     /// Returns the nearest hit of a ray on the leaf's triangles, one lane each.
     #[inline]
     fn hit(&self, shear: &Shear<Four>) -> TriangleHit<Four> {
-        let vertex = |i: usize| [0, 1, 2].map(|axis| Four::of_lanes(self.vertices[i][axis]));
+        let vertex = |i: usize| [0, 1, 2].map(|axis| Four::from_array(self.vertices[i][axis]));
         let [a, b, c] = [0, 1, 2].map(|i| shear.project(vertex(i)));
         shear.hit([&a, &b, &c])
     }
@@ -141,18 +141,18 @@ impl Bvh {
                     & hit.t.below(Four::splat(f64::INFINITY)))
                 .bits();
                 while near != 0 {
-                    let lane = near.trailing_zeros() as usize % LEAF;
+                    let lane = near.trailing_zeros() as usize % MAX_LEAF_PRIMITIVES;
                     near &= near - 1;
                     let of = |number: Four| number.lanes()[lane];
                     let hit = TriangleHit {
                         t: of(hit.t),
                         weights: hit.weights.map(of),
                     };
-                    nearest = nearest.or(leaf.triangles[lane], hit);
+                    nearest = nearest.nearer(leaf.triangles[lane], hit);
                 }
             }
             for (id, sphere) in self.spheres_of(leaf) {
-                nearest = nearest.or(*id, on_sphere(sphere, ray));
+                nearest = nearest.nearer(*id, sphere_hit(sphere, ray));
             }
             Some(nearest.t)
         });
@@ -168,7 +168,8 @@ impl Bvh {
             if leaf.triangle_count > 0 {
                 let hits = leaf.hit(&shear).t.below(Four::splat(t_max)).bits();
                 occluded = hits != 0
-                    && (0..LEAF).any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
+                    && (0..MAX_LEAF_PRIMITIVES)
+                        .any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
             }
             let meets = |(id, sphere): &(u32, Sphere)| sphere.distance(ray) < t_max && blocks(*id);
             occluded = occluded || self.spheres_of(leaf).iter().any(meets);
@@ -184,7 +185,7 @@ impl Bvh {
             low.to_array().map(build::rounded_down),
             (-high).to_array().map(build::rounded_down),
         );
-        let mut waiting = ArrayVec::<u32, STACK>::new();
+        let mut waiting = ArrayVec::<u32, STACK_SIZE>::new();
         waiting.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(child) = waiting.pop() {
             let place = (child / 2) as usize;
@@ -230,7 +231,7 @@ impl Bvh {
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
         // Not an array, which would be filled for every ray.
-        let mut waiting = ArrayVec::<(f32, u32), STACK>::new();
+        let mut waiting = ArrayVec::<(f32, u32), STACK_SIZE>::new();
         waiting.push((0.0, 0));
         while let Some((near, child)) = waiting.pop() {
             if near > limit {
@@ -280,7 +281,7 @@ impl Slabs {
         let margin = origin.abs().max_element() * ORIGIN_MARGIN + f32::MIN_POSITIVE;
         // Segments may be tiny as a whole.
         let direction = ray.direction.as_vec3();
-        let tiny = (direction.abs().max_element() * TINY).max(f32::MIN_POSITIVE);
+        let tiny = (direction.abs().max_element() * LEAST_DIRECTION).max(f32::MIN_POSITIVE);
         let direction = direction
             .to_array()
             .map(|d| if d.abs() < tiny { tiny.copysign(d) } else { d });
@@ -288,9 +289,11 @@ impl Slabs {
         let shifted =
             |axis: usize, towards: bool| origin[axis] + if towards { margin } else { -margin };
         Self {
-            near_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, forward[axis]))),
-            far_origin: [0, 1, 2].map(|axis| EightSingles::all(shifted(axis, !forward[axis]))),
-            inverse: direction.map(|d| EightSingles::all(1.0 / d)),
+            near_origin: [0, 1, 2]
+                .map(|axis| EightSingles::splat_scalar(shifted(axis, forward[axis]))),
+            far_origin: [0, 1, 2]
+                .map(|axis| EightSingles::splat_scalar(shifted(axis, !forward[axis]))),
+            inverse: direction.map(|d| EightSingles::splat_scalar(1.0 / d)),
             near_side: forward.map(|f| usize::from(!f)),
         }
     }
@@ -299,14 +302,14 @@ impl Slabs {
     /// `limit`.
     #[inline]
     fn intersect(&self, node: &Node, limit: f32) -> (EightSingles, u32) {
-        let (mut near, mut far) = (EightSingles::splat(0.0), EightSingles::all(limit));
+        let (mut near, mut far) = (EightSingles::splat(0.0), EightSingles::splat_scalar(limit));
         for axis in 0..3 {
             let side = self.near_side[axis] & 1;
-            let plane = |side: usize| EightSingles::of_lanes(node.planes[axis][side]);
+            let plane = |side: usize| EightSingles::from_array(node.planes[axis][side]);
             near = ((plane(side) - self.near_origin[axis]) * self.inverse[axis]).at_least(near);
             far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).at_most(far);
         }
-        let hits = !near.above(far * EightSingles::all(SLAB_MARGIN));
+        let hits = !near.above(far * EightSingles::splat_scalar(SLAB_MARGIN));
         (near, hits.bits() & ((1 << node.child_count) - 1))
     }
 }

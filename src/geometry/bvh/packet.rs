@@ -6,7 +6,10 @@
 
 use std::array::from_fn;
 
-use super::{Bvh, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK, TINY, on_sphere, rounded_up};
+use super::{
+    Bvh, LEAST_DIRECTION, Leaf, Node, ORIGIN_MARGIN, SLAB_MARGIN, STACK_SIZE, rounded_up,
+    sphere_hit,
+};
 use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, Shear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
@@ -16,7 +19,7 @@ use crate::math::simd::{LANES, Lanes, Scalar, Wide};
 #[derive(Clone, Copy, Debug)]
 pub struct PacketHit<R: Real = Lanes, const N: usize = LANES> {
     /// Lanes whose ray has hit something.
-    pub met: R::Mask,
+    pub hit_mask: R::Mask,
     /// Index of the primitive in the list that the hierarchy was built from; 0 in other lanes.
     pub primitive: [u32; N],
     /// Distance t of (1), infinite in other lanes.
@@ -39,9 +42,9 @@ pub(crate) struct Nearest<R> {
 pub struct PacketStack<const N: usize = LANES> {
     /// Distance at which the first ray that meets a box enters it, which orders the children of a
     /// node.
-    nearest: [f32; STACK],
-    entered: [[f32; N]; STACK],
-    children: [u32; STACK],
+    nearest: [f32; STACK_SIZE],
+    entered: [[f32; N]; STACK_SIZE],
+    children: [u32; STACK_SIZE],
 }
 
 /// Rays prepared for the box test, lane by lane as in [`crate::geometry::bvh::Slabs`].
@@ -64,7 +67,7 @@ impl<R: Real> Nearest<R> {
     /// Takes the hits on other primitives where they are nearer. Of two at the same distance the
     /// one that comes first in the list wins, in whatever order they are tested.
     #[inline]
-    pub fn or(&mut self, primitive: R, hit: &TriangleHit<R>) {
+    pub fn take_nearer(&mut self, primitive: R, hit: &TriangleHit<R>) {
         let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
         self.primitive = R::choose(nearer, primitive, self.primitive);
         self.t = R::choose(nearer, hit.t, self.t);
@@ -77,11 +80,11 @@ impl<R: Real> Nearest<R> {
     where
         R: Wide<N>,
     {
-        let met = active & self.t.below(R::splat(f64::INFINITY));
-        let primitive = R::choose(met, self.primitive, R::splat(0.0)).whole();
-        let t = R::choose(met, self.t, R::splat(f64::INFINITY));
+        let hit_mask = active & self.t.below(R::splat(f64::INFINITY));
+        let primitive = R::choose(hit_mask, self.primitive, R::splat(0.0)).to_u32();
+        let t = R::choose(hit_mask, self.t, R::splat(f64::INFINITY));
         PacketHit {
-            met,
+            hit_mask,
             primitive,
             t,
             weights: self.weights,
@@ -92,9 +95,9 @@ impl<R: Real> Nearest<R> {
 impl<const N: usize> Default for PacketStack<N> {
     fn default() -> Self {
         Self {
-            nearest: [0.0; STACK],
-            entered: [[0.0; N]; STACK],
-            children: [0; STACK],
+            nearest: [0.0; STACK_SIZE],
+            entered: [[0.0; N]; STACK_SIZE],
+            children: [0; STACK_SIZE],
         }
     }
 }
@@ -112,13 +115,13 @@ impl Bvh {
         let mut nearest = Nearest::new();
         self.traverse_packet::<R, N>(ray, limits(active, nearest.t), stack, |leaf| {
             for i in 0..leaf.triangle_count {
-                nearest.or(
+                nearest.take_nearer(
                     R::splat(leaf.triangles[i].into()),
                     &leaf.hit_of_packet(i, &shear),
                 );
             }
             for (id, sphere) in self.spheres_of(leaf) {
-                nearest.or(R::splat((*id).into()), &on_sphere(sphere, ray));
+                nearest.take_nearer(R::splat((*id).into()), &sphere_hit(sphere, ray));
             }
             limits(active, nearest.t)
         });
@@ -161,11 +164,11 @@ impl Bvh {
     ) {
         let slabs = Slabs::<R::Single>::new::<R, N>(ray);
         (stack.entered[0], stack.children[0]) = ([0.0; N], 0);
-        let mut waiting = usize::from(!self.nodes.is_empty());
-        while waiting > 0 {
-            waiting -= 1;
-            let (near, child) = (stack.entered[waiting], stack.children[waiting]);
-            if R::Single::of_lanes(near.map(Scalar::of_single))
+        let mut stack_size = usize::from(!self.nodes.is_empty());
+        while stack_size > 0 {
+            stack_size -= 1;
+            let (near, child) = (stack.entered[stack_size], stack.children[stack_size]);
+            if R::Single::from_array(near.map(Scalar::from_single))
                 .above(limits)
                 .bits()
                 == u32::MAX >> (32 - N)
@@ -178,7 +181,7 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[place];
-            let bottom = waiting;
+            let bottom = stack_size;
             for slot in 0..node.child_count {
                 let (near, hits) = slabs.intersect(node, slot, limits);
                 if hits == 0 {
@@ -186,7 +189,7 @@ impl Bvh {
                 }
                 let near = near.lanes().map(Scalar::single);
                 let nearest = near[hits.trailing_zeros() as usize % N];
-                let mut place = waiting;
+                let mut place = stack_size;
                 while place > bottom && stack.nearest[place - 1] < nearest {
                     stack.nearest[place] = stack.nearest[place - 1];
                     stack.entered[place] = stack.entered[place - 1];
@@ -196,7 +199,7 @@ impl Bvh {
                 stack.nearest[place] = nearest;
                 stack.entered[place] = near;
                 stack.children[place] = node.children[slot];
-                waiting += 1;
+                stack_size += 1;
             }
         }
     }
@@ -220,7 +223,10 @@ impl Leaf {
 #[inline]
 fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
     let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
-    R::Single::of_lanes(t.lanes().map(|t| Scalar::of_single(rounded_up(t.single()))))
+    R::Single::from_array(
+        t.lanes()
+            .map(|t| Scalar::from_single(rounded_up(t.single()))),
+    )
 }
 
 impl<S: Real> Slabs<S> {
@@ -231,8 +237,8 @@ impl<S: Real> Slabs<S> {
         let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
         // As in the test of one ray.
         let direction = ray.direction.components().map(R::single);
-        let tiny =
-            (largest(direction) * f64::from(TINY)).at_least(S::splat(f32::MIN_POSITIVE.into()));
+        let tiny = (largest(direction) * f64::from(LEAST_DIRECTION))
+            .at_least(S::splat(f32::MIN_POSITIVE.into()));
         let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
         Self {
             origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)],

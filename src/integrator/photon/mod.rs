@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use glam::DVec3;
 
 use super::direct_light::{ShadowRays, direct_light};
-use super::walk::{PendingWalk, WalkEvent, follow};
+use super::walk::{PendingWalk, WalkEvent, trace_walks};
 use super::{Estimator, PathParts, Sample};
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
@@ -120,7 +120,7 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
             check_radius(caustic_radius)?;
         }
         let map =
-            |kept, particles, name| PhotonMap::new(&parts, scene, kept, particles, pass.of(name));
+            |kind, particles, name| PhotonMap::new(&parts, scene, kind, particles, pass.of(name));
         let all = map(PhotonMapKind::All, particles, "photons")?;
         let caustics = match lookup {
             Lookup::DirectVisualization => None,
@@ -140,13 +140,13 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
         })
     }
 
-    /// Follows rays through mirrors and glass to the first diffuse surfaces. `see` receives the
+    /// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives the
     /// emission seen on the way, and the index of the path.
-    fn arrive<R: Sampler>(
+    fn trace_to_diffuse<R: Sampler>(
         &self,
         scene: &Scene,
         rays: impl Iterator<Item = PendingWalk<usize, R>>,
-        mut see: impl FnMut(usize, DVec3),
+        mut on_emission: impl FnMut(usize, DVec3),
     ) -> Vec<(usize, PhotonHit, R)> {
         let mut arrivals = Vec::new();
         let walks = rays.map(|walk| {
@@ -163,12 +163,12 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
                 rng,
             }
         });
-        let followed = follow(&self.parts, scene, walks, |event| {
+        let followed = trace_walks(&self.parts, scene, walks, |event| {
             match event {
                 WalkEvent::Hit((number, block, arrival), hit, at, _) => {
                     *block += 1;
                     if hit.here.emitter.is_some() {
-                        see(*number, hit.factor * hit.throughput * hit.emitted(scene));
+                        on_emission(*number, hit.factor * hit.throughput * hit.emitted(scene));
                     }
                     if hit.endless || hit.bsdf.is_non_delta() {
                         let throughput = hit.factor * hit.throughput;
@@ -191,17 +191,17 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
         arrivals
     }
 
-    /// Adds the radiance reflected at the queries, from the photons of a map. Sorts them by
+    /// Adds the radiance reflected at the gather points, from the photons of a map. Sorts them by
     /// position for cache locality: neighbours share photons.
-    fn look_up(
+    fn gather(
         &self,
         scene: &Scene,
         map: &PhotonMap,
         radius: f64,
-        mut queries: Vec<GatherPoint>,
+        mut gather_points: Vec<GatherPoint>,
         radiances: &mut [DVec3],
     ) {
-        queries.sort_by_cached_key(|at| map.place(at.point));
+        gather_points.sort_by_cached_key(|at| map.approximate_index(at.point));
         for GatherPoint {
             sample,
             surface,
@@ -209,7 +209,7 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
             normal,
             direction,
             throughput,
-        } in queries
+        } in gather_points
         {
             let bsdf = &scene.surfaces()[surface as usize].bsdf;
             let vertex = Vertex::of(point, normal, direction);
@@ -255,16 +255,16 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
                 rng,
             }
         });
-        let arrivals = self.arrive(scene, rays, |i, emission| {
+        let arrivals = self.trace_to_diffuse(scene, rays, |i, emission| {
             radiances.borrow_mut()[i] += emission;
         });
         let mut radiances = radiances.into_inner();
-        let queries = arrivals
+        let gather_points = arrivals
             .iter()
             .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, DVec3::ONE))
             .collect();
         let Some((caustics, radius)) = &self.caustics else {
-            self.look_up(scene, &self.all, self.radius, queries, &mut radiances);
+            self.gather(scene, &self.all, self.radius, gather_points, &mut radiances);
             return radiances;
         };
         // Light that arrives at the first diffuse surfaces: directly from emitters, and from second
@@ -290,7 +290,7 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
             }
             if let Some(next) = parts.sample(bsdf, &at, &mut rng) {
                 weights[item] = throughput * next.weight;
-                let ray = Some(scene.leave(hit.point, hit.normal, next.direction));
+                let ray = Some(scene.spawn_ray(hit.point, hit.normal, next.direction));
                 gathering.push(PendingWalk {
                     item,
                     ray,
@@ -299,17 +299,23 @@ impl<P: Photons + PathParts> Estimator for PhotonMapping<P> {
                 });
             }
         }
-        let second = self.arrive(scene, gathering.into_iter(), |i, emission| {
+        let second = self.trace_to_diffuse(scene, gathering.into_iter(), |i, emission| {
             if parts.gathers_emission() {
                 radiances[i] += weights[i] * emission;
             }
         });
-        let of_all = second
+        let second_gather_points = second
             .iter()
             .map(|(i, arrival, _)| GatherPoint::new(*i, arrival, weights[*i]))
             .collect();
-        self.look_up(scene, &self.all, self.radius, of_all, &mut radiances);
-        self.look_up(scene, caustics, *radius, queries, &mut radiances);
+        self.gather(
+            scene,
+            &self.all,
+            self.radius,
+            second_gather_points,
+            &mut radiances,
+        );
+        self.gather(scene, caustics, *radius, gather_points, &mut radiances);
         radiances
     }
 }

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::integrator::PathParts;
 use crate::integrator::emission::{Emission, emit};
-use crate::integrator::walk::{PendingWalk, WalkEvent, follow, in_portions};
+use crate::integrator::walk::{PendingWalk, WalkEvent, in_batches, trace_walks};
 use crate::material::{Bsdf, Scattering, Vertex};
 use crate::math::kd_tree::KdTree;
-use crate::sampling::sampler::{ImagePass, LIGHT, SampleStream, Sampler};
+use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, ImagePass, SampleStream, Sampler};
 use crate::scene::Scene;
 
 /// A particle's arrival at a diffuse surface.
@@ -119,17 +119,17 @@ impl PhotonMap {
     pub fn new<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
-        kept: PhotonMapKind,
+        kind: PhotonMapKind,
         emitted: u32,
         pass: impl Into<ImagePass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
-        let follow = |particles| follow_particles(parts, scene, kept, particles, rng);
+        let follow = |particles| trace_photons(parts, scene, kind, particles, rng);
         let mut photons = pilot(emitted, follow)?;
         let first = emitted.min(PILOT);
         let rest =
-            in_portions(emitted - first).map(|part| follow(first + part.start..first + part.end));
+            in_batches(emitted - first).map(|part| follow(first + part.start..first + part.end));
         let rest = rest.collect::<Result<Vec<_>, _>>()?;
         photons.extend(rest.into_iter().flatten());
         let stored = photons.len();
@@ -157,14 +157,14 @@ impl PhotonMap {
     pub fn check<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
-        kept: PhotonMapKind,
+        kind: PhotonMapKind,
         emitted: u32,
         pass: impl Into<ImagePass>,
     ) -> Result<(), Error> {
         let pass = pass.into();
         let rng = |particle| pass.particle(particle, emitted);
         pilot(emitted, |particles| {
-            follow_particles(parts, scene, kept, particles, rng)
+            trace_photons(parts, scene, kind, particles, rng)
         })
         .map(|_| ())
     }
@@ -174,9 +174,9 @@ impl PhotonMap {
         self.tree.values()
     }
 
-    /// Returns [`KdTree::place`] of a point among the photons.
-    pub(super) fn place(&self, point: DVec3) -> usize {
-        self.tree.place(point)
+    /// Returns [`KdTree::approximate_index`] of a point among the photons.
+    pub(super) fn approximate_index(&self, point: DVec3) -> usize {
+        self.tree.approximate_index(point)
     }
 
     /// Returns the radiance that a diffuse vertex reflects, by [`crate::equation::PHOTON_DENSITY`]
@@ -249,10 +249,10 @@ fn pilot(
 
 /// Traces these particles to their ends; the flux of their photons is not yet divided among all
 /// particles.
-fn follow_particles<P: Photons + PathParts>(
+fn trace_photons<P: Photons + PathParts>(
     parts: &P,
     scene: &Scene,
-    kept: PhotonMapKind,
+    kind: PhotonMapKind,
     particles: Range<u32>,
     rng: impl Fn(u32) -> SampleStream,
 ) -> Result<Vec<(DVec3, Photon)>, Error> {
@@ -260,7 +260,7 @@ fn follow_particles<P: Photons + PathParts>(
     let first = particles.start;
     let starts = particles.map(|number| {
         let mut rng = rng(number);
-        rng.block(LIGHT);
+        rng.block(FIRST_LIGHT_BLOCK);
         let emission = emit(parts, scene, &mut rng);
         let (ray, flux) = emission.map_or((None, DVec3::ZERO), |Emission { ray, flux }| {
             (Some(ray), flux)
@@ -268,17 +268,17 @@ fn follow_particles<P: Photons + PathParts>(
         PendingWalk {
             item: (number, flux, 0),
             ray,
-            block: LIGHT,
+            block: FIRST_LIGHT_BLOCK,
             rng,
         }
     });
-    follow(parts, scene, starts, |event| {
+    trace_walks(parts, scene, starts, |event| {
         let WalkEvent::Hit((number, flux, specular), step, at, _) = event else {
             return Ok(false);
         };
         let rough = step.bsdf.is_non_delta();
         // A particle that will not end is not truncated: the map refuses it.
-        if step.endless || rough && (kept == PhotonMapKind::All || parts.is_caustic(*specular)) {
+        if step.endless || rough && (kind == PhotonMapKind::All || parts.is_caustic(*specular)) {
             let photon = Photon {
                 normal: at.frame.z,
                 from: -step.ray.direction,
@@ -287,7 +287,7 @@ fn follow_particles<P: Photons + PathParts>(
             photons[(*number - first) as usize].push((step.here.point, photon));
         }
         *specular += u32::from(!rough);
-        Ok(!(rough && kept == PhotonMapKind::Caustic))
+        Ok(!(rough && kind == PhotonMapKind::Caustic))
     })?;
     Ok(photons.concat())
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::FiniteElements;
 use super::mesh::Node;
-use super::patch::{Patch, Sight};
+use super::patch::{Patch, PatchView};
 use crate::integrator::NextEvent;
 use crate::light::emitter::{Emitter, EmitterShape};
 use crate::material::Scattering;
@@ -69,19 +69,17 @@ impl Light {
     ) -> DVec3 {
         match self {
             Self::Flat { patch, emitter } => {
-                let Some(Sight { factor, .. }) = patch.sight(parts, at.point, at.normal) else {
+                let Some(PatchView { factor, .. }) = patch.view(parts, at.point, at.normal) else {
                     return DVec3::ZERO;
                 };
-                PI * factor * seen_share(parts, scene, emitter, at) * emitter.radiance
+                PI * factor * visible_fraction(parts, scene, emitter, at) * emitter.radiance
             }
             Self::Curved { patches, radiance } => {
                 let seen = patches
                     .iter()
-                    .filter_map(|patch| patch.sight(parts, at.point, at.normal))
-                    .filter(|sight| {
-                        parts.visible(scene, (at.point, at.normal), sight.target, false)
-                    });
-                PI * seen.map(|sight| sight.factor).sum::<f64>() * *radiance
+                    .filter_map(|patch| patch.view(parts, at.point, at.normal))
+                    .filter(|view| parts.visible(scene, (at.point, at.normal), view.target, false));
+                PI * seen.map(|view| view.factor).sum::<f64>() * *radiance
             }
         }
     }
@@ -89,7 +87,7 @@ impl Light {
 
 /// Returns the visible fraction of a flat emitter's light, from a Hammersley set weighted by the
 /// geometry term. Exact where all or nothing is visible.
-fn seen_share<P: FiniteElements + NextEvent + Scattering>(
+fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
     emitter: &Emitter,
@@ -102,7 +100,7 @@ fn seen_share<P: FiniteElements + NextEvent + Scattering>(
         let distance_squared = offset.length_squared();
         let direction = offset / distance_squared.sqrt();
         let across = parts.cosine(y.normal, -direction);
-        let weight = parts.seen_weight(
+        let weight = parts.visibility_weight(
             parts.cosine(at.normal, direction),
             parts.solid_angle_per_area(across, distance_squared),
         );

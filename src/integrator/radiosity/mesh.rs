@@ -14,7 +14,7 @@ use crate::scene::{Geometry, Scene, Surface};
 
 /// Resolution of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fineness {
+pub struct MeshResolution {
     /// Approximate number of patches over all surfaces; each primitive has at least one, a sphere
     /// at least six.
     pub patches: u32,
@@ -22,7 +22,7 @@ pub struct Fineness {
     pub halvings: u32,
 }
 
-impl Default for Fineness {
+impl Default for MeshResolution {
     /// 2000 patches, not halved.
     fn default() -> Self {
         Self {
@@ -93,23 +93,23 @@ impl Mesh {
     /// # Errors
     /// [`Error::Scene`] for mirrors, glass, Oren-Nayar surfaces and a background that emits;
     /// [`Error::Option`] for no patches.
-    pub fn new(scene: &Scene, fineness: Fineness) -> Result<Self, Error> {
-        check(scene, fineness)?;
+    pub fn new(scene: &Scene, resolution: MeshResolution) -> Result<Self, Error> {
+        check(scene, resolution)?;
         let reflects = |surface: &Surface| surface.bsdf.albedo() != DVec3::ZERO;
         let total: f64 = scene
             .primitives()
             .map(|(geometry, _)| area(&geometry))
             .sum();
-        let target = total / f64::from(fineness.patches);
+        let target = total / f64::from(resolution.patches);
         let mut mesh = Self {
             elements: Vec::new(),
             nodes: Vec::new(),
             divisions: Vec::new(),
-            target: target * 0.25f64.powi(fineness.halvings as i32),
+            target: target * 0.25f64.powi(resolution.halvings as i32),
         };
         for (geometry, surface) in scene.primitives() {
             let division = if reflects(surface) {
-                mesh.divide(&geometry, surface, target, fineness.halvings)
+                mesh.divide(&geometry, surface, target, resolution.halvings)
             } else {
                 Division::Black
             };
@@ -229,20 +229,20 @@ impl Mesh {
 }
 
 /// Number of patches above which a mesh is refused before it is built.
-const HOPELESS: u64 = 100_000;
+const MAX_PATCHES: u64 = 100_000;
 
 /// Refuses scenes and meshes that radiosity does not support.
-fn check(scene: &Scene, fineness: Fineness) -> Result<(), Error> {
-    if fineness.patches == 0 || fineness.halvings > 8 {
+fn check(scene: &Scene, resolution: MeshResolution) -> Result<(), Error> {
+    if resolution.patches == 0 || resolution.halvings > 8 {
         return Err(Error::Option(format!(
             "{} patches halved {} times: a mesh needs at least one patch and at most 8 halvings",
-            fineness.patches, fineness.halvings
+            resolution.patches, resolution.halvings
         )));
     }
     // Far beyond this limit the mesh itself would not fit: a patch has about half a node of its
     // own.
-    let patches = u64::from(fineness.patches) << (2 * fineness.halvings);
-    if patches > HOPELESS {
+    let patches = u64::from(resolution.patches) << (2 * resolution.halvings);
+    if patches > MAX_PATCHES {
         crate::integrator::radiosity::refuse_memory(patches / 2, patches)?;
     }
     let refuse = |what: &str| {

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use rayon::prelude::*;
 
-pub use mesh::{Element, Fineness, Mesh};
+pub use mesh::{Element, Mesh, MeshResolution};
 pub use patch::{Patch, SpherePatch, is_near};
 
 use super::{DefaultParts, Estimator, NextEvent};
@@ -39,9 +39,9 @@ pub fn leaving(albedo: DVec3, emitted: DVec3, irradiance: DVec3) -> DVec3 {
 pub const RESIDUAL: f64 = 1e-6;
 /// Maximum number of sweeps without convergence; only needed if the albedo of a closed scene is 1
 /// or very close.
-const MOST_SWEEPS: u32 = 10_000;
+const MAX_SWEEPS: u32 = 10_000;
 /// Largest memory of the form factors, in bytes.
-pub const MOST_MEMORY: u64 = 3 << 30;
+pub const MAX_MEMORY: u64 = 3 << 30;
 
 /// A form factor from a node to an element.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,7 @@ impl FormFactors {
     /// from any thread; if it returns false, the computation stops.
     ///
     /// # Errors
-    /// [`Error::Option`] before any work if they may take more than [`MOST_MEMORY`];
+    /// [`Error::Option`] before any work if they may take more than [`MAX_MEMORY`];
     /// [`Error::Interrupted`].
     pub fn new<P: FiniteElements + NextEvent + Scattering>(
         parts: &P,
@@ -113,24 +113,24 @@ fn row<P: FiniteElements + NextEvent + Scattering>(
     mesh: &Mesh,
     node: &Node,
 ) -> Box<[Link]> {
-    let link = |(element, sight): (u32, patch::Sight)| {
+    let link = |(element, view): (u32, patch::PatchView)| {
         parts
-            .visible(scene, (node.point, node.normal), sight.target, false)
+            .visible(scene, (node.point, node.normal), view.target, false)
             .then_some(Link {
                 element,
-                factor: sight.factor as f32,
+                factor: view.factor as f32,
             })
     };
     (0..)
         .zip(&mesh.elements)
         .filter_map(|(i, element)| {
-            let sight = element.patch.sight(parts, node.point, node.normal)?;
-            link((i, sight))
+            let view = element.patch.view(parts, node.point, node.normal)?;
+            link((i, view))
         })
         .collect()
 }
 
-/// Refuses a mesh whose form factors may take more than [`MOST_MEMORY`]. Of the four pairs of sides
+/// Refuses a mesh whose form factors may take more than [`MAX_MEMORY`]. Of the four pairs of sides
 /// of two patches at most one can see the other, unless a patch is cut by the plane of the other.
 ///
 /// # Errors
@@ -145,12 +145,12 @@ fn refuse_memory(nodes: u64, elements: u64) -> Result<(), Error> {
     let bytes = nodes
         .saturating_mul(elements)
         .saturating_mul(size_of::<Link>() as u64);
-    if bytes > MOST_MEMORY {
+    if bytes > MAX_MEMORY {
         return Err(Error::Option(format!(
             "the form factors of {elements} patches take up to {:.1} GiB of memory, more than {:.1}: \
              take fewer patches",
             bytes as f64 / 2f64.powi(30),
-            MOST_MEMORY as f64 / 2f64.powi(30)
+            MAX_MEMORY as f64 / 2f64.powi(30)
         )));
     }
     Ok(())
@@ -175,7 +175,7 @@ pub struct Radiosity<P = DefaultParts> {
     mesh: Mesh,
     lights: Vec<Light>,
     /// Radiance that every element sends to others, without its emission.
-    exchanged: Vec<DVec3>,
+    reflected: Vec<DVec3>,
     /// Irradiance at every node: direct, and from other elements.
     direct: Vec<DVec3>,
     indirect: Vec<DVec3>,
@@ -193,19 +193,19 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     pub fn new(
         parts: P,
         scene: &Scene,
-        fineness: Fineness,
+        resolution: MeshResolution,
         row_done: &(dyn Fn(u64) -> bool + Sync),
     ) -> Result<Self, Error> {
-        let mesh = Mesh::new(scene, fineness)?;
+        let mesh = Mesh::new(scene, resolution)?;
         let factors = FormFactors::new(&parts, scene, &mesh, row_done)?;
         let lights = Light::of(scene, mesh.target);
         let direct = mesh
             .nodes
             .par_iter()
-            .map(|node| arriving(&parts, scene, &lights, node))
+            .map(|node| direct_irradiance(&parts, scene, &lights, node))
             .collect();
         let mut solution = Self {
-            exchanged: vec![DVec3::ZERO; mesh.elements.len()],
+            reflected: vec![DVec3::ZERO; mesh.elements.len()],
             indirect: vec![DVec3::ZERO; mesh.nodes.len()],
             parts,
             mesh,
@@ -227,20 +227,20 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
     /// Solves by Gauss-Seidel iteration: each sweep updates every element from the newest radiances
     /// of the others. The errors shrink at least as the powers of the largest albedo.
     fn solve(&mut self, scene: &Scene, factors: &FormFactors) -> Result<(), Error> {
-        while !self.parts.solved(self.residual, self.sweeps) {
-            if self.sweeps == MOST_SWEEPS || self.residual.is_nan() {
+        while !self.parts.has_converged(self.residual, self.sweeps) {
+            if self.sweeps == MAX_SWEEPS || self.residual.is_nan() {
                 return Err(Error::Scene {
                     scene: scene.name().to_owned(),
                     message: "the solution does not converge: some albedo is too close to 1"
                         .to_owned(),
                 });
             }
-            for i in 0..self.exchanged.len() {
-                self.exchanged[i] =
-                    self.renewed(i, |node| PI * factors.gather(node, &self.exchanged));
+            for i in 0..self.reflected.len() {
+                self.reflected[i] =
+                    self.updated(i, |node| PI * factors.gather(node, &self.reflected));
             }
             for node in 0..self.indirect.len() {
-                self.indirect[node] = PI * factors.gather(node, &self.exchanged);
+                self.indirect[node] = PI * factors.gather(node, &self.reflected);
             }
             self.sweeps += 1;
             self.residual = self.largest_residual();
@@ -263,7 +263,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
 
     /// Returns the radiance that an element sends if its nodes have this irradiance from others;
     /// its irradiance is the mean over the nodes.
-    fn renewed(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
+    fn updated(&self, element: usize, indirect: impl Fn(usize) -> DVec3) -> DVec3 {
         let Element {
             albedo,
             emission,
@@ -273,14 +273,14 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let count = nodes.len() as f64;
         let irradiance: DVec3 = nodes.clone().map(|n| self.direct[n] + indirect(n)).sum();
         let leaving = self.parts.leaving(albedo, emission, irradiance / count);
-        self.parts.exchanged(leaving, emission)
+        self.parts.reflected(leaving, emission)
     }
 
     fn largest_residual(&self) -> f64 {
         let (mut error, mut largest) = (0.0_f64, 0.0_f64);
-        for (i, sent) in self.exchanged.iter().enumerate() {
-            let renewed = self.renewed(i, |node| self.indirect[node]);
-            error = error.max((renewed - *sent).abs().max_element());
+        for (i, sent) in self.reflected.iter().enumerate() {
+            let updated = self.updated(i, |node| self.indirect[node]);
+            error = error.max((updated - *sent).abs().max_element());
             largest = largest.max(sent.max_element());
         }
         match largest {
@@ -320,7 +320,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             point: hit.point,
             normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
         };
-        let direct = arriving(&self.parts, scene, &self.lights, &at);
+        let direct = direct_irradiance(&self.parts, scene, &self.lights, &at);
         let indirect = match self.read_out {
             ReadOut::Interpolated => {
                 let nodes = element.nodes.clone().zip(weights);
@@ -331,7 +331,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
             ReadOut::Gathered => {
                 let links = row(&self.parts, scene, &self.mesh, &at);
                 let sent =
-                    |link: &Link| f64::from(link.factor) * self.exchanged[link.element as usize];
+                    |link: &Link| f64::from(link.factor) * self.reflected[link.element as usize];
                 PI * links.iter().map(sent).sum::<DVec3>()
             }
         };
@@ -340,7 +340,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
 }
 
 /// Returns the irradiance from all emitters.
-fn arriving<P: FiniteElements + NextEvent + Scattering>(
+fn direct_irradiance<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
     lights: &[Light],
@@ -378,7 +378,7 @@ pub trait FiniteElements: Sync {
     /// Returns the weight of a point of an emitter in its visible fraction: the geometry term, from
     /// the receiver's cosine and the solid angle per area.
     #[inline]
-    fn seen_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
+    fn visibility_weight(&self, cosine: f64, solid_angle: f64) -> f64 {
         cosine * solid_angle
     }
     /// Returns whether a part of a sphere is so close, for its area, that it is divided.
@@ -388,8 +388,8 @@ pub trait FiniteElements: Sync {
     }
     /// Returns the part of a polygon above the horizon.
     #[inline]
-    fn horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
-        polygon.above(normal)
+    fn clip_to_horizon(&self, normal: DVec3, polygon: &Polygon) -> Polygon {
+        polygon.clip_to_horizon(normal)
     }
     /// Returns the radiance that leaves a Lambert surface.
     #[inline]
@@ -399,12 +399,12 @@ pub trait FiniteElements: Sync {
     /// Returns the part of the leaving radiance that patches exchange: all except emission, which
     /// is direct light.
     #[inline]
-    fn exchanged(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
+    fn reflected(&self, leaving: DVec3, emitted: DVec3) -> DVec3 {
         leaving - emitted
     }
     /// Returns whether the solution has converged after this number of sweeps.
     #[inline]
-    fn solved(&self, residual: f64, _sweeps: u32) -> bool {
+    fn has_converged(&self, residual: f64, _sweeps: u32) -> bool {
         residual <= RESIDUAL
     }
 }

@@ -39,7 +39,7 @@ pub struct SpherePatch {
 }
 
 /// Unoccluded view of a patch from a point.
-pub(super) struct Sight {
+pub(super) struct PatchView {
     /// Form factor.
     pub factor: f64,
     /// A point in the middle of the visible part, and its normal.
@@ -47,7 +47,7 @@ pub(super) struct Sight {
 }
 
 /// The parts of a sphere's patch that have been added up.
-struct PartialSight {
+struct PartialView {
     /// Sum of the form factors.
     factor: f64,
     /// Largest form factor of a part.
@@ -58,19 +58,19 @@ struct PartialSight {
 
 /// Distance from a patch's plane, relative to the point's distance, below which a point is in the
 /// plane.
-const IN_PLANE: f64 = 1e-9;
+const PLANE_TOLERANCE: f64 = 1e-9;
 /// Form factors below this are rounding errors of slivers at the horizon.
-const FAINTEST: f64 = 1e-12;
+const MIN_FORM_FACTOR: f64 = 1e-12;
 /// Ratio of area to squared distance above which parts of a sphere's patch are divided.
-const NEAR: f64 = 1.0 / 16.0;
+const SUBDIVISION_RATIO: f64 = 1.0 / 16.0;
 /// Returns whether a part with this area at this squared distance is divided.
 #[inline]
 pub fn is_near(area: f64, distance_squared: f64) -> bool {
-    area > NEAR * distance_squared
+    area > SUBDIVISION_RATIO * distance_squared
 }
 
 /// Maximum depth of division; closer parts are integrated coarsely.
-const DIVISIONS: u32 = 3;
+const MAX_SUBDIVISIONS: u32 = 3;
 
 impl Patch {
     /// Creates the front (or back) of a triangle or a parallelogram.
@@ -110,34 +110,34 @@ impl Patch {
     /// Returns the unoccluded view of the patch from a point with a unit normal; `None` if one is
     /// behind the other.
     #[inline]
-    pub(super) fn sight<P: FiniteElements + NextEvent + Scattering>(
+    pub(super) fn view<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
         point: DVec3,
         normal: DVec3,
-    ) -> Option<Sight> {
+    ) -> Option<PatchView> {
         match self {
             Self::Flat {
                 polygon,
                 normal: own,
             } => {
                 let offset = polygon.corners()[0] - point;
-                if -offset.dot(*own) <= IN_PLANE * offset.length() {
+                if -offset.dot(*own) <= PLANE_TOLERANCE * offset.length() {
                     return None;
                 }
-                let seen = parts.horizon(normal, &polygon.seen_from(point));
+                let seen = parts.clip_to_horizon(normal, &polygon.relative_to(point));
                 if seen.corners().len() < 3 {
                     return None;
                 }
                 let factor = parts.form_factor(normal, seen.corners());
                 // NaN must not count as faint.
-                let faint = factor <= FAINTEST;
-                (!faint).then(|| Sight {
+                let faint = factor <= MIN_FORM_FACTOR;
+                (!faint).then(|| PatchView {
                     factor,
-                    target: (point + seen.middle(), *own),
+                    target: (point + seen.centroid(), *own),
                 })
             }
-            Self::Curved(patch) => patch.sight(parts, point, normal),
+            Self::Curved(patch) => patch.view(parts, point, normal),
         }
     }
 }
@@ -205,24 +205,24 @@ impl SpherePatch {
 
     /// Computes the form factor by the midpoint rule, exact from the sphere's own inside, where the
     /// integrand is constant.
-    fn sight<P: FiniteElements + NextEvent + Scattering>(
+    fn view<P: FiniteElements + NextEvent + Scattering>(
         &self,
         parts: &P,
         point: DVec3,
         normal: DVec3,
-    ) -> Option<Sight> {
+    ) -> Option<PatchView> {
         let distance = (point - self.centre).length();
-        if self.outward && distance <= self.radius * (1.0 + IN_PLANE) {
+        if self.outward && distance <= self.radius * (1.0 + PLANE_TOLERANCE) {
             return None;
         }
-        let mut found = PartialSight {
+        let mut found = PartialView {
             factor: 0.0,
             largest: 0.0,
             target: (DVec3::ZERO, DVec3::ZERO),
         };
-        self.add(parts, point, normal, DIVISIONS, &mut found);
-        let PartialSight { factor, target, .. } = found;
-        (factor > FAINTEST).then_some(Sight { factor, target })
+        self.add(parts, point, normal, MAX_SUBDIVISIONS, &mut found);
+        let PartialView { factor, target, .. } = found;
+        (factor > MIN_FORM_FACTOR).then_some(PatchView { factor, target })
     }
 
     /// Adds the form factor of a part, which is divided if it is near.
@@ -232,7 +232,7 @@ impl SpherePatch {
         point: DVec3,
         normal: DVec3,
         divisions: u32,
-        found: &mut PartialSight,
+        found: &mut PartialView,
     ) {
         let y = self.point(0.5, 0.5);
         let area = self.area();

@@ -1,7 +1,7 @@
 //! Recognition of files that were given as OBJ but are something else, by their first bytes.
 
 /// First bytes of files of other kinds, and their names; the first match counts.
-const KINDS: [(&[u8], &str); 35] = [
+const SIGNATURES: [(&[u8], &str); 35] = [
     (b"\xff\xfe\0\0", "text in UTF-32: save it as UTF-8"),
     (b"\xff\xfe", "text in UTF-16: save it as UTF-8"),
     (b"\xfe\xff", "text in UTF-16: save it as UTF-8"),
@@ -71,7 +71,7 @@ pub(super) fn kind(bytes: &[u8]) -> Option<&'static str> {
     if count.is_some_and(|count| bytes.len() as u64 == 84 + 50 * count) {
         return Some("an STL mesh");
     }
-    let known = KINDS
+    let known = SIGNATURES
         .iter()
         .find(|(start, _)| text.starts_with(start))
         .map(|(_, kind)| *kind);

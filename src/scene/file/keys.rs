@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::reader::{LARGEST, Table, Value, shown};
-use super::words::{advice, find, plain};
+use super::reader::{LARGEST, Table, Value, quote};
+use super::words::{advice, matches, normalized};
 use crate::error::Error;
 use crate::suggest::hint;
 
@@ -50,7 +50,7 @@ impl Table<'_> {
             let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
             Err(self.source.fault(
                 key.span().start,
-                format!("{place} has no key {}{hint}", shown(name)),
+                format!("{place} has no key {}{hint}", quote(name)),
             ))
         })
     }
@@ -65,9 +65,9 @@ pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
         if let Some(light) = value
             .text()
             .ok()
-            .and_then(|text| find(&LIGHTS, text).first().copied())
+            .and_then(|text| matches(&LIGHTS, text).first().copied())
         {
-            return Err(value.fault(instead(light, Some(table))));
+            return Err(value.fault(replacement(light, Some(table))));
         }
     }
     Ok(())
@@ -77,10 +77,10 @@ pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
 pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
     let first = value.array().ok().and_then(|mut items| items.next());
     let table = first.as_ref().unwrap_or(value).table().ok();
-    if let Some(light) = find(&LIGHTS, key).first() {
-        return Err(value.fault(instead(*light, table.as_ref())));
+    if let Some(light) = matches(&LIGHTS, key).first() {
+        return Err(value.fault(replacement(*light, table.as_ref())));
     }
-    if !["light", "lights", "lamp", "lamps", "emitter", "emitters"].contains(&&*plain(key)) {
+    if !["light", "lights", "lamp", "lamps", "emitter", "emitters"].contains(&&*normalized(key)) {
         return Ok(());
     }
     table.as_ref().map_or(Ok(()), refuse_light)?;
@@ -90,7 +90,7 @@ pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
     ))
 }
 
-fn instead(light: Light, table: Option<&Table>) -> String {
+fn replacement(light: Light, table: Option<&Table>) -> String {
     let get = |keys: &[&str]| keys.iter().find_map(|key| table?.get(key));
     let colour = |keys: &[&str]| get(keys).and_then(|value| value.colour(0.0..=LARGEST).ok());
     let point = |keys: &[&str]| get(keys).and_then(|value| value.point().ok());
@@ -104,8 +104,8 @@ fn instead(light: Light, table: Option<&Table>) -> String {
                 "is a point light, which has no surface and no radiance: take a small sphere, {{ shape = \"sphere\", \
                  material = \"bulb\", centre = {}, radius = {RADIUS} }}, of bulb = {{ model = \"black\", emission = {} }}: \
                  intensity / (π radius²), or power / (4 π² radius²), for a radius in metres",
-                place(centre.unwrap_or(DVec3::Z * 3.0)),
-                emission.map_or_else(|| format!("{} for 1 W/sr", 1.0 / (PI * RADIUS * RADIUS)), written),
+                format_point(centre.unwrap_or(DVec3::Z * 3.0)),
+                emission.map_or_else(|| format!("{} for 1 W/sr", 1.0 / (PI * RADIUS * RADIUS)), format_colour),
             )
         }
         Light::Directional => {
@@ -118,8 +118,8 @@ fn instead(light: Light, table: Option<&Table>) -> String {
                 "is a directional light, which has no solid angle and no radiance: take a distant sphere, {{ shape = \
                  \"sphere\", material = \"sun\", centre = {}, radius = {SUN_RADIUS} }}, of sun = {{ model = \"black\", \
                  emission = {} }}: irradiance · distance² / (π radius²), for a scene that is small and near the origin",
-                place(towards * SUN_DISTANCE),
-                emission.map_or_else(|| format!("{} for 1 W/m²", 1.0 / (PI * squared_sine)), written),
+                format_point(towards * SUN_DISTANCE),
+                emission.map_or_else(|| format!("{} for 1 W/m²", 1.0 / (PI * squared_sine)), format_colour),
             )
         }
         Light::Spot => "is a spot light, which has no surface and no radiance: take a small rectangle or sphere whose \
@@ -135,16 +135,16 @@ const SUN_RADIUS: f64 = 5.0;
 const SUN_DISTANCE: f64 = 1000.0;
 
 /// Writes a point as in a scene file.
-fn place(v: DVec3) -> String {
+fn format_point(v: DVec3) -> String {
     let [x, y, z] = v.to_array().map(|x| x + 0.0);
     format!("[{x}, {y}, {z}]")
 }
 
 /// Writes a colour as in a scene file.
-fn written(v: DVec3) -> String {
+fn format_colour(v: DVec3) -> String {
     if v == DVec3::splat(v.x) {
         v.x.to_string()
     } else {
-        place(v)
+        format_point(v)
     }
 }

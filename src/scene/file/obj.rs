@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::foreign;
 use super::polygon::Polygons;
-use super::reader::{LARGEST, fault, shown};
+use super::reader::{LARGEST, fault, quote};
 use super::schema::Limits;
 use crate::error::Error;
 
@@ -96,7 +96,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
                 let count = obj.vertices.len();
                 let corners = words.map(|word| {
                     corner(word, count).ok_or_else(|| {
-                        let word = shown(word);
+                        let word = quote(word);
                         wrong(format!(
                             "a face's corner {word} is none of the {count} vertices before it"
                         ))
@@ -127,7 +127,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
                 (name, material) = (name_in(first), None);
             }
             "vt" | "vn" | "o" | "g" | "s" => {}
-            other => *unread.entry(shown(other)).or_default() += 1,
+            other => *unread.entry(quote(other)).or_default() += 1,
         }
     }
     if obj.materials.is_empty() {

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::keys::refuse_light;
 use super::obj::{Name, Obj};
 use super::polygon::Polygons;
-use super::reader::{LARGEST, Table, Value, fault, shown};
+use super::reader::{LARGEST, Table, Value, fault, quote};
 use super::schema::Reading;
 use super::{Description, Object, obj};
 use crate::error::Error;
@@ -90,11 +90,11 @@ impl Placement {
     }
 
     /// Returns a triangle whose front stays on the mirror image of its front.
-    fn turned(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+    fn reoriented(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
         if self.mirrors() { [a, c, b] } else { [a, b, c] }
     }
 
-    fn place(&self, vertices: &mut [DVec3]) {
+    fn apply(&self, vertices: &mut [DVec3]) {
         for vertex in vertices {
             let scaled = self.scale * *vertex;
             *vertex = (self.rotation.map_or(scaled, |q| q * scaled) + self.translation) * self.unit;
@@ -184,7 +184,7 @@ impl Reading<'_> {
                 }
                 let placement = Placement::of(table, self.unit)?;
                 let (mut vertices, triangles) = cuboid(low, high, inward()? != placement.mirrors());
-                placement.place(&mut vertices);
+                placement.apply(&mut vertices);
                 if triangles
                     .iter()
                     .any(|t| triangle_normal(t.map(|i| vertices[i as usize])).is_none())
@@ -209,9 +209,9 @@ impl Reading<'_> {
                     .map(|vertex| vertex.point())
                     .collect::<Result<Vec<_>, _>>()?;
                 let placement = Placement::of(table, self.unit)?;
-                placement.place(&mut vertices);
+                placement.apply(&mut vertices);
                 let (mut triangles, mut polygons) = (Vec::new(), Polygons::default());
-                for (name, faces) in table.need("faces")?.table()?.rows() {
+                for (name, faces) in table.need("faces")?.table()?.entries() {
                     let mut all = Vec::new();
                     for face in faces.array()? {
                         let corners = face.array()?.map(|corner| corner.index(vertices.len()));
@@ -231,7 +231,7 @@ impl Reading<'_> {
                                     "has the triangle {triangle:?} without area: remove it"
                                 )));
                             }
-                            all.push(placement.turned(triangle));
+                            all.push(placement.reoriented(triangle));
                         }
                     }
                     triangles.push((known(name, &faces)?, all));
@@ -272,7 +272,7 @@ impl Reading<'_> {
                     lacking.extend(
                         name.as_ref()
                             .filter(|_| own.is_none())
-                            .map(|name| shown(name)),
+                            .map(|name| quote(name)),
                     );
                 }
                 if !lacking.is_empty() {
@@ -292,11 +292,11 @@ impl Reading<'_> {
                     };
                     self.notes.push(format!(
                         "{file}: it uses {lacking}; these faces are of the object's material, {}",
-                        shown(&material)
+                        quote(&material)
                     ));
                 }
                 let placement = Placement::of(table, self.unit)?;
-                placement.place(&mut vertices);
+                placement.apply(&mut vertices);
                 let mut triangles = Vec::<(String, Vec<_>)>::new();
                 // Index in `triangles` of each name.
                 let places: Vec<usize> = names
@@ -314,7 +314,9 @@ impl Reading<'_> {
                 let before = all.len();
                 for (name, triangle) in all {
                     if triangle_normal(triangle.map(|i| vertices[i as usize])).is_some() {
-                        triangles[places[name]].1.push(placement.turned(triangle));
+                        triangles[places[name]]
+                            .1
+                            .push(placement.reoriented(triangle));
                     }
                 }
                 let flat = before

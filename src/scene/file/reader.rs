@@ -54,7 +54,7 @@ pub(super) fn fault(file: impl Display, line: usize, message: impl Display) -> E
 }
 
 /// Quotes the start of a user's text, on one line.
-pub(super) fn shown(text: &str) -> String {
+pub(super) fn quote(text: &str) -> String {
     let start: String = text.chars().take(40).collect();
     format!(
         "{start:?}{}",
@@ -182,7 +182,7 @@ impl<'s> Value<'s> {
             .ok_or_else(|| {
                 let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
                 let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
-                self.fault(format!("cannot be {}{hint}", shown(name)))
+                self.fault(format!("cannot be {}{hint}", quote(name)))
             })
     }
 
@@ -257,7 +257,7 @@ impl<'s> Table<'s> {
         };
         let hint = || {
             other().map_or(String::new(), |other| {
-                format!("; {} is not known here", shown(other.get_ref()))
+                format!("; {} is not known here", quote(other.get_ref()))
             })
         };
         self.get(key)
@@ -265,7 +265,7 @@ impl<'s> Table<'s> {
     }
 
     /// Iterates over all keys with their values, in the order of the file.
-    pub fn rows(&self) -> impl Iterator<Item = (&'s str, Value<'s>)> {
+    pub fn entries(&self) -> impl Iterator<Item = (&'s str, Value<'s>)> {
         let mut rows: Vec<_> = self.entries.iter().collect();
         rows.sort_by_key(|(key, _)| key.span().start);
         rows.into_iter()
@@ -277,7 +277,7 @@ impl<'s> Table<'s> {
         let key = if key.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)) {
             key.to_owned()
         } else {
-            shown(key)
+            quote(key)
         };
         Value {
             source: self.source,

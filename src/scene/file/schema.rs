@@ -7,8 +7,8 @@ use glam::DVec3;
 use sha2::{Digest as _, Sha256};
 
 use super::material::surface;
-use super::reader::{LARGEST, Source, Table, Value, shown};
-use super::{Description, LARGEST_OTHER, MOST, read};
+use super::reader::{LARGEST, Source, Table, Value, quote};
+use super::{Description, LARGEST_OTHER, MAX_VERTICES, read};
 use crate::camera::{Camera, WIDEST};
 use crate::error::Error;
 use crate::image::read::{self as image, Meaning, REC_709};
@@ -47,18 +47,18 @@ pub(super) struct Limits {
 
 impl Limits {
     pub(super) fn vertices(&mut self, count: usize) -> Result<(), String> {
-        spend(&mut self.vertices, count, "vertices")
+        consume(&mut self.vertices, count, "vertices")
     }
 
     pub(super) fn triangles(&mut self, count: usize) -> Result<(), String> {
-        spend(&mut self.triangles, count, "triangles")
+        consume(&mut self.triangles, count, "triangles")
     }
 }
 
-fn spend(left: &mut usize, count: usize, what: &str) -> Result<(), String> {
+fn consume(left: &mut usize, count: usize, what: &str) -> Result<(), String> {
     *left = left
         .checked_sub(count)
-        .ok_or_else(|| format!("the scene has more than {MOST} {what}: use fewer"))?;
+        .ok_or_else(|| format!("the scene has more than {MAX_VERTICES} {what}: use fewer"))?;
     Ok(())
 }
 
@@ -80,8 +80,8 @@ impl<'a> Reading<'a> {
     ) -> Result<(Description, Self), Error> {
         let limits = Limits {
             bytes: LARGEST_OTHER,
-            vertices: MOST,
-            triangles: MOST,
+            vertices: MAX_VERTICES,
+            triangles: MAX_VERTICES,
         };
         let (digest, notes, materials) = (Sha256::new(), Vec::new(), HashSet::new());
         let mut reading = Self {
@@ -121,7 +121,7 @@ impl<'a> Reading<'a> {
             objects: Vec::new(),
         };
         if let Some(materials) = root.get("materials") {
-            for (name, value) in materials.table()?.rows() {
+            for (name, value) in materials.table()?.entries() {
                 if name.is_empty()
                     || name.chars().count() > 64
                     || name.chars().any(char::is_control)
@@ -213,7 +213,7 @@ impl<'a> Reading<'a> {
         let name = value.text()?;
         let path = self.folder.join(name);
         let bytes = read(&path, self.limits.bytes)
-            .map_err(|error| value.fault(format!("{} cannot be read: {error}", shown(name))))?;
+            .map_err(|error| value.fault(format!("{} cannot be read: {error}", quote(name))))?;
         self.limits.bytes -= bytes.len() as u64;
         self.hash(&bytes);
         Ok((path, bytes))

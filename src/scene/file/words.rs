@@ -66,7 +66,7 @@ const SYNONYMS: [(&str, &[&str]); 32] = [
 ];
 
 /// Words without an equivalent here, with advice.
-const INSTEAD: [(&str, &str); 7] = [
+const ADVICE: [(&str, &str); 7] = [
     (
         "plastic roughplastic principled disney uber pbr phong blinn blinnphong coated standard",
         "no model has a coat: take \"lambert\" or \"eon\" for the body, \"ggx\" for metal",
@@ -94,7 +94,7 @@ const INSTEAD: [(&str, &str); 7] = [
     ),
 ];
 
-pub(super) fn plain(word: &str) -> String {
+pub(super) fn normalized(word: &str) -> String {
     word.chars()
         .filter(|c| !"-_ ".contains(*c))
         .take(64)
@@ -102,8 +102,8 @@ pub(super) fn plain(word: &str) -> String {
         .collect()
 }
 
-pub(super) fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
-    let word = plain(word);
+pub(super) fn matches<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
+    let word = normalized(word);
     table
         .iter()
         .filter(|(words, _)| words.split(' ').any(|known| known == word))
@@ -113,7 +113,7 @@ pub(super) fn find<T: Copy>(table: &[(&str, T)], word: &str) -> Vec<T> {
 
 /// Returns the tail of a message about an invalid word, if other programs know it.
 pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
-    let meant = find(&SYNONYMS, wrong)
+    let meant = matches(&SYNONYMS, wrong)
         .concat()
         .into_iter()
         .find(|meant| valid.contains(meant));
@@ -124,12 +124,12 @@ pub(super) fn advice(wrong: &str, valid: &[&str]) -> Option<String> {
                 .iter()
                 .any(|valid| instead.contains(&format!("\"{valid}\"")))
         };
-        return find(&INSTEAD, wrong)
+        return matches(&ADVICE, wrong)
             .into_iter()
             .find(takes)
             .map(|instead| format!("; {instead}"));
     };
-    let more = match (plain(wrong).as_str(), meant) {
+    let more = match (normalized(wrong).as_str(), meant) {
         ("roughness" | "rough", "alpha") => {
             " It is the square of the roughness in Blender, glTF and Disney's model"
         }

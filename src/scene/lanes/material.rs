@@ -14,13 +14,13 @@ pub(crate) struct Material {
 /// The BSDF is not a Dirac distribution.
 pub(crate) const NON_DELTA: u16 = 1;
 /// The BSDF is not a Dirac distribution and not cosine-sampled.
-pub(crate) const MODEL: u16 = 2;
+pub(crate) const NOT_COSINE_SAMPLED: u16 = 2;
 pub(crate) const MIRROR: u16 = 4;
 pub(crate) const GLASS: u16 = 8;
 /// Oren-Nayar by (14) as printed.
 pub(crate) const PRINTED: u16 = 16;
 /// f_r is evaluated lane by lane.
-pub(crate) const ONE_BY_ONE: u16 = 32;
+pub(crate) const PER_LANE: u16 = 32;
 /// The surface emits light, whatever its BSDF.
 pub(crate) const EMITTER: u16 = 64;
 /// The primitive is a sphere, not a triangle.
@@ -54,11 +54,15 @@ impl Material {
                 index = of_glass;
                 GLASS
             }
-            Bsdf::RoughGlass(_) => NON_DELTA | ONE_BY_ONE | ROUGH_GLASS,
-            Bsdf::Eon { .. } | Bsdf::Model(_) => NON_DELTA | ONE_BY_ONE,
+            Bsdf::RoughGlass(_) => NON_DELTA | PER_LANE | ROUGH_GLASS,
+            Bsdf::Eon { .. } | Bsdf::Model(_) => NON_DELTA | PER_LANE,
         };
-        let is_model = kinds & NON_DELTA != 0 && !bsdf.is_sampled_by_cosine();
-        let kinds = if is_model { kinds | MODEL } else { kinds };
+        let is_not_cosine_sampled = kinds & NON_DELTA != 0 && !bsdf.is_sampled_by_cosine();
+        let kinds = if is_not_cosine_sampled {
+            kinds | NOT_COSINE_SAMPLED
+        } else {
+            kinds
+        };
         Self {
             numbers: [index, oren_nayar.a, oren_nayar.b, absorption],
             kinds,

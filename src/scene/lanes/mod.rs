@@ -13,16 +13,16 @@ use glam::DVec3;
 
 use super::{PrimitiveShape, Scene, ScenePrimitive};
 use crate::film::FlatFeatures;
-use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
-use crate::geometry::hull::SMALL;
-use crate::geometry::offsets::{EDGE_MARGIN, Place};
+use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, sphere_hit};
+use crate::geometry::hull::MAX_PRIMITIVES;
+use crate::geometry::offsets::{EDGE_MARGIN, RayOrigin};
 use crate::geometry::shape::{Ray, Sphere};
 use crate::geometry::specular_connection::{Caster, CasterKind};
 use crate::geometry::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{Row, Scalar, Wide};
+use crate::math::simd::{AlignedArray, Scalar, Wide};
 use material::{EMITTER, Material, SPHERE};
-use walls::Walls;
+use walls::HullWalls;
 
 pub use rays::{EightRays, LaneRays};
 
@@ -33,20 +33,20 @@ pub(crate) struct PrimitiveData<T> {
     /// [`inner_point`](crate::geometry::offsets::inner_point), or the radius of a sphere, negative
     /// if its normal points to its centre; the colour and the numbers of its [`Material`]; the
     /// height above it at which rays start. The remaining entries are padding.
-    pub numbers: Row<T, 24>,
+    pub numbers: AlignedArray<T, 24>,
     /// Kinds of its material, with [`EMITTER`] and [`SPHERE`].
     pub kinds: u16,
     /// Features of a triangle, for the film.
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
-    /// Indices of the [specular casters](Scene::bodies) by which it reflects and refracts.
+    /// Indices of the [specular casters](Scene::specular_casters) by which it reflects and refracts.
     pub casters: [u8; 2],
 }
 
 /// Distances that rays keep from a primitive and its edges.
 #[derive(Clone, Copy)]
-struct Heights {
+struct RayMargins {
     /// Margin at the edges of a triangle: [`EDGE_MARGIN`], or its counterpart in single precision.
     margin: f64,
     /// Height above the primitive at which rays start.
@@ -54,7 +54,7 @@ struct Heights {
 }
 
 /// A primitive in a list that all lanes test.
-struct Target<T, S> {
+struct ListedPrimitive<T, S> {
     /// Index among the primitives of the scene.
     id: T,
     /// Whether it is glass, which some shadow rays ignore.
@@ -70,7 +70,7 @@ struct Triangle<T> {
     /// -1 for edges stored in the opposite direction, else 1.
     signs: [T; 3],
     /// Whether each edge is stored in the opposite direction.
-    turns: [bool; 3],
+    reversed: [bool; 3],
 }
 
 /// Triangles of a small scene with shared vertices and edges.
@@ -79,29 +79,29 @@ struct Triangles<T> {
     vertices: Vec<[T; 3]>,
     /// Vertices of each edge, shared by the triangles on both sides.
     edges: Vec<[u8; 2]>,
-    targets: Vec<Target<T, Triangle<T>>>,
+    list: Vec<ListedPrimitive<T, Triangle<T>>>,
 }
 
 /// A specular caster in the precision of the lanes.
 pub(crate) struct CasterData<T> {
     pub kind: CasterKind,
-    pub numbers: Row<T, 16>,
+    pub numbers: AlignedArray<T, 16>,
 }
 
 impl<T: Scalar> CasterData<T> {
-    pub fn new(kind: CasterKind, body: &Caster<DVec3>) -> Self {
-        let [a, b, c] = [body.centre, body.normal, body.reflectance].map(|v| v.to_array());
+    pub fn new(kind: CasterKind, caster: &Caster<DVec3>) -> Self {
+        let [a, b, c] = [caster.centre, caster.normal, caster.reflectance].map(|v| v.to_array());
         let numbers = [
             a,
             b,
             c,
-            [body.radius, body.area, body.selection_weight],
-            [body.relative_ior, body.index, 0.0],
+            [caster.radius, caster.area, caster.selection_weight],
+            [caster.relative_ior, caster.index, 0.0],
             [0.0; 3],
         ];
         Self {
             kind,
-            numbers: Row(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))),
+            numbers: AlignedArray(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))),
         }
     }
 }
@@ -113,11 +113,11 @@ pub(crate) struct SceneData<T> {
     // The next five are empty unless `is_small`.
     triangles: Triangles<T>,
     /// Triangles that are not walls of the hull.
-    within: Triangles<T>,
-    walls: Option<Walls<T>>,
+    non_walls: Triangles<T>,
+    walls: Option<HullWalls<T>>,
     /// Triangles that `walls` does not resolve.
-    others: Triangles<T>,
-    spheres: Vec<Target<T, Sphere>>,
+    unresolved: Triangles<T>,
+    spheres: Vec<ListedPrimitive<T, Sphere>>,
     /// Data of the scene's primitives, in their order.
     primitives: Vec<PrimitiveData<T>>,
     /// Union of the kinds of all primitives.
@@ -149,34 +149,41 @@ pub(crate) struct IntersectionScratch<R, const N: usize> {
 
 /// Vertices and edges projected along rays; as many entries as 8-bit indices.
 struct ProjectedScene<R, const N: usize> {
-    vertices: [Projected<R>; PLACES],
-    edges: [R; PLACES],
+    vertices: [Projected<R>; MAX_INDICES],
+    edges: [R; MAX_INDICES],
     /// Bits of the lanes that have each vertex behind them, and `N` bits higher those for which it
     /// is too far.
-    outside: [u32; PLACES],
+    out_of_range: [u32; MAX_INDICES],
     /// Bits of the lanes that pass each edge on its negative side, and `N` bits higher those on its
     /// positive side; then both for the opposite direction of the edge.
-    sides: [[u32; 2]; PLACES],
+    side_masks: [[u32; 2]; MAX_INDICES],
     /// Triangles that rays may hit, with bits of these lanes; one entry more than needed.
-    candidates: [(u8, u32); SMALL + 1],
+    candidates: [(u8, u32); MAX_PRIMITIVES + 1],
 }
 
-/// Number of vertices or edges that 8 bits can index; [`SMALL`] triangles have fewer.
-const PLACES: usize = 256;
+/// Number of vertices or edges that 8 bits can index; [`MAX_PRIMITIVES`] triangles have fewer.
+const MAX_INDICES: usize = 256;
 
 impl<T: Scalar> SceneData<T> {
     pub fn new(scene: &Scene) -> Self {
-        let [mut triangles, mut within, mut others] = from_fn(|_| Triangles::default());
+        let [mut triangles, mut non_walls, mut unresolved] = from_fn(|_| Triangles::default());
         let mut spheres = Vec::new();
-        let is_small = scene.parts().len() <= SMALL;
-        let walls = scene.hull().and_then(|hull| Walls::new(scene, hull));
-        for (id, part) in scene.parts().iter().enumerate().take_while(|_| is_small) {
+        let is_small = scene.scene_primitives().len() <= MAX_PRIMITIVES;
+        let walls = scene.hull().and_then(|hull| HullWalls::new(scene, hull));
+        for (id, primitive) in scene
+            .scene_primitives()
+            .iter()
+            .enumerate()
+            .take_while(|_| is_small)
+        {
             let is_glass = scene.is_glass(id as u32);
             let is_wall = scene.hull().is_some_and(|hull| hull.is_wall[id]);
-            let is_told = walls.as_ref().is_some_and(|(_, is_told)| is_told[id]);
+            let is_resolved = walls
+                .as_ref()
+                .is_some_and(|(_, is_resolved)| is_resolved[id]);
             let id = T::rounded(id as f64);
-            match part.shape {
-                PrimitiveShape::Sphere(shape) => spheres.push(Target {
+            match primitive.shape {
+                PrimitiveShape::Sphere(shape) => spheres.push(ListedPrimitive {
                     id,
                     is_glass,
                     shape,
@@ -184,30 +191,30 @@ impl<T: Scalar> SceneData<T> {
                 PrimitiveShape::Triangle { vertices, .. } => {
                     triangles.add(scene.corners(vertices), id, is_glass);
                     if !is_wall {
-                        within.add(scene.corners(vertices), id, is_glass);
+                        non_walls.add(scene.corners(vertices), id, is_glass);
                     }
-                    if !is_told {
-                        others.add(scene.corners(vertices), id, is_glass);
+                    if !is_resolved {
+                        unresolved.add(scene.corners(vertices), id, is_glass);
                     }
                 }
             }
         }
-        let heights = |part: &ScenePrimitive| {
+        let margins = |primitive: &ScenePrimitive| {
             if T::IS_SINGLE {
-                Heights {
-                    margin: scene.single_edge_margin(part),
-                    offset: scene.single_offset(part),
+                RayMargins {
+                    margin: scene.single_edge_margin(primitive),
+                    offset: scene.single_offset(primitive),
                 }
             } else {
-                Heights {
+                RayMargins {
                     margin: EDGE_MARGIN,
                     offset: scene.offset(),
                 }
             }
         };
         let primitives: Vec<_> = (0..)
-            .zip(scene.parts())
-            .map(|(id, part)| PrimitiveData::new(scene, id, part, heights(part)))
+            .zip(scene.scene_primitives())
+            .map(|(id, primitive)| PrimitiveData::new(scene, id, primitive, margins(primitive)))
             .collect();
         let kinds = primitives
             .iter()
@@ -216,15 +223,15 @@ impl<T: Scalar> SceneData<T> {
             .specular_casters()
             .all()
             .iter()
-            .map(|body| CasterData::new(body.kind, &body.body))
+            .map(|caster| CasterData::new(caster.kind, &caster.parameters))
             .collect();
         let walls = walls.map(|(walls, _)| walls);
         Self {
             is_small,
             triangles,
-            within,
+            non_walls,
             walls,
-            others,
+            unresolved,
             spheres,
             primitives,
             kinds,
@@ -257,12 +264,12 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     ) -> PacketHit<R, N> {
         let (scene, data) = (self.scene, self.data);
         if N == 1 || !data.is_small {
-            return if N > 1 && go_together::<R, N>(ray.direction, active) {
+            return if N > 1 && is_coherent::<R, N>(ray.direction, active) {
                 scene
                     .bvh()
                     .closest_of_packet::<R, N>(ray, active, scratch.stack())
             } else {
-                self.closest_one_by_one(ray, active)
+                self.closest_per_lane(ray, active)
             };
         }
         let mut nearest = Nearest::new();
@@ -273,33 +280,33 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             && let Some(exit) = walls.exit(hull, &data.primitives, ray, &shear, active)
         {
             left = active & !exit.decided;
-            nearest.or(exit.primitive, &exit.hit);
-            data.others.project(&shear, None, projected);
-            data.others
+            nearest.take_nearer(exit.primitive, &exit.hit);
+            data.unresolved.project(&shear, None, projected);
+            data.unresolved
                 .hits(&shear, projected, exit.decided, false, |ids, hit| {
-                    nearest.or(ids, hit);
+                    nearest.take_nearer(ids, hit);
                 });
         }
         if left.any() {
             data.triangles.project(&shear, None, projected);
             data.triangles
                 .hits(&shear, projected, left, false, |ids, hit| {
-                    nearest.or(ids, hit);
+                    nearest.take_nearer(ids, hit);
                 });
         }
         for sphere in &data.spheres {
-            nearest.or(R::all(sphere.id), &on_sphere(&sphere.shape, ray));
+            nearest.take_nearer(R::splat_scalar(sphere.id), &sphere_hit(&sphere.shape, ray));
         }
         nearest.of(active)
     }
 
-    fn closest_one_by_one(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
+    fn closest_per_lane(self, ray: &Ray<R::Vector>, active: R::Mask) -> PacketHit<R, N> {
         let (bits, rays) = (active.bits(), rays::<R, N>(ray));
         let closest = |i: usize| self.scene.bvh().closest(&rays[i], f64::INFINITY);
         let hits: [Option<PrimitiveHit>; N] =
             from_fn(|i| if bits >> i & 1 == 1 { closest(i) } else { None });
         PacketHit {
-            met: R::Mask::from_fn(|i| hits[i].is_some()),
+            hit_mask: R::Mask::from_fn(|i| hits[i].is_some()),
             primitive: from_fn(|i| hits[i].map_or(0, |hit| hit.primitive)),
             t: R::from_lanes(|i| hits[i].map_or(f64::INFINITY, |hit| hit.t)),
             weights: from_fn(|k| R::from_lanes(|i| hits[i].map_or(0.0, |hit| hit.weights[k]))),
@@ -311,8 +318,8 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
     #[inline]
     pub fn visible(
         self,
-        x: &Place<R::Vector>,
-        y: &Place<R::Vector>,
+        x: &RayOrigin<R::Vector>,
+        y: &RayOrigin<R::Vector>,
         through_glass: bool,
         active: R::Mask,
         scratch: &mut IntersectionScratch<R, N>,
@@ -321,13 +328,13 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
         if N == 1 {
             let free = |i: usize| {
                 let [origin, direction] = [segment.origin, segment.direction].map(|v| v.lane(i));
-                scene.is_free(&Ray::new(origin, direction), through_glass)
+                scene.is_unoccluded(&Ray::new(origin, direction), through_glass)
             };
             return R::Mask::from_fn(|i| active.lane(i) && free(i));
         }
         let blocks = |id: u32| !(through_glass && scene.is_glass(id));
         if !data.is_small {
-            return if go_together::<R, N>(segment.direction, active) {
+            return if is_coherent::<R, N>(segment.direction, active) {
                 active
                     & !scene.bvh().occluded_of_packet::<R, N>(
                         &segment,
@@ -343,16 +350,19 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             };
         }
         let one = R::splat(1.0);
-        let holds = |point| {
+        let contains = |point| {
             scene
                 .hull()
-                .map_or(R::Mask::splat(false), |hull| hull.holds(point))
+                .map_or(R::Mask::splat(false), |hull| hull.contains(point))
         };
-        let within = active & holds(segment.origin) & holds(segment.at(one));
+        let within = active & contains(segment.origin) & contains(segment.at(one));
         let mut free = active;
         let shear = Shear::new(&segment);
         let projected = scratch.projected();
-        for (triangles, asking) in [(&data.within, within), (&data.triangles, active & !within)] {
+        for (triangles, asking) in [
+            (&data.non_walls, within),
+            (&data.triangles, active & !within),
+        ] {
             if asking.any() {
                 triangles.project(&shear, Some(one), projected);
                 triangles.hits(&shear, projected, asking, through_glass, |_, hit| {
@@ -380,7 +390,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
 /// directions agree in sign along two of three axes. In single precision they always do: single
 /// rays are traced in double precision, and a ray's hit must not depend on the other rays.
 #[inline]
-fn go_together<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
+fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
     let is_even = |component: &R| {
         let back = component.below(zero).bits() & active;
@@ -408,18 +418,18 @@ fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
 impl<T: Scalar> Triangles<T> {
     fn add(&mut self, corners: [DVec3; 3], id: T, is_glass: bool) {
         let rounded = |corner: DVec3| corner.to_array().map(T::rounded);
-        let [a, b, c] = corners.map(|corner| place_of(&mut self.vertices, rounded(corner)));
+        let [a, b, c] = corners.map(|corner| index_of(&mut self.vertices, rounded(corner)));
         let ends = [[c, b], [a, c], [b, a]];
-        let edges = ends.map(|[from, to]| place_of(&mut self.edges, [from.min(to), from.max(to)]));
+        let edges = ends.map(|[from, to]| index_of(&mut self.edges, [from.min(to), from.max(to)]));
         let reversed = ends.map(|[from, to]| from > to);
         let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
         let shape = Triangle {
             vertices: [a, b, c],
             edges,
             signs,
-            turns: reversed,
+            reversed,
         };
-        self.targets.push(Target {
+        self.list.push(ListedPrimitive {
             id,
             is_glass,
             shape,
@@ -432,76 +442,80 @@ impl<T: Scalar> Triangles<T> {
         &self,
         shear: &LaneShear<R>,
         limit: Option<R>,
-        seen: &mut ProjectedScene<R, N>,
+        projected: &mut ProjectedScene<R, N>,
     ) {
         let zero = R::splat(0.0);
         let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
         // The distance of a hit is a weighted mean of its vertices' distances, up to rounding.
         let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
-        for ((vertex, projected), outside) in self
+        for ((vertex, projected), out_of_range) in self
             .vertices
             .iter()
-            .zip(&mut seen.vertices)
-            .zip(&mut seen.outside)
+            .zip(&mut projected.vertices)
+            .zip(&mut projected.out_of_range)
         {
-            *projected = shear.project(vertex.map(R::all));
+            *projected = shear.project(vertex.map(R::splat_scalar));
             let distance = shear.distance(projected[2]);
-            *outside = distance.below(zero).bits();
+            *out_of_range = distance.below(zero).bits();
             if let Some(limit) = limit {
-                *outside |= distance.above(limit).bits() << N;
+                *out_of_range |= distance.above(limit).bits() << N;
             }
         }
-        for ((&[a, b], value), sides) in self.edges.iter().zip(&mut seen.edges).zip(&mut seen.sides)
+        for ((&[a, b], value), side_masks) in self
+            .edges
+            .iter()
+            .zip(&mut projected.edges)
+            .zip(&mut projected.side_masks)
         {
             *value = edge(
-                &seen.vertices[usize::from(a)],
-                &seen.vertices[usize::from(b)],
+                &projected.vertices[usize::from(a)],
+                &projected.vertices[usize::from(b)],
             );
             let [negative, positive] = [value.below(zero), value.above(zero)];
-            *sides = [pair(negative, positive), pair(positive, negative)];
+            *side_masks = [pair(negative, positive), pair(positive, negative)];
         }
     }
 
-    /// Calls `tell` with the primitives and hits of the `active` lanes, in batches of at most one
+    /// Calls `on_hit` with the primitives and hits of the `active` lanes, in batches of at most one
     /// hit per lane.
     #[inline]
     fn hits<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         shear: &LaneShear<R>,
-        seen: &mut ProjectedScene<R, N>,
+        projected: &mut ProjectedScene<R, N>,
         active: R::Mask,
         through_glass: bool,
-        mut tell: impl FnMut(R, &TriangleHit<R>),
+        mut on_hit: impl FnMut(R, &TriangleHit<R>),
     ) {
         let zero = R::splat(0.0);
         // Triangles without area are not hit.
         let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
         let mut taken = 0;
-        let count = self.list_candidates(active, through_glass, seen);
-        for &(place, lanes) in &seen.candidates[..count] {
-            let Target { id, shape, .. } = &self.targets[usize::from(place)];
+        let count = self.list_candidates(active, through_glass, projected);
+        for &(index, lanes) in &projected.candidates[..count] {
+            let ListedPrimitive { id, shape, .. } = &self.list[usize::from(index)];
             if taken & lanes != 0 {
-                tell(ids, &shear.hit_within(edges, depths));
+                on_hit(ids, &shear.hit_within(edges, depths));
                 (edges, taken) = ([zero; 3], 0);
             }
             taken |= lanes;
             let lanes = R::Mask::from_bits(lanes);
-            ids = R::choose(lanes, R::all(*id), ids);
+            ids = R::choose(lanes, R::splat_scalar(*id), ids);
             for k in 0..3 {
                 edges[k] = R::choose(
                     lanes,
-                    seen.edges[usize::from(shape.edges[k])] * R::all(shape.signs[k]),
+                    projected.edges[usize::from(shape.edges[k])] * R::splat_scalar(shape.signs[k]),
                     edges[k],
                 );
                 depths[k] = R::choose(
                     lanes,
-                    seen.vertices[usize::from(shape.vertices[k])][2],
+                    projected.vertices[usize::from(shape.vertices[k])][2],
                     depths[k],
                 );
             }
         }
         if taken != 0 {
-            tell(ids, &shear.hit_within(edges, depths));
+            on_hit(ids, &shear.hit_within(edges, depths));
         }
     }
 
@@ -513,18 +527,18 @@ impl<T: Scalar> Triangles<T> {
         &self,
         active: R::Mask,
         through_glass: bool,
-        seen: &mut ProjectedScene<R, N>,
+        projected: &mut ProjectedScene<R, N>,
     ) -> usize {
         let active = active.bits();
         let mut count = 0;
-        for (place, triangle) in self.targets.iter().enumerate() {
+        for (index, triangle) in self.list.iter().enumerate() {
             let asking = if through_glass & triangle.is_glass {
                 0
             } else {
                 active
             };
-            let lanes = asking & !seen.misses(&triangle.shape);
-            seen.candidates[count] = (place as u8, lanes);
+            let lanes = asking & !projected.misses(&triangle.shape);
+            projected.candidates[count] = (index as u8, lanes);
             count += usize::from(lanes != 0);
         }
         count
@@ -541,11 +555,11 @@ impl<T: Scalar> PrimitiveData<T> {
             shape,
             ..
         }: &ScenePrimitive,
-        heights: Heights,
+        margins: RayMargins,
     ) -> Self {
         let ([a, b, c], normal, radius) = match shape {
             PrimitiveShape::Triangle { vertices, normal } => {
-                (scene.corners(vertices), normal, heights.margin)
+                (scene.corners(vertices), normal, margins.margin)
             }
             PrimitiveShape::Sphere(Sphere {
                 centre,
@@ -567,7 +581,7 @@ impl<T: Scalar> PrimitiveData<T> {
             .chain([radius])
             .chain(colour.to_array())
             .chain(material.numbers)
-            .chain([heights.offset]);
+            .chain([margins.offset]);
         numbers
             .iter_mut()
             .zip(all)
@@ -578,12 +592,12 @@ impl<T: Scalar> PrimitiveData<T> {
             FlatFeatures::new(colour, normal)
         };
         Self {
-            numbers: Row(numbers),
+            numbers: AlignedArray(numbers),
             kinds,
             features,
             surface,
             emitter,
-            casters: scene.specular_casters().of(id),
+            casters: scene.specular_casters().casters_of_primitive(id),
         }
     }
 }
@@ -609,13 +623,17 @@ impl<R: Real, const N: usize> IntersectionScratch<R, N> {
 impl<R: Real, const N: usize> ProjectedScene<R, N> {
     fn new() -> Self {
         let zero = R::splat(0.0);
-        let (vertices, edges) = ([[zero; 3]; PLACES], [zero; PLACES]);
-        let (outside, sides, candidates) = ([0; PLACES], [[0; 2]; PLACES], [(0, 0); SMALL + 1]);
+        let (vertices, edges) = ([[zero; 3]; MAX_INDICES], [zero; MAX_INDICES]);
+        let (out_of_range, side_masks, candidates) = (
+            [0; MAX_INDICES],
+            [[0; 2]; MAX_INDICES],
+            [(0, 0); MAX_PRIMITIVES + 1],
+        );
         Self {
             vertices,
             edges,
-            outside,
-            sides,
+            out_of_range,
+            side_masks,
             candidates,
         }
     }
@@ -623,25 +641,26 @@ impl<R: Real, const N: usize> ProjectedScene<R, N> {
     /// Returns bits of the lanes that certainly miss a triangle.
     #[inline]
     fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
-        let side =
-            |k: usize| self.sides[usize::from(triangle.edges[k])][usize::from(triangle.turns[k])];
+        let side = |k: usize| {
+            self.side_masks[usize::from(triangle.edges[k])][usize::from(triangle.reversed[k])]
+        };
         let [a, b, c] = [side(0), side(1), side(2)];
         let [x, y, z] = triangle
             .vertices
-            .map(|vertex| self.outside[usize::from(vertex)]);
-        let (sides, outside) = (a | b | c, x & y & z);
-        (sides & sides >> N) | outside | outside >> N
+            .map(|vertex| self.out_of_range[usize::from(vertex)]);
+        let (side_masks, out_of_range) = (a | b | c, x & y & z);
+        (side_masks & side_masks >> N) | out_of_range | out_of_range >> N
     }
 }
 
 /// Returns the index of a value in a list, to which it is added if missing.
-fn place_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
-    let place = list
+fn index_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
+    let index = list
         .iter()
         .position(|known| *known == value)
         .unwrap_or_else(|| {
             list.push(value);
             list.len() - 1
         });
-    place as u8
+    index as u8
 }

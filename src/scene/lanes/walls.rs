@@ -13,23 +13,23 @@ use crate::geometry::offsets::{OFFSET, SINGLE_EDGE_MARGIN};
 use crate::geometry::shape::Ray;
 use crate::geometry::watertight::{LaneShear, TriangleHit};
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{Row, Scalar, Wide};
+use crate::math::simd::{AlignedArray, Scalar, Wide};
 use crate::scene::{PrimitiveShape, Scene};
 
 /// Distance from edges below which an exit is not decided, relative to the largest coordinate of
-/// the scene; far above rounding errors of rays that leave at a cosine of [`STEEP`] or more.
+/// the scene; far above rounding errors of rays that leave at a cosine of [`MIN_COSINE`] or more.
 const MARGIN: f64 = OFFSET;
 /// [`MARGIN`] in single precision, 2⁻¹⁵.
 const SINGLE_MARGIN: f64 = 2.0 * SINGLE_EDGE_MARGIN;
 /// Least cosine between a ray and the normal of a wall at which an exit is decided.
-const STEEP: f64 = 1.0 / 32.0;
+const MIN_COSINE: f64 = 1.0 / 32.0;
 /// Least number of resolved triangles; for fewer a list of all is as fast.
-const WORTH: usize = 12;
+const MIN_TRIANGLES: usize = 12;
 /// Maximum number of triangles resolved per wall.
-const MOST: usize = 4;
+const MAX_TRIANGLES: usize = 4;
 
-/// Walls of a small scene.
-pub(super) struct Walls<T> {
+/// Hull walls of a small scene.
+pub(super) struct HullWalls<T> {
     walls: Vec<Wall<T>>,
     /// Largest coordinate of the scene.
     extent: f64,
@@ -41,7 +41,7 @@ pub(super) struct Walls<T> {
 ///
 /// Stores normals and heights of three lines, then the indices of four triangles among the scene's
 /// primitives.
-struct Wall<T>(Row<T, 16>);
+struct Wall<T>(AlignedArray<T, 16>);
 
 /// A triangle of a wall.
 #[derive(Clone, Copy)]
@@ -75,7 +75,7 @@ struct Separated {
 }
 
 /// Exits of rays from the hull.
-pub(super) struct Exit<R: Real> {
+pub(super) struct HullExit<R: Real> {
     /// Lanes whose exit is decided.
     pub decided: R::Mask,
     /// Index of the only triangle that the ray can hit.
@@ -84,58 +84,70 @@ pub(super) struct Exit<R: Real> {
     pub hit: TriangleHit<R>,
 }
 
-impl<T: Scalar> Walls<T> {
+impl<T: Scalar> HullWalls<T> {
     /// Builds the walls of a scene with this hull, and returns which of its primitives they
     /// resolve; `None` if these are too few. Triangles that overlap others of a wall, or exceed
-    /// [`MOST`], are left out.
+    /// [`MAX_TRIANGLES`], are left out.
     pub fn new(scene: &Scene, hull: &Hull) -> Option<(Self, Vec<bool>)> {
-        let (mut walls, mut is_told) = (Vec::new(), vec![false; scene.parts().len()]);
+        let (mut walls, mut is_resolved) =
+            (Vec::new(), vec![false; scene.scene_primitives().len()]);
         for slab in &hull.slabs {
             for side in [0, 1] {
-                let corners = scene.parts().iter().map(|part| match part.shape {
-                    PrimitiveShape::Triangle { vertices, .. } => Some(scene.corners(vertices)),
-                    PrimitiveShape::Sphere(_) => None,
-                });
+                let corners =
+                    scene
+                        .scene_primitives()
+                        .iter()
+                        .map(|primitive| match primitive.shape {
+                            PrimitiveShape::Triangle { vertices, .. } => {
+                                Some(scene.corners(vertices))
+                            }
+                            PrimitiveShape::Sphere(_) => None,
+                        });
                 let triangles = corners.enumerate().filter_map(|(id, corners)| {
                     Some(Triangle {
                         id,
                         corners: corners?,
                     })
                 });
-                let told = tell_apart(
+                let resolved = separate(
                     triangles
-                        .filter(|triangle| slab.is_in_end(side, &triangle.corners))
+                        .filter(|triangle| slab.contains_on_plane(side, &triangle.corners))
                         .collect(),
                     slab,
                 );
-                told.iter().for_each(|of| is_told[of.triangle.id] = true);
-                walls.push(Wall::new(&told));
+                resolved
+                    .iter()
+                    .for_each(|of| is_resolved[of.triangle.id] = true);
+                walls.push(Wall::new(&resolved));
             }
         }
-        let count = is_told.iter().filter(|is_told| **is_told).count();
-        (count >= WORTH).then(|| {
+        let count = is_resolved
+            .iter()
+            .filter(|is_resolved| **is_resolved)
+            .count();
+        (count >= MIN_TRIANGLES).then(|| {
             (
                 Self {
                     walls,
                     extent: scene.extent(),
                 },
-                is_told,
+                is_resolved,
             )
         })
     }
 
-    /// Finds where the `active` rays leave the hull; `parts` are the data of the scene's
+    /// Finds where the `active` rays leave the hull; `primitives` are the data of the scene's
     /// primitives. `None` if no ray starts within.
     #[inline]
     pub fn exit<R: Wide<N, Scalar = T>, const N: usize>(
         &self,
         hull: &Hull,
-        parts: &[PrimitiveData<T>],
+        primitives: &[PrimitiveData<T>],
         ray: &Ray<R::Vector>,
         shear: &LaneShear<R>,
         active: R::Mask,
-    ) -> Option<Exit<R>> {
-        let within = active & hull.holds(ray.origin);
+    ) -> Option<HullExit<R>> {
+        let within = active & hull.contains(ray.origin);
         if !within.any() {
             return None;
         }
@@ -143,10 +155,10 @@ impl<T: Scalar> Walls<T> {
         let margin = R::by_precision(self.extent * MARGIN, self.extent * SINGLE_MARGIN);
         let [x, y, z] = ray.direction.components().map(R::abs);
         let scale = x.at_least(y).at_least(z);
-        let steep = scale * STEEP;
-        // Each ray leaves through `wall` between `early` and `late`, and through no other before
-        // `other`.
-        let (mut wall, mut early, mut late, mut other) = (zero, never, never, never);
+        let steep = scale * MIN_COSINE;
+        // Each ray leaves through `wall` between `begin_exit` and `end_exit`, and through no other
+        // before `other`.
+        let (mut wall, mut begin_exit, mut end_exit, mut next_exit) = (zero, never, never, never);
         for (number, slab) in hull.slabs.iter().enumerate() {
             let normal = R::Vector::splat_vector(slab.normal);
             let (height, rise) = (normal.dot(ray.origin), normal.dot(ray.direction));
@@ -157,10 +169,10 @@ impl<T: Scalar> Walls<T> {
             let inverse = speed.at_least(steep).recip();
             let begin = (distance - margin) * inverse;
             let end = R::choose(speed.above(steep), (distance + margin) * inverse, never);
-            let nearer = end.below(late);
-            other = other.at_most(R::choose(nearer, early, begin));
-            early = R::choose(nearer, begin, early);
-            late = R::choose(nearer, end, late);
+            let nearer = end.below(end_exit);
+            next_exit = next_exit.at_most(R::choose(nearer, begin_exit, begin));
+            begin_exit = R::choose(nearer, begin, begin_exit);
+            end_exit = R::choose(nearer, end, end_exit);
             let here = (2 * number) as f64;
             wall = R::choose(
                 nearer,
@@ -168,10 +180,10 @@ impl<T: Scalar> Walls<T> {
                 wall,
             );
         }
-        let point = ray.at((early + late) * 0.5);
-        let width = (late - early) * scale;
+        let point = ray.at((begin_exit + end_exit) * 0.5);
+        let width = (end_exit - begin_exit) * scale;
         let [a, b, c, d, e, f, g, h, i, j, k, l, triangles @ ..] =
-            R::of_rows(wall.whole().map(|place| &self.walls[place as usize].0));
+            R::transpose(wall.to_u32().map(|place| &self.walls[place as usize].0));
         let (mut primitive, mut clear) = (triangles[3], zero.equals(zero));
         for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
             .into_iter()
@@ -183,17 +195,17 @@ impl<T: Scalar> Walls<T> {
             primitive = R::choose(above.below(zero), triangles[n], primitive);
             clear = clear & above.abs().above(width);
         }
-        let numbers = R::of_rows(
+        let numbers = R::transpose(
             primitive
-                .whole()
-                .map(|place| &parts[place as usize].numbers),
+                .to_u32()
+                .map(|place| &primitives[place as usize].numbers),
         );
         let corner =
             |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
         let mut hit = shear.hit([&corner(0), &corner(1), &corner(2)]);
-        let decided = within & other.above(late) & clear;
+        let decided = within & next_exit.above(end_exit) & clear;
         hit.t = R::choose(decided, hit.t, never);
-        Some(Exit {
+        Some(HullExit {
             decided,
             primitive,
             hit,
@@ -202,47 +214,48 @@ impl<T: Scalar> Walls<T> {
 }
 
 impl<T: Scalar> Wall<T> {
-    /// Packs at most [`MOST`] triangles, each with the line that separates it from those after it.
-    fn new(told: &[Separated]) -> Self {
+    /// Packs at most [`MAX_TRIANGLES`] triangles, each with the line that separates it from those
+    /// after it.
+    fn new(resolved: &[Separated]) -> Self {
         let mut numbers = [T::rounded(0.0); 16];
-        for line in 0..MOST - 1 {
-            let Line { normal, height } = told.get(line).map_or(Line::INFINITE, |of| of.line);
+        for line in 0..MAX_TRIANGLES - 1 {
+            let Line { normal, height } = resolved.get(line).map_or(Line::INFINITE, |of| of.line);
             let [x, y, z] = normal.to_array();
             numbers[4 * line..][..4].copy_from_slice(&[x, y, z, height].map(T::rounded));
         }
-        for (number, of) in numbers[4 * (MOST - 1)..].iter_mut().zip(told) {
+        for (number, of) in numbers[4 * (MAX_TRIANGLES - 1)..].iter_mut().zip(resolved) {
             *number = T::rounded(of.triangle.id as f64);
         }
-        Self(Row(numbers))
+        Self(AlignedArray(numbers))
     }
 }
 
-/// Selects at most [`MOST`] triangles of a plane that lines can separate, largest first, and
-/// returns them with these lines.
-fn tell_apart(mut triangles: Vec<Triangle>, slab: &Slab) -> Vec<Separated> {
+/// Selects at most [`MAX_TRIANGLES`] triangles of a plane that lines can separate, largest first,
+/// and returns them with these lines.
+fn separate(mut triangles: Vec<Triangle>, slab: &Slab) -> Vec<Separated> {
     let area = |&Triangle {
                     corners: [a, b, c], ..
                 }: &Triangle| (b - a).cross(c - a).length();
     triangles.sort_by(|a, b| area(b).total_cmp(&area(a)));
-    let mut told: Vec<Separated> = Vec::new();
+    let mut resolved: Vec<Separated> = Vec::new();
     for triangle in triangles {
-        let more: Vec<Triangle> = told
+        let more: Vec<Triangle> = resolved
             .iter()
             .map(|of| of.triangle)
             .chain([triangle])
             .collect();
-        if more.len() <= MOST
-            && let Some(apart) = in_order(more, slab)
+        if more.len() <= MAX_TRIANGLES
+            && let Some(apart) = separating_order(more, slab)
         {
-            told = apart;
+            resolved = apart;
         }
     }
-    told
+    resolved
 }
 
 /// Orders triangles so that all later ones lie beyond an edge of each; the last needs no line.
 /// `None` if there is no such order.
-fn in_order(mut triangles: Vec<Triangle>, slab: &Slab) -> Option<Vec<Separated>> {
+fn separating_order(mut triangles: Vec<Triangle>, slab: &Slab) -> Option<Vec<Separated>> {
     let mut order = Vec::new();
     while triangles.len() > 1 {
         let of = |i: usize| {

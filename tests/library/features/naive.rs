@@ -66,7 +66,7 @@ impl Estimator for Naive {
                 throughput *= 2.0;
             }
             scattered += 1;
-            (ray, hit) = scene.onward(&here, next.direction);
+            (ray, hit) = scene.spawn_and_trace(&here, next.direction);
         }
     }
 }

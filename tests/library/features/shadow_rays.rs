@@ -99,9 +99,9 @@ impl Watch<'_> {
                 .scene
                 .intersect(&Ray::new(from + offset * towards, towards))
         {
-            let takes = |body: &SpecularCaster| {
-                body.kind.bounces() == events.between
-                    && body
+            let takes = |caster: &SpecularCaster| {
+                caster.kind.bounces() == events.between
+                    && caster
                         .connections(start, hit.point)
                         .any(|(_, connection)| connection.direction.distance(direction) < 1e-5)
             };
@@ -144,17 +144,17 @@ impl NextEvent for Watch<'_> {
     }
     fn connection(
         &self,
-        body: &SpecularCaster,
+        caster: &SpecularCaster,
         number: usize,
         connection: SpecularConnection<DVec3>,
     ) -> Option<SpecularConnection<DVec3>> {
-        self.events().connection = Some((connection.direction, body.kind));
-        DefaultParts.connection(body, number, connection)
+        self.events().connection = Some((connection.direction, caster.kind));
+        DefaultParts.connection(caster, number, connection)
     }
-    fn caster_throughput(&self, body: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
+    fn caster_throughput(&self, caster: &SpecularCaster, cosine: f64) -> (DVec3, f64) {
         let mut events = self.events();
         events.free = events.connection;
-        DefaultParts.caster_throughput(body, cosine)
+        DefaultParts.caster_throughput(caster, cosine)
     }
     fn mis_weight(&self, pdf: f64, other: f64) -> f64 {
         let mut events = self.events();

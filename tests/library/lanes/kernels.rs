@@ -6,13 +6,13 @@ use std::array::from_fn;
 use whitefurnace::geometry::radiometry::{cosine, reflected, solid_angle_per_area};
 use whitefurnace::geometry::shape::{sphere_roots, triangle_point};
 use whitefurnace::geometry::watertight::Shear;
-use whitefurnace::light::light_sampler::{pick, probabilities, share};
+use whitefurnace::light::light_sampler::{pick, probabilities, probability};
 use whitefurnace::material::fresnel::{
     mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted,
 };
 use whitefurnace::material::oren_nayar;
 use whitefurnace::math::real::{Mask, Real, Vector, sin_cos_of_turn};
-use whitefurnace::math::simd::{EightSingles, LANES, Lanes, SINGLES, Singles, Turn, Wide};
+use whitefurnace::math::simd::{EightSingles, LANES, Lanes, PermuteAxes, SINGLES, Singles, Wide};
 use whitefurnace::sampling::mis::{balance, power};
 use whitefurnace::sampling::roulette;
 use whitefurnace::sampling::warp::{sphere_zone, triangle, uniform_hemisphere_pdf};
@@ -23,7 +23,7 @@ use crate::prelude::*;
 pub trait Kernel {
     fn run<R: Real>(x: &[R]) -> Vec<R>
     where
-        R::Vector: Turn;
+        R::Vector: PermuteAxes;
 }
 
 /// A test to be made of every kernel.
@@ -38,7 +38,7 @@ macro_rules! kernels {
             impl Kernel for $name {
                 fn run<R: Real>($x: &[R]) -> Vec<R>
                 where
-                    R::Vector: Turn,
+                    R::Vector: PermuteAxes,
                 {
                     $body.into_iter().collect()
                 }
@@ -136,9 +136,9 @@ kernels! {
             EmitterShape::Triangle(CORNERS), EmitterShape::Sphere(zone())].map(|shape| Emitter::new(shape, DVec3::ONE));
         let from = v(&x[1..]);
         let mut shares = [x[0]; 3];
-        probabilities(|i| emitters[i].contribution(from), &mut shares);
+        probabilities(|i| emitters[i].importance(from), &mut shares);
         let (index, picked) = pick(&shares, x[0]);
-        [index, picked, share(|i| emitters[i].contribution(from), 3, x[4].floor()), shares[0], shares[1], shares[2]]
+        [index, picked, probability(|i| emitters[i].importance(from), 3, x[4].floor()), shares[0], shares[1], shares[2]]
     };
 }
 

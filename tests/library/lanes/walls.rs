@@ -105,7 +105,7 @@ fn at_walls<R: Rng>(rng: &mut R, mesh: &Mesh, scene: &Scene, scale: f64, offset:
     let ray = match scene.intersect(&ray) {
         Some(hit) if uniform(rng) < 0.6 => {
             let onward = (from - hit.point).normalize_or(DVec3::Z);
-            scene.leave(hit.point, hit.normal, onward)
+            scene.spawn_ray(hit.point, hit.normal, onward)
         }
         _ => ray,
     };

@@ -65,7 +65,8 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         });
         let hides = |y: DVec3| y.y + y.z > 0.4;
         let noted = Noted::new(hides, false);
-        let solved = Radiosity::new(&noted, &scene, fineness(1, 0), &|_| true).expect("a solution");
+        let solved =
+            Radiosity::new(&noted, &scene, resolution(1, 0), &|_| true).expect("a solution");
         noted.points.lock().expect("no panic").clear();
         let x = DVec3::new(0.1, 0.2, 0.0);
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
@@ -97,7 +98,10 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         }
         assert!(0.2 * all < seen && seen < 0.8 * all, "{seen} of {all}");
         let relative: Vec<_> = outline.iter().map(|corner| corner - x).collect();
-        let factor = polygon(DVec3::Z, Polygon::new(&relative).above(DVec3::Z).corners());
+        let factor = polygon(
+            DVec3::Z,
+            Polygon::new(&relative).clip_to_horizon(DVec3::Z).corners(),
+        );
         assert_relative_eq!(
             found.x,
             PI * factor * seen / all * radiance.x,
@@ -111,7 +115,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         square(s, 0.5, -1.0, true, lamp(1.0));
     });
     let noted = Noted::new(|_| false, false);
-    let solved = Radiosity::new(&noted, &dark, fineness(1, 0), &|_| true).expect("a solution");
+    let solved = Radiosity::new(&noted, &dark, resolution(1, 0), &|_| true).expect("a solution");
     assert_eq!(
         irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
         DVec3::ZERO
@@ -126,7 +130,7 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
             lamp(1e9),
         );
     });
-    let solved = solve(&far, fineness(1, 0)).expect("a solution");
+    let solved = solve(&far, resolution(1, 0)).expect("a solution");
     for (distance, seen) in [(1e-6, false), (1e-4, true)] {
         let e = irradiance(&solved, &far, DVec3::new(distance, 0.0, 0.0), -DVec3::Z);
         assert_eq!(e.x > 1e-6, seen, "{e} at {distance}");
@@ -149,7 +153,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
         })
     };
     let mesh =
-        Mesh::new(&with(diffuse(0.5).emitting(DVec3::ONE)), fineness(50, 0)).expect("a mesh");
+        Mesh::new(&with(diffuse(0.5).emitting(DVec3::ONE)), resolution(50, 0)).expect("a mesh");
     let lights = mesh
         .elements()
         .iter()
@@ -166,7 +170,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     for (divides, side) in [(false, 1), (true, 8)] {
         let noted = Noted::new(|y| y.x > 0.7, divides);
         let solved =
-            Radiosity::new(&noted, &scene, fineness(50, 0), &|_| true).expect("a solution");
+            Radiosity::new(&noted, &scene, resolution(50, 0), &|_| true).expect("a solution");
         noted.targets.lock().expect("no panic").clear();
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
         let (mut expected, mut targets) = (0.0, Vec::new());

@@ -10,7 +10,7 @@ use super::*;
 fn at_its_nodes_interpolation_is_exact() {
     let scene = medley();
     for (patches, halvings) in [(40, 0), (8, 1)] {
-        let interpolated = solve(&scene, fineness(patches, halvings)).expect("a solution");
+        let interpolated = solve(&scene, resolution(patches, halvings)).expect("a solution");
         let gathered = interpolated.clone().read(ReadOut::Gathered);
         let (mut compared, mut largest) = (0, 0.0_f64);
         for (element, mean) in interpolated.irradiances() {
@@ -56,13 +56,13 @@ impl<F: Sync> NextEvent for Field<F> {
 }
 
 impl<F: Fn(DVec3) -> f64 + Sync> FiniteElements for Field<F> {
-    fn horizon(&self, _: DVec3, polygon: &Polygon) -> Polygon {
+    fn clip_to_horizon(&self, _: DVec3, polygon: &Polygon) -> Polygon {
         *polygon
     }
     fn form_factor(&self, _: DVec3, corners: &[DVec3]) -> f64 {
         self.0(CORNER - corners[0])
     }
-    fn exchanged(&self, _: DVec3, _: DVec3) -> DVec3 {
+    fn reflected(&self, _: DVec3, _: DVec3) -> DVec3 {
         DVec3::ONE
     }
 }
@@ -104,7 +104,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
             }
             None => 3.0 + x.x + 0.7 * x.y,
         };
-        let interpolated = Radiosity::new(Field(field), &scene, fineness(patches, 0), &|_| true)
+        let interpolated = Radiosity::new(Field(field), &scene, resolution(patches, 0), &|_| true)
             .expect("a solution");
         let gathered = interpolated.clone().read(ReadOut::Gathered);
         for (i, j) in (0..13 * 13).map(|k| (k / 13, k % 13)) {
@@ -149,7 +149,7 @@ fn interpolation_between_nodes_is_exact_for_what_is_linear() {
 #[test]
 fn form_factors_of_elements_are_those_of_their_nodes() {
     let scene = furnace(0.5);
-    let mesh = Mesh::new(&scene, fineness(1, 0)).expect("a mesh");
+    let mesh = Mesh::new(&scene, resolution(1, 0)).expect("a mesh");
     let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
     let elements = mesh.elements();
     assert_eq!((elements.len(), mesh.nodes()), (24, 72));

@@ -33,7 +33,7 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
         at(1.0, 1.0, 1.0),
         at(1.0, 1.0, -1.0),
     ];
-    let seen = Polygon::new(&sunk).above(DVec3::Z);
+    let seen = Polygon::new(&sunk).clip_to_horizon(DVec3::Z);
     assert_eq!(seen.corners().len(), 4);
     let risen = [at(1.0, -1.0, 0.0), sunk[1], sunk[2], at(1.0, 1.0, 0.0)];
     assert_abs_diff_eq!(
@@ -41,8 +41,16 @@ fn polygons_add_up_and_are_cut_at_the_horizon() {
         polygon(DVec3::Z, &risen),
         epsilon = 1e-15
     );
-    assert!(Polygon::new(&sunk).above(-DVec3::X).corners().is_empty());
-    assert_eq!(Polygon::new(&sunk).above(DVec3::X), Polygon::new(&sunk));
+    assert!(
+        Polygon::new(&sunk)
+            .clip_to_horizon(-DVec3::X)
+            .corners()
+            .is_empty()
+    );
+    assert_eq!(
+        Polygon::new(&sunk).clip_to_horizon(DVec3::X),
+        Polygon::new(&sunk)
+    );
 }
 
 #[test]
@@ -55,7 +63,7 @@ fn the_mesh_keeps_the_area_of_both_sides() {
     let area = 2.0 * (4.0 * PI * 1.5 * 1.5 + 2.0);
     let mut before = 0;
     for halvings in 0..3 {
-        let mesh = Mesh::new(&scene, fineness(60, halvings)).expect("a mesh");
+        let mesh = Mesh::new(&scene, resolution(60, halvings)).expect("a mesh");
         let sum: f64 = mesh.elements().iter().map(|e| e.area).sum();
         assert_abs_diff_eq!(sum, area, epsilon = 1e-10);
         let count = mesh.elements().len();
@@ -71,7 +79,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
         ball(s, Sphere::new(DVec3::new(0.0, 0.0, 3.0), 1.0), lamp(1.0));
         square(s, 0.01, 0.0, true, diffuse(0.25));
     });
-    let solved = solve(&scene, fineness(1000, 0)).expect("a solution");
+    let solved = solve(&scene, resolution(1000, 0)).expect("a solution");
     let seen = solved
         .irradiances()
         .map(|(_, e)| e.x / PI)
@@ -87,7 +95,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
 /// between two heights and two meridians, whose inner side faces the centre.
 #[test]
 fn every_patch_has_its_own_area_and_side() {
-    for element in Mesh::new(&medley(), fineness(60, 0))
+    for element in Mesh::new(&medley(), resolution(60, 0))
         .expect("a mesh")
         .elements()
     {
@@ -126,7 +134,7 @@ fn patches_are_about_as_large_as_was_aimed_at() {
         let scene = scene(|s| ball(s, sphere, diffuse(0.5)));
         let side = (sphere.area() / f64::from(patches)).sqrt();
         let mut bands: Vec<Vec<SpherePatch>> = Vec::new();
-        for element in Mesh::new(&scene, fineness(patches, 0))
+        for element in Mesh::new(&scene, resolution(patches, 0))
             .expect("a mesh")
             .elements()
         {

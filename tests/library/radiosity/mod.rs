@@ -9,14 +9,14 @@ use whitefurnace::equation;
 use whitefurnace::geometry::form_factor::{Polygon, polygon};
 use whitefurnace::integrator::FiniteElements;
 use whitefurnace::integrator::radiosity::{
-    FormFactors, MOST_MEMORY, Mesh, Patch, RESIDUAL, ReadOut, SpherePatch, check_memory, is_near,
+    FormFactors, MAX_MEMORY, Mesh, Patch, RESIDUAL, ReadOut, SpherePatch, check_memory, is_near,
 };
 use whitefurnace::light::emitter::EmitterPoint;
 
 use crate::prelude::*;
 
-fn fineness(patches: u32, halvings: u32) -> Fineness {
-    Fineness { patches, halvings }
+fn resolution(patches: u32, halvings: u32) -> MeshResolution {
+    MeshResolution { patches, halvings }
 }
 
 fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
@@ -26,8 +26,8 @@ fn scene(parts: impl FnOnce(&mut SceneBuilder)) -> Scene {
     )
 }
 
-fn solve(scene: &Scene, fineness: Fineness) -> Result<Radiosity, Error> {
-    Radiosity::new(DefaultParts, scene, fineness, &|_| true)
+fn solve(scene: &Scene, resolution: MeshResolution) -> Result<Radiosity, Error> {
+    Radiosity::new(DefaultParts, scene, resolution, &|_| true)
 }
 
 /// Returns a room of surfaces of every kind with lights of every kind: triangles and rectangles, a
@@ -119,10 +119,10 @@ fn irradiances_solve_the_equation_by_hand() {
     };
     let albedos = [DVec3::new(0.9, 0.5, 0.2), DVec3::new(0.3, 0.8, 0.0)];
     let scene = with(albedos, 1.0);
-    let solved = solve(&scene, fineness(8, 0)).expect("a solution");
-    let mesh = Mesh::new(&scene, fineness(8, 0)).expect("a mesh");
+    let solved = solve(&scene, resolution(8, 0)).expect("a solution");
+    let mesh = Mesh::new(&scene, resolution(8, 0)).expect("a mesh");
     let factors = FormFactors::new(&DefaultParts, &scene, &mesh, &|_| true).expect("form factors");
-    let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), fineness(8, 0)).expect("a solution");
+    let direct = solve(&with([DVec3::splat(1e-30); 2], 1.0), resolution(8, 0)).expect("a solution");
     assert!(
         (1..5).contains(&direct.sweeps()) && solved.sweeps() > 5,
         "{}, {}",
@@ -189,21 +189,21 @@ fn irradiances_solve_the_equation_by_hand() {
         "{radiance}"
     );
     // Residuals are relative.
-    let bright = solve(&with(albedos, 1024.0), fineness(8, 0)).expect("a solution");
+    let bright = solve(&with(albedos, 1024.0), resolution(8, 0)).expect("a solution");
     assert_eq!(
         (bright.residual(), bright.sweeps()),
         (solved.residual(), solved.sweeps())
     );
     // A scene without light has a solution as well.
     let dark = crate::helpers::scene(|s| square(s, 0.5, 0.0, true, diffuse(0.5)));
-    let solved = solve(&dark, fineness(1, 0)).expect("a solution");
+    let solved = solve(&dark, resolution(1, 0)).expect("a solution");
     assert_eq!((solved.residual(), solved.sweeps()), (0.0, 1));
     assert!(solved.irradiances().all(|(_, e)| e == DVec3::ZERO));
 }
 
 #[test]
 fn the_solution_satisfies_its_equation_and_converges() {
-    let solved = solve(&furnace(0.9), fineness(40, 0)).expect("a solution");
+    let solved = solve(&furnace(0.9), resolution(40, 0)).expect("a solution");
     assert!(solved.residual() <= RESIDUAL && solved.sweeps() > 2);
     for (element, irradiance) in solved.irradiances() {
         let inside = irradiance != DVec3::ZERO;
@@ -233,7 +233,7 @@ fn halving_patches_divides_the_error_by_four() {
         );
     });
     let flux = |halvings| {
-        let solved = solve(&scene, fineness(8, halvings)).expect("a solution");
+        let solved = solve(&scene, resolution(8, halvings)).expect("a solution");
         solved
             .irradiances()
             .map(|(e, irradiance)| e.area * irradiance.x)
@@ -246,14 +246,14 @@ fn halving_patches_divides_the_error_by_four() {
 
 #[test]
 fn what_it_cannot_do_is_refused_in_one_line() {
-    let refused = |scene: &Scene, fineness, hint: &str| {
-        let message = solve(scene, fineness).expect_err("refused").to_string();
+    let refused = |scene: &Scene, resolution, hint: &str| {
+        let message = solve(scene, resolution).expect_err("refused").to_string();
         assert!(
             message.contains(hint) && !message.contains('\n'),
             "{message}"
         );
     };
-    let default = Fineness::default();
+    let default = MeshResolution::default();
     refused(&report_room(), default, "mirrors");
     refused(
         &scene(|s| square(s, 1.0, 0.0, true, glass(1.5))),
@@ -276,19 +276,19 @@ fn what_it_cannot_do_is_refused_in_one_line() {
         "background",
     );
     let cube = furnace(0.5);
-    refused(&cube, fineness(0, 0), "at least one");
-    refused(&cube, fineness(2, 9), "at most 8 halvings");
+    refused(&cube, resolution(0, 0), "at least one");
+    refused(&cube, resolution(2, 9), "at most 8 halvings");
     refused(
         &cube,
-        fineness(2, 8),
+        resolution(2, 8),
         "of 131072 patches take up to 64.0 GiB of memory, more than 3.0",
     );
     refused(
         &cube,
-        fineness(1_000_000, 0),
+        resolution(1_000_000, 0),
         "of 1000000 patches take up to 3725.3 GiB",
     );
-    refused(&furnace(1.0), fineness(12, 0), "does not converge");
+    refused(&furnace(1.0), resolution(12, 0), "does not converge");
     assert!(matches!(
         Radiosity::new(DefaultParts, &cube, default, &|_| false),
         Err(Error::Interrupted)
@@ -306,7 +306,7 @@ fn meshes_are_refused_beyond_their_memory() {
     });
     for parts in [107_u64, 108] {
         // A triangle is divided into a square number of parts, no fewer than requested.
-        let mesh = Mesh::new(&scene, fineness((parts * parts) as u32 - 9, 0)).expect("a mesh");
+        let mesh = Mesh::new(&scene, resolution((parts * parts) as u32 - 9, 0)).expect("a mesh");
         let patches = parts * parts;
         assert_eq!(
             (mesh.elements().len() as u64, mesh.nodes() as u64),
@@ -314,7 +314,7 @@ fn meshes_are_refused_beyond_their_memory() {
         );
         assert_eq!(
             check_memory(&mesh).is_ok(),
-            24 * patches * patches <= MOST_MEMORY,
+            24 * patches * patches <= MAX_MEMORY,
             "{parts}"
         );
     }
@@ -325,7 +325,7 @@ fn threads_change_nothing() {
     let scene = simple::cornell().expect("a scene");
     let solved = |threads| {
         on_threads(threads, || {
-            let solved = solve(&scene, fineness(100, 0)).expect("a solution");
+            let solved = solve(&scene, resolution(100, 0)).expect("a solution");
             solved
                 .irradiances()
                 .map(|(_, e)| e.to_array().map(f64::to_bits))

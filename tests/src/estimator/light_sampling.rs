@@ -38,9 +38,9 @@ fn points() -> Vec<Fault<EstimatorSubject>> {
             } },
             "irradiance/near-triangle/light-angle"),
         fault!("spheres-have-no-share", LIGHT_PICK, "a sphere that is seen may contribute nothing",
-            { contribution: |emitter, from| match emitter.shape {
+            { emitter_importance: |emitter, from| match emitter.shape {
                 EmitterShape::Sphere(_) => 0.0,
-                _ => emitter.contribution(from),
+                _ => emitter.importance(from),
             } },
             "irradiance/three-lights/contribution"),
         fault!("picked-evenly-for-its-share", LIGHT_PICK, "picks are even, but count as if they were by share",

@@ -4,7 +4,7 @@ use whitefurnace::integrator::radiosity::{Element, FormFactors, Mesh, Patch};
 use whitefurnace::scene::simple::closed_cube;
 
 use crate::prelude::*;
-use crate::radiosity::{SINGLE_PRECISION, fineness, solve};
+use crate::radiosity::{SINGLE_PRECISION, resolution, solve};
 use crate::scenes::{self, LIGHT, lambert, panel, scene, square};
 
 /// An error, ideally 0, of the elements of a mesh and their rows of form factors.
@@ -21,7 +21,7 @@ struct Factors {
 impl Property for Factors {
     fn run<P: EstimatorParts + Copy>(&self, _: &Context, setup: Configuration<P>) -> Vec<Outcome> {
         let error = || {
-            let mesh = Mesh::new(&self.scene, fineness(self.patches)).ok()?;
+            let mesh = Mesh::new(&self.scene, resolution(self.patches)).ok()?;
             let factors = FormFactors::new(&setup.parts, &self.scene, &mesh, &|_| true).ok()?;
             let elements = mesh.elements();
             let rows: Vec<_> = (0..elements.len())
@@ -82,7 +82,7 @@ pub const NEIGHBOURS: f64 = 0.200_043_776_075_403_1;
 /// Returns whether an element of a room around the origin faces it.
 fn faces_inside(element: &Element) -> bool {
     let point = match element.patch {
-        Patch::Flat { polygon, .. } => polygon.middle(),
+        Patch::Flat { polygon, .. } => polygon.centroid(),
         Patch::Curved(_) => return false,
     };
     element.patch.normal(point).dot(point) < 0.0

@@ -8,7 +8,7 @@ mod fields;
 pub use factors::{NEIGHBOURS, OPPOSITE};
 
 use whitefurnace::integrator::Radiosity;
-use whitefurnace::integrator::radiosity::{Fineness, RESIDUAL, ReadOut};
+use whitefurnace::integrator::radiosity::{MeshResolution, RESIDUAL, ReadOut};
 use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
@@ -29,8 +29,8 @@ const NESTED: f64 = 0.3;
 /// Tolerance of their radiance: a residual r leaves an error of at most r/(1 − ρ).
 const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
-fn fineness(patches: u32) -> Fineness {
-    Fineness {
+fn resolution(patches: u32) -> MeshResolution {
+    MeshResolution {
         patches,
         halvings: 0,
     }
@@ -41,7 +41,7 @@ fn solve<P: EstimatorParts + Copy>(
     scene: &Scene,
     patches: u32,
 ) -> Option<Radiosity<P>> {
-    Radiosity::new(setup.parts, scene, fineness(patches), &|_| true).ok()
+    Radiosity::new(setup.parts, scene, resolution(patches), &|_| true).ok()
 }
 
 /// A kind of ray and its radiance.

@@ -11,7 +11,7 @@ use whitefurnace::harness::tails::student_two_sided;
 use whitefurnace::integrator::Sample;
 use whitefurnace::math::moments::Moments;
 use whitefurnace::sampling::rng::{seed_for, stream};
-use whitefurnace::sampling::sampler::{BLOCK, LIGHT, Sampler, Sobol, scramble};
+use whitefurnace::sampling::sampler::{BLOCK, FIRST_LIGHT_BLOCK, Sampler, Sobol, scramble};
 
 use crate::irradiance::reflected;
 use crate::prelude::*;
@@ -175,7 +175,13 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
             *most = (empty, place);
         }
     };
-    for (replication, block) in [(0, 0), (1, 1), (2, 7), (3, LIGHT), (4, LIGHT + 3)] {
+    for (replication, block) in [
+        (0, 0),
+        (1, 1),
+        (2, 7),
+        (3, FIRST_LIGHT_BLOCK),
+        (4, FIRST_LIGHT_BLOCK + 3),
+    ] {
         let point = |index| Point {
             seed,
             pixel: 5,

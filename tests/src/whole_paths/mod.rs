@@ -9,7 +9,7 @@ use std::cell::{Cell, RefCell};
 use whitefurnace::film::splat::Splats;
 use whitefurnace::harness::pointwise::{Largest, relative};
 use whitefurnace::integrator::{Bdpt, Density, weight};
-use whitefurnace::sampling::sampler::LIGHT;
+use whitefurnace::sampling::sampler::FIRST_LIGHT_BLOCK;
 
 use crate::prelude::*;
 use crate::script::{self, Scripted};
@@ -52,12 +52,12 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
         (_, Some(to)) => [&x.direction(to.point)[..], &[LIVES]].concat(),
         (_, None) => Vec::new(),
     };
-    let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (LIGHT, light)];
+    let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (FIRST_LIGHT_BLOCK, light)];
     if s > 1 {
         blocks[1].1.extend(path[0].direction(path[1].point));
         for i in 1..s {
             let to = (i + 1 < s).then(|| &path[i + 1]);
-            blocks.push((LIGHT + i as u32, scatter(&path[i], to)));
+            blocks.push((FIRST_LIGHT_BLOCK + i as u32, scatter(&path[i], to)));
         }
     }
     for (number, i) in (1..).zip((s..path.len()).rev()) {

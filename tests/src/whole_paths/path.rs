@@ -179,7 +179,7 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
         if onward.abs() < LEAST_COSINE || (kind == Kind::Diffuse && !same_side) {
             return None;
         }
-        ray = scene.leave(hit.point, hit.normal, direction);
+        ray = scene.spawn_ray(hit.point, hit.normal, direction);
     }
     None
 }

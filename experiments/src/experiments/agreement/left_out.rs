@@ -108,7 +108,7 @@ impl Estimator for LeftOut {
                 }
                 throughput /= survival;
             }
-            (ray, hit) = scene.onward(&here, next.direction);
+            (ray, hit) = scene.spawn_and_trace(&here, next.direction);
         }
     }
 }

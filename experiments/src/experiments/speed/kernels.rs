@@ -81,7 +81,7 @@ fn bounced_rays(run: &Run, scene: &Scene) -> Vec<Ray> {
         let [x, y] = uniform2(rng);
         let hit = scene.intersect(&scene.camera().ray([4, 3], 4.0 * x, 3.0 * y))?;
         let direction = Frame::new(hit.normal).world(cosine_hemisphere(uniform2(rng)));
-        Some(scene.leave(hit.point, hit.normal, direction))
+        Some(scene.spawn_ray(hit.point, hit.normal, direction))
     };
     (0..1024).filter_map(bounced).collect()
 }
