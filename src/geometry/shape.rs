@@ -218,6 +218,23 @@ impl Sphere {
     }
 }
 
+/// A point on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Position of the point.
+    pub point: DVec3,
+    /// Unit normal.
+    pub normal: DVec3,
+}
+
+impl SurfacePoint {
+    /// Creates a surface point with its unit normal.
+    #[inline]
+    pub fn new(point: DVec3, normal: DVec3) -> Self {
+        Self { point, normal }
+    }
+}
+
 /// A hit of a ray on the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {

@@ -11,6 +11,7 @@ use super::walk::{PendingWalk, WalkEvent, WalkHit, in_batches, trace_walks};
 use super::{DefaultParts, ImageEstimator, PathParts};
 use crate::error::Error;
 use crate::film::splat::{SplatBuffer, Splats};
+use crate::geometry::shape::SurfacePoint;
 use crate::material::{Bsdf, Vertex};
 use crate::sampling::rng::uniform2;
 use crate::sampling::sampler::{ImagePass, Sampler};
@@ -293,14 +294,14 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
     ) -> DVec3 {
         let parts = &self.parts;
         let (here, there) = (
-            (vertex.point, vertex.frame.z),
-            (light_vertex.at.point, light_vertex.normal()),
+            SurfacePoint::new(vertex.point, vertex.frame.z),
+            SurfacePoint::new(light_vertex.at.point, light_vertex.normal()),
         );
-        let offset = there.0 - here.0;
+        let offset = there.point - here.point;
         let distance_squared = offset.length_squared();
         let direction = offset * distance_squared.sqrt().recip();
-        let cosine = parts.cosine(here.1, direction);
-        let cosine_there = parts.cosine(there.1, -direction);
+        let cosine = parts.cosine(here.normal, direction);
+        let cosine_there = parts.cosine(there.normal, -direction);
         if cosine <= 0.0 || cosine_there <= 0.0 {
             return DVec3::ZERO;
         }

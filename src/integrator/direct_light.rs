@@ -8,7 +8,7 @@ use super::lanewise::{Lanewise, vectors, visible};
 use super::light_sampling::{LightNumbers, LightView, PickedLight, PickedPoint, light_pdf};
 use super::{PathParts, ScalarShadingPoint, ShadingPoint};
 use crate::geometry::radiometry;
-use crate::geometry::shape::Ray;
+use crate::geometry::shape::{Ray, SurfacePoint};
 use crate::light::emitter::{EmitterPoint, LightSampling};
 use crate::light::environment::EnvironmentMap;
 use crate::material::{Bsdf, Vertex};
@@ -224,7 +224,7 @@ fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
         }
         parts.sees_background(
             scene,
-            (origin.point.lane(i), origin.normal.lane(i)),
+            SurfacePoint::new(origin.point.lane(i), origin.normal.lane(i)),
             samples[i].0,
         )
     };

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::PathParts;
 use crate::geometry::offsets::RayOrigin;
 use crate::geometry::radiometry;
+use crate::geometry::shape::SurfacePoint;
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::material::fresnel;
 use crate::math::real::{Mask, Real, Vector};
@@ -326,8 +327,9 @@ pub(super) fn visible<P: PathParts, R: Wide<N>, const N: usize>(
     if parts.is_default() {
         return scene.visible(x, y, through_glass, active, scratch);
     }
-    let end =
-        |origin: &RayOrigin<R::Vector>, i: usize| (origin.point.lane(i), origin.normal.lane(i));
+    let end = |origin: &RayOrigin<R::Vector>, i: usize| {
+        SurfacePoint::new(origin.point.lane(i), origin.normal.lane(i))
+    };
     let visible = |i: usize| parts.visible(scene.scene, end(x, i), end(y, i), through_glass);
     R::Mask::from_fn(|i| active.lane(i) && visible(i))
 }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::geometry::radiometry;
+use crate::geometry::shape::SurfacePoint;
 use crate::geometry::specular_connection::{CasterKind, SpecularConnection};
 use crate::light::emitter::{Emitter, EmitterPoint};
 use crate::light::environment::EnvironmentMap;
@@ -86,15 +87,15 @@ pub trait NextEvent: Sync {
     fn map_pdf(&self, map: &EnvironmentMap, direction: DVec3) -> f64 {
         map.pdf(direction)
     }
-    /// Returns whether a point with this normal sees the background in a direction.
+    /// Returns whether a surface point sees the background in a direction.
     #[inline]
-    fn sees_background(&self, scene: &Scene, x: (DVec3, DVec3), direction: DVec3) -> bool {
-        scene.sees_background(x.0, x.1, direction)
+    fn sees_background(&self, scene: &Scene, x: SurfacePoint, direction: DVec3) -> bool {
+        scene.sees_background(x, direction)
     }
-    /// Returns whether two points, each with its normal, are mutually visible, through glass if
+    /// Returns whether two surface points are mutually visible, through glass if
     /// `glass` is set.
     #[inline]
-    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+    fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         scene.visible(x, y, glass)
     }
     /// Returns the weight of a sample by the balance heuristic.

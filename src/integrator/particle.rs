@@ -8,6 +8,7 @@ use super::light_sampling::{pick_point, point_pdf};
 use super::strategies::{Bidirectional, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, trace_walks};
 use crate::error::Error;
+use crate::geometry::shape::SurfacePoint;
 use crate::sampling::sampler::{FIRST_LIGHT_BLOCK, Sampler};
 use crate::scene::Scene;
 
@@ -103,7 +104,12 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     let outgoing = vertex.outgoing_radiance(parts, seen.to_eye);
     if cosine <= 0.0
         || outgoing == DVec3::ZERO
-        || !parts.visible(scene, (camera.eye, -seen.to_eye), (point, normal), false)
+        || !parts.visible(
+            scene,
+            SurfacePoint::new(camera.eye, -seen.to_eye),
+            SurfacePoint::new(point, normal),
+            false,
+        )
     {
         return None;
     }

@@ -28,7 +28,7 @@ use crate::geometry::offsets::{
     EDGE_MARGIN, OFFSET, RayOrigin, SINGLE_EDGE_MARGIN, SINGLE_LARGEST_MARGIN, SINGLE_LEAST_OFFSET,
     SINGLE_OFFSET, inner_point, offset_in,
 };
-use crate::geometry::shape::{Hit, Ray, Sphere};
+use crate::geometry::shape::{Hit, Ray, Sphere, SurfacePoint};
 use crate::light::emitter::Emitter;
 use crate::light::environment::Environment;
 use crate::light::light_sampler::PowerLightSampler;
@@ -272,10 +272,9 @@ impl Scene {
         (ray, self.intersect(&ray))
     }
 
-    /// Returns whether the background is visible from a surface point with its unit normal in a
-    /// direction.
-    pub fn sees_background(&self, point: DVec3, normal: DVec3, direction: DVec3) -> bool {
-        self.escapes(&self.spawn_ray(point, normal, direction))
+    /// Returns whether the background is visible from a surface point in a direction.
+    pub fn sees_background(&self, x: SurfacePoint, direction: DVec3) -> bool {
+        self.escapes(&self.spawn_ray(x.point, x.normal, direction))
     }
 
     /// Returns whether a ray hits nothing.
@@ -419,10 +418,10 @@ impl Scene {
         self.surfaces[surface as usize].bsdf.is_glass()
     }
 
-    /// Returns whether the segment between two surface points with unit normals is free. Glass
+    /// Returns whether the segment between two surface points is free. Glass
     /// blocks it unless `through_glass`.
-    pub fn visible(&self, x: (DVec3, DVec3), y: (DVec3, DVec3), through_glass: bool) -> bool {
-        let [from, to] = [x, y].map(|(point, normal)| self.ray_origin(point, normal));
+    pub fn visible(&self, x: SurfacePoint, y: SurfacePoint, through_glass: bool) -> bool {
+        let [from, to] = [x, y].map(|end| self.ray_origin(end.point, end.normal));
         self.is_unoccluded(&from.segment(&to), through_glass)
     }
 

@@ -491,7 +491,7 @@ fn the_camera_sees_what_its_rays_meet() {
 struct Opaque;
 
 impl NextEvent for Opaque {
-    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+    fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         assert!(!glass, "glass bends what passes it");
         DefaultParts.visible(scene, x, y, glass)
     }

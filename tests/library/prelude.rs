@@ -11,7 +11,7 @@ pub use whitefurnace::camera::Camera;
 pub use whitefurnace::error::{Error, LARGEST_RADIANCE as LARGEST};
 pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::geometry::offsets::EDGE_MARGIN;
-pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere};
+pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere, SurfacePoint};
 pub use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 pub use whitefurnace::integrator::radiosity::MeshResolution;
 pub use whitefurnace::integrator::{

@@ -151,14 +151,18 @@ fn rays_leave_on_the_side_they_go_to() {
 #[test]
 fn visibility_is_symmetric_and_stops_at_surfaces() {
     let scene = report_room();
-    let light = (DVec3::new(4.0, 0.5, 4.999), -DVec3::Z);
-    let floor = |x: f64, y: f64| (DVec3::new(x, y, -5.0), DVec3::Z);
+    let light = SurfacePoint::new(DVec3::new(4.0, 0.5, 4.999), -DVec3::Z);
+    let floor = |x: f64, y: f64| SurfacePoint::new(DVec3::new(x, y, -5.0), DVec3::Z);
     for (point, free, through_glass) in [
         (floor(9.0, 0.0), true, true),
         // In the shadow of the mirror sphere; below the glass sphere.
         (floor(2.3, 4.9), false, false),
         (floor(3.2, -0.6), false, true),
-        ((DVec3::new(5.0, -6.0, 0.0), DVec3::Y), true, true),
+        (
+            SurfacePoint::new(DVec3::new(5.0, -6.0, 0.0), DVec3::Y),
+            true,
+            true,
+        ),
     ] {
         for (glass, seen) in [(false, free), (true, through_glass)] {
             let found = [
@@ -476,12 +480,17 @@ fn walls_change_no_shadow() {
             let hit = scene
                 .intersect(&Ray::new(origin, direction))
                 .filter(|_| uniform(rng) < 0.8);
-            hit.map_or((origin, direction), |hit| (hit.point, hit.normal))
+            hit.map_or(SurfacePoint::new(origin, direction), |hit| {
+                SurfacePoint::new(hit.point, hit.normal)
+            })
         };
         for _ in 0..200 {
             let (x, y) = (end(&mut rng), end(&mut rng));
-            let start = scene.spawn_ray(x.0, x.1, y.0 - x.0).origin;
-            let segment = Ray::new(start, scene.spawn_ray(y.0, y.1, x.0 - y.0).origin - start);
+            let start = scene.spawn_ray(x.point, x.normal, y.point - x.point).origin;
+            let segment = Ray::new(
+                start,
+                scene.spawn_ray(y.point, y.normal, x.point - y.point).origin - start,
+            );
             for glass in [false, true] {
                 let blocks = |id: u32| !(glass && clear[id as usize]);
                 let free = !scene.bvh().occluded(&segment, 1.0, blocks);

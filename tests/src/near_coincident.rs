@@ -181,14 +181,16 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("cover-ignored", GEOMETRY, "shadow rays start and end a little off surfaces, and miss what covers them",
             { visible: |scene, x, y, glass| {
-                let off = |(point, normal): (DVec3, DVec3), other: DVec3| {
-                    (point + 1e-4 * normal * normal.dot(other - point).signum(), normal)
+                let off = |SurfacePoint { point, normal }: SurfacePoint, other: DVec3| {
+                    SurfacePoint::new(point + 1e-4 * normal * normal.dot(other - point).signum(), normal)
                 };
-                scene.visible(off(x, y.0), off(y, x.0), glass)
+                scene.visible(off(x, y.point), off(y, x.point), glass)
             } },
             "near-coincident/covered: light by light | light by mis | light by bodies | mirror by bodies | lens by bodies"),
         fault!("behind-the-body", GEOMETRY, "shadow rays end a little behind what they aim at",
-            { visible: |scene, x, (y, normal), glass| scene.visible(x, (y - 1e-4 * normal, normal), glass) },
+            { visible: |scene, x, SurfacePoint { point, normal }, glass| {
+                scene.visible(x, SurfacePoint::new(point - 1e-4 * normal, normal), glass)
+            } },
             "near-coincident/backed"),
     ]
 }

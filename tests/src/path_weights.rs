@@ -230,8 +230,8 @@ fn one(
         .filter(|_| by_angle(lights, emitter));
     let point = seen.map_or_else(|| emitter.sample(random), |(point, _)| point);
     let free = scene.visible(
-        (first.point, first.normal),
-        (point.point, point.normal),
+        SurfacePoint::new(first.point, first.normal),
+        SurfacePoint::new(point.point, point.normal),
         false,
     );
     let towards = (point.point - first.point).normalize();

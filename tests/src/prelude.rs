@@ -7,7 +7,7 @@ pub(crate) use std::sync::Arc;
 pub(crate) use glam::DVec3;
 pub(crate) use whitefurnace::camera::Camera;
 pub(crate) use whitefurnace::equation::*;
-pub(crate) use whitefurnace::geometry::shape::{Ray, Sphere};
+pub(crate) use whitefurnace::geometry::shape::{Ray, Sphere, SurfacePoint};
 pub(crate) use whitefurnace::harness::domain::{Domain, Partition};
 pub(crate) use whitefurnace::harness::mean::{Values, mean};
 pub(crate) use whitefurnace::harness::outcome::{Claim, Outcome};

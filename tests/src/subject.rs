@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use whitefurnace::camera::Camera;
 use whitefurnace::geometry::form_factor::Polygon;
-use whitefurnace::geometry::shape::Ray;
+use whitefurnace::geometry::shape::{Ray, SurfacePoint};
 use whitefurnace::geometry::specular_connection::SpecularConnection;
 use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::Context;
@@ -24,9 +24,6 @@ use whitefurnace::sampling::roulette::{RR_DEPTH, Roulette};
 use whitefurnace::sampling::sampler::Sampler;
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::specular_casters::SpecularCaster;
-
-/// Point and normal at one end of a shadow ray.
-type End = (DVec3, DVec3);
 
 macro_rules! table {
     ($($group:ident {
@@ -98,8 +95,8 @@ table! {
         map_probability(count: usize) -> f64;
         sample_map(map: &EnvironmentMap, random: [f64; 2]) -> (DVec3, f64);
         map_pdf(map: &EnvironmentMap, direction: DVec3) -> f64;
-        sees_background(scene: &Scene, x: End, direction: DVec3) -> bool;
-        visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
+        sees_background(scene: &Scene, x: SurfacePoint, direction: DVec3) -> bool;
+        visible(scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;
         connection(caster: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;

@@ -4,7 +4,7 @@ pub(super) use glam::DVec3;
 pub(super) use whitefurnace::equation;
 pub(super) use whitefurnace::error::Error;
 pub(super) use whitefurnace::film::{Film, Window};
-pub(super) use whitefurnace::geometry::shape::{Ray, Sphere};
+pub(super) use whitefurnace::geometry::shape::{Ray, Sphere, SurfacePoint};
 pub(super) use whitefurnace::harness::mean::Values;
 pub(super) use whitefurnace::harness::outcome::{
     ALPHA, CAPACITY, Claim, Outcome, Verdict, approximate_verdict,

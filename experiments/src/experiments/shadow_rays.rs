@@ -50,7 +50,7 @@ impl Roulette for Counted<'_> {
 }
 
 impl NextEvent for Counted<'_> {
-    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+    fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         self.0.shadow.fetch_add(1, Ordering::Relaxed);
         scene.visible(x, y, glass)
     }

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::FiniteElements;
-use super::mesh::Node;
 use super::patch::{Patch, PatchView};
+use crate::geometry::shape::SurfacePoint;
 use crate::integrator::NextEvent;
 use crate::light::emitter::{Emitter, EmitterShape};
 use crate::material::Scattering;
@@ -65,7 +65,7 @@ impl Light {
         &self,
         parts: &P,
         scene: &Scene,
-        at: &Node,
+        at: &SurfacePoint,
     ) -> DVec3 {
         match self {
             Self::Flat { patch, emitter } => {
@@ -78,7 +78,7 @@ impl Light {
                 let seen = patches
                     .iter()
                     .filter_map(|patch| patch.view(parts, at.point, at.normal))
-                    .filter(|view| parts.visible(scene, (at.point, at.normal), view.target, false));
+                    .filter(|view| parts.visible(scene, *at, view.target, false));
                 PI * seen.map(|view| view.factor).sum::<f64>() * *radiance
             }
         }
@@ -91,7 +91,7 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
     emitter: &Emitter,
-    at: &Node,
+    at: &SurfacePoint,
 ) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
     for index in 0..POINTS {
@@ -105,7 +105,7 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
             parts.solid_angle_per_area(across, distance_squared),
         );
         all += weight;
-        if weight > 0.0 && parts.visible(scene, (at.point, at.normal), (y.point, y.normal), false) {
+        if weight > 0.0 && parts.visible(scene, *at, SurfacePoint::new(y.point, y.normal), false) {
             seen += weight;
         }
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::patch::{Patch, SpherePatch};
 use crate::error::Error;
-use crate::geometry::shape::{Hit, Ray, Sphere};
+use crate::geometry::shape::{Hit, Ray, Sphere, SurfacePoint};
 use crate::material::Bsdf;
 use crate::math::frame::azimuth;
 use crate::scene::{Geometry, Scene, Surface};
@@ -30,13 +30,6 @@ impl Default for MeshResolution {
             halvings: 0,
         }
     }
-}
-
-/// A point at which irradiance is computed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub point: DVec3,
-    pub normal: DVec3,
 }
 
 /// One side of a patch.
@@ -78,7 +71,8 @@ enum Division {
 #[derive(Clone, Debug)]
 pub struct Mesh {
     pub(super) elements: Vec<Element>,
-    pub(super) nodes: Vec<Node>,
+    /// Points at which irradiance is computed.
+    pub(super) nodes: Vec<SurfacePoint>,
     divisions: Vec<Division>,
     /// Target area of patches.
     pub(super) target: f64,
@@ -177,7 +171,7 @@ impl Mesh {
 
     fn push(&mut self, patch: Patch, points: &[DVec3], surface: &Surface, front: bool) {
         let start = self.nodes.len();
-        self.nodes.extend(points.iter().map(|&point| Node {
+        self.nodes.extend(points.iter().map(|&point| SurfacePoint {
             point,
             normal: patch.normal(point),
         }));

@@ -21,12 +21,11 @@ use super::{DefaultParts, Estimator, NextEvent};
 use crate::error::Error;
 use crate::geometry::form_factor;
 use crate::geometry::form_factor::Polygon;
-use crate::geometry::shape::{Hit, Ray};
+use crate::geometry::shape::{Hit, Ray, SurfacePoint};
 use crate::material::{Scattering, lambert};
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use direct::Light;
-use mesh::Node;
 
 /// Returns the radiance that leaves a Lambert surface, B/π of [`crate::equation::RADIOSITY`].
 #[inline]
@@ -111,11 +110,11 @@ fn row<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
     mesh: &Mesh,
-    node: &Node,
+    node: &SurfacePoint,
 ) -> Box<[Link]> {
     let link = |(element, view): (u32, patch::PatchView)| {
         parts
-            .visible(scene, (node.point, node.normal), view.target, false)
+            .visible(scene, *node, view.target, false)
             .then_some(Link {
                 element,
                 factor: view.factor as f32,
@@ -316,7 +315,7 @@ impl<P: FiniteElements + NextEvent + Scattering> Radiosity<P> {
         let Some((element, weights)) = self.mesh.locate(hit, ray) else {
             return DVec3::ZERO;
         };
-        let at = Node {
+        let at = SurfacePoint {
             point: hit.point,
             normal: hit.normal * -hit.normal.dot(ray.direction).signum(),
         };
@@ -344,7 +343,7 @@ fn direct_irradiance<P: FiniteElements + NextEvent + Scattering>(
     parts: &P,
     scene: &Scene,
     lights: &[Light],
-    at: &Node,
+    at: &SurfacePoint,
 ) -> DVec3 {
     let lights = lights.iter();
     lights.map(|light| light.irradiance(parts, scene, at)).sum()

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::FiniteElements;
 use crate::geometry::form_factor::Polygon;
+use crate::geometry::shape::SurfacePoint;
 use crate::integrator::NextEvent;
 use crate::material::Scattering;
 
@@ -42,8 +43,8 @@ pub struct SpherePatch {
 pub(super) struct PatchView {
     /// Form factor.
     pub factor: f64,
-    /// A point in the middle of the visible part, and its normal.
-    pub target: (DVec3, DVec3),
+    /// A point in the middle of the visible part.
+    pub target: SurfacePoint,
 }
 
 /// The parts of a sphere's patch that have been added up.
@@ -52,8 +53,8 @@ struct PartialView {
     factor: f64,
     /// Largest form factor of a part.
     largest: f64,
-    /// Midpoint of that part, and its normal.
-    target: (DVec3, DVec3),
+    /// Midpoint of that part.
+    target: SurfacePoint,
 }
 
 /// Distance from a patch's plane, relative to the point's distance, below which a point is in the
@@ -134,7 +135,7 @@ impl Patch {
                 let faint = factor <= MIN_FORM_FACTOR;
                 (!faint).then(|| PatchView {
                     factor,
-                    target: (point + seen.centroid(), *own),
+                    target: SurfacePoint::new(point + seen.centroid(), *own),
                 })
             }
             Self::Curved(patch) => patch.view(parts, point, normal),
@@ -218,7 +219,7 @@ impl SpherePatch {
         let mut found = PartialView {
             factor: 0.0,
             largest: 0.0,
-            target: (DVec3::ZERO, DVec3::ZERO),
+            target: SurfacePoint::new(DVec3::ZERO, DVec3::ZERO),
         };
         self.add(parts, point, normal, MAX_SUBDIVISIONS, &mut found);
         let PartialView { factor, target, .. } = found;
@@ -253,7 +254,7 @@ impl SpherePatch {
         found.factor += factor;
         if factor > found.largest {
             found.largest = factor;
-            found.target = (y, own);
+            found.target = SurfacePoint::new(y, own);
         }
     }
 }

@@ -135,10 +135,10 @@ impl NextEvent for Watch<'_> {
         (events.sends, events.direct) = (true, direction);
         (direction, pdf)
     }
-    fn visible(&self, scene: &Scene, x: (DVec3, DVec3), y: (DVec3, DVec3), glass: bool) -> bool {
+    fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         let mut events = self.events();
         if events.connection.is_none() {
-            events.direct = (y.0 - x.0).normalize();
+            events.direct = (y.point - x.point).normalize();
         }
         DefaultParts.visible(scene, x, y, glass)
     }

@@ -10,7 +10,7 @@ struct Noted {
     hides: fn(DVec3) -> bool,
     divides: bool,
     points: Mutex<Vec<[f64; 2]>>,
-    targets: Mutex<Vec<(DVec3, DVec3)>>,
+    targets: Mutex<Vec<SurfacePoint>>,
 }
 
 impl Noted {
@@ -31,9 +31,9 @@ impl NextEvent for &Noted {
         self.points.lock().expect("no panic").push(random);
         emitter.sample(random)
     }
-    fn visible(&self, _: &Scene, _: (DVec3, DVec3), y: (DVec3, DVec3), _: bool) -> bool {
+    fn visible(&self, _: &Scene, _: SurfacePoint, y: SurfacePoint, _: bool) -> bool {
         self.targets.lock().expect("no panic").push(y);
-        !(self.hides)(y.0)
+        !(self.hides)(y.point)
     }
 }
 
@@ -209,7 +209,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
         assert_eq!(looked.len(), targets.len());
         for (a, b) in looked.iter().zip(&targets) {
             assert!(
-                a.0.distance(b.0) < 1e-12 && a.1.distance(b.1) < 1e-12,
+                a.point.distance(b.0) < 1e-12 && a.normal.distance(b.1) < 1e-12,
                 "{a:?}, not {b:?}"
             );
         }

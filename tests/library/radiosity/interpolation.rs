@@ -49,9 +49,8 @@ const CORNER: DVec3 = DVec3::new(-0.05, -0.05, 2.0);
 impl<F: Sync> Scattering for Field<F> {}
 
 impl<F: Sync> NextEvent for Field<F> {
-    fn visible(&self, _: &Scene, _: (DVec3, DVec3), y: (DVec3, DVec3), _: bool) -> bool {
-        let (point, normal) = y;
-        point.z > 1.5 && normal.z < 0.0
+    fn visible(&self, _: &Scene, _: SurfacePoint, y: SurfacePoint, _: bool) -> bool {
+        y.point.z > 1.5 && y.normal.z < 0.0
     }
 }
 
