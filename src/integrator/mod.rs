@@ -66,7 +66,7 @@ use crate::scene::Scene;
 /// [`crate::sampling::roulette::MAX_SURVIVAL`], a path gets there with a probability below
 /// 10⁻¹⁸⁰, so one that does will not end: this is reported as an error, the path is never
 /// truncated. Its radiance is NaN, which no film holds.
-pub const LONGEST_PATH: u32 = 1 << 13;
+pub const MAX_PATH_VERTICES: u32 = 1 << 13;
 
 /// An estimator, unbiased or with a stated bias, of the radiance that arrives along a ray.
 pub trait Estimator: Sync {

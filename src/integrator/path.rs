@@ -10,7 +10,7 @@ use super::lanewise::{Lanewise, numbers};
 use super::light_sampling::{LightNumbers, LightView, light_pdf};
 use super::specular_nee::{LightHit, SpecularShadowRay, specular_light};
 use super::{
-    Arrival, DefaultParts, Integrator, LONGEST_PATH, PathParts, PathState, ShadingPoint as _,
+    Arrival, DefaultParts, Integrator, MAX_PATH_VERTICES, PathParts, PathState, ShadingPoint as _,
     SurfaceInteraction,
 };
 use crate::light::emitter::LightSampling;
@@ -231,7 +231,7 @@ impl<P: PathParts> Integrator for Path<P> {
         let parts = &self.parts;
         random.start_blocks(active, &paths.hits);
         // A path that will not end is an error and never truncated.
-        let endless = active & R::Mask::from_fn(|i| paths.hits[i] > LONGEST_PATH);
+        let endless = active & R::Mask::from_fn(|i| paths.hits[i] > MAX_PATH_VERTICES);
         let throughput = Vector::choose(
             endless,
             R::Vector::splat_vector(DVec3::NAN),

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::lanewise::Lanewise;
 use super::strategies::PathVertex;
-use super::{LONGEST_PATH, PathParts, SurfaceInteraction};
+use super::{MAX_PATH_VERTICES, PathParts, SurfaceInteraction};
 use crate::error::Error;
 use crate::geometry::shape::{Hit, Ray};
 use crate::material::{Bsdf, Vertex};
@@ -30,7 +30,7 @@ pub(super) struct WalkHit<'a> {
     pub throughput: DVec3,
     /// Product of the radiance factors along the walk.
     pub factor: f64,
-    /// Whether the walk has exceeded [`LONGEST_PATH`] and is given up.
+    /// Whether the walk has exceeded [`MAX_PATH_VERTICES`] and is given up.
     pub endless: bool,
 }
 
@@ -139,7 +139,7 @@ pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
                 };
                 walk.hits += 1;
                 rng.block(walk.block + walk.hits);
-                let is_endless = walk.hits > LONGEST_PATH;
+                let is_endless = walk.hits > MAX_PATH_VERTICES;
                 let here = surface.hit(lane, found.primitive[lane]);
                 let hit = WalkHit {
                     ray: Ray::new(ray.origin.lane(lane), ray.direction.lane(lane)),

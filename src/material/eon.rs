@@ -11,14 +11,14 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 /// Largest value of G(θ)/π, at grazing: c = 1/2 − 2/(3π).
-pub const LARGEST_GAIN: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;
+pub const MAX_G_OVER_PI: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;
 /// Average of G(θ)/π over cos θ/π: 2/3 − 28/(15π).
-pub const AVERAGE_GAIN: f64 = 2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI;
+pub const AVERAGE_G_OVER_PI: f64 = 2.0 / 3.0 - 28.0 / 15.0 * FRAC_1_PI;
 
 /// Returns A of roughness r in [0, 1]: 1/(1 + cr), which makes the albedo at grazing 1.
 #[inline]
-pub fn scale(roughness: f64) -> f64 {
-    1.0 / (1.0 + LARGEST_GAIN * roughness)
+pub fn coefficient_a(roughness: f64) -> f64 {
+    1.0 / (1.0 + MAX_G_OVER_PI * roughness)
 }
 
 /// Returns π f_r/ρ of single scattering, [`crate::equation::EON_SINGLE`]: the bracket A + B s/t
@@ -27,16 +27,16 @@ pub fn scale(roughness: f64) -> f64 {
 pub fn single_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
     let s = wo.x * wi.x + wo.y * wi.y;
     let t = if s > 0.0 { wo.z.max(wi.z) } else { 1.0 };
-    scale(roughness) * (1.0 + roughness * s / t)
+    coefficient_a(roughness) * (1.0 + roughness * s / t)
 }
 
 /// Returns G(θ)/π of [`crate::equation::EON_ALBEDO`], from cos θ in [0, 1]; in [0,
-/// [`LARGEST_GAIN`]].
+/// [`MAX_G_OVER_PI`]].
 ///
 /// tan θ (1 − sin³ θ) is written as sin θ cos θ (1 + sin θ + sin² θ)/(1 + sin θ), which stays
 /// finite.
 #[inline]
-pub fn gain(cos_theta: f64) -> f64 {
+pub fn g_over_pi(cos_theta: f64) -> f64 {
     let sin = ((1.0 - cos_theta) * (1.0 + cos_theta)).max(0.0).sqrt();
     let theta = sin.atan2(cos_theta);
     let product = sin * cos_theta;
@@ -48,13 +48,13 @@ pub fn gain(cos_theta: f64) -> f64 {
 /// [`crate::equation::EON_ALBEDO`].
 #[inline]
 pub fn albedo(roughness: f64, cos_theta: f64) -> f64 {
-    scale(roughness) * (1.0 + roughness * gain(cos_theta))
+    coefficient_a(roughness) * (1.0 + roughness * g_over_pi(cos_theta))
 }
 
 /// Returns Ē, the average of E(θ) over cos θ/π.
 #[inline]
 pub fn average_albedo(roughness: f64) -> f64 {
-    scale(roughness) * (1.0 + roughness * AVERAGE_GAIN)
+    coefficient_a(roughness) * (1.0 + roughness * AVERAGE_G_OVER_PI)
 }
 
 /// Returns ρₘ, the albedo of all orders of scattering after the first, whose colour deepens with
@@ -68,8 +68,9 @@ pub fn multiple_albedo(albedo: DVec3, roughness: f64) -> DVec3 {
 /// Returns π f_r/ρₘ of multiple scattering, [`crate::equation::EON_MULTIPLE`].
 #[inline]
 pub fn multiple_scattering(roughness: f64, wo: DVec3, wi: DVec3) -> f64 {
-    let lost = |cos: f64| LARGEST_GAIN - gain(cos);
-    scale(roughness) * roughness * (lost(wo.z) * lost(wi.z)) / (LARGEST_GAIN - AVERAGE_GAIN)
+    let loss = |cos: f64| MAX_G_OVER_PI - g_over_pi(cos);
+    coefficient_a(roughness) * roughness * (loss(wo.z) * loss(wi.z))
+        / (MAX_G_OVER_PI - AVERAGE_G_OVER_PI)
 }
 
 /// Returns π f_r of the whole model: ρ and r in [0, 1], local directions above the horizon.

@@ -126,7 +126,7 @@ impl SceneFile {
                 .iter()
                 .filter(|byte| **byte == b'\n')
                 .count();
-            reader::fault(&file, line, "this is no text in UTF-8")
+            reader::error_at_line(&file, line, "this is no text in UTF-8")
         })?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let folder = path.parent().unwrap_or(Path::new(""));

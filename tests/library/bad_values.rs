@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use whitefurnace::film::check_radiance;
 use whitefurnace::film::splat::Splats;
-use whitefurnace::integrator::{FiniteElements, LONGEST_PATH, Path, Strategy};
+use whitefurnace::integrator::{FiniteElements, MAX_PATH_VERTICES, Path, Strategy};
 use whitefurnace::sampling::sampler::ImagePass;
 
 use crate::helpers;
@@ -414,7 +414,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
     }
 }
 
-/// A path that never ends is an error after [`LONGEST_PATH`] vertices, in every estimator that
+/// A path that never ends is an error after [`MAX_PATH_VERTICES`] vertices, in every estimator that
 /// traces random walks.
 #[test]
 fn paths_without_end_are_errors() {
@@ -430,7 +430,7 @@ struct Counting(AtomicU32);
 
 impl Roulette for Counting {
     fn survives(&self, _: f64, _: f64) -> bool {
-        self.0.fetch_add(1, Ordering::Relaxed) + 1 < LONGEST_PATH
+        self.0.fetch_add(1, Ordering::Relaxed) + 1 < MAX_PATH_VERTICES
     }
 }
 
@@ -451,8 +451,8 @@ fn the_longest_path_is_no_error() {
         &mut stream(master(), 0, 0),
     );
     assert!(radiance.is_finite(), "{radiance}");
-    assert_eq!(path.parts.0.into_inner(), LONGEST_PATH);
+    assert_eq!(path.parts.0.into_inner(), MAX_PATH_VERTICES);
     let survival =
-        f64::from(LONGEST_PATH - 1) * whitefurnace::sampling::roulette::MAX_SURVIVAL.ln();
+        f64::from(MAX_PATH_VERTICES - 1) * whitefurnace::sampling::roulette::MAX_SURVIVAL.ln();
     assert!(survival < -180.0 * std::f64::consts::LN_10);
 }

@@ -2,8 +2,8 @@
 //! symmetry.
 
 use whitefurnace::material::eon::{
-    AVERAGE_GAIN, LARGEST_GAIN, albedo, average_albedo, gain, multiple_albedo, scale,
-    single_scattering,
+    AVERAGE_G_OVER_PI, MAX_G_OVER_PI, albedo, average_albedo, coefficient_a, g_over_pi,
+    multiple_albedo, single_scattering,
 };
 use whitefurnace::material::oren_nayar;
 
@@ -43,13 +43,13 @@ fn directional_albedos_meet_the_reference() {
 fn averages_are_the_integrals_of_the_albedo() {
     let average =
         |f: &dyn Fn(f64) -> f64| integral(0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos());
-    assert_abs_diff_eq!(average(&gain), AVERAGE_GAIN, epsilon = 64.0 * U);
+    assert_abs_diff_eq!(average(&g_over_pi), AVERAGE_G_OVER_PI, epsilon = 64.0 * U);
     for roughness in [0.0, 0.3, 1.0] {
         let found = average(&|cos| albedo(roughness, cos));
         assert_abs_diff_eq!(found, average_albedo(roughness), epsilon = 128.0 * U);
     }
-    assert_abs_diff_eq!(gain(0.0), LARGEST_GAIN, epsilon = 2.0 * U);
-    assert_eq!(gain(1.0), 0.0);
+    assert_abs_diff_eq!(g_over_pi(0.0), MAX_G_OVER_PI, epsilon = 2.0 * U);
+    assert_eq!(g_over_pi(1.0), 0.0);
 }
 
 /// The paper's polynomial in 1 − cos θ for G/π, of degree 4, changes albedos by up to 6.03e-4 if
@@ -67,13 +67,13 @@ fn the_polynomial_of_the_paper_is_within_its_error() {
         .into_iter()
         .fold(0.0, |sum, coefficient| sum * (1.0 - cos) + coefficient)
     };
-    let off = |cos: f64| (polynomial(cos) - gain(cos)).abs();
+    let off = |cos: f64| (polynomial(cos) - g_over_pi(cos)).abs();
     let worst = (0..=10_000)
         .map(|i| off(f64::from(i) / 10_000.0))
         .fold(0.0, f64::max);
     assert!((6.02e-4..6.03e-4).contains(&worst), "{worst:e}");
     for roughness in [0.1, 0.5, 1.0] {
-        let approximate = scale(roughness) * (1.0 + roughness * polynomial(0.954));
+        let approximate = coefficient_a(roughness) * (1.0 + roughness * polynomial(0.954));
         let relative = (approximate / albedo(roughness, 0.954) - 1.0).abs();
         assert!(relative < 6.03e-4 * roughness, "{relative:e}");
     }
@@ -110,7 +110,7 @@ fn the_roughness_of_the_same_shape() {
     let roughness = constants.roughness();
     let wo = from_spherical(1.1, 0.3);
     for wi in [from_spherical(0.2, 0.1), from_spherical(1.4, -0.5)] {
-        let ratio = single_scattering(roughness, wo, wi) / scale(roughness);
+        let ratio = single_scattering(roughness, wo, wi) / coefficient_a(roughness);
         let known = oren_nayar(constants, OrenNayarForm::Corrected, wo, wi) / constants.a;
         assert_relative_eq!(ratio, known, max_relative = 16.0 * U);
     }

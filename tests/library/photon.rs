@@ -1,7 +1,7 @@
 //! Tests of the kd-tree against brute force, and of photon maps and lookups, photon by photon.
 
 use statrs::function::gamma::ln_gamma;
-use whitefurnace::integrator::photon::photon_map::{LARGEST_MAP, Photon, same_side};
+use whitefurnace::integrator::photon::photon_map::{MAX_MAP_MEMORY, Photon, same_side};
 use whitefurnace::integrator::{Sample, radius_squared};
 use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::math::kd_tree::KdTree;
@@ -133,7 +133,7 @@ fn flux_is_shared_among_the_particles_that_were_emitted() {
 fn a_map_that_would_not_fit_memory_is_refused_before_it_is_made() {
     let scene = furnace(0.0);
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
-    let most = (LARGEST_MAP / each) as u32;
+    let most = (MAX_MAP_MEMORY / each) as u32;
     let check =
         |emitted| PhotonMap::check(&DefaultParts, &scene, PhotonMapKind::All, emitted, (1, 0));
     assert!(check(most).is_ok());

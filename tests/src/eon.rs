@@ -3,7 +3,7 @@
 use whitefurnace::harness::bsdf_checkup::{CheckUp, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::material::eon::{
-    LARGEST_GAIN, albedo, average_albedo, multiple_albedo, multiple_scattering, scale,
+    MAX_G_OVER_PI, albedo, average_albedo, coefficient_a, multiple_albedo, multiple_scattering,
     single_scattering,
 };
 use whitefurnace::math::frame::from_spherical;
@@ -225,21 +225,21 @@ fn faults() -> Vec<Fault<EonParts>> {
             "bsdf/eon: reciprocity"),
         fault!("constant", EON_SINGLE, "A = 1/(1 + r/2 − 2/(3π)): r times the first term of c only",
             EonParts: { single: |r, wo, wi| {
-                let a = 1.0 / (1.0 + 0.5 * r - (0.5 - LARGEST_GAIN));
-                single_scattering(r, wo, wi) * a / scale(r)
+                let a = 1.0 / (1.0 + 0.5 * r - (0.5 - MAX_G_OVER_PI));
+                single_scattering(r, wo, wi) * a / coefficient_a(r)
             } },
             "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("negative-side-divided", EON_SINGLE, "t = max(cos, cos) where s < 0, too",
             EonParts: { single: |r, wo, wi| {
                 let s = wo.x * wi.x + wo.y * wi.y;
-                scale(r) * (1.0 + r * s / wo.z.max(wi.z))
+                coefficient_a(r) * (1.0 + r * s / wo.z.max(wi.z))
             } },
             "bsdf/eon-single", "bsdf/eon-albedo"),
         fault!("albedo-of-oren-nayar", EON_ALBEDO,
             "G without its term −2/3 sin θ, as where s < 0 counts nothing",
             EonParts: { albedo: |r, cos| {
                 let sin = (1.0 - cos * cos).sqrt();
-                albedo(r, cos) + scale(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
+                albedo(r, cos) + coefficient_a(r) * r * FRAC_1_PI * 2.0 / 3.0 * sin
             } },
             "bsdf/eon-albedo"),
     ]

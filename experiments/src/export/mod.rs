@@ -11,7 +11,7 @@ use clap::{Parser, ValueEnum};
 use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::geometry::shape::Sphere;
-use whitefurnace::integrator::LONGEST_PATH;
+use whitefurnace::integrator::MAX_PATH_VERTICES;
 use whitefurnace::light::environment::Environment;
 use whitefurnace::scene::{Geometry, Scene, Surface};
 
@@ -49,7 +49,7 @@ pub struct Export {
     #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
     /// Most scattering events between a light and the camera; from 0 to 8192 [default: no limit]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
     bounces: Option<u32>,
     /// Folder for the scene and its meshes
     #[arg(long, value_name = "DIR", default_value = "out/export")]

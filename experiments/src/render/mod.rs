@@ -14,7 +14,7 @@ use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::film::Window;
 use whitefurnace::image::Display;
-use whitefurnace::integrator::LONGEST_PATH;
+use whitefurnace::integrator::MAX_PATH_VERTICES;
 use whitefurnace::material::OrenNayarForm;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
@@ -60,7 +60,7 @@ pub struct Job {
     pub specular_nee: SpecularNeeName,
     /// Most scattering events between a light and the camera, for --estimator mis, bsdf and light;
     /// 0 leaves directly visible light; from 0 to 8192 [default: no limit]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
     pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
     #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]

@@ -52,12 +52,12 @@ pub fn density(brdf: DVec3, flux: DVec3, r2: f64) -> DVec3 {
 
 /// Least cosine (26°) between the normals of a photon and a point that may use it: excludes photons
 /// from behind and round a corner. On a sphere of radius R lookups work up to r = 0.45 R.
-pub const SAME_SIDE: f64 = 0.9;
+pub const MIN_SAME_SIDE_COSINE: f64 = 0.9;
 
 /// Returns whether a photon lies on the same surface and side as a point, by their unit normals.
 #[inline]
 pub fn same_side(at_photon: DVec3, at_point: DVec3) -> bool {
-    at_photon.dot(at_point) > SAME_SIDE
+    at_photon.dot(at_point) > MIN_SAME_SIDE_COSINE
 }
 
 /// Replaceable parts of photon mapping.
@@ -98,10 +98,10 @@ pub trait Photons: Sync {
 }
 
 /// Largest memory of a map during construction, in bytes: the list of photons and the tree.
-pub const LARGEST_MAP: usize = 4 << 30;
+pub const MAX_MAP_MEMORY: usize = 4 << 30;
 
 /// Number of pilot particles, from which the number of photons is estimated.
-const PILOT: u32 = 1024;
+const PILOT_PARTICLES: u32 = 1024;
 
 /// Photons of a number of particles, in a k-d tree.
 #[derive(Clone, Debug)]
@@ -115,7 +115,7 @@ impl PhotonMap {
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
-    /// not finite, and for a particle beyond [`LONGEST_PATH`](crate::integrator::LONGEST_PATH).
+    /// not finite, and for a particle beyond [`MAX_PATH_VERTICES`](crate::integrator::MAX_PATH_VERTICES).
     pub fn new<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
@@ -127,7 +127,7 @@ impl PhotonMap {
         let rng = |particle| pass.particle(particle, emitted);
         let follow = |particles| trace_photons(parts, scene, kind, particles, rng);
         let mut photons = pilot(emitted, follow)?;
-        let first = emitted.min(PILOT);
+        let first = emitted.min(PILOT_PARTICLES);
         let rest =
             in_batches(emitted - first).map(|part| follow(first + part.start..first + part.end));
         let rest = rest.collect::<Result<Vec<_>, _>>()?;
@@ -153,7 +153,7 @@ impl PhotonMap {
     ///
     /// # Errors
     /// [`Error::Option`] for no particles, and if pilot particles predict more photons than fit in
-    /// [`LARGEST_MAP`].
+    /// [`MAX_MAP_MEMORY`].
     pub fn check<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,
@@ -231,17 +231,17 @@ fn pilot(
         let message = "0 particles leave no photons: send at least 1".to_owned();
         return Err(Error::Option(message));
     }
-    let first = emitted.min(PILOT);
+    let first = emitted.min(PILOT_PARTICLES);
     let photons = follow(0..first)?;
     let each = size_of::<(DVec3, Photon)>() + KdTree::<Photon>::BYTES;
     let per_particle = (photons.len() * each) as f64 / f64::from(first);
     let bytes = per_particle * f64::from(emitted);
-    if bytes > LARGEST_MAP as f64 {
+    if bytes > MAX_MAP_MEMORY as f64 {
         return Err(Error::Option(format!(
             "{emitted} particles would leave about {:.0} GB of photons, more than the {} GB that a map may \
              take: send fewer",
             bytes / f64::from(1 << 30),
-            LARGEST_MAP >> 30
+            MAX_MAP_MEMORY >> 30
         )));
     }
     Ok(photons)

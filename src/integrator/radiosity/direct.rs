@@ -13,7 +13,7 @@ use crate::material::Scattering;
 use crate::scene::Scene;
 
 /// Number of visibility samples on a flat emitter.
-const POINTS: u32 = 64;
+const VISIBILITY_SAMPLES: u32 = 64;
 
 /// An emitter as patches; a flat one is a single patch.
 #[derive(Clone, Debug)]
@@ -94,7 +94,7 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
     at: &SurfacePoint,
 ) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
-    for index in 0..POINTS {
+    for index in 0..VISIBILITY_SAMPLES {
         let y = parts.sample_emitter(emitter, hammersley(index));
         let offset = y.point - at.point;
         let distance_squared = offset.length_squared();
@@ -112,10 +112,10 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
     if all == 0.0 { 0.0 } else { seen / all }
 }
 
-/// Returns point `index` of [`POINTS`] in the unit square (Hammersley 1960), shifted so that none
+/// Returns point `index` of [`VISIBILITY_SAMPLES`] in the unit square (Hammersley 1960), shifted so that none
 /// lies on the second diagonal, which folding makes an edge of a triangle.
 fn hammersley(index: u32) -> [f64; 2] {
-    let strip = 1.0 / f64::from(POINTS);
+    let strip = 1.0 / f64::from(VISIBILITY_SAMPLES);
     let reversed = f64::from(index.reverse_bits()) / 2f64.powi(32);
     [(f64::from(index) + 0.5) * strip, reversed + 0.25 * strip]
 }

@@ -48,7 +48,7 @@ impl Table<'_> {
                 },
             );
             let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
-            Err(self.source.fault(
+            Err(self.source.error_at(
                 key.span().start,
                 format!("{place} has no key {}{hint}", quote(name)),
             ))
@@ -67,7 +67,7 @@ pub(super) fn refuse_light(table: &Table) -> Result<(), Error> {
             .ok()
             .and_then(|text| matches(&LIGHTS, text).first().copied())
         {
-            return Err(value.fault(replacement(light, Some(table))));
+            return Err(value.error(replacement(light, Some(table))));
         }
     }
     Ok(())
@@ -78,13 +78,13 @@ pub(super) fn refuse_lights(key: &str, value: &Value) -> Result<(), Error> {
     let first = value.array().ok().and_then(|mut items| items.next());
     let table = first.as_ref().unwrap_or(value).table().ok();
     if let Some(light) = matches(&LIGHTS, key).first() {
-        return Err(value.fault(replacement(*light, table.as_ref())));
+        return Err(value.error(replacement(*light, table.as_ref())));
     }
     if !["light", "lights", "lamp", "lamps", "emitter", "emitters"].contains(&&*normalized(key)) {
         return Ok(());
     }
     table.as_ref().map_or(Ok(()), refuse_light)?;
-    Err(value.fault(
+    Err(value.error(
         "says nothing here: a light is an object whose material has emission = a radiance; background = a radiance is \
          light from everywhere; in place of a point light take a small sphere",
     ))

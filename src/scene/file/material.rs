@@ -68,7 +68,7 @@ pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
             if !glass.is_valid() {
                 return Err(table
                     .need("index")?
-                    .fault("must differ from 1 by 0.001 at least: no facet bends light there"));
+                    .error("must differ from 1 by 0.001 at least: no facet bends light there"));
             }
             Bsdf::RoughGlass(glass)
         }

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::foreign;
 use super::polygon::Polygons;
-use super::reader::{LARGEST, fault, quote};
+use super::reader::{LARGEST, error_at_line, quote};
 use super::schema::Limits;
 use crate::error::Error;
 
@@ -39,7 +39,7 @@ pub(super) struct Name {
 /// [`Error::Scene`] with the line of the error, or the kind of the file if it is no OBJ.
 pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj, Error> {
     if let Some(kind) = foreign::kind(bytes) {
-        return Err(fault(
+        return Err(error_at_line(
             file,
             1,
             format!("the file is {kind}; a Wavefront OBJ file is needed"),
@@ -58,7 +58,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
     let (mut name, mut material) = (None, None);
     let mut lines = (1..).zip(text.lines());
     while let Some((line, first)) = lines.next() {
-        let wrong = |message: String| fault(file, line, message);
+        let wrong = |message: String| error_at_line(file, line, message);
         let (mut joined, mut piece) = (String::new(), content(first));
         while let Some(before) = piece
             .trim_end()
@@ -136,7 +136,7 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
         } else {
             ""
         };
-        return Err(fault(
+        return Err(error_at_line(
             file,
             text.lines().count().max(1),
             format!("the file ends without a face{hint}"),

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::keys::refuse_light;
 use super::obj::{Name, Obj};
 use super::polygon::Polygons;
-use super::reader::{LARGEST, Table, Value, fault, quote};
+use super::reader::{LARGEST, Table, Value, error_at_line, quote};
 use super::schema::Reading;
 use super::{Description, Object, obj};
 use crate::error::Error;
@@ -51,7 +51,7 @@ impl Placement {
             let rotation = value.table()?;
             rotation.keys(&[&["axis", "degrees"]])?;
             let axis = rotation.need("axis")?.point()?.try_normalize();
-            let axis = axis.ok_or_else(|| rotation.fault("needs an axis that is not zero"))?;
+            let axis = axis.ok_or_else(|| rotation.error("needs an axis that is not zero"))?;
             let angle = rotation
                 .need("degrees")?
                 .number(-360.0..=360.0)?
@@ -65,7 +65,7 @@ impl Placement {
             if is_sound {
                 Ok(scale)
             } else {
-                Err(value.fault(range))
+                Err(value.error(range))
             }
         };
         Ok(Self {
@@ -116,7 +116,7 @@ impl Reading<'_> {
             if is_known {
                 Ok(name.to_owned())
             } else {
-                Err(value.fault(format!("is not known: {}", description.unknown(name))))
+                Err(value.error(format!("is not known: {}", description.unknown(name))))
             }
         };
         let material = || {
@@ -141,11 +141,11 @@ impl Reading<'_> {
                 let opposite = right + edges[1];
                 let halves = [[corner, right, opposite], [corner, opposite, left]];
                 if halves.iter().any(|half| triangle_normal(*half).is_none()) {
-                    return Err(table.fault("needs two edges that span an area"));
+                    return Err(table.error("needs two edges that span an area"));
                 }
                 self.limits
                     .triangles(2)
-                    .map_err(|message| table.fault(message))?;
+                    .map_err(|message| table.error(message))?;
                 Object::Rectangle {
                     corner,
                     edges,
@@ -168,7 +168,7 @@ impl Reading<'_> {
                 };
                 if !is_sound(&sphere) {
                     return Err(table
-                        .fault("needs a zone from a lower to a higher z that meets the sphere"));
+                        .error("needs a zone from a lower to a higher z that meets the sphere"));
                 }
                 Object::Sphere {
                     sphere,
@@ -178,7 +178,7 @@ impl Reading<'_> {
             "box" => {
                 let [low, high] = table.need("corners")?.two(Value::point)?;
                 if !low.cmplt(high).all() {
-                    return Err(table.fault(
+                    return Err(table.error(
                         "needs the corner of the least x, y and z first, then that of the greatest",
                     ));
                 }
@@ -189,12 +189,12 @@ impl Reading<'_> {
                     .iter()
                     .any(|t| triangle_normal(t.map(|i| vertices[i as usize])).is_none())
                 {
-                    return Err(table.fault("is so flat or so small that a side has no area"));
+                    return Err(table.error("is so flat or so small that a side has no area"));
                 }
                 let triangles = vec![(material()?, triangles.to_vec())];
                 self.limits
                     .triangles(12)
-                    .map_err(|message| table.fault(message))?;
+                    .map_err(|message| table.error(message))?;
                 Object::Mesh {
                     vertices: vertices.to_vec(),
                     triangles,
@@ -204,7 +204,7 @@ impl Reading<'_> {
                 let list = table.need("vertices")?.array()?;
                 self.limits
                     .vertices(list.len())
-                    .map_err(|message| table.fault(message))?;
+                    .map_err(|message| table.error(message))?;
                 let mut vertices = list
                     .map(|vertex| vertex.point())
                     .collect::<Result<Vec<_>, _>>()?;
@@ -217,17 +217,17 @@ impl Reading<'_> {
                         let corners = face.array()?.map(|corner| corner.index(vertices.len()));
                         let corners = corners.collect::<Result<Vec<u32>, _>>()?;
                         if corners.len() < 3 {
-                            return Err(face.fault("needs at least three corners for each face"));
+                            return Err(face.error("needs at least three corners for each face"));
                         }
                         self.limits
                             .triangles(corners.len() - 2)
-                            .map_err(|message| face.fault(message))?;
+                            .map_err(|message| face.error(message))?;
                         let divided = polygons.add(&vertices, &corners);
                         for triangle in divided
-                            .map_err(|message| face.fault(format!("has a face that {message}")))?
+                            .map_err(|message| face.error(format!("has a face that {message}")))?
                         {
                             if triangle_normal(triangle.map(|i| vertices[i as usize])).is_none() {
-                                return Err(face.fault(format!(
+                                return Err(face.error(format!(
                                     "has the triangle {triangle:?} without area: remove it"
                                 )));
                             }
@@ -266,7 +266,7 @@ impl Reading<'_> {
                         (None, Some(_)) => {}
                         (None, None) => {
                             let message = "a face before any usemtl, in an object of the scene file without a material";
-                            return Err(fault(file, line, message));
+                            return Err(error_at_line(file, line, message));
                         }
                     }
                     lacking.extend(
@@ -286,7 +286,7 @@ impl Reading<'_> {
                         lacking[..lacking.len().min(8)].join(", ")
                     );
                     let Some(material) = default else {
-                        return Err(value.fault(format!(
+                        return Err(value.error(format!(
                             "uses {lacking}; add them, or give the object a material"
                         )));
                     };
@@ -325,7 +325,7 @@ impl Reading<'_> {
                         .map(|(_, triangles)| triangles.len())
                         .sum::<usize>();
                 if flat == before {
-                    return Err(value.fault("has no triangle with an area"));
+                    return Err(value.error("has no triangle with an area"));
                 }
                 if flat > 0 {
                     self.notes.push(format!(

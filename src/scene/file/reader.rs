@@ -26,7 +26,7 @@ impl Source<'_> {
     pub fn parse(&self) -> Result<Spanned<DeTable<'_>>, Error> {
         DeTable::parse(self.text).map_err(|error| {
             let at = error.span().map_or(self.text.len(), |span| span.start);
-            self.fault(
+            self.error_at(
                 at,
                 format!("this is not TOML: {}", error.message().replace('\n', " ")),
             )
@@ -34,8 +34,8 @@ impl Source<'_> {
     }
 
     /// Returns the error at a byte of the text.
-    pub fn fault(&self, at: usize, message: impl Display) -> Error {
-        fault(self.file, self.line(at), message)
+    pub fn error_at(&self, at: usize, message: impl Display) -> Error {
+        error_at_line(self.file, self.line(at), message)
     }
 
     /// Returns the line of a byte of the text, from 1.
@@ -46,7 +46,7 @@ impl Source<'_> {
 }
 
 /// Returns the error at a line of a file.
-pub(super) fn fault(file: impl Display, line: usize, message: impl Display) -> Error {
+pub(super) fn error_at_line(file: impl Display, line: usize, message: impl Display) -> Error {
     Error::Scene {
         scene: format!("{file}, line {line}"),
         message: message.to_string(),
@@ -73,9 +73,9 @@ pub(super) struct Value<'s> {
 
 impl<'s> Value<'s> {
     /// Returns an error about the value; the message ends a sentence that begins with its keys.
-    pub fn fault(&self, message: impl Display) -> Error {
+    pub fn error(&self, message: impl Display) -> Error {
         self.source
-            .fault(self.value.span().start, format!("{} {message}", self.path))
+            .error_at(self.value.span().start, format!("{} {message}", self.path))
     }
 
     pub fn number(&self, range: RangeInclusive<f64>) -> Result<f64, Error> {
@@ -90,7 +90,7 @@ impl<'s> Value<'s> {
             .filter(|number| range.contains(number))
             .ok_or_else(|| {
                 let (low, high) = (range.start(), range.end());
-                self.fault(format!("must be a number from {low} to {high}"))
+                self.error(format!("must be a number from {low} to {high}"))
             })
     }
 
@@ -102,7 +102,7 @@ impl<'s> Value<'s> {
             .ok()
             .filter(|index| index.fract() == 0.0 && count > 0);
         index.map(|index| index as u32).ok_or_else(|| {
-            self.fault(format!(
+            self.error(format!(
                 "points at a vertex that is not there: there are {count}, and the first is 0"
             ))
         })
@@ -114,7 +114,7 @@ impl<'s> Value<'s> {
             .value
             .get_ref()
             .as_array()
-            .ok_or_else(|| self.fault("must be an array"))?;
+            .ok_or_else(|| self.error("must be an array"))?;
         Ok(array.iter().map(move |value| Self {
             source,
             path: Rc::clone(&path),
@@ -130,12 +130,12 @@ impl<'s> Value<'s> {
             .collect::<Result<Vec<T>, _>>()?;
         items
             .try_into()
-            .map_err(|_| self.fault("must be an array of two"))
+            .map_err(|_| self.error("must be an array of two"))
     }
 
     fn three(&self, range: RangeInclusive<f64>) -> Result<DVec3, Error> {
         let three = self.array().ok().filter(|array| array.len() == 3);
-        let numbers = three.ok_or_else(|| self.fault("must be three numbers, as in [0, 0, 1]"))?;
+        let numbers = three.ok_or_else(|| self.error("must be three numbers, as in [0, 0, 1]"))?;
         let numbers: Vec<f64> = numbers
             .map(|number| number.number(range.clone()))
             .collect::<Result<_, _>>()?;
@@ -159,14 +159,14 @@ impl<'s> Value<'s> {
         self.value
             .get_ref()
             .as_str()
-            .ok_or_else(|| self.fault("must be a text in quotation marks"))
+            .ok_or_else(|| self.error("must be a text in quotation marks"))
     }
 
     pub fn truth(&self) -> Result<bool, Error> {
         self.value
             .get_ref()
             .as_bool()
-            .ok_or_else(|| self.fault("must be true or false"))
+            .ok_or_else(|| self.error("must be true or false"))
     }
 
     /// Reads the choice whose name is given.
@@ -182,7 +182,7 @@ impl<'s> Value<'s> {
             .ok_or_else(|| {
                 let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
                 let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
-                self.fault(format!("cannot be {}{hint}", quote(name)))
+                self.error(format!("cannot be {}{hint}", quote(name)))
             })
     }
 
@@ -196,7 +196,7 @@ impl<'s> Value<'s> {
             .value
             .get_ref()
             .as_table()
-            .ok_or_else(|| self.fault("must be a table of keys"))?;
+            .ok_or_else(|| self.error("must be a table of keys"))?;
         Ok(Table {
             source,
             path,
@@ -225,13 +225,13 @@ impl<'s> Table<'s> {
     }
 
     /// Returns an error about the table; the message ends a sentence that begins with its keys.
-    pub fn fault(&self, message: impl Display) -> Error {
+    pub fn error(&self, message: impl Display) -> Error {
         let what = if self.path.is_empty() {
             "the file"
         } else {
             &self.path
         };
-        self.source.fault(self.at, format!("{what} {message}"))
+        self.source.error_at(self.at, format!("{what} {message}"))
     }
 
     /// Returns a note about the table, with its file and line.
@@ -261,7 +261,7 @@ impl<'s> Table<'s> {
             })
         };
         self.get(key)
-            .ok_or_else(|| self.fault(format!("needs the key {key}{}", hint())))
+            .ok_or_else(|| self.error(format!("needs the key {key}{}", hint())))
     }
 
     /// Iterates over all keys with their values, in the order of the file.

@@ -19,7 +19,7 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     let half_height = match (table.get("fov_deg"), table.get("half_height")) {
         (Some(angle), None) => (0.5 * angle.number(0.001..=179.0)?.to_radians()).tan(),
         (None, Some(half)) => half.number(1e-5..=WIDEST)?,
-        _ => return Err(table.fault("needs one of fov_deg and half_height, and not both")),
+        _ => return Err(table.error("needs one of fov_deg and half_height, and not both")),
     };
     let point = |key| table.need(key)?.point();
     let camera = Camera::new(
@@ -29,7 +29,7 @@ fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
         half_height,
     );
     let needs = || {
-        table.fault("needs a target away from the eye and an upright that is not the line of sight")
+        table.error("needs a target away from the eye and an upright that is not the line of sight")
     };
     if camera.is_valid() {
         Ok(camera)
@@ -126,7 +126,7 @@ impl<'a> Reading<'a> {
                     || name.chars().count() > 64
                     || name.chars().any(char::is_control)
                 {
-                    return Err(value.fault("needs a name of 1 to 64 printable characters"));
+                    return Err(value.error("needs a name of 1 to 64 printable characters"));
                 }
                 reading.materials.insert(name.to_owned());
                 description
@@ -153,21 +153,21 @@ impl<'a> Reading<'a> {
         let (image, bytes) = self.bytes_of(&table, "image")?;
         let layer = table.get("layer").map(|layer| layer.text()).transpose()?;
         let picture =
-            image::decode(&image, &bytes, layer, "layer").map_err(|error| table.fault(error))?;
+            image::decode(&image, &bytes, layer, "layer").map_err(|error| table.error(error))?;
         if !picture.has_primaries(REC_709) {
             let found = picture.primaries;
-            return Err(table.fault(format!(
+            return Err(table.error(format!(
                 "has primaries {found:?}, not those of Rec. 709 and sRGB: convert its image"
             )));
         }
         if picture.is_cube {
-            return Err(table.fault("is a cube map: convert its image to longitude and latitude"));
+            return Err(table.error("is a cube map: convert its image to longitude and latitude"));
         }
         if !matches!(
             picture.meaning,
             Meaning::Rgb | Meaning::Luminance | Meaning::Grey
         ) {
-            return Err(table.fault(format!(
+            return Err(table.error(format!(
                 "is no radiance in R, G, B, or of one channel: {}",
                 picture.reading()
             )));
@@ -200,7 +200,7 @@ impl<'a> Reading<'a> {
             axis("front", DVec3::X)?,
         );
         map.map(Environment::Map)
-            .map_err(|message| table.fault(format!("is no environment map: {message}")))
+            .map_err(|message| table.error(format!("is no environment map: {message}")))
     }
 
     /// Reads the file that a key names, and adds its bytes to the scene's digest.
@@ -213,7 +213,7 @@ impl<'a> Reading<'a> {
         let name = value.text()?;
         let path = self.folder.join(name);
         let bytes = read(&path, self.limits.bytes)
-            .map_err(|error| value.fault(format!("{} cannot be read: {error}", quote(name))))?;
+            .map_err(|error| value.error(format!("{} cannot be read: {error}", quote(name))))?;
         self.limits.bytes -= bytes.len() as u64;
         self.hash(&bytes);
         Ok((path, bytes))
