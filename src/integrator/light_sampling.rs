@@ -306,7 +306,7 @@ pub(super) struct LightView<R, const N: usize> {
 }
 
 /// Returns the pdfs, with respect to solid angle, with which
-/// [`sample_light`](super::next_event::sample_light) at `from` picks these points.
+/// [`sample_light`](super::direct_light::sample_light) at `from` picks these points.
 #[inline]
 pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
     parts: &P,

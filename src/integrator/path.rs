@@ -40,7 +40,7 @@ pub struct Path<P = DefaultParts> {
     /// Number of early hits in [Russian roulette](crate::sampling::roulette::by_throughput).
     pub rr_depth: u32,
     /// Whether [`Strategy::Mis`] uses specular next-event estimation through
-    /// [casters](Scene::bodies), except under an environment map.
+    /// [casters](Scene::specular_casters), except under an environment map.
     pub specular_nee: bool,
     /// Maximum number of scattering events between the emitter or background and the camera; 0
     /// leaves directly visible light. `None` means no limit.

@@ -290,7 +290,7 @@ impl Scene {
     }
 
     /// Returns a surface point with its unit normal, from which rays start at the height of
-    /// [`OFFSET`], in single precision of [`SINGLE_END`].
+    /// [`OFFSET`], in single precision of [`SINGLE_END`](crate::geometry::offsets::SINGLE_END).
     #[inline]
     pub(crate) fn ray_origin<V: Vector>(&self, point: V, normal: V) -> RayOrigin<V> {
         RayOrigin {

@@ -140,8 +140,8 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
         })
     }
 
-    /// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives the
-    /// emission seen on the way, and the index of the path.
+    /// Follows rays through mirrors and glass to the first diffuse surfaces. `on_emission` receives
+    /// the emission seen on the way, and the index of the path.
     fn trace_to_diffuse<R: Sampler>(
         &self,
         scene: &Scene,

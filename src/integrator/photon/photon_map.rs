@@ -115,7 +115,8 @@ impl PhotonMap {
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
-    /// not finite, and for a particle beyond [`MAX_PATH_VERTICES`](crate::integrator::MAX_PATH_VERTICES).
+    /// not finite, and for a particle beyond
+    /// [`MAX_PATH_VERTICES`](crate::integrator::MAX_PATH_VERTICES).
     pub fn new<P: Photons + PathParts>(
         parts: &P,
         scene: &Scene,

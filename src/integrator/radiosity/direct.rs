@@ -112,8 +112,8 @@ fn visible_fraction<P: FiniteElements + NextEvent + Scattering>(
     if all == 0.0 { 0.0 } else { seen / all }
 }
 
-/// Returns point `index` of [`VISIBILITY_SAMPLES`] in the unit square (Hammersley 1960), shifted so that none
-/// lies on the second diagonal, which folding makes an edge of a triangle.
+/// Returns point `index` of [`VISIBILITY_SAMPLES`] in the unit square (Hammersley 1960), shifted so
+/// that none lies on the second diagonal, which folding makes an edge of a triangle.
 fn hammersley(index: u32) -> [f64; 2] {
     let strip = 1.0 / f64::from(VISIBILITY_SAMPLES);
     let reversed = f64::from(index.reverse_bits()) / 2f64.powi(32);

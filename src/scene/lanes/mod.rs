@@ -40,7 +40,8 @@ pub(crate) struct PrimitiveData<T> {
     pub features: Option<FlatFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
-    /// Indices of the [specular casters](Scene::specular_casters) by which it reflects and refracts.
+    /// Indices of the [specular casters](Scene::specular_casters) by which it reflects and
+    /// refracts.
     pub casters: [u8; 2],
 }
 
