@@ -118,7 +118,7 @@ impl LightTree {
         (first, self.children.min(all - first))
     }
 
-    /// Returns the importance of a choice.
+    /// Returns the importance of a child.
     fn importance(
         &self,
         level: Option<usize>,

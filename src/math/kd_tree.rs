@@ -35,7 +35,7 @@ struct Node {
     index: u32,
 }
 
-/// Length of slices from which two threads build them.
+/// Length from which the two halves of a slice are built in parallel.
 const MIN_PARALLEL_LENGTH: usize = 4096;
 /// Largest number of points of a leaf, all of which are tested.
 const MAX_LEAF_POINTS: usize = 2 * LANES;
