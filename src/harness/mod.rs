@@ -14,7 +14,6 @@
 //! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
 //! | in which precision does it compute, and what does rounding explain? | [`roundoff`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
-//! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would be detected, and how surely? | [`power`] |
 //! | is an effect of exactly that size detected? | [`graded`] |
 //! | is it large enough for the error budget? | [`guard`] |
@@ -61,7 +60,6 @@ pub mod power;
 pub mod quadrature;
 mod quantiles;
 pub mod roundoff;
-pub mod sequential;
 pub mod tails;
 pub mod trial;
 pub mod welch_map;

@@ -16,7 +16,6 @@ mod no_evidence; // samples without evidence
 mod outcome;
 mod power;
 mod quadrature;
-mod sequential;
 pub mod single_precision; // subjects that compute in f32
 mod tails;
 mod trial;
@@ -38,7 +37,6 @@ use whitefurnace::harness::mean::{
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 use whitefurnace::harness::tails::{
     binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper,
     poisson_cdf, poisson_interval, poisson_sf, student_two_sided, student_upper,
