@@ -1,7 +1,7 @@
 //! Rooms in the manner of CIE 171:2006 (test cases to assess the accuracy of lighting computer
 //! programs), with closed forms derived here: a luminous rectangle over a floor and beside a wall,
 //! a roof opening and a window under a uniform sky, an obstruction before the window. The CIE
-//! overcast sky is in the module `sky`.
+//! overcast sky is in the module `environment_map`.
 
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, panel, scene};

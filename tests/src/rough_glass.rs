@@ -15,11 +15,11 @@ use whitefurnace::material::rough_glass::{RoughGlass, refracting, smith_g2_trans
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
+use crate::environment_map::sky;
 use crate::ggx::lambda;
 use crate::glass::INDEX;
 use crate::prelude::*;
 use crate::scenes::{LIGHT, floor, hollow, light, scene, towards_origin};
-use crate::sky::sky;
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]

@@ -8,11 +8,11 @@ mod domain;
 mod graded;
 mod guard;
 pub mod images; // two sets of images
+mod insufficient_samples; // samples without evidence
 mod ks;
 pub mod lobe_checkup; // end-to-end check-ups of paper, mirrors and glass, and faulty ones
 mod mean;
 pub mod narrow_lobes; // BSDFs that scatter nearly all light in one direction
-mod no_evidence; // samples without evidence
 mod outcome;
 mod power;
 mod quadrature;

@@ -10,8 +10,8 @@ use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 use crate::bidirectional::scenes::KnownImage;
-use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
-use crate::image_means::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
+use crate::image_mean::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
+use crate::image_mean::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
 
 /// Trials and faults of estimators that trace particles to the camera.

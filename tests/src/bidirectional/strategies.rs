@@ -5,8 +5,8 @@ use whitefurnace::integrator::Density;
 
 use crate::bidirectional::scenes::KnownImage;
 use crate::bidirectional::{SQUARE, Size, mean, scenes};
-use crate::image_means::ImageEstimatorKind::Bdpt;
-use crate::image_means::altered;
+use crate::image_mean::ImageEstimatorKind::Bdpt;
+use crate::image_mean::altered;
 use crate::prelude::*;
 
 /// Returns the subject with another MIS weight, so that chosen strategies have all the weight or

@@ -16,7 +16,7 @@ mod glass;
 use whitefurnace::integrator::Lookup;
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 
-use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
+use crate::certain_paths::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{hollow, lambert, level, mirror, seen_by};

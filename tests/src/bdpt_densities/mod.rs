@@ -11,12 +11,12 @@ use whitefurnace::harness::pointwise::{Largest, relative};
 use whitefurnace::integrator::{Bdpt, Density, weight};
 use whitefurnace::sampling::sampler::LIGHT;
 
-use crate::prelude::*;
-use crate::script::{self, Scripted};
-use crate::whole_paths::path::{
+use crate::bdpt_densities::path::{
     FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room,
     shares, trace,
 };
+use crate::prelude::*;
+use crate::script::{self, Scripted};
 
 /// Random numbers for each block; after the last of a block, [`LAST`].
 struct Script<'a> {

@@ -3,8 +3,8 @@
 
 use whitefurnace::integrator::{Lookup, TransportRules};
 
-use crate::exact_walks::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
-use crate::exact_walks::{ENDLESS, certain};
+use crate::certain_paths::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
+use crate::certain_paths::{ENDLESS, certain};
 use crate::glass::{GLASS, INDEX};
 use crate::prelude::*;
 use crate::scenes::{self, LIGHT, TINT, hollow, lambert, light, seen_by};
