@@ -1,5 +1,5 @@
 //! Every trial and every fault of the registry as a test with its own name: `furnace/sky/path` is a
-//! trial on its right subject, `furnace/sky/path!no-cosine` one of its faults.
+//! trial on its correct subject, `furnace/sky/path!no-cosine` one of its faults.
 //!
 //! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial.
 //! `WHITEFURNACE_SHARD=1/4` runs the first of four shards.

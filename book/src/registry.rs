@@ -57,7 +57,7 @@ pub fn faults() -> String {
     let rows: Vec<String> = all_faults()
         .iter()
         .map(|fault| {
-            let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
+            let trials: Vec<_> = fault.rejected_by.iter().map(|trial| code(trial)).collect();
             let verb = if fault.equivalent {
                 "accepted by"
             } else {

@@ -1,4 +1,4 @@
-//! Graded controls: the right subject's values, off by exactly the size of the claim.
+//! Graded controls: the correct subject's values, off by exactly the size of the claim.
 //!
 //! Gross faults show that a trial can fail; graded controls show that it fails at the size it
 //! claims. Each statistic runs again on transformed values: values are scaled or shifted, samples

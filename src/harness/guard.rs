@@ -1,7 +1,7 @@
 //! Guard of the error budget: refuses an outcome that chance would turn red more often than its
 //! share of the budget allows.
 //!
-//! A right subject is red not only when it is rejected, but also when it stays undecided; a fault
+//! A correct subject is red not only when it is rejected, but also when it stays undecided; a fault
 //! is red when it is accepted. Both are as rare as the budget says only if the effect in question
 //! is large enough: δ (or the margin) of a subject that is to hold must be at least its minimum
 //! detectable effect, and a fault must be so far off that a miss is practically impossible. Every

@@ -262,7 +262,7 @@ impl Outcome {
     }
 
     /// Returns the smallest δ or margin for which the verdict is right with probability at least 1
-    /// − [`ALPHA`]: an effect of that size is rejected, and a right subject holds. For an exact
+    /// − [`ALPHA`]: an effect of that size is rejected, and a correct subject holds. For an exact
     /// identity, its tolerance.
     pub fn minimum_detectable_effect(&self) -> f64 {
         if self.is_random() {
@@ -273,7 +273,7 @@ impl Outcome {
     }
 
     /// Returns 1 − power: the probability that an effect of the claim's size is not rejected, or
-    /// that a right subject does not hold, on either side. Where no size is claimed, that of the
+    /// that a correct subject does not hold, on either side. Where no size is claimed, that of the
     /// minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact identities.
     pub fn miss(&self) -> f64 {
         if self.claim == Claim::Test {
@@ -296,7 +296,7 @@ impl Outcome {
     }
 
     /// Returns the number of sides on which an estimate may leave ±δ or the margin. With both
-    /// counted, a right subject stays undecided with the level's own probability: for an exact
+    /// counted, a correct subject stays undecided with the level's own probability: for an exact
     /// claim that is the very event of a rejection if the minimum detectable effect is δ.
     fn sides(&self) -> f64 {
         match self.claim {

@@ -1,5 +1,5 @@
-//! Trials as data: a property, a statistic, a size, and functions that run it on the right subject
-//! and on faulty ones.
+//! Trials as data: a property, a statistic, a size, and functions that run it on the correct
+//! subject and on faulty ones.
 
 mod check;
 mod context;
@@ -63,7 +63,7 @@ pub struct Trial {
     pub subject: &'static str,
     /// Name of the statistic.
     pub statistic: &'static str,
-    /// Function on the right subject.
+    /// Function on the correct subject.
     pub run: Run,
     /// The trial's function on faulty subjects; at least one.
     pub controls: Vec<Control>,

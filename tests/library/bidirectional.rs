@@ -391,7 +391,7 @@ fn weights_sum_to_one_on_real_paths() {
         );
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
-        assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
+        assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * UNIT_ROUNDOFF);
         specular += usize::from(path.iter().any(|vertex| vertex.connectible == 0.0));
     }
     assert!(specular > 100, "{specular} paths meet mirror or glass");

@@ -25,7 +25,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
         assert_eq!(all.replications(), values.len() as u32);
         let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
         // Values of at most 10 move by half a unit; 40 of them are summed.
-        let bound = UNIT + 4000.0 * U;
+        let bound = UNIT + 4000.0 * UNIT_ROUNDOFF;
         assert_abs_diff_eq!(
             all.mean(),
             DVec3::from(moments.map(|m| m.mean())),
@@ -175,7 +175,7 @@ fn averages_run_over_pixels_and_channels() {
     }
     // Means 2, 2, 2 and 6, 0, 0; standard errors 1, 1, 1 and 0, 0, 0.
     assert_eq!(film.mean(), 2.0);
-    assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * U);
+    assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * UNIT_ROUNDOFF);
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 

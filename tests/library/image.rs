@@ -324,7 +324,7 @@ fn displays_encode_as_they_say() {
         (0.75, 0.8808250210902998),
         (1.0, 1.0),
     ] {
-        assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * U);
+        assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * UNIT_ROUNDOFF);
         let display = Display::Srgb { exposure: 0.0 };
         assert_eq!(f64::from(display.encode(linear)), (255.0 * encoded).round());
         // One stop doubles the value.

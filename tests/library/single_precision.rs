@@ -217,10 +217,10 @@ fn rays_do_not_hit_the_body_that_they_leave() {
 /// edge, or after a few mirrors and balls, roundings grow. The fractions are three times those
 /// measured in the worst scene, the report's room, with thousands of independent samples, so that
 /// no seed exceeds them.
-const APART: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
-/// [`APART`] for specular next-event estimation: along caustics of balls a rounding spreads as
-/// light does.
-const APART_BY_BODIES: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
+const MAX_DIFFERING: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
+/// [`MAX_DIFFERING`] for specular next-event estimation: along caustics of balls a rounding spreads
+/// as light does.
+const MAX_DIFFERING_SPECULAR_NEE: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
 
 const FRAME: [u32; 2] = [64, 48];
 
@@ -299,7 +299,11 @@ fn images_differ_by_rounding() {
                     .expect("legal values");
                 let specular_nee =
                     matches!(estimator, LaneEstimator::Path(path) if path.specular_nee);
-                for (apart, share) in if specular_nee { APART_BY_BODIES } else { APART } {
+                for (apart, share) in if specular_nee {
+                    MAX_DIFFERING_SPECULAR_NEE
+                } else {
+                    MAX_DIFFERING
+                } {
                     let far = |(a, b): &(&Pixel, &Pixel)| {
                         let [a, b] = [a, b].map(|pixel| pixel.mean());
                         (a - b).abs().max_element() > apart * a.max(b).max_element()

@@ -68,7 +68,7 @@ fn every_shape_is_its_pixels() {
                 precision: Precision::Double,
             };
             let alone = ByRays {
-                estimator: Path::new(OneByOne, Finds::Mis),
+                estimator: Path::new(ScalarParts, Finds::Mis),
                 sampling,
             };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");

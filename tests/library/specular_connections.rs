@@ -11,7 +11,7 @@ use whitefurnace::material::fresnel::{mirror, refract};
 use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
-use crate::lanes::scenes::bodies;
+use crate::lanes::scenes::specular_casters;
 use crate::prelude::*;
 
 const CASES: u32 = 20_000;
@@ -372,7 +372,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
 
 #[test]
 fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
-    let scene = bodies(0);
+    let scene = specular_casters(0);
     let all = scene.specular_casters().all();
     let mut found = [0; 3];
     let mut rng = rng("paths");
@@ -463,7 +463,7 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let one_by_one = Path {
         specular_nee: true,
         bounces,
-        ..Path::new(OneByOne, Finds::Mis)
+        ..Path::new(ScalarParts, Finds::Mis)
     };
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
@@ -699,7 +699,7 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
 
 #[test]
 fn shares_are_of_what_can_be_seen() {
-    let scene = bodies(0);
+    let scene = specular_casters(0);
     let all = scene.specular_casters().all();
     let mut rng = rng("points");
     for _ in 0..1000 {

@@ -3,7 +3,7 @@
 //! statistics are detected.
 
 use rayon::prelude::*;
-use trials::statistics::{LEVEL, N, continuous, promises};
+use trials::statistics::{LEVEL, N, continuous, error_rate_bounds};
 use whitefurnace::harness::chi_square::binomial;
 use whitefurnace::harness::guard::{may_hold, may_not_hold};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
@@ -70,21 +70,21 @@ fn p_values_of_true_hypotheses_are_uniform() {
 
 #[test]
 fn statistics_that_only_promise_a_bound_keep_it() {
-    for promise in promises() {
+    for bound in error_rate_bounds() {
         let found = rate(
-            promise.name,
-            &replicate(promise.name, promise.happened),
-            promise.rate,
+            bound.name,
+            &replicate(bound.name, bound.happened),
+            bound.rate,
         );
         // A lower rate is no fault: only the upper side is tested, where an effect is detected as
         // well.
-        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", promise.name);
-        let p = binomial_sf(found.value as u64, found.n, promise.rate);
+        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", bound.name);
+        let p = binomial_sf(found.value as u64, found.n, bound.rate);
         assert!(
             p >= ALPHA,
             "{}, at most {} claimed",
             found.worst,
-            promise.rate
+            bound.rate
         );
     }
 }
@@ -94,7 +94,7 @@ const POWERS: [f64; 2] = [0.5, 0.9];
 
 /// Number of random assertions of this module.
 pub fn assertions() -> usize {
-    continuous().len() + promises().len() + POWERS.len() + 1
+    continuous().len() + error_rate_bounds().len() + POWERS.len() + 1
 }
 
 /// The rate of rejections of a wrong mean follows the normal distribution at powers 0.5 and 0.9.

@@ -84,7 +84,7 @@ fn behind_light() -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
+    let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
     let of = |name,
               scene: &Arc<Scene>,
               (kind, ray): (EstimatorKind, Rays),

@@ -227,7 +227,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Reflectances>> {
-    let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
+    let family_trial = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
         let subject = "material::fresnel::reflectance, reflectance_s, reflectance_p";
         trial(
             format!("fresnel/{name}"),
@@ -238,31 +238,31 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "energy",
             "reflected and transmitted flux sum to one for each polarisation",
             &FRESNEL_S,
             energy,
         ),
-        own(
+        family_trial(
             "brewster",
             "R_p vanishes at Brewster's angle and R_s has its closed form",
             &FRESNEL_P,
             brewster,
         ),
-        own(
+        family_trial(
             "reversible",
             "R is the same from both sides along one ray",
             &FRESNEL,
             reversible,
         ),
-        own(
+        family_trial(
             "limits",
             "R at normal and at grazing incidence",
             &FRESNEL,
             limits,
         ),
-        own(
+        family_trial(
             "critical",
             "reflection is total past the critical angle and not before",
             &FRESNEL,

@@ -93,7 +93,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "furnace/path/early",
             "spherical furnace without early roulette",
             0.9,
-            sphere(EstimatorKind::PathEarly),
+            sphere(EstimatorKind::PathWithRrDepth),
             1_700_000,
         ),
     ]
@@ -179,7 +179,7 @@ fn within() -> FamilyTrial<EstimatorSubject> {
         "furnace/path/three-segments",
         &PATH_LENGTH,
         &sphere_furnace(lambert(a), 0.0),
-        EstimatorKind::PathWithin(segments),
+        EstimatorKind::PathWithMaxSegments(segments),
         inside,
     )
     .says(format!(

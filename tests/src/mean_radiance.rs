@@ -8,7 +8,7 @@ use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{Sobol, scramble};
 
 use crate::prelude::*;
-use crate::scenes::level;
+use crate::scenes::mean_channel;
 
 /// Relative δ of single estimators with closed forms.
 pub const SINGLE: f64 = 0.003;
@@ -58,7 +58,7 @@ pub fn means<S: AsRef<str>, const N: usize>(
     about.into_iter().zip(&all).map(outcome).collect()
 }
 
-/// Compares the mean [`level`] along probe rays with a closed form.
+/// Compares the mean [`mean_channel`] along probe rays with a closed form.
 pub struct MeanRadiance {
     /// Scene, estimator and rays.
     pub probe: Probe,
@@ -97,7 +97,7 @@ impl Property for MeanRadiance {
             Draws::Rays(n) => {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
                 mean_of("radiance", self.reference, self.delta, context.n(n), || {
-                    level(scene, radiance())
+                    mean_channel(scene, radiance())
                 })
             }
             Draws::Scrambles(n) => {
@@ -117,7 +117,10 @@ impl Property for MeanRadiance {
                         });
                         let radiances = kind.radiances(setup, scene, rays);
                         let mean = |points: &[DVec3]| {
-                            points.iter().map(|point| level(scene, *point)).sum::<f64>()
+                            points
+                                .iter()
+                                .map(|point| mean_channel(scene, *point))
+                                .sum::<f64>()
                                 / f64::from(POINTS)
                         };
                         means = radiances
@@ -139,10 +142,10 @@ impl Property for MeanRadiance {
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
         EstimatorKind::Path
-        | EstimatorKind::PathEarly
-        | EstimatorKind::PathBy(..)
+        | EstimatorKind::PathWithRrDepth
+        | EstimatorKind::PathWith(..)
         | EstimatorKind::PathSpecularNee(..)
-        | EstimatorKind::PathWithin(..) => "integrator::Path",
+        | EstimatorKind::PathWithMaxSegments(..) => "integrator::Path",
         EstimatorKind::Report(_) => "integrator::Report",
         EstimatorKind::Whitted(_) => "integrator::Whitted",
     }

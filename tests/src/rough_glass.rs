@@ -348,7 +348,7 @@ fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
 }
 
 /// The f for which this pdf would be the exact sampling density, but for masking.
-fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
+fn f_from_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
     if pdf == 0.0 {
         return 0.0;
     }
@@ -409,17 +409,17 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
         fault!("jacobian-of-the-mirror", ROUGH_GLASS_REFRACTION, "f and pdf with 1/(4 o · m) for refraction, too",
             RoughGlassParts: {
                 pdf: mirror_jacobian,
-                eval: |glass, wo, wi| of_pdf(glass, wo, wi, mirror_jacobian(glass, wo, wi))
+                eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, mirror_jacobian(glass, wo, wi))
             },
             "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 10 degrees | directional albedo at 165 degrees"),
         fault!("index-on-the-wrong-side", ROUGH_GLASS_REFRACTION, "n ω_o + ω_i for the half vector of refraction",
             RoughGlassParts: {
                 pdf: index_on_the_wrong_side,
-                eval: |glass, wo, wi| of_pdf(glass, wo, wi, index_on_the_wrong_side(glass, wo, wi))
+                eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, index_on_the_wrong_side(glass, wo, wi))
             },
             "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 40 degrees"),
         fault!("half-vector-of-one-sign", ROUGH_GLASS_REFRACTION, "−(ω_o + n ω_i) for the normal, whichever side is denser",
-            RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| of_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
+            RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
             "bsdf/rough-glass: directional albedo at 165 degrees"),
         fault!("fresnel-of-the-surface", ROUGH_GLASS, "F at the surface's normal, not at the microfacet's",
             RoughGlassParts: { eval: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
@@ -508,7 +508,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(s, rough);
         sky(s, [1, 1], vec![DVec3::splat(LIGHT)]);
     });
-    let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
+    let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
     let from_outside: Rays = |_| towards_origin(INCLINATION);
     let from_within: Rays = |_| {
         let Ray {

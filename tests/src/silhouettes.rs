@@ -22,7 +22,7 @@ pub struct OutlinePoints {
     pub in_mirrors: fn(MirroredRay, &Scene) -> MirroredRay,
 }
 
-const RIGHT: OutlinePoints = OutlinePoints {
+const CORRECT: OutlinePoints = OutlinePoints {
     points: silhouette::points,
     with_supersampled_emission: silhouette::with_supersampled_emission,
     in_mirrors: MirroredRay::in_mirrors,
@@ -159,23 +159,23 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         ],
         faults: vec![
             fault!("own-kept", RANDOMISATION, "the sample's own direct emission is counted as well",
-                = OutlinePoints { with_supersampled_emission: |radiance, _, shown| mean_over(POINTS as f64, radiance, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, _, shown| mean_over(POINTS as f64, radiance, shown), ..CORRECT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("by-seven", RANDOMISATION, "the sum over eight points is divided by seven",
-                = OutlinePoints { with_supersampled_emission: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..CORRECT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("towards-corner", RANDOMISATION, "the points are not uniform: their coordinates are squared",
                 = OutlinePoints {
                     points: |seed, pixel, replication, index| {
                         silhouette::points(seed, pixel, replication, index).map(|point| point.map(|x| x * x))
                     },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("mirror-without-loss", RANDOMISATION, "a mirror that camera rays follow reflects all light",
                 = OutlinePoints {
                     in_mirrors: |view, scene| MirroredRay { weight: DVec3::ONE, ..view.in_mirrors(scene) },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/in-mirrors: red | green"),
             fault!("mirror-passed", RANDOMISATION, "camera rays go straight on behind a mirror",
@@ -184,10 +184,10 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                         let (ray, hit) = scene.onward(&view.hit.expect("a mirror"), view.ray.direction);
                         MirroredRay { ray, hit, ..view.in_mirrors(scene) }
                     },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/in-mirrors: red | green | blue"),
         ],
-        ..Family::new("outlines", RIGHT)
+        ..Family::new("outlines", CORRECT)
     })]
 }

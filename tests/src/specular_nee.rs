@@ -146,7 +146,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
             &lens,
-            EstimatorKind::PathWithin(4),
+            EstimatorKind::PathWithMaxSegments(4),
             near_origin,
         )
         .says(format!(

@@ -195,7 +195,7 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Numbers>> {
-    let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
+    let family_trial = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
         let subject = "sampling::rng::stream, sampling::rng::uniform";
         trial(
             format!("streams/{name}"),
@@ -206,19 +206,19 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "distinct",
             "numbers of different pixels are distinct: 53 random bits",
             "Poisson",
             distinct,
         ),
-        own(
+        family_trial(
             "gaps",
             "gaps between visits of [0, 1/2) are geometric",
             "chi-square",
             gaps,
         ),
-        own(
+        family_trial(
             "neighbours",
             "neighbouring pixels, samples and draws are independent",
             "chi-square and t",

@@ -35,14 +35,14 @@ const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6
 const RR_DEPTH: u32 = 2;
 
 /// Hits after which a walk is abandoned as endless, which is a fault.
-const GIVE_UP: u32 = 2_000;
+const MAX_BOUNCES: u32 = 2_000;
 
 /// Returns the radiance of a walk between surfaces that emit 1, the throughput handled as by
 /// [`whitefurnace::integrator::Path`]. Calls `see` at every decision with the throughput before it,
 /// the highest survival allowed, the survival, and the throughput of a survivor.
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
-    for hit in 0..GIVE_UP {
+    for hit in 0..MAX_BOUNCES {
         let early = hit < RR_DEPTH;
         let before = throughput * COLOURS[usize::from(uniform(rng) < 0.5)];
         let survival = (policy.survival)(before, early);
@@ -182,9 +182,9 @@ const OTHERS: [(&str, Survival, u64); 2] = [
 /// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
-    let own = STANDARD.with(DefaultParts);
-    let mut radiance = probe.radiances(own, context.seed_of("survival by throughput"));
-    let own = Values::collect(reference, context.n(PATHS), || radiance().x);
+    let by_throughput = STANDARD.with(DefaultParts);
+    let mut radiance = probe.radiances(by_throughput, context.seed_of("survival by throughput"));
+    let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Exact {
         delta: BOUNCES * reference,
     };
@@ -197,7 +197,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
             });
             let mut radiance = probe.radiances(setup, context.seed_of(name));
             let other = Values::collect(reference, context.n(paths), || radiance().x);
-            welch(name, &own, &other, claim)
+            welch(name, &by_throughput, &other, claim)
         })
         .collect()
 }

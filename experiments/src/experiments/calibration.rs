@@ -6,7 +6,7 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use trials::statistics::{self, N, Promise};
+use trials::statistics::{self, ErrorRateBound, N};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
@@ -37,7 +37,7 @@ const PART: usize = 32;
 
 /// Prefixes of names in the accumulated rows.
 const STATISTIC: &str = "statistic ";
-const PROMISE: &str = "promise ";
+const ERROR_RATE: &str = "promise ";
 const TRIAL: &str = "trial ";
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -94,12 +94,12 @@ fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
         let p = (statistic.run)(&mut rng(&name), 0.0).p;
         [name, format!("{p:.6e}")]
     });
-    let promises = statistics::promises().into_iter().map(|promise| {
-        let name = format!("{PROMISE}{}", promise.name);
-        let happened = (promise.happened)(&mut rng(&name));
+    let error_rate_bounds = statistics::error_rate_bounds().into_iter().map(|bound| {
+        let name = format!("{ERROR_RATE}{}", bound.name);
+        let happened = (bound.happened)(&mut rng(&name));
         [name, u8::from(happened).to_string()]
     });
-    statistics.chain(promises).collect()
+    statistics.chain(error_rate_bounds).collect()
 }
 
 /// Groups whose p-values are meaningless at this scale: the checks of whole BSDFs integrate for
@@ -149,13 +149,13 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
 
 /// Judges each name at `level`, its share of the look's level.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
-    let promises = statistics::promises();
+    let error_rate_bounds = statistics::error_rate_bounds();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;
-        if let Some(Promise { rate, .. }) = promises
+        if let Some(ErrorRateBound { rate, .. }) = error_rate_bounds
             .iter()
-            .find(|p| name.strip_prefix(PROMISE) == Some(p.name))
+            .find(|p| name.strip_prefix(ERROR_RATE) == Some(p.name))
         {
             let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
             let value = format!("{k} of {n}, at most {rate:.0e} promised");

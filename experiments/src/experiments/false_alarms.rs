@@ -8,7 +8,7 @@ use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Mutants, Se
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
     title: "the whole suite under fresh master seeds (accumulates over runs)",
-    headline: "{fails %d} false rejections in {tests %d} tests of right subjects under {seeds %d} seeds",
+    headline: "{fails %d} false rejections in {tests %d} tests of correct subjects under {seeds %d} seeds",
     version: 3,
     equations: &[],
     run,
@@ -148,7 +148,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     }
     run.claim("suites with a false statement", value, names.is_empty());
     let value = format!(
-        "false rejections of right subjects and equivalent mutants at this scale: of {random} tests whose tail \
+        "false rejections of correct subjects and equivalent mutants at this scale: of {random} tests whose tail \
          is valid here, below {each:.1e} each, and of {exact} identities at their full arguments. Not the \
          1e-9 of each, which is theirs by their tails; nor what stays undecided at full size, which the \
          guard excludes"

@@ -16,7 +16,7 @@ use trials::statistics::is_bound;
 /// Scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
 
-/// Faults, which cost as much as right subjects, are run under every seed with an index divisible
+/// Faults, which cost as much as correct subjects, are run under every seed with an index divisible
 /// by this.
 pub const FAULTS_EVERY: u64 = 4;
 
@@ -32,7 +32,7 @@ pub struct Mutants {
     pub faults: Vec<(String, Answer)>,
 }
 
-/// Stored outcome of a right subject or an equivalent mutant.
+/// Stored outcome of a correct subject or an equivalent mutant.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Measure {
     /// "trial: outcome".
@@ -107,7 +107,7 @@ impl Seeds {
         })
     }
 
-    /// Returns the suite's outcomes on right subjects under seed number `k`.
+    /// Returns the suite's outcomes on correct subjects under seed number `k`.
     pub fn subjects(&self, k: u64) -> Result<Vec<Measure>, Error> {
         self.parts.part(&format!("subjects-{k}"), || {
             let context = self.context(k)?;

@@ -72,7 +72,7 @@ pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     }
 }
 
-/// Checks a trial on its right subject alone.
+/// Checks a trial on its correct subject alone.
 ///
 /// # Errors
 /// The message, if it is red.

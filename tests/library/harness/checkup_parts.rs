@@ -312,12 +312,12 @@ fn pointwise_errors_are_relative() {
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
     // Samples that all have cosine z, and the pdf of other directions. Grazing directions are left
     // out, as their cosines have lost digits; 1e-4 is the last that counts.
-    let towards = |z: f64| {
+    let with_cosine = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
         with_sample(move |s| Some(SampledDirection { wi, ..s }))
     };
-    assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
-    assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
+    assert_eq!(error(&with_cosine(1e-5), WEIGHTS), 0.0);
+    assert!(error(&with_cosine(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are compared in the same way.
     assert_eq!(
         error(

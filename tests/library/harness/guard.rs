@@ -102,7 +102,7 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
     assert!((normal_upper(0.5 * FAR_LEVEL) - FAR).abs() < 0.05);
 }
 
-/// A far rejection stands without a valid tail, within limits; a near one, or a right subject, is
+/// A far rejection stands without a valid tail, within limits; a near one, or a correct subject, is
 /// undecided.
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {

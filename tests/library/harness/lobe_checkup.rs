@@ -7,7 +7,7 @@ use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refr
 
 use super::*;
 
-/// Numbers of random outcomes of the right subjects: paper, mirror and glass.
+/// Numbers of random outcomes of the correct subjects: paper, mirror and glass.
 pub const PASSES: [usize; 3] = [4, 8, 22];
 /// Number of faulty subjects, each of which must be rejected.
 pub const FAULTY: usize = 16;
@@ -16,8 +16,8 @@ fn in_words(outcome: &Outcome) -> String {
     format!("{}: {}", outcome.name, outcome.worst)
 }
 
-/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 they may be
-/// undecided.
+/// Asserts that all outcomes of a correct subject hold and pass the guard; below scale 1 they may
+/// be undecided.
 fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     let red = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,

@@ -12,8 +12,8 @@ use whitefurnace::integrator::{Bdpt, Density, weight};
 use whitefurnace::sampling::sampler::LIGHT;
 
 use crate::bdpt_densities::path::{
-    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room,
-    shares, trace,
+    FRAME, Kind, LAST, LIVES, Vertex, closed_form, middle, on_emitter, picked, room, shares,
+    strategy_pdfs, trace,
 };
 use crate::prelude::*;
 use crate::script::{self, Scripted};
@@ -149,10 +149,10 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
             continue;
         };
         let known = closed_form(scene, &path);
-        let by_strategy = by_strategy(scene, &path, &known);
-        let total: f64 = by_strategy.iter().flatten().sum();
+        let strategy_pdfs = strategy_pdfs(scene, &path, &known);
+        let total: f64 = strategy_pdfs.iter().flatten().sum();
         let (mut sum, mut first) = (0.0, None);
-        for (s, density) in by_strategy.iter().enumerate() {
+        for (s, density) in strategy_pdfs.iter().enumerate() {
             let Some(density) = density else { continue };
             let place = || format!("strategy {s} of {} vertices", path.len());
             let Some((found, value)) = made(scene, parts, &path, at, s) else {

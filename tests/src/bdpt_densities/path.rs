@@ -9,7 +9,7 @@ use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;
 use crate::path_weights::{density, probabilities};
 use crate::prelude::*;
-use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, shares_of_picks, square};
+use crate::scenes::{FLOOR, ball, lambert, mirror, panel, pick_probabilities, seen_by, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
 const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
@@ -116,9 +116,12 @@ fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool)
     } else {
         INDEX
     };
-    let bent = ratio * along;
-    if glass && through && bent.length_squared() < 0.99 {
-        (bent - normal * (1.0 - bent.length_squared()).sqrt(), true)
+    let tangential = ratio * along;
+    if glass && through && tangential.length_squared() < 0.99 {
+        (
+            tangential - normal * (1.0 - tangential.length_squared()).sqrt(),
+            true,
+        )
     } else {
         (d - 2.0 * d.dot(normal) * normal, false)
     }
@@ -205,7 +208,7 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
 /// Returns the probabilities with which particles start on the emitters, all of which are white.
 pub(super) fn shares(scene: &Scene) -> Vec<f64> {
     let flux = |emitter: &Emitter| emitter.radiance.x * on_emitter(&emitter.shape, DVec3::ZERO).0;
-    shares_of_picks(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
+    pick_probabilities(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
 }
 
 /// Returns the random number in the middle of the interval that picks an emitter by its
@@ -289,7 +292,7 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
 /// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end
 /// of a specular chain to the other have the ratio of the two n². A shadow ray picks its light by
 /// its importance.
-pub(super) fn by_strategy(
+pub(super) fn strategy_pdfs(
     scene: &Scene,
     path: &[Vertex],
     known: &[[Option<f64>; 2]],

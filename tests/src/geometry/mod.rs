@@ -109,7 +109,7 @@ fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 }
 
 /// Samples a ray that meets the triangle's plane at T(u, v) after t.
-fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
+fn ray_through(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
     let target = (1.0 - u - w) * v[0] + u * v[1] + w * v[2];
     let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
     // Not too grazing, from either side.
@@ -126,7 +126,7 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "left minus right of (3)", |rng| {
         let v = corners(rng);
         let [u, w, t] = [uniform(rng), uniform(rng), between(rng, 0.1, 3.0)];
-        let ray = towards(rng, v, [u, w], t);
+        let ray = ray_through(rng, v, [u, w], t);
         let r = |t, u, w| (shapes.residual)(&ray, v, t, u, w);
         let by_t = r(t + 1.0, u, w) + ray.direction;
         let by_u = r(t, u + 1.0, w) - (v[1] - v[0]);
@@ -152,7 +152,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             between(rng, -2.0, 2.0),
         ];
         let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
-        let ray = towards(rng, v, [u, w], size * t);
+        let ray = ray_through(rng, v, [u, w], size * t);
         let ray = Ray::new(ray.origin, length * ray.direction);
         let margin = u.min(w).min(1.0 - u - w).min(t).min(limit - t);
         let found = (shapes.triangle)(&ray, v, size * limit / length);
@@ -296,59 +296,60 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
 }
 
 fn trials() -> Vec<FamilyTrial<Shapes>> {
-    let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
-        let subject = if equation == &TRIANGLE_SOLUTION {
-            "geometry::watertight::Shear::intersect"
-        } else {
-            "shape"
+    let family_trial =
+        |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
+            let subject = if equation == &TRIANGLE_SOLUTION {
+                "geometry::watertight::Shear::intersect"
+            } else {
+                "shape"
+            };
+            trial(
+                format!("geometry/{name}"),
+                property,
+                equation,
+                [subject, "exact"],
+                on,
+            )
         };
-        trial(
-            format!("geometry/{name}"),
-            property,
-            equation,
-            [subject, "exact"],
-            on,
-        )
-    };
     vec![
-        own("ray", "the ray's point at t is O + tD", &RAY, ray),
-        own(
+        family_trial("ray", "the ray's point at t is O + tD", &RAY, ray),
+        family_trial(
             "triangle-point",
             "T is affine and meets the corners",
             &TRIANGLE_POINT,
             point,
         ),
-        own(
+        family_trial(
             "triangle-system",
             "(3) vanishes at the solution and changes by −D, E₁, E₂",
             &TRIANGLE_SYSTEM,
             system,
         ),
-        own(
+        family_trial(
             "triangle-solution",
             "(4) recovers t, u, v at every size, and misses what it must",
             &TRIANGLE_SOLUTION,
             solution,
         ),
-        own(
+        family_trial(
             "triangle-edges",
             "a ray into a closed fan of triangles meets one, at edges and vertices, too",
             &TRIANGLE_SOLUTION,
             fan,
         ),
-        own(
+        family_trial(
             "sphere",
             "(5) is the difference of two squares",
             &SPHERE,
             sphere,
         ),
-        own(
+        family_trial(
             "sphere-ray",
             "(6) is on the sphere at the ends of a chord",
             &SPHERE_RAY,
             on_sphere,
         ),
-        own(
+        family_trial(
             "sphere-distance",
             "(7) recovers both ends of a chord, and the nearer one ahead is seen",
             &SPHERE_DISTANCE,

@@ -13,7 +13,7 @@ use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
 use crate::furnace::{in_box, off_cap, off_cap_radiance};
-use crate::images::{Frames, Levels, same_mean};
+use crate::images::{Frames, PixelMoments, same_mean};
 use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
 use crate::scenes::{lambert, scene, valid};
@@ -118,9 +118,9 @@ impl Property for SameRoom {
         let films = || {
             let solved = solve(setup, &self.0, PATCHES)?;
             // Radiosity is deterministic: two replications are enough to show it.
-            let a = Levels::render(context, "radiosity", &frames(0..2), &solved)?;
+            let a = PixelMoments::render(context, "radiosity", &frames(0..2), &solved)?;
             let paths = Path::<DefaultParts>::default();
-            let b = Levels::render(context, "paths", &frames(0..n), &paths)?;
+            let b = PixelMoments::render(context, "paths", &frames(0..n), &paths)?;
             Some([a, b])
         };
         match films() {

@@ -1,4 +1,4 @@
-//! Graded controls of the registry over many seeds: the right subject's values shifted by exactly
+//! Graded controls of the registry over many seeds: the correct subject's values shifted by exactly
 //! δ, with each trial's own distribution and n, rejected as often as stated.
 
 use std::collections::BTreeMap;
