@@ -188,20 +188,20 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
             { connection: |_, number, connection| (number > 0).then_some(connection) },
             "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("enters-and-stays", FRESNEL, "light is weakened where it enters a ball of glass, but not where it leaves",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
-                (if body.kind == CasterKind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
+                (if caster.kind == CasterKind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
             } },
             "irradiance/by-bodies/lens"),
         fault!("glint-of-a-mirror", FRESNEL, "a ball of glass reflects as a mirror does",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
-                (if body.kind == CasterKind::Reflection { DVec3::ONE } else { passed }, chance)
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
+                (if caster.kind == CasterKind::Reflection { DVec3::ONE } else { passed }, chance)
             } },
             "furnace/by-bodies/glass"),
         fault!("mirror-twice", RENDERING, "specular connections are multiplied by the body's reflectance or transmittance twice",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
                 (passed * passed, chance)
             } },
             "irradiance/after-mirror/by-bodies", "irradiance/by-bodies/lens"),

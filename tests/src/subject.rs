@@ -102,8 +102,8 @@ table! {
         visible(scene: &Scene, x: End, y: End, glass: bool) -> bool;
         mis_weight(pdf: f64, other: f64) -> f64;
         mis_power_weight(pdf: f64, other: f64) -> f64;
-        connection(body: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;
-        caster_throughput(body: &SpecularCaster, cosine: f64) -> (DVec3, f64);
+        connection(caster: &SpecularCaster, number: usize, connection: SpecularConnection<DVec3>) -> Option<SpecularConnection<DVec3>>;
+        caster_throughput(caster: &SpecularCaster, cosine: f64) -> (DVec3, f64);
         counts_emission(strategy: Strategy, sampled: bool) -> bool;
     }
     Photons {

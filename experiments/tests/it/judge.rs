@@ -14,7 +14,7 @@ use whitefurnace::sampling::warp::cosine_hemisphere;
 use crate::{folder, run, text};
 
 /// Asserts an exit code, and that a line of the output contains the hint.
-fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
+fn assert_output(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = run(env!("CARGO_BIN_EXE_judge"), folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
@@ -57,19 +57,19 @@ fn samples_are_read_from_every_format_and_judged() {
         writeln!(rows, "{},{z},{y},{x}", z / std::f64::consts::PI).expect("text");
     }
     write("header.csv", &rows);
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine",
         0,
         "reported pdf: holds",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine --columns pdf,x,y,z",
         1,
         "DIFFER: ",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine --columns -,z,y,x",
         0,
@@ -100,7 +100,7 @@ fn samples_are_read_from_every_format_and_judged() {
         (Some(200_000), Some("agree"))
     );
     assert!(folder.join("out/judge/cells.svg").is_file());
-    ends(
+    assert_output(
         &folder,
         "--samples c.npy --density uniform-hemisphere",
         1,
@@ -111,8 +111,8 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|i| format!("{}\n", 99.5 - f64::from(i)))
         .collect();
     write("table.csv", &table);
-    ends(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
-    ends(
+    assert_output(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
+    assert_output(
         &folder,
         "--samples c.npy --table table.csv --domain sphere",
         1,
@@ -132,19 +132,19 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|(i, w)| lost(i, w) + "\n")
         .collect();
     write("lost.csv", &rows);
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 0.5",
         1,
         "100000 samples lost, 0.0 expected",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 0.5",
         1,
         "mean weight: holds",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 1",
         1,
@@ -155,7 +155,7 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|w| format!("{},{},{}\n", w.x, w.y, w.z))
         .collect();
     write("few.csv", &few);
-    ends(
+    assert_output(
         &folder,
         "--samples few.csv --density cosine --margin 20",
         2,
@@ -228,7 +228,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ),
     ] {
         std::fs::write(folder.join(name), bytes).expect("written");
-        ends(
+        assert_output(
             &folder,
             &format!("--samples {name} --density cosine"),
             3,
@@ -251,7 +251,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ("--density cosine --out one.csv/out", "cannot create"),
     ] {
         std::fs::write(folder.join("empty.csv"), "").expect("written");
-        ends(&folder, &format!("--samples one.csv {options}"), 3, hint);
+        assert_output(&folder, &format!("--samples one.csv {options}"), 3, hint);
     }
 }
 

@@ -594,13 +594,13 @@ fn every_option_is_the_librarys_own_call() {
             .expect("a row");
         let same_bytes =
             ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
-        let same = same_bytes || says(*base, option, value);
+        let same = same_bytes || has_value(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
 }
 
 /// Returns whether a base has this value of an option already: by name, or by default.
-fn says(base: Base, option: &str, value: &str) -> bool {
+fn has_value(base: Base, option: &str, value: &str) -> bool {
     if base.0.contains(&format!("--{option} {value}")) {
         return true;
     }
