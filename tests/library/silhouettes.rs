@@ -73,7 +73,7 @@ fn assert_marked(name: &str, scene: &Scene) {
 }
 
 #[test]
-fn pixels_that_outlines_cross_are_marked() {
+fn pixels_that_silhouettes_cross_are_marked() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let rectangle = |corner, a, b| EmitterShape::Rectangle {
         corner,
@@ -134,7 +134,7 @@ fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
 
 /// In a mirror a light looks as it would at its mirror image, times the reflectance.
 #[test]
-fn lights_in_mirrors_have_outlines_and_no_noise() {
+fn lights_in_mirrors_have_silhouettes_and_no_noise() {
     let triangle = [
         DVec3::new(-0.2, 1.0, -0.1),
         DVec3::new(0.25, 1.0, -0.15),
@@ -280,7 +280,7 @@ fn line(corners: &[DVec3]) -> Vec<DVec3> {
 
 /// Pixels that contain points of a silhouette are marked, and no others except near it.
 #[test]
-fn pixels_are_marked_along_outlines_alone() {
+fn pixels_are_marked_along_silhouettes_alone() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let triangle = |corners: [DVec3; 3]| (EmitterShape::Triangle(corners), line(&corners));
     let rectangle = |corner: DVec3, a: DVec3, b: DVec3| {

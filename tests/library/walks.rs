@@ -55,7 +55,7 @@ fn made<P: PathParts + Photons + Bidirectional + Copy>(
 fn rough_glass_ball() -> Scene {
     let mut s = SceneBuilder::new("frosted");
     let light = s.surface(Surface::new(Bsdf::Black).emitting(DVec3::ONE));
-    let rough_glass_ball = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass {
+    let rough_glass = s.surface(Surface::new(Bsdf::RoughGlass(RoughGlass {
         index: 1.5,
         alpha: 0.3,
     })));
@@ -68,7 +68,7 @@ fn rough_glass_ball() -> Scene {
         [4.0 * DVec3::X, 4.0 * DVec3::Y],
         grey,
     );
-    s.sphere(Sphere::new(DVec3::ZERO, 0.6), rough_glass_ball);
+    s.sphere(Sphere::new(DVec3::ZERO, 0.6), rough_glass);
     s.build(Camera::new(
         DVec3::new(0.0, -3.0, 0.5),
         DVec3::ZERO,

@@ -271,7 +271,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let reflectance = 0.75;
     let hall = sphere_furnace(mirror(reflectance), 0.0);
-    let oriented = scene("facing mirrors", |s| {
+    let facing_mirrors = scene("facing mirrors", |s| {
         s.background(DVec3::ONE);
         for z in [-1.0, 1.0] {
             ball(
@@ -297,7 +297,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
-            &oriented,
+            &facing_mirrors,
             EstimatorKind::Path,
             |rng| {
                 let w = any_direction(rng);

@@ -137,10 +137,10 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
     };
     let each: Vec<f64> = emitters.iter().map(irradiance).collect();
     let sum: f64 = each.iter().sum();
-    let facing = each.iter().filter(|&&incident| incident > 0.0).count() as f64;
+    let contributing = each.iter().filter(|&&incident| incident > 0.0).count() as f64;
     let probability = |incident| {
         if incident > 0.0 {
-            (1.0 - EVEN) * incident / sum + EVEN / facing
+            (1.0 - EVEN) * incident / sum + EVEN / contributing
         } else {
             0.0
         }

@@ -303,7 +303,7 @@ fn right_models_hold() {
 }
 
 #[test]
-fn a_slip_of_one_percent_is_seen_at_points() {
+fn an_error_of_one_percent_is_detected_pointwise() {
     let (weight, pdf) = (
         RelativeErrors {
             weight: 0.01,
@@ -492,7 +492,7 @@ fn glass(error: f32) -> LobeSubject {
 }
 
 #[test]
-fn glass_holds_and_with_a_slip_of_one_percent_fails() {
+fn glass_holds_and_with_an_error_of_one_percent_fails() {
     for outcome in check_up_lobes(&glass(0.0), &size(Vec::new()), &context("single glass")) {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
     }
