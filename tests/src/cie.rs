@@ -116,7 +116,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
             .says(property)
-            .by_points(reference, SINGLE, n)
+            .by_scrambles(reference, SINGLE, n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];

@@ -95,7 +95,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("{what} reflects {reference:.6}");
         radiance(name, &MIS, scene, kind, ray)
             .says(property)
-            .is(reference, BOUNCES, n)
+            .by_rays(reference, BOUNCES, n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
     let floor = |name, kind, n| {

@@ -67,7 +67,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ray_to_square as Rays,
         )
         .says(property)
-        .is(reference, SINGLE, samples)
+        .by_rays(reference, SINGLE, samples)
     };
     vec![
         family_trial(

@@ -103,7 +103,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
         radiance(name, &RENDERING, &scene, kind, ray)
             .says(property)
-            .is(m, BOUNCES, samples)
+            .by_rays(m, BOUNCES, samples)
     })
     .collect()
 }
@@ -125,7 +125,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         let kind = by(strategy, LightSampling::SolidAngle);
         radiance(name, &RENDERING, scene, kind, in_box)
             .says(property)
-            .is(2.0, BOUNCES, samples)
+            .by_rays(2.0, BOUNCES, samples)
     })
     .collect()
 }
@@ -163,7 +163,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             inside as Rays,
         )
         .says(property)
-        .is(m, BOUNCES, samples)
+        .by_rays(m, BOUNCES, samples)
     })
     .collect()
 }
@@ -185,7 +185,7 @@ fn within() -> FamilyTrial<EstimatorSubject> {
     .says(format!(
         "light of at most {segments} segments in a furnace of albedo {a} is {m}"
     ))
-    .is(m, BOUNCES, 1_400_000)
+    .by_rays(m, BOUNCES, 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -212,7 +212,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"
         ))
-        .is(reference, BOUNCES, samples)
+        .by_rays(reference, BOUNCES, samples)
     })
     .collect()
 }
@@ -234,7 +234,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says(property.clone())
-        .by_points(visible, SINGLE, 140_000),
+        .by_scrambles(visible, SINGLE, 140_000),
         radiance(
             "furnace/sky/report",
             &HEMISPHERE_PHI,
@@ -243,7 +243,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says(property)
-        .by_points(visible, SINGLE, 330_000),
+        .by_scrambles(visible, SINGLE, 330_000),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,
@@ -254,7 +254,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"
         ))
-        .by_points(albedo, SINGLE, 38_000),
+        .by_scrambles(albedo, SINGLE, 38_000),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,
@@ -263,7 +263,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says("a white floor of EON with roughness 1 reflects all of a white sky")
-        .is(1.0, SINGLE, 2_400_000),
+        .by_rays(1.0, SINGLE, 2_400_000),
     ]
 }
 
@@ -293,7 +293,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
         ))
-        .is(hall_mean, BOUNCES, 1_700_000),
+        .by_rays(hall_mean, BOUNCES, 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
@@ -308,6 +308,6 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
         )
-        .is(1.0, BOUNCES, 1_200_000),
+        .by_rays(1.0, BOUNCES, 1_200_000),
     ]
 }

@@ -63,7 +63,7 @@ pub(super) fn lit(
     let property = format!("a floor reflects {reference:.6} of {}", light.what);
     radiance(name, equation, &light.scene, kind, ray)
         .says(property)
-        .drawn(reference, SINGLE, draws)
+        .by_draws(reference, SINGLE, draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {

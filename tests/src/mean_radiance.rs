@@ -175,7 +175,7 @@ pub fn radiance(
 }
 
 /// A trial of a mean radiance that still lacks its [property](Self::says) and its
-/// [reference](Self::is).
+/// [reference](Self::by_rays).
 pub struct Radiance {
     name: &'static str,
     equation: &'static Equation,
@@ -194,22 +194,27 @@ impl Radiance {
 
     /// Returns the trial by independent rays: reference and relative δ as in [`mean_of`], and the
     /// number of rays at scale 1.
-    pub fn is(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(reference, delta, Draws::Rays(rays))
+    pub fn by_rays(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
+        self.by_draws(reference, delta, Draws::Rays(rays))
     }
 
     /// Returns the trial by this many [scrambles](Draws::Scrambles) at scale 1.
-    pub fn by_points(
+    pub fn by_scrambles(
         self,
         reference: f64,
         delta: f64,
         scrambles: u64,
     ) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(reference, delta, Draws::Scrambles(scrambles))
+        self.by_draws(reference, delta, Draws::Scrambles(scrambles))
     }
 
     /// Returns the trial with this design and number of values.
-    pub fn drawn(self, reference: f64, delta: f64, draws: Draws) -> FamilyTrial<EstimatorSubject> {
+    pub fn by_draws(
+        self,
+        reference: f64,
+        delta: f64,
+        draws: Draws,
+    ) -> FamilyTrial<EstimatorSubject> {
         let Self {
             name,
             equation,

@@ -121,7 +121,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, scene, kind, ray)
             .says(property)
-            .is(level, BOUNCES, samples)
+            .by_rays(level, BOUNCES, samples)
     };
     let (glass, mirrors, lens) = (
         with_glass(),
@@ -141,7 +141,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
         ))
-        .by_points(lit, BOUNCES, 140_000),
+        .by_scrambles(lit, BOUNCES, 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
@@ -152,7 +152,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "without reflections within the ball of glass the patch reflects {straight:.6}"
         ))
-        .by_points(straight, BOUNCES, 140_000),
+        .by_scrambles(straight, BOUNCES, 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "balls of glass",

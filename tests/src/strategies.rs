@@ -335,7 +335,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
             .says(property)
-            .by_points(reference, SINGLE, scrambles)
+            .by_scrambles(reference, SINGLE, scrambles)
     };
     vec![
         family_trial(
