@@ -158,79 +158,79 @@ fn rough_glass() -> Surface {
 
 /// A closed room around the camera.
 const ROOM: Shape = Cuboid([-2.5, -2.5, -1.0], [2.5, 2.5, 1.0], true);
-const DIM: [f64; 3] = [0.1, 0.2, 1.0];
+const CENTRE: [f64; 3] = [0.1, 0.2, 1.0];
 
 #[test]
 fn what_light_could_meet_by_chance_is_refused() {
     let refused = [
         (
             "a lamp in the ceiling",
-            vec![(ROOM, clay()), (Square(DIM, 0.3, false), lamp())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), lamp())],
         ),
         (
             "a lamp larger than the ceiling",
-            vec![(ROOM, clay()), (Square(DIM, 3.0, false), lamp())],
+            vec![(ROOM, clay()), (Square(CENTRE, 3.0, false), lamp())],
         ),
         (
             "a lamp half in the ceiling's plane",
             vec![
-                (Square(DIM, 1.0, false), clay()),
-                (Triangle(DIM, 0.3, true), lamp()),
+                (Square(CENTRE, 1.0, false), clay()),
+                (Triangle(CENTRE, 0.3, true), lamp()),
             ],
         ),
         (
             "two lamps back to back",
             vec![
-                (Square(DIM, 0.3, false), lamp()),
-                (Square(DIM, 0.3, true), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, true), lamp()),
             ],
         ),
         (
             "a lamp twice",
             vec![
-                (Square(DIM, 0.3, false), lamp()),
-                (Square(DIM, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
             ],
         ),
         (
             "a mirror in the wall",
-            vec![(ROOM, clay()), (Square(DIM, 0.3, false), mirror())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), mirror())],
         ),
         (
             "a mirror of both windings",
             vec![
-                (Square(DIM, 0.3, false), mirror()),
-                (Square(DIM, 0.3, true), mirror()),
+                (Square(CENTRE, 0.3, false), mirror()),
+                (Square(CENTRE, 0.3, true), mirror()),
             ],
         ),
         (
             "a poster in the wall",
-            vec![(ROOM, clay()), (Square(DIM, 0.3, false), chalk())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), chalk())],
         ),
         (
             "a poster that faces the wall",
-            vec![(ROOM, clay()), (Square(DIM, 0.3, true), chalk())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, true), chalk())],
         ),
         (
             "a card of two colours",
             vec![
-                (Square(DIM, 0.3, true), clay()),
-                (Square(DIM, 0.3, false), chalk()),
+                (Square(CENTRE, 0.3, true), clay()),
+                (Square(CENTRE, 0.3, false), chalk()),
             ],
         ),
         (
             "a small overlap",
             vec![
-                (Square(DIM, 0.5, true), clay()),
+                (Square(CENTRE, 0.5, true), clay()),
                 (Square([1.09, 1.19, 1.0], 0.5, true), chalk()),
             ],
         ),
         (
             "three sheets",
             vec![
-                (Square(DIM, 0.5, true), clay()),
-                (Square(DIM, 0.4, true), clay()),
-                (Square(DIM, 0.3, true), chalk()),
+                (Square(CENTRE, 0.5, true), clay()),
+                (Square(CENTRE, 0.4, true), clay()),
+                (Square(CENTRE, 0.3, true), chalk()),
             ],
         ),
         (
@@ -278,9 +278,9 @@ fn what_light_could_meet_by_chance_is_refused() {
         (
             "three sheets, two of them back to back",
             vec![
-                (Square(DIM, 0.5, true), clay()),
-                (Square(DIM, 0.3, true), chalk()),
-                (Square(DIM, 0.3, false), chalk()),
+                (Square(CENTRE, 0.5, true), clay()),
+                (Square(CENTRE, 0.3, true), chalk()),
+                (Square(CENTRE, 0.3, false), chalk()),
             ],
         ),
         (
@@ -292,24 +292,24 @@ fn what_light_could_meet_by_chance_is_refused() {
         ),
         (
             "two balls of glass",
-            vec![(Ball(DIM, 0.5), glass()), (Ball(DIM, 0.5), glass())],
+            vec![(Ball(CENTRE, 0.5), glass()), (Ball(CENTRE, 0.5), glass())],
         ),
         (
             "two balls of two colours",
-            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), chalk())],
+            vec![(Ball(CENTRE, 0.5), clay()), (Ball(CENTRE, 0.5), chalk())],
         ),
         (
             "a ball and a zone of it",
             vec![
-                (Ball(DIM, 0.5), mirror()),
-                (Zone(DIM, 0.5, [0.1, 0.2]), clay()),
+                (Ball(CENTRE, 0.5), mirror()),
+                (Zone(CENTRE, 0.5, [0.1, 0.2]), clay()),
             ],
         ),
         (
             "zones that overlap",
             vec![
-                (Zone(DIM, 0.5, [-1.0, 0.2]), lamp()),
-                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+                (Zone(CENTRE, 0.5, [-1.0, 0.2]), lamp()),
+                (Zone(CENTRE, 0.5, [0.1, 1.0]), clay()),
             ],
         ),
     ];
@@ -324,13 +324,13 @@ fn what_no_light_can_tell_apart_is_built() {
         (
             "the same clay twice",
             vec![
-                (Square(DIM, 0.3, true), clay()),
-                (Square(DIM, 0.3, false), clay()),
+                (Square(CENTRE, 0.3, true), clay()),
+                (Square(CENTRE, 0.3, false), clay()),
             ],
         ),
         (
             "a ball of clay twice",
-            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), clay())],
+            vec![(Ball(CENTRE, 0.5), clay()), (Ball(CENTRE, 0.5), clay())],
         ),
         (
             "a block on the floor",
@@ -432,16 +432,16 @@ fn what_no_light_can_tell_apart_is_built() {
         (
             "balls in a ball",
             vec![
-                (Ball(DIM, 0.5), glass()),
-                (Ball(DIM, 0.49), lamp()),
+                (Ball(CENTRE, 0.5), glass()),
+                (Ball(CENTRE, 0.49), lamp()),
                 (Ball([0.1, 0.2, 1.25], 0.25), mirror()),
             ],
         ),
         (
             "zones that touch",
             vec![
-                (Zone(DIM, 0.5, [-1.0, 0.1]), lamp()),
-                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+                (Zone(CENTRE, 0.5, [-1.0, 0.1]), lamp()),
+                (Zone(CENTRE, 0.5, [0.1, 1.0]), clay()),
             ],
         ),
         (

@@ -35,7 +35,7 @@ fn planned() -> bool {
 }
 
 /// Effect on a distribution or a rate that this many replications detect with certainty.
-const SEEN: f64 = 0.15;
+const DETECTED_EFFECT: f64 = 0.15;
 
 /// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard passes
 /// it.
@@ -51,13 +51,18 @@ fn assert_holds(outcome: &Outcome) {
 /// Tests whether p-values are uniform, as those of a true hypothesis are, up to the statistic's own
 /// approximations.
 fn uniformity(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) -> Outcome {
-    kolmogorov_smirnov(name, &mut replicate(name, |rng| run(rng).p), |p| p, SEEN)
+    kolmogorov_smirnov(
+        name,
+        &mut replicate(name, |rng| run(rng).p),
+        |p| p,
+        DETECTED_EFFECT,
+    )
 }
 
 /// Compares the frequency of an event with a rate.
 fn rate(name: &str, happened: &[bool], rate: f64) -> Outcome {
     let k = happened.iter().filter(|&&h| h).count() as u64;
-    binomial(name, k, happened.len() as u64, rate, SEEN)
+    binomial(name, k, happened.len() as u64, rate, DETECTED_EFFECT)
 }
 
 #[test]
@@ -78,7 +83,11 @@ fn statistics_that_only_promise_a_bound_keep_it() {
         );
         // A lower rate is no fault: only the upper side is tested, where an effect is detected as
         // well.
-        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", bound.name);
+        assert!(
+            found.sensitivity.miss(DETECTED_EFFECT) <= ALPHA,
+            "{}",
+            bound.name
+        );
         let p = binomial_sf(found.value as u64, found.n, bound.rate);
         assert!(
             p >= ALPHA,

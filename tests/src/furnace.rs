@@ -40,7 +40,7 @@ pub fn off_cap_radiance(rho: f64, cap: Cap) -> f64 {
     }
 }
 
-const LONG: u32 = 60;
+const MANY_SEGMENTS: u32 = 60;
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = closed();
@@ -136,9 +136,27 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
-        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 700_000),
-        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 380_000),
-        ("furnace/report/albedo-0.65", 0.65, 0.05, LONG, 1_300_000),
+        (
+            "furnace/report/absorption-0.25",
+            0.5,
+            0.25,
+            MANY_SEGMENTS,
+            700_000,
+        ),
+        (
+            "furnace/report/absorption-0.1",
+            0.5,
+            0.1,
+            MANY_SEGMENTS,
+            380_000,
+        ),
+        (
+            "furnace/report/albedo-0.65",
+            0.65,
+            0.05,
+            MANY_SEGMENTS,
+            1_300_000,
+        ),
         ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
         ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),
     ]
@@ -146,7 +164,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, a, absorption, segments, samples)| {
         let scene = sphere_furnace(lambert(a), absorption);
         let m = cut(a, segments);
-        let (property, equation) = if segments == LONG {
+        let (property, equation) = if segments == MANY_SEGMENTS {
             let property = format!("at absorption {absorption} and albedo {a} the mean is {m:.6}");
             (property, &ROULETTE)
         } else {

@@ -125,11 +125,11 @@ fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
 }
 
 /// Survivals, in units of the squared albedo, on both sides of the boundary.
-const SIDES: [f64; 3] = [0.95, 1.0, 1.1];
+const SURVIVALS: [f64; 3] = [0.95, 1.0, 1.1];
 /// Number of terms of the sums over the law: the remainder is about 1.1^-400 = 3e-17 of the whole.
 const TERMS: u32 = 400;
 /// Relative tolerance of those sums.
-const SUMMED: f64 = 1e-9;
+const SUM_TOLERANCE: f64 = 1e-9;
 
 /// Compares the mean and the second moment with closed forms, by summation over the number of
 /// bounces of their probabilities and of the values that walks return. The mean is 1/(1 − a) on
@@ -140,7 +140,7 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let [mut mean_error, mut moment_error] = [Largest::default(), Largest::default()];
     let mut pairs = 0;
     for a in [0.5, 0.75, 0.9] {
-        for q in SIDES.map(|side| side * a * a) {
+        for q in SURVIVALS.map(|side| side * a * a) {
             pairs += 1;
             let mut value = |bounces| {
                 let certain = WalkParts {
@@ -171,7 +171,7 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
         }
     }
     let exact =
-        |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUMMED, worst.place);
+        |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUM_TOLERANCE, worst.place);
     vec![
         exact("mean by summation", mean_error),
         exact("second moment by summation", moment_error),

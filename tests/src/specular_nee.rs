@@ -67,13 +67,13 @@ fn with_mirrors() -> Arc<Scene> {
 pub(super) fn add_lens(s: &mut SceneBuilder) {
     square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
     ball(s, lens(), Surface::new(GLASS));
-    let zone = [ABOVE * CAP.cos(), f64::INFINITY];
+    let zone = [CAP_DISTANCE * CAP_HALF_ANGLE.cos(), f64::INFINITY];
     ball(
         s,
         Sphere {
             zone,
             inward: true,
-            ..Sphere::new(lens().centre, ABOVE)
+            ..Sphere::new(lens().centre, CAP_DISTANCE)
         },
         light(LIGHT),
     );
@@ -81,14 +81,14 @@ pub(super) fn add_lens(s: &mut SceneBuilder) {
 
 /// The ball of [`add_lens`].
 pub(super) fn lens() -> Sphere {
-    Sphere::new(DVec3::new(0.0, 0.0, BELOW), 1.0)
+    Sphere::new(DVec3::new(0.0, 0.0, PATCH_DISTANCE), 1.0)
 }
 
 /// Distance of the patch below the ball's centre, distance of the cap above it, and half angle of
 /// the cap.
-const BELOW: f64 = 1.3;
-const ABOVE: f64 = 2.0;
-const CAP: f64 = 0.4;
+const PATCH_DISTANCE: f64 = 1.3;
+const CAP_DISTANCE: f64 = 2.0;
+const CAP_HALF_ANGLE: f64 = 0.4;
 
 /// Irradiance of the patch, divided by π and by the radiance of the cap: the sum over angles of
 /// incidence at the ball, and over these numbers of reflections within it, of the light that
@@ -101,15 +101,23 @@ fn through_lens(reflections: Range<i32>) -> f64 {
         let (sin, cos) = alpha.sin_cos();
         let reflected = reflectance(cos, 1.0, INDEX);
         let within = (sin / INDEX).asin();
-        let turned = 2.0 * alpha - 2.0 * within - (sin / BELOW).asin() - (sin / ABOVE).asin();
+        let turned = 2.0 * alpha
+            - 2.0 * within
+            - (sin / PATCH_DISTANCE).asin()
+            - (sin / CAP_DISTANCE).asin();
         let arrives = |reflections: i32| {
             let angle = turned + f64::from(reflections) * (PI - 2.0 * within);
             let from_top = (angle + PI).rem_euclid(TAU) - PI;
             let passed = (1.0 - reflected).powi(2) * reflected.powi(reflections);
-            if from_top.abs() <= CAP { passed } else { 0.0 }
+            if from_top.abs() <= CAP_HALF_ANGLE {
+                passed
+            } else {
+                0.0
+            }
         };
         // sin ψ d(sin ψ), where sin ψ = sin α / BELOW.
-        reflections.clone().map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
+        reflections.clone().map(arrives).sum::<f64>() * sin * cos
+            / (PATCH_DISTANCE * PATCH_DISTANCE)
     };
     2.0 * (0..STEPS).map(arriving).sum::<f64>() * FRAC_PI_2 / f64::from(STEPS)
 }

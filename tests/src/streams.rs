@@ -9,8 +9,8 @@ use crate::prelude::*;
 /// Returns a number of [0, 1) from (seed, pixel, sample, draw).
 pub type Numbers = fn(u64, u32, u32, u32) -> f64;
 
-const DISTINCT: u64 = 1_000_000;
-const GAPS: u64 = 4_000_000;
+const DISTINCT_STREAMS: u64 = 1_000_000;
+const GAP_SAMPLES: u64 = 4_000_000;
 const PAIRS: u64 = 12_000_000;
 /// δ of correlations.
 const CORRELATION_DELTA: f64 = 0.005;
@@ -37,7 +37,7 @@ fn equal_pairs(n: u64, bits: i32) -> f64 {
 /// Tests that first numbers of different pixels are distinct.
 pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
-    let pixels = 0..context.n(DISTINCT);
+    let pixels = 0..context.n(DISTINCT_STREAMS);
     vec![collisions(pixels.map(|i| numbers(seed, i as u32, 0, 0)))]
 }
 
@@ -60,7 +60,7 @@ pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
 /// or more with probabilities 1/2, 1/4, 1/8, 1/8.
 pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("gaps");
-    let n = context.n(GAPS);
+    let n = context.n(GAP_SAMPLES);
     let mut observed = vec![0; 4];
     let mut length = 0;
     let mut found = 0;

@@ -169,7 +169,7 @@ const PATHS: u64 = 3_700_000;
 
 /// Policies that must give the same mean as [`roulette::by_throughput`] in the cavity, with their
 /// numbers of paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
-const OTHERS: [(&str, Survival, u64); 2] = [
+const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
     ("survival 0.9", |_, _| 0.9, 780_000),
     (
         "survival 1 − α",
@@ -188,7 +188,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     let claim = Claim::Exact {
         delta: BOUNCES * reference,
     };
-    OTHERS
+    OTHER_POLICIES
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
             let setup = subject.with(PartTable {

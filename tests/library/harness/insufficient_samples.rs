@@ -5,7 +5,7 @@ use whitefurnace::harness::welch_map::Skewed;
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
 
-const WIDE: [Claim; 3] = [
+const WIDE_CLAIMS: [Claim; 3] = [
     Claim::Exact { delta: 1e3 },
     Claim::Approximate { margin: 1e3 },
     Claim::Test,
@@ -45,7 +45,7 @@ fn image(pixels: usize, count: u64) -> Outcome {
 #[test]
 fn samples_that_say_nothing_are_undecided() {
     let mut outcomes = Vec::new();
-    for claim in WIDE {
+    for claim in WIDE_CLAIMS {
         for n in [0, 1, 2, 100, 2 * ENOUGH_EQUAL] {
             let (v, squares) = (same(n, 2.0), same(n, 0.5));
             outcomes.extend([

@@ -82,27 +82,27 @@ fn random(outcomes: &[Outcome]) -> usize {
 
 /// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
 /// probability of absorption.
-const REFLECTED: f64 = 0.5;
-const LET_THROUGH: f64 = 0.25;
+const PAPER_REFLECTANCE: f64 = 0.5;
+const PAPER_TRANSMITTANCE: f64 = 0.25;
 
 /// Returns the share of light that is scattered to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
     if (wo.z > 0.0) == (wi.z > 0.0) {
-        REFLECTED
+        PAPER_REFLECTANCE
     } else {
-        LET_THROUGH
+        PAPER_TRANSMITTANCE
     }
 }
 
 fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<SampledDirection> {
     let up = cosine_hemisphere([r1, r2]);
-    let side = if r3 < REFLECTED {
+    let side = if r3 < PAPER_REFLECTANCE {
         wo.z.signum()
     } else {
         -wo.z.signum()
     };
     let wi = up.with_z(side * up.z);
-    (r3 < REFLECTED + LET_THROUGH).then(|| SampledDirection {
+    (r3 < PAPER_REFLECTANCE + PAPER_TRANSMITTANCE).then(|| SampledDirection {
         wi,
         weight: 1.0,
         pdf: paper_share(wo, wi) * cosine_hemisphere_pdf(up.z),
@@ -116,7 +116,7 @@ fn paper(loss: f64) -> BsdfSubject {
     BsdfSubject::new(eval, paper_sample, pdf)
         .transmits(true)
         .loss(Loss::Declared(Box::new(move |_| loss)))
-        .albedo(|_| REFLECTED + LET_THROUGH)
+        .albedo(|_| PAPER_REFLECTANCE + PAPER_TRANSMITTANCE)
 }
 
 #[test]

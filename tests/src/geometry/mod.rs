@@ -50,7 +50,7 @@ const ARGUMENTS: u64 = 10_000;
 /// A few thousand roundings of numbers near 1.
 const TOLERANCE: f64 = 1e-11;
 /// The error of a hit that should be a miss, or a miss that should be a hit.
-const WRONG: f64 = 1.0;
+const HIT_OR_MISS_ERROR: f64 = 1.0;
 /// Sizes of triangles and spheres.
 const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 
@@ -159,7 +159,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         let in_plane = Ray::new(v[0] - (v[1] - v[0]), (v[1] - v[0]).normalize());
         let parallel = Ray::new(in_plane.origin + size * unit[0], in_plane.direction);
         if (shapes.triangle)(&parallel, v, f64::INFINITY).is_some() {
-            return WRONG;
+            return HIT_OR_MISS_ERROR;
         }
         match found {
             // Within rounding of a border either answer will do.
@@ -168,7 +168,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
                 (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
             }
             None if margin < 0.0 => 0.0,
-            _ => WRONG,
+            _ => HIT_OR_MISS_ERROR,
         }
     })]
 }
@@ -209,7 +209,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             let corners = [hub, rim[i], rim[(i + 1) % rim.len()]];
             (shapes.triangle)(&ray, corners, f64::INFINITY).is_some()
         });
-        if met { 0.0 } else { WRONG }
+        if met { 0.0 } else { HIT_OR_MISS_ERROR }
     })]
 }
 
@@ -263,11 +263,12 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             ray.direction,
         );
         if (shapes.distances)(&beside, centre, r).is_some() {
-            return WRONG;
+            return HIT_OR_MISS_ERROR;
         }
         let error = |found: f64, root: f64| (found * length - root).abs() / r;
-        (shapes.distances)(&scaled, centre, r)
-            .map_or(WRONG, |[a, b]| error(a, roots[0]) + error(b, roots[1]))
+        (shapes.distances)(&scaled, centre, r).map_or(HIT_OR_MISS_ERROR, |[a, b]| {
+            error(a, roots[0]) + error(b, roots[1])
+        })
     });
     let seen = worst(context, "the root that is seen", |rng| {
         let (ray, centre, r, roots) = chord(rng);
@@ -278,7 +279,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         match ((shapes.nearest)(&Sphere::new(centre, r), &ray), expected) {
             (Some(found), Some(expected)) => (found - expected).abs() / r,
             (None, None) => 0.0,
-            _ => WRONG,
+            _ => HIT_OR_MISS_ERROR,
         }
     });
     vec![roots, seen]

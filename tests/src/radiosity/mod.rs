@@ -27,7 +27,7 @@ const ALBEDO: f64 = 0.75;
 /// other.
 const NESTED: f64 = 0.3;
 /// Tolerance of their radiance: a residual r leaves an error of at most r/(1 − ρ).
-const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
+const RADIANCE_TOLERANCE: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
 fn fineness(patches: u32) -> Fineness {
     Fineness {
@@ -171,7 +171,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         scene,
         patches,
         rays: rays.to_vec(),
-        tolerance: SETTLED,
+        tolerance: RADIANCE_TOLERANCE,
         read_out: ReadOut::Interpolated,
     };
     let grey = DVec3::splat;
