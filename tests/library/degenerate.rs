@@ -215,7 +215,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         };
         let alone = Path {
             specular_nee,
-            ..Path::new(OneByOne, strategy)
+            ..Path::new(ScalarParts, strategy)
         };
         let one_by_one = film_unless_refused(
             rendered(scene, &alone, FRAME, sampling, &[0..1]),
@@ -299,7 +299,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         passes(
             scene,
             &Sppm {
-                objects: DefaultParts,
+                parts: DefaultParts,
                 particles: 20,
                 radius: 0.1,
             },

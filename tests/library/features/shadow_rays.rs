@@ -209,7 +209,7 @@ impl Scattering for ShadowRayFollower<'_> {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut guard = self.events();
         let Events {
-            sent,
+            shadow_rays,
             mut followed,
             left,
             between,
@@ -230,8 +230,8 @@ impl Scattering for ShadowRayFollower<'_> {
             && let Some(sample) = &mut sample
         {
             let pick = |count: usize| (which * count as f64) as usize;
-            if self.follows && !sent.is_empty() {
-                let sent = sent[pick(sent.len())];
+            if self.follows && !shadow_rays.is_empty() {
+                let sent = shadow_rays[pick(shadow_rays.len())];
                 followed = Some((sent, sent.by.map_or(0, CasterKind::bounces)));
                 sample.direction = sent.direction;
             } else {
