@@ -1,7 +1,7 @@
 //! Faults of whole estimators. The trials of their family are in [`super::furnace`],
-//! [`super::irradiance`], [`super::strategies`], [`super::specular_chains`], [`super::environment_map`],
-//! [`super::glass`], [`super::rough_glass`], [`super::images`], [`super::specular_nee`] and
-//! [`super::near_coincident`].
+//! [`super::irradiance`], [`super::strategies`], [`super::specular_chains`],
+//! [`super::environment_map`], [`super::glass`], [`super::rough_glass`], [`super::images`],
+//! [`super::specular_nee`] and [`super::near_coincident`].
 
 mod interfaces;
 mod light_sampling;
