@@ -1,6 +1,6 @@
 //! The list of directives.
 
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// A directive that pages may use.
 pub struct Kind {
@@ -57,7 +57,7 @@ pub fn find(name: &str) -> Result<&'static Kind, String> {
     found.ok_or_else(|| {
         format!(
             "unknown directive \"{name}\"{}",
-            hint(name, ALL.iter().map(|kind| kind.name))
+            did_you_mean(name, ALL.iter().map(|kind| kind.name))
         )
     })
 }

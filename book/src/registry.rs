@@ -7,7 +7,7 @@ use trials::{all, all_faults};
 use crate::mathml::{escape, typeset};
 use crate::results::Results;
 use crate::trace::Sources;
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a
 /// number that the experiment `trials` recorded.
@@ -43,7 +43,7 @@ pub fn trial(name: &str) -> Result<String, String> {
     }
     Err(format!(
         "no trial \"{name}\"{}",
-        hint(name, trials.iter().map(|trial| &trial.name))
+        did_you_mean(name, trials.iter().map(|trial| &trial.name))
     ))
 }
 

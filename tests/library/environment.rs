@@ -4,7 +4,7 @@
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 
 use crate::prelude::*;
 
@@ -174,12 +174,12 @@ fn lanes_follow_a_map() {
             film
         };
         let estimator = LaneEstimator::Path(Path::new(DefaultParts, strategy));
-        let rays = film(&ByRays {
+        let rays = film(&RayRenderer {
             estimator: Path::new(ScalarParts, strategy),
             sampling,
         });
         assert_eq!(
-            film(&ByLanes {
+            film(&LaneRenderer {
                 estimator,
                 sampling,
                 precision: Precision::Double

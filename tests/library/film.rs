@@ -1,7 +1,7 @@
 //! Tests of the film's accumulators: exact, mergeable in any order, strict about sizes.
 
 use rayon::prelude::*;
-use whitefurnace::film::LARGEST_FILM;
+use whitefurnace::film::MAX_FILM_PIXELS;
 use whitefurnace::film::splat::Splats;
 
 use crate::prelude::*;
@@ -81,7 +81,7 @@ fn features_are_means_over_the_hits() {
 
 #[test]
 fn films_have_possible_sizes() {
-    const TOO_MANY: u32 = LARGEST_FILM as u32 + 1;
+    const TOO_MANY: u32 = MAX_FILM_PIXELS as u32 + 1;
     let window = |x, y, width, height| {
         Some(Window {
             corner: [x, y],
@@ -112,7 +112,7 @@ fn films_have_possible_sizes() {
         assert_option_refused(Film::new(frame, window, 1), hint);
     }
     let film = Film::new([8, 6], window(5, 4, 3, 2), 4).expect("the last pixels");
-    assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
+    assert_eq!((film.resolution(), film.size()), ([8, 6], [3, 2]));
     assert_eq!(film.samples_per_replication(), 4);
     assert_eq!(film.pixels().len(), 6);
     assert!(

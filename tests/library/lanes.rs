@@ -100,7 +100,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     );
     // A window may be black.
     assert!(
-        alone.size() != alone.frame() || alone.mean() > 0.0,
+        alone.size() != alone.resolution() || alone.mean() > 0.0,
         "{} by {lanes:?}, {sampling:?}",
         scene.name()
     );

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use trials::{all, equivalents};
-use whitefurnace::harness::guard::FAR_MISS;
+use whitefurnace::harness::guard::MAX_FAULT_MISS;
 use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
@@ -64,7 +64,7 @@ fn the_error_budget_is_kept() {
     let rejections: usize = controls
         .map(|control| control.rejected_by.len().max(1))
         .sum();
-    let faults = (rejections as f64 * FAR_MISS / ALPHA).ceil() as usize;
+    let faults = (rejections as f64 * MAX_FAULT_MISS / ALPHA).ceil() as usize;
     // The verdict on cells does not imply that of their graded control, on either side.
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 use trials::statistics::{LEVEL, N, continuous, error_rate_bounds};
 use whitefurnace::harness::chi_square::binomial;
-use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::guard::{fault_objection, power_objection};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
@@ -41,9 +41,9 @@ const DETECTED_EFFECT: f64 = 0.15;
 /// it.
 fn assert_holds(outcome: &Outcome) {
     assert!(
-        !planned() || may_not_hold(outcome).is_none(),
+        !planned() || power_objection(outcome).is_none(),
         "{:?}",
-        may_not_hold(outcome)
+        power_objection(outcome)
     );
     assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
 }
@@ -141,9 +141,9 @@ fn a_wrong_statistic_is_seen() {
     for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome}");
         assert!(
-            !planned() || may_hold(&outcome).is_none(),
+            !planned() || fault_objection(&outcome).is_none(),
             "{:?}",
-            may_hold(&outcome)
+            fault_objection(&outcome)
         );
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use whitefurnace::equation::Equation;
 use whitefurnace::harness::guard;
 use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
+use whitefurnace::harness::trial::{Context, NegativeControl, Run, Trial, required_outcomes};
 
 /// A trial's function, for any subject of the family's type.
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
@@ -63,7 +63,8 @@ pub struct Fault<S> {
     /// The faulty subject.
     pub subject: S,
     /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome |
-    /// outcome" (see [`meant`]). For an equivalent mutant, the trials that must accept it.
+    /// outcome" (see [`required_outcomes`]). For an equivalent mutant, the trials that must accept
+    /// it.
     pub rejected_by: &'static [&'static str],
 }
 
@@ -146,7 +147,7 @@ pub struct Pair {
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
     pub named: bool,
-    /// The outcomes that must reject it, as in [`Control::rejected_by`].
+    /// The outcomes that must reject it, as in [`NegativeControl::rejected_by`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function on the fault: at growing sizes if it must be rejected, else at the
     /// trial's size.
@@ -211,7 +212,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 
     /// Returns a trial's function on a fault that these outcomes must reject. Most effects are many
     /// times δ, so the fault runs at a fraction of the trial's size first, and at a larger one only
-    /// if that does not [settle](guard::settled) it.
+    /// if it is not [clearly rejected](guard::is_clearly_rejected).
     fn reject(
         family_trial: &FamilyTrial<S>,
         mutant: &Fault<S>,
@@ -225,8 +226,9 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
                     ..context.clone()
                 };
                 let outcomes = on(&part, subject);
-                let meant = meant(&rejected_by, &outcomes);
-                let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
+                let required = required_outcomes(&rejected_by, &outcomes);
+                let settled =
+                    !required.is_empty() && required.into_iter().all(guard::is_clearly_rejected);
                 settled.then_some(outcomes)
             };
             let early = TRIAL_FRACTIONS.iter().find_map(settled);
@@ -257,7 +259,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                 property: data.property.clone(),
                 run: Box::new(move |context| on(context, correct)),
                 controls: named
-                    .map(|(fault, rejected_by)| Control {
+                    .map(|(fault, rejected_by)| NegativeControl {
                         name: fault.name,
                         wrong: fault.wrong,
                         run: Self::reject(family_trial, fault, rejected_by.clone()),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::harness::welch_map::{PixelStatistics, Skewed, image_mean, map};
+use whitefurnace::harness::welch_map::{ImageMoments, PixelStatistics, image_mean, map};
 use whitefurnace::integrator::{Report, Whitted};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
@@ -116,7 +116,7 @@ fn with_path<E: Estimator>(
 /// Tests the means of two images for equality within a relative margin.
 pub(super) fn same_mean(name: &str, a: &PixelMoments, b: &PixelMoments, margin: f64) -> Outcome {
     let statistics = [a, b].map(PixelMoments::statistics);
-    let side = |i: usize| Skewed {
+    let side = |i: usize| ImageMoments {
         statistics: &statistics[i],
         skewness: &[a, b][i].skewness,
     };
@@ -231,7 +231,7 @@ impl Property for SameImage {
             let [a, b] = with_path(context, "report", &frames, &report)?;
             let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // The bias of the limit on segments must not fail the test.
-            let mean = same_mean("image mean", &a, &b, IMAGE).within_delta();
+            let mean = same_mean("image mean", &a, &b, IMAGE).as_equivalence();
             Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
         };
         outcomes().unwrap_or_else(not_a_film)

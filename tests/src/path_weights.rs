@@ -1,7 +1,7 @@
 //! The MIS weights of BSDF and light samples in the path tracer, taken from its own estimates: one
 //! path at a time, with chosen random numbers, against densities in closed form.
 
-use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::harness::pointwise::LargestError;
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::light::light_sampler::EVEN;
@@ -289,8 +289,11 @@ const TOLERANCE: f64 = 1e-8;
 
 fn weights(context: &Context, scene: &Scene, tracers: &Tracers) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
-    let (mut sum, mut hits, mut shadows) =
-        (Largest::default(), Largest::default(), Largest::default());
+    let (mut sum, mut hits, mut shadows) = (
+        LargestError::default(),
+        LargestError::default(),
+        LargestError::default(),
+    );
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
         for lights in LIGHT_SAMPLINGS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -304,21 +307,22 @@ fn weights(context: &Context, scene: &Scene, tracers: &Tracers) -> Vec<Outcome> 
                 let power = if heuristic == Heuristic::Power { 2 } else { 1 };
                 let known = 1.0 / (1.0 + ratio.powi(power));
                 let place = || format!("{heuristic:?}, {lights:?}, light over BSDF {ratio:.4}");
-                sum.see((found.hit + found.shadow - 1.0).abs(), place);
-                hits.see((found.hit - known).abs(), place);
-                shadows.see((found.shadow - (1.0 - known)).abs(), place);
+                sum.update((found.hit + found.shadow - 1.0).abs(), place);
+                hits.update((found.hit - known).abs(), place);
+                shadows.update((found.shadow - (1.0 - known)).abs(), place);
             }
             // Weights near a half would prove nothing.
             if least > 1.0 / 3.0 || most < 3.0 {
-                sum.see(1.0, || {
+                sum.update(1.0, || {
                     format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}")
                 });
             }
         }
     }
     let n = 2 * LIGHT_SAMPLINGS.len() as u64 * PATHS;
-    let exact =
-        |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
+    let exact = |name, largest: LargestError| {
+        Outcome::exact(name, n, largest.error, TOLERANCE, largest.place)
+    };
     vec![
         exact("weight of a hit", hits),
         exact("weight of a shadow ray", shadows),

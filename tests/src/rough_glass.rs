@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
-use whitefurnace::harness::pointwise::{Largest, POINTWISE, relative, uniform3};
+use whitefurnace::harness::pointwise::{LargestError, POINTWISE_TOLERANCE, relative, uniform3};
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::fresnel::{mirror, reflectance, refract};
@@ -189,7 +189,7 @@ fn above(rng: &mut Stream) -> DVec3 {
 /// on one side.
 fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("pairs");
-    let mut largest = [Largest::default(), Largest::default()];
+    let mut largest = [LargestError::default(), LargestError::default()];
     for _ in 0..context.arguments(PAIRS) {
         let (wo, wi) = (above(&mut rng), above(&mut rng));
         let back = flipped(wi);
@@ -210,13 +210,13 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
                 .zip(pairs)
                 .take(if critical { 1 } else { 2 })
         {
-            largest.see(relative(there, back), || {
+            largest.update(relative(there, back), || {
                 format!("f = {there} and {back} with wo = {wo}, wi = {wi}")
             });
         }
     }
-    let outcome = |(name, found): (&str, Largest)| {
-        Outcome::exact(name, PAIRS, found.error, POINTWISE, found.place)
+    let outcome = |(name, found): (&str, LargestError)| {
+        Outcome::exact(name, PAIRS, found.error, POINTWISE_TOLERANCE, found.place)
     };
     ["reflection", "transmission"]
         .into_iter()
@@ -235,7 +235,7 @@ const SMOOTH_TOLERANCE: f64 = 1e-4;
 /// weight is 1.
 fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
-    let [mut direction, mut weight] = [(); 2].map(|()| Largest::default());
+    let [mut direction, mut weight] = [(); 2].map(|()| LargestError::default());
     for _ in 0..context.arguments(PAIRS) {
         let wo = above(&mut rng);
         let [r1, r2, r3] = uniform3(&mut rng);
@@ -262,7 +262,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         // 0.99 leaves out the few microfacets that are steep even at this α.
         let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
         let place = || format!("{found:?} for {expected} from {wo}, {outside}");
-        direction.see(
+        direction.update(
             found.map_or(f64::INFINITY, |wi| wi.distance(expected)),
             place,
         );
@@ -272,7 +272,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
                 (parts.pdf)(&glass, wo, wi),
             )
         };
-        weight.see(found.map_or(f64::INFINITY, error), place);
+        weight.update(found.map_or(f64::INFINITY, error), place);
     }
     vec![
         Outcome::exact(

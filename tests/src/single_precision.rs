@@ -12,7 +12,7 @@ use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::math::simd::SINGLES;
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, render_lanes};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer, render_lanes};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::sampler::SamplerKind;
@@ -155,7 +155,7 @@ impl Image {
         ];
         let range = replication..replication + 1;
         render_lanes(scenes[0], path, sampling, &mut films[0], &range, &|_| true).ok()?;
-        let singles = ByLanes {
+        let singles = LaneRenderer {
             estimator: path,
             sampling,
             precision: Precision::Single,

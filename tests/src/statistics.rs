@@ -123,7 +123,7 @@ pub fn continuous() -> [Statistic; 6] {
                 let places = (0..CELLS).map(|i| format!("cell {i}")).collect();
                 chi_square(
                     "cells",
-                    &Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places),
+                    &Partition::from_masses(vec![1.0 / CELLS as f64; CELLS], places),
                     &counts,
                     1.0,
                 )
@@ -132,7 +132,7 @@ pub fn continuous() -> [Statistic; 6] {
             sensitivity: |_| Sensitivity::Cells {
                 dof: CELLS as f64 - 1.0,
                 n: N as f64,
-                least: 1.0 / CELLS as f64,
+                min_probability: 1.0 / CELLS as f64,
                 tests: 1,
             },
         },

@@ -168,7 +168,7 @@ pub fn frequencies(
     let places = (0..masses.len()).map(place).collect();
     chi_square(
         name,
-        &Partition::of_masses(masses, places),
+        &Partition::from_masses(masses, places),
         counts,
         CELL_DELTA,
     )

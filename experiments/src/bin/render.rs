@@ -15,7 +15,7 @@ use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 use whitefurnace::math::moments::UNIT;
-use whitefurnace::render::checkpoint::write_unfinished;
+use whitefurnace::render::checkpoint::write_checkpoint;
 
 fn main() -> ExitCode {
     cli::start(|| {
@@ -72,7 +72,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let written = if complete && options.shard.is_none() {
         write_exr(exr, &film, &camera, &job.provenance(&camera, true))
     } else {
-        write_unfinished(exr, &film, &notes)
+        write_checkpoint(exr, &film, &notes)
     };
     let shown = written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1));
     shown.inspect_err(|_| {
@@ -134,7 +134,7 @@ fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error>
     let parts =
         (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
-        None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
+        None if saved.film.is_compatible(&options.job.film()?) => Ok(saved.film),
         None => Err(Error::Option(format!(
             "--resume: {} has another size than it states",
             path.display()

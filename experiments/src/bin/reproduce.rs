@@ -145,7 +145,7 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
     Ok(chosen
         .iter()
         .copied()
-        .filter(|experiment| number(experiment).is_some_and(|at| shard.has(at)))
+        .filter(|experiment| number(experiment).is_some_and(|at| shard.contains(at)))
         .collect())
 }
 

@@ -3,7 +3,7 @@
 
 use clap::ValueEnum as _;
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::LARGEST_BRIGHT_SHARE;
+use whitefurnace::harness::images::MAX_BRIGHT_FRACTION;
 
 use super::Trial;
 use super::files::Input;
@@ -72,9 +72,9 @@ impl Trial<'_> {
         }
         let all = self.found.brightest.iter().enumerate();
         let all = all.flat_map(|(channel, both)| [0, 1].map(|side| (channel, side, both[side])));
-        let most = all.filter(|(.., brightest)| brightest.share > LARGEST_BRIGHT_SHARE);
+        let most = all.filter(|(.., brightest)| brightest.variance_fraction > MAX_BRIGHT_FRACTION);
         if let Some((channel, side, brightest)) =
-            most.max_by(|x, y| x.2.share.total_cmp(&y.2.share))
+            most.max_by(|x, y| x.2.variance_fraction.total_cmp(&y.2.variance_fraction))
         {
             let [image, pixel] = brightest.at;
             let width = self.a[0].picture.size[0];
@@ -87,7 +87,7 @@ impl Trial<'_> {
                 pixel % width,
                 pixel / width,
                 sides[side][image].path.display(),
-                100.0 * brightest.share
+                100.0 * brightest.variance_fraction
             ));
         }
         lines

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::ENOUGH_WITHOUT_NOISE;
+use whitefurnace::harness::images::MIN_NOISELESS_VALUES;
 use whitefurnace::image::provenance;
-use whitefurnace::image::read::{Meaning, Picture, decode};
+use whitefurnace::image::read::{ChannelKind, LoadedImage, decode};
 
 /// An image and its file.
 pub(super) struct Input {
     pub path: PathBuf,
     /// SHA-256 of the file.
     pub digest: String,
-    pub picture: Picture,
+    pub picture: LoadedImage,
     /// Provenance that `render` wrote, if it made the image.
     pub provenance: Option<String>,
 }
@@ -84,7 +84,7 @@ pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
 pub(super) fn readings(inputs: &[Input]) -> String {
     let mut all: Vec<String> = Vec::new();
     for input in inputs {
-        let reading = input.picture.reading();
+        let reading = input.picture.describe();
         if !all.contains(&reading) {
             all.push(reading);
         }
@@ -106,7 +106,7 @@ fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
 /// # Errors
 /// If they have no part in common, or differ and `common` is not asked for.
 pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
-    let frame = |p: &Picture| (p.size, p.corner);
+    let frame = |p: &LoadedImage| (p.size, p.corner);
     let first = &a[0];
     let Some(other) = a
         .iter()
@@ -177,7 +177,7 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     for (i, input) in all.iter().enumerate() {
         let (picture, first) = (&input.picture, &all[0].picture);
-        let any = picture.meaning == Meaning::Three || first.meaning == Meaning::Three;
+        let any = picture.kind == ChannelKind::Three || first.kind == ChannelKind::Three;
         if picture.labels() != first.labels()
             && !(any && picture.channels.len() == first.channels.len())
         {
@@ -186,8 +186,8 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
                 input,
                 &format!(
                     "are different images: {}; {}",
-                    first.reading(),
-                    picture.reading()
+                    first.describe(),
+                    picture.describe()
                 ),
             );
         }
@@ -238,7 +238,7 @@ pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> 
         return Ok(());
     };
     if picture.standard_errors.is_none() {
-        if (picture.values[0].len() as f64) < ENOUGH_WITHOUT_NOISE
+        if (picture.values[0].len() as f64) < MIN_NOISELESS_VALUES
             || !picture.values.iter().all(|plane| is_plain(plane))
         {
             return Err(Error::Option(format!(

@@ -12,7 +12,7 @@ use clap::Parser;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::{self, Area, Comparison, Rules, Side};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::image::read::{Meaning, Picture};
+use whitefurnace::image::read::{ChannelKind, LoadedImage};
 
 use crate::run::cli::{real, use_threads, verdict, whole};
 use crate::say;
@@ -192,8 +192,8 @@ fn run(options: &Compare) -> Result<u8, Error> {
 }
 
 /// Returns both sides of each channel; the second is without error if it is `exact`.
-fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
-    let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (
+fn sides<'a>(pictures: [&[&'a LoadedImage]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
+    let side = |pictures: &[&'a LoadedImage], channel: usize, exact: bool| match (
         pictures,
         &pictures[0].standard_errors,
     ) {
@@ -254,18 +254,18 @@ impl Trial<'_> {
 
     fn channel(&self, channel: usize) -> &str {
         let picture = &self.a[0].picture;
-        match picture.meaning {
-            Meaning::Rgb => ["red", "green", "blue"][channel],
-            Meaning::Luminance => "luminance",
-            Meaning::Grey => "grey",
-            Meaning::Xyz | Meaning::Three => picture.labels()[channel],
+        match picture.kind {
+            ChannelKind::Rgb => ["red", "green", "blue"][channel],
+            ChannelKind::Luminance => "luminance",
+            ChannelKind::Grey => "grey",
+            ChannelKind::Xyz | ChannelKind::Three => picture.labels()[channel],
         }
     }
 
     /// Returns true if no channel has noise.
     fn is_noiseless(&self) -> bool {
         self.found.kinds[0]
-            .places
+            .tests
             .iter()
             .all(|place| place.noiseless)
     }
@@ -293,14 +293,14 @@ impl Trial<'_> {
                     .iter()
                     .flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
                 let strength =
-                    |(kind, place): &(&images::Kind, &images::Place)| place.p / kind.level;
+                    |(kind, place): &(&images::AreaKind, &images::AreaTest)| place.p / kind.level;
                 let worst = rejected.min_by(|x, y| strength(x).total_cmp(&strength(y)));
                 worst.map_or(String::new(), |(kind, place)| {
                     let evidence = match place.noiseless {
                         true => "and neither side has noise".to_owned(),
                         false => format!("p = {:.1e}, threshold {:.1e}", place.p, kind.level),
                     };
-                    let within = means.places.iter().all(|mean| {
+                    let within = means.tests.iter().all(|mean| {
                         mean.varies()
                             && mean
                                 .interval(means.level)
@@ -321,7 +321,7 @@ impl Trial<'_> {
                 })
             }
             Verdict::Holds if self.is_noiseless() => {
-                let black = means.places.iter().all(|place| place.means == [0.0; 2]);
+                let black = means.tests.iter().all(|place| place.means == [0.0; 2]);
                 let what = if black { ": all are black" } else { "" };
                 format!("neither side has noise, and no value differs by more than rounding{what}")
             }
@@ -335,12 +335,12 @@ impl Trial<'_> {
                 format!(
                     "the difference exceeds the noise, but nowhere {:.3} %, the rounding error of 4096 samples added one by one in \
                  single precision: add them in double precision to tell",
-                    100.0 * images::SINGLE_SUMS
+                    100.0 * images::SINGLE_SUM_ERROR
                 )
             }
             Verdict::Undecided { needed } => {
                 let unknown = means
-                    .places
+                    .tests
                     .iter()
                     .any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
@@ -350,7 +350,7 @@ impl Trial<'_> {
                         .to_owned()
                 } else {
                     let invalid = means
-                        .places
+                        .tests
                         .iter()
                         .any(|place| place.varies() && !place.judged);
                     let what = if invalid {
@@ -382,9 +382,9 @@ impl Trial<'_> {
             files::count(self.b),
             self.rules.level
         ));
-        for place in &means.places {
+        for place in &means.tests {
             let [low, high] = place.interval(means.level).map(percent);
-            let seen = percent(place.seen(means.level)).replace('+', "");
+            let seen = percent(place.minimum_detectable_effect(means.level)).replace('+', "");
             let judged = if place.judged {
                 ""
             } else {

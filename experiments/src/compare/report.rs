@@ -7,7 +7,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::{Kind, Place};
+use whitefurnace::harness::images::{AreaKind, AreaTest};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::image::{Display, encode_rgb};
 
@@ -24,7 +24,7 @@ const BINS: usize = 20;
 const ROWS: usize = 24;
 
 /// Describes the position of a place in words.
-pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
+pub(super) fn place_name(kind: &AreaKind, place: &AreaTest) -> String {
     let [x0, y0, x1, y1] = place.area;
     match kind.name {
         "image mean" => kind.name.to_owned(),
@@ -34,14 +34,14 @@ pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
 }
 
 /// Summarises the judgement of one kind of places.
-pub(super) fn kind_line(kind: &Kind) -> String {
+pub(super) fn kind_line(kind: &AreaKind) -> String {
     let (judged, rejected, varying) = (
         kind.judged().count(),
         kind.rejected().count(),
         kind.varying(),
     );
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
-    let found = if kind.counts {
+    let found = if kind.is_counted {
         format!(
             "{rejected} differ, least p {least:.1e}, threshold {:.1e}; {judged} of {varying} judged",
             kind.level
@@ -62,9 +62,9 @@ pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
 }
 
 /// Counts the p-values of pixels in each bin.
-fn histogram(pixels: &Kind) -> Vec<u64> {
+fn histogram(pixels: &AreaKind) -> Vec<u64> {
     let mut counts = vec![0; BINS];
-    for place in pixels.places.iter().filter(|place| place.varies()) {
+    for place in pixels.tests.iter().filter(|place| place.varies()) {
         counts[((place.p * BINS as f64) as usize).min(BINS - 1)] += 1;
     }
     counts
@@ -72,7 +72,7 @@ fn histogram(pixels: &Kind) -> Vec<u64> {
 
 /// Returns all numbers except those of single pixels that do not differ.
 fn numbers(trial: &Trial) -> Value {
-    let place = |kind: &Kind, place: &Place| {
+    let place = |kind: &AreaKind, place: &AreaTest| {
         json!({
             "area": place.area,
             "channel": trial.a[0].picture.labels()[place.channel],
@@ -87,17 +87,17 @@ fn numbers(trial: &Trial) -> Value {
             "judged": place.judged,
         })
     };
-    let kind = |kind: &Kind| {
-        let kept = |p: &&Place| kind.name != "pixel" || kind.rejects(p);
+    let kind = |kind: &AreaKind| {
+        let kept = |p: &&AreaTest| kind.name != "pixel" || kind.rejects(p);
         json!({
             "name": kind.name,
             "level": kind.level,
-            "places": kind.places.len(),
+            "places": kind.tests.len(),
             "varying": kind.varying(),
             "judged": kind.judged().count(),
-            "counts": kind.counts,
+            "counts": kind.is_counted,
             "differ": kind.rejected().count(),
-            "found": kind.places.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
+            "found": kind.tests.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
         })
     };
     let files = |inputs: &[super::Input]| -> Vec<Value> {
@@ -106,8 +106,8 @@ fn numbers(trial: &Trial) -> Value {
                 "path": input.path.display().to_string(),
                 "sha256": input.digest,
                 "channels": input.picture.channels,
-                "read": input.picture.reading(),
-                "not_read": input.picture.left_out,
+                "read": input.picture.describe(),
+                "not_read": input.picture.skipped_channels,
             })
         };
         inputs.iter().map(file).collect()
@@ -138,16 +138,16 @@ fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
     let [means, _, tiles, _] = &trial.found.kinds;
     let mean = means
         .judged()
-        .map(|place| place.seen(means.level))
+        .map(|place| place.minimum_detectable_effect(means.level))
         .reduce(f64::max);
-    let mut judged: Vec<&Place> = tiles.judged().collect();
+    let mut judged: Vec<&AreaTest> = tiles.judged().collect();
     judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
     let median = judged
         .get(judged.len() / 2)
-        .map(|place| place.seen(tiles.level));
+        .map(|place| place.minimum_detectable_effect(tiles.level));
     [
         ("image mean", mean),
-        ("median tile", median.filter(|_| tiles.counts)),
+        ("median tile", median.filter(|_| tiles.is_counted)),
     ]
 }
 
@@ -204,19 +204,10 @@ fn map(
 }
 
 /// Applies a function to the channels of each cell of a kind of places.
-fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
+fn cells(kind: &AreaKind, value: impl Fn(&[&AreaTest]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
     (0..count)
-        .map(|i| {
-            value(
-                &kind
-                    .places
-                    .iter()
-                    .skip(i)
-                    .step_by(count)
-                    .collect::<Vec<_>>(),
-            )
-        })
+        .map(|i| value(&kind.tests.iter().skip(i).step_by(count).collect::<Vec<_>>()))
         .collect()
 }
 
@@ -229,9 +220,9 @@ fn mean_picture(
 ) -> Result<String, png::EncodingError> {
     let pixels = &trial.found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
-    let channels = pixels.places.len() / count;
+    let channels = pixels.tests.len() / count;
     let value =
-        |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
+        |i: usize, channel: usize| pixels.tests[channel.min(channels - 1) * count + i].means[side];
     let display = Display::Srgb { exposure };
     let rgb: Vec<u8> = (0..count)
         .flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel))))
@@ -240,13 +231,13 @@ fn mean_picture(
 }
 
 /// Returns the difference relative to the second side, summed over channels.
-fn relative(places: &[&Place]) -> f64 {
-    let sum = |f: fn(&Place) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
+fn relative(places: &[&AreaTest]) -> f64 {
+    let sum = |f: fn(&AreaTest) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
     sum(|place| place.means[0] - place.means[1]) / sum(|place| place.scale)
 }
 
 /// Returns −log₁₀ p with the sign of the difference, for the channel where p is least.
-fn digits(places: &[&Place]) -> f64 {
+fn digits(places: &[&AreaTest]) -> f64 {
     let least = places
         .iter()
         .filter(|place| place.varies())
@@ -296,11 +287,11 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     html += "</header>";
     // Writing to a string cannot fail.
     let overall = means
-        .places
+        .tests
         .iter()
         .map(|place| place.means[1].abs())
         .sum::<f64>()
-        / means.places.len() as f64;
+        / means.tests.len() as f64;
     let exposure = if overall > 0.0 {
         (0.2 / overall).log2().round()
     } else {
@@ -350,7 +341,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
     html += "</div><p class=\"small\">Full colour in the lower maps marks p-values at the threshold that is common to all places.</p>";
     html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
              <th>to<th>standard errors<th>p<th>smallest detectable";
-    for place in &means.places {
+    for place in &means.tests {
         let [low, high] = place.interval(means.level).map(percent);
         let _ = write!(
             html,
@@ -363,17 +354,17 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             percent(place.difference()),
             place.sigmas,
             place.p,
-            percent(place.seen(means.level)).replace('+', "")
+            percent(place.minimum_detectable_effect(means.level)).replace('+', "")
         );
     }
     html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
              <th>second<th>difference<th>standard errors<th>p<th>threshold of p<th>";
     let all = [means, regions, tiles, pixels]
         .into_iter()
-        .flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
-    let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
-    let strength = |(kind, place): &(&Kind, &Place)| {
-        let told = kind.counts && place.judged;
+        .flat_map(|kind| kind.tests.iter().map(move |p| (kind, p)));
+    let mut worst: Vec<(&AreaKind, &AreaTest)> = all.filter(|(_, place)| place.varies()).collect();
+    let strength = |(kind, place): &(&AreaKind, &AreaTest)| {
+        let told = kind.is_counted && place.judged;
         (!told, place.p / kind.level, -place.sigmas.abs())
     };
     worst.sort_by(|x, y| {
@@ -382,7 +373,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             .unwrap_or(std::cmp::Ordering::Equal)
     });
     for (kind, place) in worst.iter().take(ROWS) {
-        let told = kind.counts && place.judged;
+        let told = kind.is_counted && place.judged;
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{:.2}<td>{:.1e}<td>{:.1e}<td>{}",
@@ -448,7 +439,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
 }
 
 /// Returns the CSS class of a row that is rejected.
-fn bad(kind: &Kind, place: &Place) -> &'static str {
+fn bad(kind: &AreaKind, place: &AreaTest) -> &'static str {
     if kind.rejects(place) {
         " class=\"bad\""
     } else {

@@ -63,7 +63,7 @@ mod state {
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Values, D::Error> {
-        <[f64; 5]>::deserialize(from).map(Values::of_state)
+        <[f64; 5]>::deserialize(from).map(Values::from_state)
     }
 }
 
@@ -221,7 +221,7 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
                 .map(Values::state)
                 .collect())
         })?;
-        let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
+        let values: Vec<Values> = states.into_iter().map(Values::from_state).collect();
         for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {
             accumulated.look(level);
             counted.push((scene, *method, add(accumulated, values, level)?));

@@ -153,7 +153,7 @@ fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
     let critical = student_upper(level / 2.0, images as f64 - 1.0);
     let reach = critical * of_a.standard_error().hypot(of_b.standard_error()) / of_b.mean();
     let difference = of_a.mean() / of_b.mean() - 1.0;
-    let skewness = skewness_of_sum([a.part(), b.part()]);
+    let skewness = skewness_of_sum([a.skewness_part(), b.skewness_part()]);
     let needed = Sigma::Estimated.valid_from(images, skewness, level);
     let verdict = if images < needed {
         Verdict::Undecided { needed }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use trials::faults::Pair;
-use whitefurnace::harness::guard::FAR_MISS;
+use whitefurnace::harness::guard::MAX_FAULT_MISS;
 
 use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
@@ -38,7 +38,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let name = format!("{}!{}", pair.trial, pair.fault.name);
         let outcomes = (pair.run)(&context.named(&name));
         if pair.named {
-            judge(&meant(&pair.rejected_by, &outcomes))
+            judge(&required_outcomes(&pair.rejected_by, &outcomes))
         } else {
             judge(&outcomes.iter().collect::<Vec<_>>())
         }
@@ -101,7 +101,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     let value = format!(
         "{all} pairs, those that the suite asserts ({asserted}) at scale {scale} or a part of it that is enough, \
          others at {reduced}: {counts}; at scale 1 a correct build misses an asserted one with probability at most \
-         {FAR_MISS:e}"
+         {MAX_FAULT_MISS:e}"
     );
     if scale >= 1.0 || missed > 0 {
         let rejected = named().all(|(_, seen)| *seen == Detection::Rejected);

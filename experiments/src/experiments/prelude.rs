@@ -11,7 +11,7 @@ pub(super) use whitefurnace::harness::outcome::{
 };
 pub(super) use whitefurnace::harness::tails::{normal_upper, student_upper};
 pub(super) use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Row, Trial, group, meant, run_trial,
+    CSV_HEADER, Context, Row, Trial, group, required_outcomes, run_trial,
 };
 pub(super) use whitefurnace::image::{Display, write_png};
 pub(super) use whitefurnace::integrator::radiosity::Fineness;

@@ -159,7 +159,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             Verdict::Undecided { .. } => "undecided",
         };
         let [means, _, tiles, _] = &comparison.kinds;
-        let mean = means.places[1];
+        let mean = means.tests[1];
         let [low, high] = mean.interval(means.level);
         run.note(key, format!("{what}: {word}"));
         run.number(
@@ -180,7 +180,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 kind.rejected().count() as f64,
             );
         }
-        let green = tiles.places.iter().filter(|place| place.channel == 1);
+        let green = tiles.tests.iter().filter(|place| place.channel == 1);
         panels.push(Map {
             title: format!("{what}: {word}"),
             axes: ["x (pixels)".into(), "y (pixels, down)".into()],

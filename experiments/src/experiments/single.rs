@@ -1,7 +1,9 @@
 //! Error of single precision: the same paths in both precisions, in scenes whose smallest things
 //! shrink.
 
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
+use whitefurnace::render::{
+    LaneEstimator, LaneRenderer, Precision, Renderer as _, check_single_precision,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::Description;
@@ -143,7 +145,7 @@ impl Worst {
         });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new(SIZE, None, 1)?;
-            let whole = ByLanes {
+            let whole = LaneRenderer {
                 estimator,
                 sampling,
                 precision,
@@ -157,7 +159,7 @@ impl Worst {
         });
         let [double, single] = films;
         let [double, single] = [double?, single?];
-        let refusal = check_singles(scene).err();
+        let refusal = check_single_precision(scene).err();
         let image = single.mean() / double.mean() - 1.0;
         let tile = tiles(&double)
             .into_iter()

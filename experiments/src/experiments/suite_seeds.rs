@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 use trials::equivalents;
 use trials::faults::Pair;
-use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
+use whitefurnace::harness::trial::{NegativeControl, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
 use crate::run::unfinished::Unfinished;
@@ -130,7 +130,7 @@ impl Seeds {
                 let found = (pair.run)(&context.named(&name));
                 found.iter().map(|found| measure(&name, found)).collect()
             })?;
-            let faults: Vec<(&Trial, &Control)> = self
+            let faults: Vec<(&Trial, &NegativeControl)> = self
                 .trials
                 .iter()
                 .filter(|_| k.is_multiple_of(FAULTS_EVERY))
@@ -154,13 +154,13 @@ impl Seeds {
     }
 }
 
-fn answer(trial: &Trial, control: &Control, context: &Context) -> Answer {
+fn answer(trial: &Trial, control: &NegativeControl, context: &Context) -> Answer {
     let rows = run_control(trial, control, context);
     let outcomes = rows.iter().map(|row| &row.outcome);
-    let meant = meant(&control.rejected_by, outcomes);
+    let required = required_outcomes(&control.rejected_by, outcomes);
     if !control_is_green(control, &rows, context) {
         Answer::Red
-    } else if meant.iter().all(|o| o.verdict() == Verdict::Fails) {
+    } else if required.iter().all(|o| o.verdict() == Verdict::Fails) {
         Answer::Rejected
     } else {
         Answer::Undecided

@@ -229,7 +229,7 @@ pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
         Covered::Hemisphere => Domain::Hemisphere,
         Covered::Sphere => Domain::Sphere,
     };
-    Ok(Density::of_table(domain, &table))
+    Ok(Density::from_table(domain, &table))
 }
 
 /// Index in a row of each of [`NAMES`].

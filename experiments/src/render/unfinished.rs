@@ -1,4 +1,4 @@
-//! Checkpoints of an unfinished run, from which it can be resumed: see [`write_unfinished`].
+//! Checkpoints of an unfinished run, from which it can be resumed: see [`write_checkpoint`].
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::Display;
-use whitefurnace::render::checkpoint::{Notes, read_unfinished, write_unfinished};
+use whitefurnace::render::checkpoint::{Attributes, read_checkpoint, write_checkpoint};
 
 use super::{Job, Look};
 
@@ -57,7 +57,7 @@ pub struct Unfinished {
 impl Unfinished {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let (film, mut notes) = read_unfinished(path)?;
+        let (film, mut notes) = read_checkpoint(path)?;
         let mut note = |name| notes.remove(name).unwrap_or_default();
         let (job, part, display) = (
             note("provenance"),
@@ -92,7 +92,7 @@ impl Unfinished {
     }
 
     /// Returns the attributes that are written with the film.
-    pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Notes {
+    pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Attributes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
             Display::Truncated => "truncated".to_owned(),
@@ -136,7 +136,7 @@ type Saved = (Film, Duration, Result<(), Error>);
 /// Saves a film from time to time while rendering continues.
 pub struct Checkpoints {
     path: PathBuf,
-    notes: Notes,
+    notes: Attributes,
     next: Instant,
     saving: Option<JoinHandle<Saved>>,
     /// The last saved film, whose memory is reused for the next.
@@ -146,7 +146,7 @@ pub struct Checkpoints {
 
 impl Checkpoints {
     /// Saves to this file, with these attributes.
-    pub fn new(path: PathBuf, notes: Notes) -> Self {
+    pub fn new(path: PathBuf, notes: Attributes) -> Self {
         Self {
             path,
             notes,
@@ -206,7 +206,7 @@ impl Look for Checkpoints {
         let saver = std::thread::Builder::new()
             .name("saver".to_owned())
             .spawn(move || {
-                let result = write_unfinished(&path, &copy, &notes);
+                let result = write_checkpoint(&path, &copy, &notes);
                 (copy, start.elapsed(), result)
             });
         match saver {

@@ -13,8 +13,8 @@ use whitefurnace::integrator::{
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByPhotons, ByRays, CHUNK_SAMPLES, LaneEstimator, PassEstimator, Precision,
-    Renderer, adaptive, check_singles,
+    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, PassEstimator, PhotonRenderer,
+    Precision, RayRenderer, Renderer, adaptive, check_single_precision,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
@@ -194,7 +194,7 @@ impl Job {
         };
         let renderer = pilot.renderer(scene, "pilot")?;
         let seen = Film::new(
-            film.frame(),
+            film.resolution(),
             Some(film.window()),
             renderer.samples_per_replication(),
         )?;
@@ -222,8 +222,12 @@ impl Job {
         looks: &mut [&mut dyn Look],
     ) -> Result<Rendered, Error> {
         self.adapt(scene, &mut film)?;
-        let prepared = renderer.prepare(scene, film.frame())?;
-        let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
+        let prepared = renderer.prepare(scene, film.resolution())?;
+        let mut bar = Bar::new(
+            label,
+            film.missing_samples(range.end - range.start),
+            "samples",
+        );
         let largest = (CHUNK_SAMPLES / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
             let had = film.replications();
@@ -263,8 +267,8 @@ impl Job {
         Ok(film.pixels().iter().map(Pixel::mean).collect())
     }
 
-    fn by_rays<E: Estimator>(&self, estimator: E) -> ByRays<E> {
-        ByRays {
+    fn by_rays<E: Estimator>(&self, estimator: E) -> RayRenderer<E> {
+        RayRenderer {
             estimator,
             sampling: self.sampling(),
         }
@@ -278,7 +282,7 @@ impl Job {
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         let by_passes = |estimator| {
-            Box::new(ByPasses {
+            Box::new(ImageRenderer {
                 estimator,
                 numbers,
                 seed,
@@ -310,7 +314,7 @@ impl Job {
                         index: 0,
                     },
                 )?;
-                Box::new(ByPhotons {
+                Box::new(PhotonRenderer {
                     photons,
                     sampling: self.sampling(),
                 })
@@ -356,13 +360,13 @@ impl Job {
         let precision = match self.engine {
             EngineName::Lanes => Precision::Double,
             EngineName::Single => {
-                check_singles(scene).map_err(|error| {
+                check_single_precision(scene).map_err(|error| {
                     Error::Option(format!("--engine single: {error}; take --engine lanes"))
                 })?;
                 Precision::Single
             }
         };
-        Ok(Box::new(ByLanes {
+        Ok(Box::new(LaneRenderer {
             estimator,
             sampling: self.sampling(),
             precision,

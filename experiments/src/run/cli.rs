@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
-use whitefurnace::film::LARGEST_FILM;
+use whitefurnace::film::MAX_FILM_PIXELS;
 
 use super::{processor, progress, record, signals, summary};
 use crate::experiments::EXPERIMENTS;
@@ -155,9 +155,9 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
         Some([number(width)?, number(height)?])
     });
     let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    sides.filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides))).ok_or_else(|| {
+    sides.filter(|&sides| (1..=MAX_FILM_PIXELS).contains(&pixels(sides))).ok_or_else(|| {
         format!(
-            "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
+            "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {MAX_FILM_PIXELS} \
                  in all, which is what fits memory"
         )
     })

@@ -24,7 +24,7 @@ use whitefurnace::equation::{self, Equation};
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::harness::trial::Trial;
-use whitefurnace::image::{write_exr, write_png, write_whole};
+use whitefurnace::image::{write_atomically, write_exr, write_png};
 
 use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
@@ -357,7 +357,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
 /// Writes a text file atomically: whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
-    write_whole(path, |file| {
+    write_atomically(path, |file| {
         file.write_all(text.as_bytes())
             .map_err(Error::file("write", path))
     })

@@ -12,7 +12,7 @@ use book::readme::with_numbers;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::image::{check_writable, write_whole};
+use whitefurnace::image::{check_writable, write_atomically};
 
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
@@ -320,7 +320,7 @@ pub fn update_readme() -> Result<(), Error> {
         book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
     let text = with_numbers(&text, &results)
         .map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
-    write_whole(&readme, |file| {
+    write_atomically(&readme, |file| {
         file.write_all(text.as_bytes())
             .map_err(Error::file("write", &readme))
     })

@@ -5,7 +5,7 @@ use std::io::{BufReader, Write as _};
 use std::path::Path;
 
 use whitefurnace::error::Error;
-use whitefurnace::image::{encode_rgb, write_whole};
+use whitefurnace::image::{encode_rgb, write_atomically};
 
 /// Bands have a multiple of this many rows.
 const ROWS: u32 = 8;
@@ -55,7 +55,7 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
         .ok_or_else(|| fault(format!("{ROWS} rows take more than {largest} bytes")))?;
     for (i, band) in bands.iter().enumerate() {
         let path = to.join(format!("{stem}.band-{}.png", i + 1));
-        write_whole(&path, |file| {
+        write_atomically(&path, |file| {
             file.write_all(band).map_err(Error::file("write", &path))
         })?;
     }

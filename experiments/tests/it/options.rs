@@ -19,7 +19,9 @@ use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::render::adaptive::counts;
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::seed_for;
@@ -205,7 +207,7 @@ impl Call {
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
-        let mut renderer = ByRays {
+        let mut renderer = RayRenderer {
             estimator,
             sampling,
         };
@@ -234,7 +236,7 @@ impl Call {
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
-        self.rendered(&ByLanes {
+        self.rendered(&LaneRenderer {
             estimator,
             sampling,
             precision: Precision::Single,
@@ -242,7 +244,7 @@ impl Call {
     }
 
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
-        self.rendered(&ByPasses {
+        self.rendered(&ImageRenderer {
             estimator,
             numbers: self.numbers,
             seed: self.seed,

@@ -12,7 +12,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::{PrimitiveShape, Scene, ScenePrimitive};
-use crate::film::FlatFeatures;
+use crate::film::FixedPointFeatures;
 use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, on_sphere};
 use crate::geometry::hull::SMALL;
 use crate::geometry::offsets::{EDGE_MARGIN, Place};
@@ -37,7 +37,7 @@ pub(crate) struct PrimitiveData<T> {
     /// Kinds of its material, with [`EMITTER`] and [`SPHERE`].
     pub kinds: u16,
     /// Features of a triangle, for the film.
-    pub features: Option<FlatFeatures>,
+    pub features: Option<FixedPointFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
     /// Indices of the [specular casters](Scene::bodies) by which it reflects and refracts.
@@ -575,7 +575,7 @@ impl<T: Scalar> PrimitiveData<T> {
         let features = if is_sphere {
             None
         } else {
-            FlatFeatures::new(colour, normal)
+            FixedPointFeatures::new(colour, normal)
         };
         Self {
             numbers: Row(numbers),

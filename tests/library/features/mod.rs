@@ -24,7 +24,7 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 use whitefurnace::integrator::{Connections, Heuristic, Path, PathParts, Strategy as Finds};
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 use whitefurnace::sampling::roulette::RR_DEPTH;
 
 use reference_path_tracer::{Light, ReferencePathTracer};
@@ -172,7 +172,7 @@ fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -
         specular_nee,
         bounces,
     };
-    let lanes = |precision| ByLanes {
+    let lanes = |precision| LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,
         precision,
@@ -182,7 +182,7 @@ fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -
     match row.get("engine") {
         _ if !parts.is_default() => film(
             scene,
-            &ByRays {
+            &RayRenderer {
                 estimator,
                 sampling,
             },
@@ -224,7 +224,7 @@ impl Found {
                 };
                 by_pixel(&film(
                     scene,
-                    &ByRays {
+                    &RayRenderer {
                         estimator: ReferencePathTracer(light),
                         sampling,
                     },
@@ -481,7 +481,7 @@ fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
     };
     by_pixel(&film(
         scene,
-        &ByRays {
+        &RayRenderer {
             estimator,
             sampling,
         },

@@ -2,7 +2,7 @@
 //! which must be rejected: a sheet of paper that absorbs and transmits light, a mirror that
 //! absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and its faults.)
 
-use whitefurnace::harness::trial::refused;
+use whitefurnace::harness::trial::power_objections;
 use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refract};
 
 use super::*;
@@ -26,7 +26,7 @@ fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     };
     let red: Vec<String> = outcomes.iter().filter(red).map(in_words).collect();
     assert!(red.is_empty(), "{name}: {}", red.join("\n"));
-    assert_eq!(refused(name, outcomes, context), "");
+    assert_eq!(power_objections(name, outcomes, context), "");
 }
 
 /// Asserts that a faulty subject is rejected by an outcome whose name begins so, with certainty at
@@ -35,7 +35,7 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => !context.is_planned() || may_hold(outcome).is_none(),
+        Verdict::Fails => !context.is_planned() || fault_objection(outcome).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();

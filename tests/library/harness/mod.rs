@@ -28,12 +28,12 @@ use whitefurnace::harness::chi_square::{
 };
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::guard::{fault_objection, power_objection};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch,
-    welch_satterthwaite,
+    MIN_CONSTANT_VALUES, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
+    welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::power::Sensitivity;
@@ -74,7 +74,7 @@ fn rare(n: u64) -> Values {
 
 /// Returns cells of these probabilities, named by their numbers.
 fn cells(masses: &[f64]) -> Partition {
-    Partition::of_masses(
+    Partition::from_masses(
         masses.to_vec(),
         (0..masses.len()).map(|i| i.to_string()).collect(),
     )

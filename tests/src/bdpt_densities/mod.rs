@@ -7,7 +7,7 @@ mod path;
 use std::cell::{Cell, RefCell};
 
 use whitefurnace::film::splat::Splats;
-use whitefurnace::harness::pointwise::{Largest, relative};
+use whitefurnace::harness::pointwise::{LargestError, relative};
 use whitefurnace::integrator::{Bdpt, Density, weight};
 use whitefurnace::sampling::sampler::LIGHT;
 
@@ -139,7 +139,7 @@ const MIN_VALUE: f64 = 1e-3;
 
 fn compare_densities(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcome> {
     let mut rng = context.rng("whole paths");
-    let mut worst: [Largest; 4] = Default::default();
+    let mut worst: [LargestError; 4] = Default::default();
     let [densities, weights, sums, values] = &mut worst;
     let (mut least, mut most, mut chains, mut inside) = (f64::INFINITY, 0.0_f64, 0, 0);
     for _ in 0..PATHS {
@@ -156,33 +156,33 @@ fn compare_densities(context: &Context, scene: &Scene, parts: PartTable) -> Vec<
             let Some(density) = density else { continue };
             let place = || format!("strategy {s} of {} vertices", path.len());
             let Some((found, value)) = densities_by_strategy(scene, parts, &path, at, s) else {
-                sums.see(1.0, || format!("{} does not make its path", place()));
+                sums.update(1.0, || format!("{} does not make its path", place()));
                 continue;
             };
             for (found, known) in found.iter().zip(&known) {
                 for (found, known) in [found.light, found.eye].into_iter().zip(known) {
-                    densities.see(known.map_or(0.0, |known| relative(found, known)), place);
+                    densities.update(known.map_or(0.0, |known| relative(found, known)), place);
                 }
             }
             let weight = (parts.strategy_weight)(&found, s);
             sum += weight;
-            weights.see((weight - density / total).abs(), place);
+            weights.update((weight - density / total).abs(), place);
             if value > MIN_VALUE {
                 let product = value * density;
-                values.see(relative(product, *first.get_or_insert(product)), place);
+                values.update(relative(product, *first.get_or_insert(product)), place);
             }
             let ratio = density / (total - density);
             if ratio.is_finite() {
                 (least, most) = (least.min(ratio), most.max(ratio));
             }
         }
-        sums.see((sum - 1.0).abs(), || format!("{} vertices", path.len()));
+        sums.update((sum - 1.0).abs(), || format!("{} vertices", path.len()));
         chains += u32::from(path.iter().any(Vertex::is_specular));
         inside += u32::from(path[0].index != 1.0);
     }
     // Weights that are alike, or of one kind of path only, would prove nothing.
     if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
-        sums.see(1.0, || {
+        sums.update(1.0, || {
             format!(
                 "ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"
             )
@@ -194,7 +194,7 @@ fn compare_densities(context: &Context, scene: &Scene, parts: PartTable) -> Vec<
         "sum of weights",
         "value times density",
     ];
-    let exact = |(name, largest): (&str, Largest)| {
+    let exact = |(name, largest): (&str, LargestError)| {
         Outcome::exact(name, PATHS, largest.error, TOLERANCE, largest.place)
     };
     names.into_iter().zip(worst).map(exact).collect()

@@ -6,7 +6,7 @@ mod faults;
 mod replications;
 pub mod scenes;
 
-use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::integrator::photon::photon_map::PhotonMapKind;
 use whitefurnace::integrator::{Lookup, radius_squared};
 use whitefurnace::sampling::sampler::SamplerKind;
@@ -269,7 +269,15 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        series("photon/passes", SamplerKind::Independent, NEARLY_SYMMETRIC),
-        series("photon/sobol", SamplerKind::Sobol(passes), NEARLY_SYMMETRIC),
+        series(
+            "photon/passes",
+            SamplerKind::Independent,
+            MIN_SYMMETRIC_VALUES,
+        ),
+        series(
+            "photon/sobol",
+            SamplerKind::Sobol(passes),
+            MIN_SYMMETRIC_VALUES,
+        ),
     ]
 }

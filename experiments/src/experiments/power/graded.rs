@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
+use whitefurnace::harness::mean::MAX_SKEW_TERM;
 use whitefurnace::harness::tails::binomial_sf;
 
 use super::p_of_count;
@@ -80,7 +80,7 @@ fn bend(measure: &Measure, z: f64) -> f64 {
         return 0.0;
     }
     let used = (measure.valid_from as f64 / measure.n as f64).sqrt();
-    let g = used * 3.0 * LARGEST_SKEW_TERM / normal_upper(0.5 * ALPHA).powi(3);
+    let g = used * 3.0 * MAX_SKEW_TERM / normal_upper(0.5 * ALPHA).powi(3);
     g * (1.0 + z) / 8.0
 }
 

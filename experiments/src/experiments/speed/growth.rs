@@ -4,7 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use whitefurnace::camera::Camera;
 use whitefurnace::math::frame::from_spherical;
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles};
+use whitefurnace::render::{
+    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::closed_cube;
@@ -106,7 +108,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             silhouettes: false,
         };
         let path = Path::new(DefaultParts, Strategy::Mis);
-        let lanes = |precision| ByLanes {
+        let lanes = |precision| LaneRenderer {
             estimator: LaneEstimator::Path(path),
             sampling,
             precision,
@@ -117,7 +119,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             .zip(&mut rates)
         {
             // With very many triangles they are too small for single precision.
-            if engine == "mis-single" && check_singles(&scene).is_err() {
+            if engine == "mis-single" && check_single_precision(&scene).is_err() {
                 continue;
             }
             let job = run.prepared(Job {
