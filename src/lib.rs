@@ -118,19 +118,36 @@
 //!
 //! The finding of each [`equation`] says them one by one.
 
+// Functions that only the renderer and files call.
+#![cfg_attr(not(all(feature = "render", feature = "files")), allow(dead_code))]
+
+/// The crate of the vectors that the library's functions take and return.
+///
+/// A program with another version of it converts through arrays:
+/// `whitefurnace::glam::DVec3::from(vector.to_array())`.
+pub use glam;
+
+#[cfg(feature = "render")]
 pub mod camera;
 pub mod equation;
 pub mod error;
+#[cfg(feature = "render")]
 pub mod film;
 pub mod geometry;
 pub mod harness;
+#[cfg(feature = "files")]
 pub mod image;
+#[cfg(feature = "render")]
 pub mod integrator;
+#[cfg(feature = "render")]
 pub mod light;
 pub mod material;
 pub mod math;
+#[cfg(feature = "render")]
 pub mod render;
 pub mod sampling;
+#[cfg(feature = "render")]
 pub mod scene;
 pub mod shard;
+#[cfg(feature = "files")]
 pub mod suggest;

@@ -115,8 +115,7 @@ use super::pointwise::{
 };
 use super::roundoff::{DOUBLE, NUDGE, Rounding, SINGLE, looks_single};
 use super::trial::Context;
-use crate::integrator::DefaultParts;
-use crate::material::{Bsdf, Scattering};
+use crate::material::{Bsdf, DefaultParts, Scattering};
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 pub use sampled::at_direction;

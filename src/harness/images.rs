@@ -39,15 +39,14 @@
 
 mod side;
 
-use rayon::prelude::*;
-
 pub use side::{Area, Brightest, Side};
 
 use super::mean::{ENOUGH_EQUAL, LARGEST_SKEW_TERM, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
+use super::parallel::*;
 use super::power::smallest_effect_in_estimates;
 use super::tails::{student_two_sided, student_upper};
-use crate::image::read::HALF;
+use crate::math::HALF;
 use side::{Part, Prepared, area, grid};
 
 /// Least fraction of the varying places that must be judged for their kind to count.
@@ -276,7 +275,12 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         .map(|channel| parts(channel, &whole)[1].mean.abs())
         .collect();
     let of_tiles: Vec<Vec<[Part; 2]>> = (0..channels.len())
-        .map(|channel| tiles.par_iter().map(|tile| parts(channel, tile)).collect())
+        .map(|channel| {
+            (&tiles)
+                .into_par_iter()
+                .map(|tile| parts(channel, tile))
+                .collect()
+        })
         .collect();
     // Whether enough pixels vary independently on both sides to show how their noise is divided.
     let are_many = |channel: usize, at: &Area| {

@@ -56,6 +56,7 @@ mod level;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
+mod parallel;
 pub mod pointwise;
 pub mod power;
 pub mod quadrature;

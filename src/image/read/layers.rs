@@ -5,7 +5,8 @@ use std::io::Cursor;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
-use super::{FLOAT, HALF, Meaning, Picture, REC_709, check_size, listed};
+use super::{FLOAT, Meaning, Picture, REC_709, check_size, listed};
+use crate::math::HALF;
 
 /// A channel of a file.
 struct Channel {
