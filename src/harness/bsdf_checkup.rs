@@ -8,7 +8,7 @@
 //! than one.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f64::consts::{PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss, check_up};
 //! use whitefurnace::harness::outcome::Verdict;
@@ -66,7 +66,7 @@
 //! functions, up to half a percent, so that an error of one percent is detected.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f32::consts::{FRAC_1_PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
 //! use whitefurnace::harness::trial::{Context, assert_holds};
