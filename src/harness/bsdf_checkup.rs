@@ -8,7 +8,7 @@
 //! than one.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f64::consts::{PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss, check_up};
 //! use whitefurnace::harness::outcome::Verdict;
@@ -66,7 +66,7 @@
 //! functions, up to half a percent, so that an error of one percent is detected.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f32::consts::{FRAC_1_PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
 //! use whitefurnace::harness::trial::{Context, assert_holds};
@@ -116,8 +116,7 @@ use super::pointwise::{
 };
 use super::roundoff::{ARGUMENT_STEP, DOUBLE, RoundoffBounds, SINGLE, is_single_precision};
 use super::trial::Context;
-use crate::integrator::DefaultParts;
-use crate::material::{Bsdf, Scattering};
+use crate::material::{Bsdf, DefaultParts, Scattering};
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 pub use sampled::at_direction;

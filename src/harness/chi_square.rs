@@ -211,18 +211,14 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
 }
 
 /// Tests a sampler against cells of known probability: `n` samples, a 2 % claim per cell.
-pub fn sampler_against_partition(
+pub fn sampler_against_partition<V: Into<DVec3>>(
     name: &str,
     partition: &Partition,
     n: u64,
-    sample: impl FnMut() -> Option<DVec3>,
+    mut sample: impl FnMut() -> Option<V>,
 ) -> Outcome {
-    chi_square(
-        name,
-        partition,
-        &count(partition, n, sample, |_| true),
-        CELL_DELTA,
-    )
+    let counts = count(partition, n, || sample().map(Into::into), |_| true);
+    chi_square(name, partition, &counts, CELL_DELTA)
 }
 
 /// Largest relative δ of a single cell's probability.

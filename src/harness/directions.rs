@@ -5,13 +5,14 @@
 //! use whitefurnace::harness::directions::{Density, Directions, Sample};
 //! use whitefurnace::harness::domain::Domain;
 //! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::{rng, sampling};
+//! use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
+//! use whitefurnace::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 //!
-//! let density = Density::new(Domain::Hemisphere, |w| sampling::cosine_hemisphere_pdf(w.z));
-//! let mut rng = rng::stream(rng::seed_for(2019, "directions"), 0, 0);
+//! let density = Density::new(Domain::Hemisphere, |w| cosine_hemisphere_pdf(w.z));
+//! let mut rng = stream(seed_for(2019, "directions"), 0, 0);
 //! let mut directions = Directions::new(&density);
 //! for _ in 0..200_000 {
-//!     let direction = sampling::cosine_hemisphere(rng::uniform2(&mut rng));
+//!     let direction = cosine_hemisphere(uniform2(&mut rng));
 //!     directions.push(&Sample { direction: Some(direction), weight: None, pdf: None });
 //! }
 //! for outcome in directions.outcomes(0.05, None) {

@@ -40,15 +40,14 @@
 
 mod side;
 
-use rayon::prelude::*;
-
 pub use side::{Area, Brightest, Side};
 
 use super::mean::{MAX_SKEW_TERM, MIN_CONSTANT_VALUES, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
+use super::parallel::*;
 use super::power::smallest_effect_in_estimates;
 use super::tails::{student_two_sided, student_upper};
-use crate::image::read::HALF_ROUNDING;
+use crate::math::HALF_ROUNDING;
 use side::{AreaStatistics, SideStatistics, area, grid};
 
 /// Least fraction of the varying areas that must be judged for their kind to be counted.
@@ -283,9 +282,16 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         .map(|channel| area_statistics(channel, &whole)[1].mean.abs())
         .collect();
     let of_tiles: Vec<Vec<[AreaStatistics; 2]>> = (0..channels.len())
-        .map(|channel| {
-            tiles
-                .par_iter()
+        .map(|channel| 
+<<<<<<< ours
+{
+            
+=======
+{
+            (&
+>>>>>>> theirs
+tiles)
+                .into_par_iter()
                 .map(|tile| area_statistics(channel, tile))
                 .collect()
         })

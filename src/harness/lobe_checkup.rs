@@ -4,7 +4,7 @@
 //! # Example: a mirror that absorbs a fifth
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss};
 //! use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 //! use whitefurnace::harness::outcome::Verdict;

@@ -29,13 +29,14 @@
 //! use whitefurnace::harness::chi_square::sampler_against_partition;
 //! use whitefurnace::harness::domain::{Domain, Partition};
 //! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::{rng, sampling};
+//! use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
+//! use whitefurnace::sampling::warp::cosine_hemisphere;
 //!
-//! let mut rng = rng::stream(rng::seed_for(2019, "my sampler"), 0, 0);
+//! let mut rng = stream(seed_for(2019, "my sampler"), 0, 0);
 //! // Cells of equal probability under cos θ/π.
 //! let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
 //! let outcome = sampler_against_partition("cells", &cells, 8_000_000, || {
-//!     Some(sampling::cosine_hemisphere(rng::uniform2(&mut rng)))
+//!     Some(cosine_hemisphere(uniform2(&mut rng)))
 //! });
 //! assert_eq!(outcome.verdict(), Verdict::Holds, "{}", outcome.worst);
 //! ```
@@ -55,6 +56,7 @@ mod level;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
+mod parallel;
 pub mod pointwise;
 pub mod power;
 pub mod quadrature;

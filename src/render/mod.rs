@@ -3,6 +3,7 @@
 pub mod adaptive;
 mod by_lanes;
 mod by_passes;
+#[cfg(feature = "files")]
 pub mod checkpoint;
 mod row;
 pub mod silhouette;

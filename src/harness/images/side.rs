@@ -1,8 +1,7 @@
 //! One side of a comparison: means, noise and skewness of its areas, and its brightest values.
 
-use rayon::prelude::*;
-
 use crate::harness::mean::satterthwaite;
+use crate::harness::parallel::*;
 
 /// Images of one renderer, or their mean and standard errors, in one channel, row by row.
 #[derive(Clone, Debug)]

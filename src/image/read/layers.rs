@@ -6,8 +6,15 @@ use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
 use super::{
-    ChannelKind, FLOAT_ROUNDING, HALF_ROUNDING, LoadedImage, REC_709, check_size, list_names,
+    ChannelKind, 
+<<<<<<< ours
+FLOAT_ROUNDING, HALF_ROUNDING
+=======
+Meaning
+>>>>>>> theirs
+, LoadedImage, REC_709, check_size, list_names,
 };
+use crate::math::HALF;
 
 /// A channel of a file.
 struct Channel {
