@@ -261,7 +261,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
             (EstimatorName::Photon, SceneName::FurnaceBox) => Gather::No,
             _ => Gather::Yes,
         },
-        ..Photons::default()
+        ..Photons::DEFAULT
     };
     let count = run.count(replications(case, run.tier())).max(2) as u32;
     let job = Job {
@@ -270,7 +270,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         photons: if uses_photons {
             photons
         } else {
-            Photons::default()
+            Photons::DEFAULT
         },
         patches: if is_radiosity {
             patches(run)

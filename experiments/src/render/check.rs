@@ -1,11 +1,15 @@
 //! Checks of a render job's options, and the provenance that a file records of it.
 
+use std::path::Path;
+
+use clap::ArgMatches;
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
 use whitefurnace::integrator::radiosity::{Fineness, Mesh, check_memory};
 use whitefurnace::sampling::sampler::LONGEST;
 
+use super::command::{Render, given};
 use super::names::SINGLE_RAYS;
 use super::{
     ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource,
@@ -419,6 +423,45 @@ impl Job {
             return refuse(format!(
                 "--spp {spp} in {scrambles} scrambles is more than {LONGEST} points each: raise --scrambles"
             ));
+        }
+        Ok(())
+    }
+}
+
+impl Render {
+    /// Refuses options that contradict each other or have no effect.
+    pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
+        self.job.check()?;
+        self.job.check_effect(|id| given(matches, id))?;
+        self.part()?;
+        if self
+            .out
+            .extension()
+            .is_none_or(|extension| extension != "exr")
+        {
+            return Err(Error::Option(format!(
+                "--out {} must end in .exr; the PNG gets the same name",
+                self.out.display()
+            )));
+        }
+        let Some(preview) = &self.preview else {
+            return Ok(());
+        };
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
+        let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
+        let free = !taken
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()?
+            .contains(&absolute(preview)?);
+        if preview
+            .extension()
+            .is_none_or(|extension| extension != "png")
+            || !free
+        {
+            let preview = preview.display();
+            return Err(Error::Option(format!(
+                "--preview {preview} must end in .png, and be no file of --out"
+            )));
         }
         Ok(())
     }

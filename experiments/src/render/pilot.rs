@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use whitefurnace::error::Error;
 use whitefurnace::sampling::rng::seed_for;
 
-use super::{FEW, Job, MANY, SamplerName};
+use super::defaults::{MAX_POINTS_PER_SCRAMBLE, MIN_SCRAMBLES};
+use super::{Job, SamplerName};
 
 /// Target from which the number of samples follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,9 +57,9 @@ impl Job {
     pub(super) fn legal(&self, samples: f64, round: fn(f64) -> f64) -> u32 {
         let step = match self.sampler {
             SamplerName::Independent => 2 * self.sampling().pixel.samples_per_replication(),
-            SamplerName::Sobol => self
-                .scrambles
-                .unwrap_or_else(|| FEW.max((samples / f64::from(MANY)).ceil() as u32)),
+            SamplerName::Sobol => self.scrambles.unwrap_or_else(|| {
+                MIN_SCRAMBLES.max((samples / f64::from(MAX_POINTS_PER_SCRAMBLE)).ceil() as u32)
+            }),
         };
         step * round(samples / f64::from(step)).clamp(1.0, f64::from(u32::MAX / step)) as u32
     }

@@ -18,10 +18,10 @@ use whitefurnace::render::{
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
-use whitefurnace::sampling::roulette::RR_DEPTH;
 use whitefurnace::sampling::sampler::ImagePass;
 use whitefurnace::scene::Scene;
 
+use super::defaults::RR_DEPTH;
 use super::{
     AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName,
     SpecularNeeName, name,

@@ -11,6 +11,7 @@ use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod compare;
 mod compare_noise;
+mod defaults;
 mod densities;
 mod export;
 mod figures;
