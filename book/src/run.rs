@@ -61,16 +61,16 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    fn apart(&self) -> f64 {
+    fn distance(&self) -> f64 {
         (self.values[1] - self.values[0]).abs()
     }
 
     /// Returns true if the numbers differ beyond the noise that both state.
-    fn beyond(&self) -> bool {
+    fn differs(&self) -> bool {
         // Tolerance for rounding, where noise is zero.
         let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
         self.halves
-            .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
+            .is_some_and(|[a, b]| self.distance() > a.hypot(b) + rounding)
     }
 }
 
@@ -119,7 +119,7 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
 /// Returns the numbers of a run that differ from the record beyond the noise that both state, a
 /// line each.
 pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec<String> {
-    let beyond = pairs(recorded, ours).into_iter().filter(Pair::beyond);
+    let beyond = pairs(recorded, ours).into_iter().filter(Pair::differs);
     let line = |pair: Pair<'_>| {
         let ([theirs, own], noise) = (pair.values, pair.halves.map_or(0.0, |[a, b]| a.hypot(b)));
         format!(
@@ -137,7 +137,7 @@ fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
         Some(recorded) => {
             let pairs = pairs(recorded, ours);
             let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
-            let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
+            let beyond = pairs.iter().filter(|pair| pair.differs()).count();
             [
                 options(recorded),
                 counts(recorded),
@@ -235,13 +235,13 @@ fn numbers(pairs: &[Pair<'_>]) -> String {
     let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
     let beyond: Vec<String> = pairs
         .iter()
-        .filter(|pair| pair.beyond())
+        .filter(|pair| pair.differs())
         .map(|pair| {
             let [a, b] = pair.halves.unwrap_or_default();
             let with = |value, half| format!("{} ± {}", shown(value), shown(half));
             let [theirs, own] = [with(pair.values[0], a), with(pair.values[1], b)];
-            let [apart, noise] = [pair.apart(), a.hypot(b)].map(shown);
-            line([&code(pair.key), &theirs, &own, &apart, &noise])
+            let [distance, noise] = [pair.distance(), a.hypot(b)].map(shown);
+            line([&code(pair.key), &theirs, &own, &distance, &noise])
         })
         .collect();
     let unjudged: Vec<String> = pairs

@@ -57,7 +57,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 ..run.prepared(job)
             }
             .render(&room)?
-            .whole()
+            .into_complete()
         };
         let mut variances = [Moments::default(); 2];
         for (variances, adaptive) in variances
@@ -81,9 +81,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
         );
         run.number(&format!("{room}.gain"), gain);
     }
-    let see = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
+    let description = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
                mirrors show.";
-    maps(&run.figure("samples.svg"), see, [1200, 900], 2, &shown)
+    maps(
+        &run.figure("samples.svg"),
+        description,
+        [1200, 900],
+        2,
+        &shown,
+    )
 }
 
 /// Returns the mean over pixels and channels of the variance among films.

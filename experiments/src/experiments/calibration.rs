@@ -238,10 +238,11 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         TRIAL,
         Mark::Faint,
     );
-    let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
+    let description =
+        "Lines between the limits are those of uniform p-values, as true hypotheses give.";
     charts(
         &run.figure("quantiles.svg"),
-        see,
+        description,
         [900, 900],
         &[statistics, trials],
     )

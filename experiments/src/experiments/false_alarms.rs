@@ -3,7 +3,7 @@
 use whitefurnace::harness::tails::binomial_interval;
 
 use crate::experiments::prelude::*;
-use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Mutants, Seeds};
+use crate::experiments::suite_seeds::{Answer, FAULTS_SEED_STRIDE, Measure, Mutants, SuiteSeeds};
 
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
@@ -18,7 +18,7 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
                        faults,rejected,faults_red,red";
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let suite = Seeds::open(run)?;
+    let suite = SuiteSeeds::open(run)?;
     run.bears_on(&suite.trials);
     let (version, seed, scale, trials) = (
         FALSE_ALARMS.version,
@@ -155,7 +155,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     );
     run.note("what that bounds", value);
     let value = format!(
-        "{faults} under every {FAULTS_EVERY}th seed: {rejected} rejected, {} not yet at this scale, \
+        "{faults} under every {FAULTS_SEED_STRIDE}th seed: {rejected} rejected, {} not yet at this scale, \
          {faults_red} accepted or rejected for a number that is none",
         faults - rejected - faults_red
     );
@@ -211,6 +211,12 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
         series,
     )
     .log([true, true]);
-    let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
-    charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
+    let description =
+        "Points along the line: least p-values as independent tests of true hypotheses give.";
+    charts(
+        &run.figure("false-alarms.svg"),
+        description,
+        [900, 560],
+        &[chart],
+    )
 }

@@ -115,9 +115,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "furnace.svg",
         format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"),
     );
-    let see =
+    let description =
         "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
-    maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
+    maps(
+        &run.figure("furnace.svg"),
+        description,
+        [980, 820],
+        2,
+        &panels,
+    )
 }
 
 /// Returns the mean deviation from 1 over the sphere's disc, and its standard error. The mean over

@@ -63,6 +63,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "radiance (that of the light is 3)",
     ];
     let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
-    let see = "The path tracer's points lie on the closed form from full light to full shadow.";
-    charts(&run.figure("penumbra.svg"), see, [900, 520], &[chart])
+    let description =
+        "The path tracer's points lie on the closed form from full light to full shadow.";
+    charts(
+        &run.figure("penumbra.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }

@@ -24,16 +24,16 @@ const PASSES: u32 = 64;
 /// Radius of the first pass.
 const FIRST: f64 = 0.2;
 /// Least number of replications that estimate a spread.
-const LEAST: u64 = 8;
+const MIN_COUNT: u64 = 8;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let radii = radii(run)?;
     let passes = passes(run)?;
-    let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
+    let description = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
                with the number of passes.";
     charts(
         &run.figure("photon-bias.svg"),
-        see,
+        description,
         [900, 860],
         &[radii, passes],
     )
@@ -50,7 +50,7 @@ fn reach(moments: &Moments, family: usize) -> f64 {
 fn radii(run: &mut Run) -> Result<Chart, Error> {
     let scene = over_floor();
     let point = at_point();
-    let maps = run.count(run.by_tier(1_000, 40_000)).max(LEAST) as u32;
+    let maps = run.count(run.by_tier(1_000, 40_000)).max(MIN_COUNT) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
     for radius in RADII {
@@ -122,7 +122,7 @@ fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, E
 fn passes(run: &mut Run) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
-    let runs = run.count(run.by_tier(30, 1_000)).max(LEAST) as u32;
+    let runs = run.count(run.by_tier(30, 1_000)).max(MIN_COUNT) as u32;
     let sppm = Sppm {
         parts: DefaultParts,
         particles: PARTICLES,

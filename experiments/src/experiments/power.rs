@@ -66,12 +66,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
         );
         let axes = ["effect (standard errors)", "probability of rejection"];
-        Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
+        Chart::new(title, axes, [EFFECT_RANGE, [0.0, 1.02]], series.concat())
     });
     let panels: Vec<Chart> = panels.collect();
-    let see = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
+    let description = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
                lower bound.";
-    charts(&run.figure("power.svg"), see, [900, 960], &panels)?;
+    charts(&run.figure("power.svg"), description, [900, 960], &panels)?;
     graded::graded(run, 0.5 * FAMILY)?;
     registry(run)
 }
@@ -79,7 +79,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
 /// Statistics in each panel of the figure.
 const PER_PANEL: usize = 5;
 /// Range of effects in the figure, in standard errors.
-const REACH: [f64; 2] = [3.0, 17.0];
+const EFFECT_RANGE: [f64; 2] = [3.0, 17.0];
 
 /// Returns the effect with this power, by bisection: the curve is increasing.
 fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
@@ -175,7 +175,7 @@ fn series(
         .map(|p| binomial_interval(p.rejected, replications, 0.025))
         .collect();
     [
-        Series::curve(statistic.name, colour, REACH, 280, |x| {
+        Series::curve(statistic.name, colour, EFFECT_RANGE, 280, |x| {
             statistic.power(x * statistic.unit)
         }),
         Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
@@ -280,6 +280,11 @@ fn draw_registry(
     ];
     let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
-    let see = "Below the line a measure sees the effect that it must see.";
-    charts(&run.figure("registry.svg"), see, [900, 560], &[chart])
+    let description = "Below the line a measure sees the effect that it must see.";
+    charts(
+        &run.figure("registry.svg"),
+        description,
+        [900, 560],
+        &[chart],
+    )
 }

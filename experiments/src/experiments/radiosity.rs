@@ -199,6 +199,11 @@ fn draw(run: &mut Run, levels: &[Level], reference: f64, noise: f64) -> Result<(
     let title = "Radiosity in the diffuse room against the path tracer";
     let axes = ["patches", "deviation from the path tracer (%)"];
     let chart = Chart::new(title, axes, [[low, high], [0.03, 20.0]], all).log([true, true]);
-    let see = "All three deviations fall about as the side of a patch does, the grey line.";
-    charts(&run.figure("radiosity.svg"), see, [900, 520], &[chart])
+    let description = "All three deviations fall about as the side of a patch does, the grey line.";
+    charts(
+        &run.figure("radiosity.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }

@@ -116,7 +116,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                     ..run.prepared(job)
                 }
                 .render(&format!("{room}, {k}"))?
-                .whole()
+                .into_complete()
             };
             let films = (0..films).map(film).collect::<Result<Vec<_>, _>>()?;
             found.push(Found::of(&films, scrambles));
@@ -200,10 +200,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             true,
         ),
     ];
-    let see = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
+    let description = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
     charts(
         &run.figure("scrambles.svg"),
-        see,
+        description,
         [900, 1200],
         &charts_shown,
     )

@@ -45,7 +45,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 ..run.prepared(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]))
             }
             .render(&name(way))?
-            .whole()
+            .into_complete()
         };
         (0..GROUP).map(film).collect::<Result<Vec<_>, Error>>()
     };
@@ -66,7 +66,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let shown = run
             .prepared(job(way, 16, run.by_tier([128, 96], [256, 192])))
             .render(file)?
-            .whole()?;
+            .into_complete()?;
         write_png(&run.figure(file), &shown, display, 2)?;
     }
     let level = FAMILY / 2.0;

@@ -195,8 +195,8 @@ fn draw(
                 format!("{group}-{}.svg", i + 1)
             };
             let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
-            let see = "Zero is the reference. An interval within the band about it holds.";
-            forest(&run.figure(&file), &title, see, part)?;
+            let description = "Zero is the reference. An interval within the band about it holds.";
+            forest(&run.figure(&file), &title, description, part)?;
             figures.entry(group.clone()).or_insert(file);
         }
         figures

@@ -15,9 +15,9 @@ use whitefurnace::integrator::LONGEST_PATH;
 use whitefurnace::light::environment::Environment;
 use whitefurnace::scene::{Geometry, Scene, Surface};
 
+use crate::print_line;
 use crate::render::{DiffuseName, Job, SceneSource};
-use crate::run::cli::{self, Ending, parse_size, whole};
-use crate::say;
+use crate::run::cli::{self, Ending, integer, parse_size};
 
 /// Write a scene for another renderer, with the same camera, image size and box filter.
 ///
@@ -46,10 +46,10 @@ pub struct Export {
     #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
     size: [u32; 2],
     /// Samples per pixel; from 1 to 4294967295
-    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = integer::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
     /// Most scattering events between a light and the camera; from 0 to 8192 [default: no limit]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(0..=u64::from(LONGEST_PATH)))]
     bounces: Option<u32>,
     /// Folder for the scene and its meshes
     #[arg(long, value_name = "DIR", default_value = "out/export")]
@@ -92,7 +92,7 @@ fn run(options: &Export) -> Result<Ending, Error> {
         let path = out.join(name);
         std::fs::write(&path, text).map_err(Error::file("write", &path))?;
     }
-    say!("{}: {} files", out.join(&files[0].0).display(), files.len());
+    print_line!("{}: {} files", out.join(&files[0].0).display(), files.len());
     Ok(Ending::Done)
 }
 

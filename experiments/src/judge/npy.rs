@@ -6,7 +6,7 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
-use super::read::{Each, Row};
+use super::read::{Row, RowCallback};
 use super::{NAMES, text};
 
 /// A number at the same position in every element of an array.
@@ -23,7 +23,7 @@ struct Column {
 ///
 /// # Errors
 /// The problem, with the index of the row.
-pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> {
+pub fn array(mut file: impl Read, bytes: u64, each: RowCallback) -> Result<(), String> {
     let header = NpyHeader::from_reader(&mut file).map_err(|error| {
         format!(
             "no header of an array: {}",
@@ -211,7 +211,12 @@ struct Member {
 ///
 /// # Errors
 /// The problem, and the arrays that may be chosen.
-pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Result<(), String> {
+pub fn archive(
+    file: &[u8],
+    chosen: Option<&str>,
+    path: &Path,
+    each: RowCallback,
+) -> Result<(), String> {
     let mut members = Vec::new();
     for (name, bytes) in
         unpacked(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
@@ -312,7 +317,7 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
 }
 
 /// Joins arrays whose names are those of columns into rows; `None` if the names are others.
-fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
+fn together(members: &[Member], each: RowCallback) -> Option<Result<(), String>> {
     let rows = *members[0].shape.first()?;
     let mut names: Vec<String> = Vec::new();
     for member in members {

@@ -15,19 +15,19 @@ pub struct Row<'a> {
     /// The values.
     pub numbers: &'a [f64],
     /// Their digits, if they are printed.
-    pub digits: Option<&'a [Digits]>,
+    pub digits: Option<&'a [DigitCounts]>,
 }
 
 /// Digits of a printed number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Digits {
+pub struct DigitCounts {
     /// Digits after the decimal point, minus the exponent.
     pub decimals: i32,
     /// Digits from the first that is not 0.
     pub significant: i32,
 }
 
-impl Digits {
+impl DigitCounts {
     /// Counts the digits of a number with a decimal point.
     pub fn of(text: &str) -> Self {
         let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
@@ -47,14 +47,14 @@ impl Digits {
 }
 
 /// Callback for each row.
-pub type Each<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
+pub type RowCallback<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
 
 /// Calls `each` with each row of a file. Its errors are reported with the file and the line of a
 /// text, or the index of a row of an array. `file.npz:name` chooses an array of an archive.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
-pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
+pub fn rows(path: &Path, each: RowCallback) -> Result<(), Error> {
     let (path, chosen) = array_of(path);
     let open = || File::open(&path).map_err(Error::file("read", &path));
     let mut start = Vec::new();

@@ -85,12 +85,12 @@ impl Axis {
 
     /// Returns true if a value lies on the axis, up to rounding.
     pub fn shows(&self, value: f64) -> bool {
-        let [low, high] = self.reach();
+        let [low, high] = self.extent();
         (low - 0.01..=high + 0.01).contains(&self.at(value))
     }
 
     /// Returns the ends of the axis in the drawing, least first.
-    pub fn reach(&self) -> [f64; 2] {
+    pub fn extent(&self) -> [f64; 2] {
         let [a, b] = self.place;
         [a.min(b), a.max(b)]
     }

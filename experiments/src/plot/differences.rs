@@ -30,12 +30,12 @@ const RADIUS: f64 = 4.6;
 pub fn differences(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     common: &Common<'_>,
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
     let size = [900.0, 46.0 + 280.0 * panels.len() as f64];
-    let mut canvas = Canvas::new(size, title, see);
+    let mut canvas = Canvas::new(size, title, description);
     legend(&mut canvas, common.band);
     let largest = panels
         .iter()

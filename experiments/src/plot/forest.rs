@@ -96,7 +96,7 @@ impl Mark {
 }
 
 /// The plot covers ± this many δ; values outside get an arrowhead.
-const REACH: f64 = 3.0;
+const AXIS_LIMIT: f64 = 3.0;
 const LEFT: f64 = 462.0;
 const WIDTH: f64 = 900.0;
 const ROW: f64 = 20.0;
@@ -104,12 +104,12 @@ const TOP: f64 = 92.0;
 /// Font size of the lines' labels, pixels.
 const NAME: f64 = 13.0;
 
-/// Draws the lines from top to bottom under `title`; `see` is the figure's description.
-pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(), Error> {
+/// Draws the lines from top to bottom under `title`.
+pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
-    let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);
+    let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, description);
     let x = |value: f64| {
-        let share = (value.clamp(-REACH, REACH) + REACH) / (2.0 * REACH);
+        let share = (value.clamp(-AXIS_LIMIT, AXIS_LIMIT) + AXIS_LIMIT) / (2.0 * AXIS_LIMIT);
         LEFT + (WIDTH - 24.0 - LEFT) * share
     };
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
@@ -141,7 +141,7 @@ pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(),
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
         for (end, side) in [(low, -1.0), (high, 1.0)] {
-            if end.abs() > REACH {
+            if end.abs() > AXIS_LIMIT {
                 let tip = x(end);
                 let back = tip - 8.0 * side;
                 canvas.line(
@@ -150,7 +150,7 @@ pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(),
                 );
             }
         }
-        if line.estimate.abs() <= REACH {
+        if line.estimate.abs() <= AXIS_LIMIT {
             mark.draw(&mut canvas, [x(line.estimate), y]);
         }
     }
@@ -174,10 +174,10 @@ fn legend(canvas: &mut Canvas, lines: &[Line]) {
 
 /// Shortens a label to fit beside the plot.
 fn shortened(label: &str) -> String {
-    const MOST: usize = 62;
-    if label.chars().count() <= MOST {
+    const MAX_LENGTH: usize = 62;
+    if label.chars().count() <= MAX_LENGTH {
         return label.to_owned();
     }
-    let start: String = label.chars().take(MOST - 1).collect();
+    let start: String = label.chars().take(MAX_LENGTH - 1).collect();
     start + "…"
 }

@@ -36,7 +36,7 @@ const NAME: f64 = 13.0;
 pub fn matrix(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     rows: &[String],
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
@@ -53,7 +53,7 @@ pub fn matrix(
     let mut canvas = Canvas::new(
         [(left + across).max(least) + 20.0, top + down + 16.0],
         title,
-        see,
+        description,
     );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let mut x = 14.0;

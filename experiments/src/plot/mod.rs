@@ -42,7 +42,7 @@ const FAINT: Rgb = Rgb(215, 215, 215);
 
 /// Dashes of lines and shapes of marks that tell series apart without colour, in order of
 /// appearance.
-const STYLES: [(&[f64], Shape); 8] = [
+const SERIES_STYLES: [(&[f64], Shape); 8] = [
     (&[], Shape::Disc),
     (&[9.0, 4.0], Shape::Square),
     (&[2.5, 3.5], Shape::Triangle),

@@ -10,14 +10,14 @@ pub(super) const TOP: f64 = 38.0;
 /// Returns a page of `size` pixels for panels with these titles, in rows of `columns`, and the
 /// areas of the panels.
 pub(super) fn page(
-    see: &str,
+    description: &str,
     size: [u32; 2],
     columns: usize,
     titles: &[&str],
 ) -> (Canvas, Vec<Area>) {
     let size = size.map(f64::from);
     (
-        Canvas::new(size, &titles.join("; "), see),
+        Canvas::new(size, &titles.join("; "), description),
         areas(size, columns, titles.len()),
     )
 }

@@ -9,11 +9,11 @@ use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::shard::Shard;
 
-use super::pilot::{parse_share, parse_time};
+use super::pilot::{parse_percentage, parse_time};
 use super::preview::{Preview, TEV, parse_address};
-use super::unfinished::Part;
+use super::unfinished::ReplicationRange;
 use super::{Job, defaults};
-use crate::run::cli::{real, whole};
+use crate::run::cli::{integer, number};
 
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
 ///
@@ -51,10 +51,10 @@ pub struct Render {
     #[arg(skip)]
     may_adapt: bool,
     /// Threads; from 1 to 1024 [default: one per core]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     pub threads: Option<usize>,
     /// Exposure of the PNG in stops, under --convention physical; from -100 to 100
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = real(-100.0..=100.0))]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = number(-100.0..=100.0))]
     pub exposure: f64,
     /// Take as many samples as fit in this time, such as 90s, 10m or 1.5h. A pilot run, whose
     /// samples are thrown away, decides the number; the image is that of --spp with the printed
@@ -63,7 +63,7 @@ pub struct Render {
     pub time: Option<Duration>,
     /// Take as many samples as should leave the pixels this mean relative standard error, such as
     /// 1%; a pilot run decides, as for --time; from 0.0001% to 100%
-    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_share)]
+    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_percentage)]
     pub target_error: Option<f64>,
     /// Continue from NAME.partial.exr if it exists
     #[arg(long)]
@@ -97,7 +97,7 @@ impl Render {
         render.may_adapt = !given(matches, "adaptive");
         if render.time.is_some() || render.target_error.is_some() {
             // Placeholder until the pilot decides.
-            render.job.spp = render.job.legal(1.0, f64::ceil);
+            render.job.spp = render.job.round_to_valid(1.0, f64::ceil);
         }
         Ok(render)
     }
@@ -111,7 +111,7 @@ impl Render {
     }
 
     /// Returns the replications that this run renders.
-    pub fn part(&self) -> Result<Part, Error> {
+    pub fn replication_range(&self) -> Result<ReplicationRange, Error> {
         let of = self.job.all_replications();
         let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
         if count > of {
@@ -121,7 +121,7 @@ impl Render {
             )));
         }
         let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
-        Ok(Part {
+        Ok(ReplicationRange {
             range: until(index - 1)..until(index),
             of,
         })

@@ -28,9 +28,9 @@ pub use names::{
     LightSamplingName, PixelName, SamplerName, SceneName, SceneSource, SilhouettesName,
     SpecularNeeName, name,
 };
-pub use work::{Look, Rendered};
+pub use work::{Observer, Rendered};
 
-use crate::run::cli::{parse_size, whole};
+use crate::run::cli::{integer, parse_size};
 use defaults::BASE;
 use photons::Photons;
 
@@ -61,26 +61,26 @@ pub struct Job {
     pub specular_nee: SpecularNeeName,
     /// Most scattering events between a light and the camera, for --estimator mis, bsdf and light;
     /// 0 leaves directly visible light; from 0 to 8192
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(LONGEST_PATH)))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(0..=u64::from(LONGEST_PATH)))]
     pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
     #[arg(long, value_enum, default_value_t = BASE.diffuse)]
     pub diffuse: DiffuseName,
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
-    #[arg(long, default_value_t = BASE.rays, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]
+    #[arg(long, default_value_t = BASE.rays, allow_hyphen_values = true, value_parser = integer::<u32>(1..=64))]
     pub rays: u32,
     /// Options of photon mapping.
     #[command(flatten)]
     pub photons: Photons,
     /// Approximate number of patches of all surfaces, for --estimator radiosity; from 1 to
     /// 4294967295
-    #[arg(long, default_value_t = BASE.patches, allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_COUNT))]
+    #[arg(long, default_value_t = BASE.patches, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub patches: u32,
     /// Positions of the rays in a pixel
     #[arg(long, value_enum, default_value_t = BASE.pixel)]
     pub pixel: PixelName,
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
-    #[arg(long, default_value_t = BASE.grid, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
+    #[arg(long, default_value_t = BASE.grid, allow_hyphen_values = true, value_parser = integer::<u32>(1..=1024))]
     pub grid: u32,
     /// Whether the outlines of directly visible lights are supersampled with eight more points per
     /// sample (for mis, bsdf and light also in mirrors), for --convention physical, --pixel random
@@ -98,7 +98,7 @@ pub struct Job {
     pub sampler: SamplerName,
     /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from
     /// 1 to 4294967295
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_COUNT))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub scrambles: Option<u32>,
     /// Whether noisier pixels, as measured by a pilot, take more samples, for --estimator mis, bsdf
     /// and light, and --sampler sobol
@@ -111,10 +111,10 @@ pub struct Job {
     #[arg(skip)]
     pub window: Option<Window>,
     /// Samples per pixel, on average with --adaptive yes; from 1 to 4294967295
-    #[arg(long, default_value_t = BASE.spp, allow_hyphen_values = true, value_parser = whole::<u32>(1..=MAX_COUNT))]
+    #[arg(long, default_value_t = BASE.spp, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub spp: u32,
     /// Seed of all random numbers; from 0 to 18446744073709551615
-    #[arg(long, default_value_t = BASE.seed, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    #[arg(long, default_value_t = BASE.seed, allow_hyphen_values = true, value_parser = integer::<u64>(0..=u64::MAX))]
     pub seed: u64,
 }
 

@@ -143,12 +143,12 @@ pub enum EstimatorName {
 }
 
 /// Names of all estimators but those that [make images](EstimatorName::makes_images).
-pub(super) const SINGLE_RAYS: &str =
+pub(super) const SINGLE_RAY_ESTIMATORS: &str =
     "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
     /// Returns true if the estimator renders whole images, from random points of pixels.
-    pub(super) fn makes_images(self) -> bool {
+    pub(super) fn is_image_estimator(self) -> bool {
         matches!(
             self,
             Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm
@@ -157,8 +157,8 @@ impl EstimatorName {
 
     /// Returns true if pixels share paths or photons, so that their standard errors do not give
     /// that of a mean over pixels.
-    pub(crate) fn shares_paths(self) -> bool {
-        self.makes_images() || self == Self::Photon
+    pub(crate) fn has_correlated_pixels(self) -> bool {
+        self.is_image_estimator() || self == Self::Photon
     }
 }
 

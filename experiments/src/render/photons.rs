@@ -6,7 +6,7 @@ use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 use whitefurnace::integrator::{DefaultParts, Lookup};
 use whitefurnace::scene::Scene;
 
-use crate::run::cli::{real, whole};
+use crate::run::cli::{integer, number};
 
 /// Where photons are looked up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -40,11 +40,11 @@ pub struct Photons {
 }
 
 fn count() -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
-    whole(1..=u64::from(u32::MAX))
+    integer(1..=u64::from(u32::MAX))
 }
 
 fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    real(1e-6..=1e6)
+    number(1e-6..=1e6)
 }
 
 impl Photons {

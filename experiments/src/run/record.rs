@@ -16,6 +16,7 @@ use whitefurnace::image::{check_writable, write_whole};
 
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
+use crate::print_line;
 use crate::render::name;
 use crate::run::progress::{Bar, interrupted};
 use crate::run::summary::summary;
@@ -23,13 +24,12 @@ use crate::run::{
     Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, progress,
     read_json, write_text,
 };
-use crate::say;
 
 /// Size of the largest file that the book keeps, in bytes.
 pub const LARGEST_RECORDED: u64 = 300 * 1024;
 
 /// Outcomes of a run of experiments.
-pub struct Ran {
+pub struct RunOutcomes {
     /// Findings of each experiment.
     pub outcomes: Vec<ExperimentResult>,
     /// Wall-clock seconds of each experiment; `None` if it was kept from an earlier run.
@@ -39,7 +39,11 @@ pub struct Ran {
 /// Runs experiments one after the other, as [`run_each`] does. After each, `results.json` is
 /// written anew from all experiments that have a result in the folder, so that an error in a later
 /// one loses none.
-pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Ran, Error> {
+pub fn run_all(
+    experiments: &[&Experiment],
+    options: &Options,
+    fresh: bool,
+) -> Result<RunOutcomes, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     run_each(experiments, options, fresh, || {
@@ -55,8 +59,8 @@ pub fn run_each(
     options: &Options,
     fresh: bool,
     done: impl Fn() -> Result<(), Error>,
-) -> Result<Ran, Error> {
-    let mut ran = Ran {
+) -> Result<RunOutcomes, Error> {
+    let mut ran = RunOutcomes {
         outcomes: Vec::new(),
         seconds: Vec::new(),
     };
@@ -86,7 +90,7 @@ pub fn run_each(
         let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| {
             format!("{seconds:.1} s")
         });
-        say!(
+        print_line!(
             "{}",
             summary(
                 experiment,
@@ -98,7 +102,7 @@ pub fn run_each(
         progress::said();
         // A single experiment prints its table.
         if options.rows || experiments.len() == 1 {
-            say!("{}", table(&outcome, options.rows));
+            print_line!("{}", table(&outcome, options.rows));
         }
         ran.outcomes.push(outcome);
         ran.seconds.push(seconds);
@@ -296,14 +300,14 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
     let folder = recorded_folder();
     for Experiment { id, .. } in experiments {
         for figure in record(&options.out.join(id), &folder.join(id))? {
-            say!(
+            print_line!(
                 "left out of the book: {id}/{figure}, larger than {} KiB",
                 LARGEST_RECORDED / 1024
             );
         }
     }
     update_readme()?;
-    say!(
+    print_line!(
         "recorded {} experiments in {}",
         experiments.len(),
         folder.display()

@@ -15,11 +15,11 @@ use crate::run::progress::interrupted;
 use crate::run::{make_afresh, read_json, write_text};
 
 /// A folder beside an experiment's files, from the beginning of a run to its end.
-pub struct Unfinished {
+pub struct PartCache {
     folder: PathBuf,
 }
 
-impl Unfinished {
+impl PartCache {
     /// Begins in this folder, or continues what was begun there under the same fingerprint.
     pub fn begin(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");

@@ -6,7 +6,7 @@ use std::time::Duration;
 use book::run::DEFAULT_RUN;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
-use experiments::run::cli::{Ending, conclude};
+use experiments::run::cli::{Ending, print_summary};
 use experiments::run::progress::state;
 use experiments::run::record::{LONGEST_LINE, recorded_folder, result, table};
 use experiments::run::summary::{WIDTH, headline, summary, verdicts};
@@ -114,7 +114,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
 #[test]
 fn a_failed_claim_is_an_exit_code() {
     let options = quick(folder("exit"), 1);
-    let end = |verdict| conclude(&[outcome(&[("a claim", "1", Some(verdict))])], &options);
+    let end = |verdict| print_summary(&[outcome(&[("a claim", "1", Some(verdict))])], &options);
     assert_eq!(end(Judgement::Holds), Ending::Done);
     assert_eq!(end(Judgement::Undecided), Ending::Done);
     assert_eq!(end(Judgement::Fails), Ending::ClaimFails);
