@@ -54,13 +54,13 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
 const STANDARD_ERRORS: f64 = 5.0;
 
 /// A number in the record and in the run.
-struct Pair<'a> {
+struct NumberPair<'a> {
     key: &'a str,
     values: [f64; 2],
     halves: Option<[f64; 2]>,
 }
 
-impl Pair<'_> {
+impl NumberPair<'_> {
     fn distance(&self) -> f64 {
         (self.values[1] - self.values[0]).abs()
     }
@@ -102,12 +102,12 @@ fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     a == b
 }
 
-fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<Pair<'a>> {
+fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<NumberPair<'a>> {
     let both = recorded.numbers.iter().filter_map(|(key, &value)| {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
         let halves = halves.filter(|_| same_reference([recorded, ours], key));
-        Some(Pair {
+        Some(NumberPair {
             key,
             values: [value, own],
             halves: halves.map(|(a, b)| [a, b]),
@@ -119,8 +119,10 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
 /// Returns the numbers of a run that differ from the record beyond the noise that both state, a
 /// line each.
 pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec<String> {
-    let beyond = pairs(recorded, ours).into_iter().filter(Pair::differs);
-    let line = |pair: Pair<'_>| {
+    let beyond = pairs(recorded, ours)
+        .into_iter()
+        .filter(NumberPair::differs);
+    let line = |pair: NumberPair<'_>| {
         let ([theirs, own], noise) = (pair.values, pair.halves.map_or(0.0, |[a, b]| a.hypot(b)));
         format!(
             "{}.{}: {own:.6e}, recorded {theirs:.6e}, apart by more than {noise:.1e}",
@@ -230,7 +232,7 @@ fn table(summary: &str, open: bool, head: &str, rows: &[String]) -> String {
     )
 }
 
-fn numbers(pairs: &[Pair<'_>]) -> String {
+fn numbers(pairs: &[NumberPair<'_>]) -> String {
     let shown = |value: f64| number::format(value, None).unwrap_or_default();
     let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
     let beyond: Vec<String> = pairs

@@ -53,7 +53,7 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     add(&mut read, first, &whole)?;
     for path in paths {
         let part = Checkpoint::read(path)?;
-        let total = (whole.part.of != part.part.of)
+        let total = (whole.part.total != part.part.total)
             .then(|| format!("{} there, {} here", part.part, whole.part));
         if let Some(difference) = difference(&part.job, &whole.job).or(total) {
             return refuse(format!(
@@ -70,14 +70,14 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     for (_, ReplicationRange { range, .. }) in read.iter().chain([&(
         first.as_path(),
         ReplicationRange {
-            range: whole.part.of..0,
-            of: 0,
+            range: whole.part.total..0,
+            total: 0,
         },
     )]) {
         if range.start > end {
             return refuse(format!(
                 "no part has the replications {end}..{} of {}",
-                range.start, whole.part.of
+                range.start, whole.part.total
             ));
         }
         end = range.end;

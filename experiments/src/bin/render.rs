@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     cli::start(|| {
         let start = Instant::now();
         let matches = cli::matches(Render::command());
-        let mut options = cli::unwrap_or_exit(Render::of(&matches));
+        let mut options = cli::unwrap_or_exit(Render::from_matches(&matches));
         cli::exit(
             options
                 .check(&matches)
@@ -132,7 +132,7 @@ fn decide(options: &mut Render, saved: Option<&Checkpoint>, start: Instant) -> R
         Some(spp) => (spp, "decided when this run began"),
         None => (options.job.decide(target)?, "decided by a pilot"),
     };
-    options.take(spp);
+    options.set_spp(spp);
     print_line!("{how}: --spp {spp}");
     options.job.check()
 }

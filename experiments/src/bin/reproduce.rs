@@ -191,7 +191,7 @@ fn choose(options: &Reproduce) -> Result<Vec<&'static Experiment>, Error> {
     }
     let mut chosen: Vec<&Experiment> = Vec::new();
     for id in &options.only {
-        let experiment = cli::find(id)?;
+        let experiment = cli::find_experiment(id)?;
         if chosen.iter().all(|other| other.id != experiment.id) {
             chosen.push(experiment);
         }

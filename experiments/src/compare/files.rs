@@ -105,7 +105,7 @@ fn pair_error<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
 ///
 /// # Errors
 /// If they have no part in common, or differ and `common` is not asked for.
-pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
+pub(super) fn crop_to_common(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
     let frame = |p: &Picture| (p.size, p.corner);
     let first = &a[0];
     let Some(other) = a
@@ -215,7 +215,7 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
             )));
         }
     }
-    for (first, second) in repeated(&all) {
+    for (first, second) in duplicates(&all) {
         if shares_noise(first, [a, b]) {
             let what = if first.digest == second.digest {
                 "have the same bytes, one is a copy: each image needs a seed of its own"
@@ -259,7 +259,7 @@ pub(super) fn fill_standard_errors(option: &str, inputs: &mut [Input]) -> Result
 }
 
 /// Returns the images whose pixels equal those of an earlier one, each with that earlier one.
-fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
+fn duplicates<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
     let earlier = |i: usize| {
         all[..i]
             .iter()
@@ -326,7 +326,7 @@ fn is_constant(plane: &[f64]) -> bool {
 /// Returns a note if two images are equal without that being an error.
 pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
-    let (first, second) = repeated(&all)
+    let (first, second) = duplicates(&all)
         .into_iter()
         .find(|(first, second)| first.digest == second.digest)?;
     let (first, second) = (first.path.display(), second.path.display());

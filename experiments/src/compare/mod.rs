@@ -132,7 +132,7 @@ fn run(options: &Compare) -> Result<u8, Error> {
             .chain(&mut b)
             .for_each(|input| input.picture.corner = [0; 2]);
     }
-    files::align(&mut a, &mut b, options.common)?;
+    files::crop_to_common(&mut a, &mut b, options.common)?;
     files::check(&a, &b)?;
     files::fill_standard_errors("--a", &mut a)?;
     if options.reference.is_none() {

@@ -21,7 +21,7 @@ pub(super) const HTML: &str = "report.html";
 /// Bins of the histogram of p-values.
 const BINS: usize = 20;
 /// Rows of the table of places.
-const ROWS: usize = 24;
+const MAX_TABLE_ROWS: usize = 24;
 
 /// Describes the position of a place in words.
 pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
@@ -123,7 +123,7 @@ fn numbers(report: &ComparisonReport) -> Value {
         "margin": report.rules.margin,
         "tile": report.rules.tile,
         "size": report.a[0].picture.size,
-        "smallest_bias": smallest(report).map(|(what, seen)| json!({"of": what, "relative": seen})),
+        "smallest_bias": smallest_p_values(report).map(|(what, seen)| json!({"of": what, "relative": seen})),
         "kinds": report.found.kinds.iter().map(kind).collect::<Vec<_>>(),
         "pixel_p_values": histogram(&report.found.kinds[3]),
         "a": files(report.a),
@@ -134,7 +134,7 @@ fn numbers(report: &ComparisonReport) -> Value {
 
 /// Returns the smallest detectable biases: of the image mean, in the channel where that is largest,
 /// and of the median tile.
-fn smallest(report: &ComparisonReport) -> [(&'static str, Option<f64>); 2] {
+fn smallest_p_values(report: &ComparisonReport) -> [(&'static str, Option<f64>); 2] {
     let [means, _, tiles, _] = &report.found.kinds;
     let mean = means
         .judged()
@@ -179,14 +179,14 @@ fn map(
     caption: &str,
     size: [usize; 2],
     values: &[f64],
-    bound: f64,
+    scale_limit: f64,
     labels: [&str; 3],
 ) -> Result<String, png::EncodingError> {
     let colour = |value: &f64| {
         if value.is_nan() {
             NAN_COLOUR
         } else {
-            diverging(value / bound)
+            diverging(value / scale_limit)
         }
     };
     let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
@@ -257,7 +257,7 @@ fn signed_log_p(places: &[&Place]) -> f64 {
 }
 
 /// Returns a round number at or above the 90 % quantile of the magnitudes.
-fn bound(values: &[f64]) -> f64 {
+fn scale_limit(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values
         .iter()
         .map(|value| value.abs())
@@ -321,18 +321,18 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
     html += "</div><h2>Where they differ</h2><div class=\"grid\">";
     for kind in [tiles, pixels] {
         let values = cells(kind, relative);
-        let bound = bound(&values);
-        let [low, high] = [-bound, bound].map(percent);
+        let scale_limit = scale_limit(&values);
+        let [low, high] = [-scale_limit, scale_limit].map(percent);
         html += &map(
             &format!("Difference of {}s, percent of the second", kind.name),
             kind.grid,
             &values,
-            bound,
+            scale_limit,
             [&low, "0", &high],
         )?;
     }
     for kind in [tiles, pixels] {
-        let bound = -kind.level.log10();
+        let scale_limit = -kind.level.log10();
         let [low, high] =
             ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
         let caption = format!(
@@ -343,7 +343,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
             &caption,
             kind.grid,
             &cells(kind, signed_log_p),
-            bound,
+            scale_limit,
             [&low, "p = 1", &high],
         )?;
     }
@@ -355,7 +355,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{low}<td>{high}<td>{:.2}<td>{:.1e}<td>{}",
-            bad(means, place),
+            row_class(means, place),
             report.channel(place.channel),
             if place.judged { "" } else { "not judged" },
             place.means[0],
@@ -381,12 +381,12 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
             .partial_cmp(&strength(y))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
-    for (kind, place) in worst.iter().take(ROWS) {
+    for (kind, place) in worst.iter().take(MAX_TABLE_ROWS) {
         let told = kind.counts && place.judged;
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{:.2}<td>{:.1e}<td>{:.1e}<td>{}",
-            bad(kind, place),
+            row_class(kind, place),
             place_name(kind, place),
             report.channel(place.channel),
             place.means[0],
@@ -399,7 +399,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
         );
     }
     html += "</table></div><h2>p-values of pixels</h2>";
-    html += &bars(&histogram(pixels));
+    html += &histogram_bars(&histogram(pixels));
     html += "<p class=\"small\">Flat where both renderers are right and the noise is not skewed; high at the left where they \
              differ. No verdict rests on this histogram.</p><h2>How it was decided</h2>";
     let _ = write!(
@@ -417,7 +417,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
     for kind in &report.found.kinds {
         let _ = write!(html, "<li>{}", kind_summary(kind));
     }
-    for (what, seen) in smallest(report) {
+    for (what, seen) in smallest_p_values(report) {
         if let Some(seen) = seen {
             let _ = write!(
                 html,
@@ -448,7 +448,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
 }
 
 /// Returns the CSS class of a row that is rejected.
-fn bad(kind: &Kind, place: &Place) -> &'static str {
+fn row_class(kind: &Kind, place: &Place) -> &'static str {
     if kind.rejects(place) {
         " class=\"bad\""
     } else {
@@ -457,7 +457,7 @@ fn bad(kind: &Kind, place: &Place) -> &'static str {
 }
 
 /// Draws the histogram, with a line at the height of a uniform distribution.
-fn bars(counts: &[u64]) -> String {
+fn histogram_bars(counts: &[u64]) -> String {
     let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
     let flat = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
     let height = |count: f64| 150.0 * count / most;

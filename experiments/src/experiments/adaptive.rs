@@ -2,7 +2,7 @@
 
 use whitefurnace::render::adaptive::REPLICATIONS;
 
-use super::scrambles::gains;
+use super::scrambles::claim_gain;
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
 
@@ -54,7 +54,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let seed = seed_for(run.seed(), &format!("{room}, {adaptive:?} {k}"));
             Job {
                 seed,
-                ..run.prepared(job)
+                ..run.with_run_options(job)
             }
             .render(&room)?
             .into_complete()
@@ -72,8 +72,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
         }
         shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
-        let level = FAMILY / ROOMS.len() as f64;
-        let gain = gains(
+        let level = FAMILYWISE_LEVEL / ROOMS.len() as f64;
+        let gain = claim_gain(
             run,
             &format!("{room}: samples go where noise is"),
             variances.each_ref(),

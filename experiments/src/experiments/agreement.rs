@@ -81,7 +81,7 @@ const COLUMNS: &str = "replication,count,mean,variance";
 fn run(run: &mut Run) -> Result<(), Error> {
     let cases = cases(run.tier());
     // One interval of the mean and one least p-value of the tiles for each case.
-    let share = FAMILY / (2 * cases.len()) as f64;
+    let share = FAMILYWISE_LEVEL / (2 * cases.len()) as f64;
     let mut totals = Vec::new();
     let mut rendered = Vec::new();
     let mut level = share;

@@ -78,7 +78,7 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
         spp: run.by_tier(32, 512),
         ..Job::default()
     };
-    let job = run.prepared(job);
+    let job = run.with_run_options(job);
     let film = render_paths(
         scene,
         Path::default(),
@@ -109,7 +109,7 @@ fn equator_ray(scene: &Scene, angle: f64) -> Ray {
 fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error> {
     let path = Path::<DefaultParts>::default();
     let places: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
-    parallel(&places, |&(place, angle)| {
+    parallel_map(&places, |&(place, angle)| {
         let ray = equator_ray(scene, angle);
         let hit = scene.intersect(&ray);
         let mut ratios = [Moments::default(); 2];
@@ -145,7 +145,7 @@ fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
 
 /// Judges the profiles at the family-wise level of the experiment.
 fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
-    let critical = normal_upper(FAMILY / (2.0 * 4.0 * ANGLES.len() as f64));
+    let critical = normal_upper(FAMILYWISE_LEVEL / (2.0 * 4.0 * ANGLES.len() as f64));
     let [coloured, grey, diffuse] = profiles else {
         return;
     };

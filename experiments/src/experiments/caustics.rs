@@ -147,7 +147,7 @@ fn row(run: &mut Run, name: &str, result: &MethodResult) {
 /// family-wise level; undecided where their skewness makes that level invalid.
 fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
     let margin = run.by_tier(MARGINS[0], MARGINS[1]);
-    let level = FAMILY / COMPARISONS as f64;
+    let level = FAMILYWISE_LEVEL / COMPARISONS as f64;
     let images = a.moments.count();
     let [of_a, of_b] = [a.moments, b.moments];
     let critical = student_upper(level / 2.0, images as f64 - 1.0);

@@ -283,7 +283,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         .flat_map(|model| NUMBERS.map(|numbers| (model, numbers)))
         .chain([(&SINGLE, [4, 4])])
         .collect();
-    let level = FAMILY / (2 * cells.len()) as f64;
+    let level = FAMILYWISE_LEVEL / (2 * cells.len()) as f64;
     let (mut worst, mut worst_equal, mut kept, mut kept_equal) = (0.0_f64, 0.0_f64, true, true);
     for (model, numbers) in &cells {
         let key = format!("{}.{}-{}", model.key, numbers[0], numbers[1]);
@@ -303,7 +303,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                     &mut stream(seed, from + i, 0),
                 )))
             };
-            Ok(parallel(0..runs, repeat)?.into_iter().sum())
+            Ok(parallel_map(0..runs, repeat)?.into_iter().sum())
         };
         let fails = |verdict: &Verdict| *verdict == Verdict::Fails;
         let alarms = count(1.0, runs, 0, fails)?;

@@ -91,7 +91,10 @@ impl ConvergenceFit {
     /// Returns the half width of an interval at this experiment's share of the level, in standard
     /// errors.
     fn critical() -> f64 {
-        student_upper(FAMILY / 2.0 / SLOPE_INTERVALS, f64::from(GROUPS - 1))
+        student_upper(
+            FAMILYWISE_LEVEL / 2.0 / SLOPE_INTERVALS,
+            f64::from(GROUPS - 1),
+        )
     }
 
     /// Returns the confidence interval of the slope.
@@ -107,7 +110,7 @@ fn measure(
     seed: u64,
     sizes: &[u32],
 ) -> Result<ConvergenceFit, Error> {
-    let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
+    let found: Vec<Vec<f64>> = parallel_map(0..GROUPS, |group| {
         let variance = |&samples: &u32| {
             let first = group * REPLICATIONS;
             let moments: Moments = (first..first + REPLICATIONS)

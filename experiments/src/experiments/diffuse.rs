@@ -382,7 +382,7 @@ fn sampled(
         (0..samples).map(|_| value(wo, &mut rng)).collect()
     };
     let angles: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
-    parallel(angles, at)
+    parallel_map(angles, at)
 }
 
 /// Plots a closed form from 0° to `end` in this number of steps, on all cores: quadrature is slow.
@@ -393,7 +393,7 @@ fn closed_curve(
     steps: u32,
     known: impl Fn(f64) -> f64 + Sync,
 ) -> Result<Series, Error> {
-    let points = parallel(0..steps + 1, |step| {
+    let points = parallel_map(0..steps + 1, |step| {
         let degrees = end * f64::from(step) / f64::from(steps);
         [degrees, known(degrees)]
     })?;
@@ -409,9 +409,9 @@ fn compared(
     known: impl Fn(f64) -> f64 + Sync,
     curves: usize,
 ) -> Result<Vec<[f64; 3]>, Error> {
-    let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
+    let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / (curves * ANGLES.len()) as f64);
     // Lambert has no variance at all: the rest is rounding.
-    let known = parallel(ANGLES, known)?;
+    let known = parallel_map(ANGLES, known)?;
     let off =
         |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
     let worst = known.into_iter().zip(found).map(off).fold(0.0, f64::max);

@@ -19,7 +19,7 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let suite = SuiteSeeds::open(run)?;
-    run.bears_on(&suite.trials);
+    run.add_equations_of(&suite.trials);
     let (version, seed, scale, trials) = (
         FALSE_ALARMS.version,
         run.seed(),
@@ -36,7 +36,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         accumulated.push(k, &fields(&suite.subjects(k)?, &suite.mutants(k)?));
         bar.advance(1);
     }
-    let level = accumulated.look(FAMILY);
+    let level = accumulated.look(FAMILYWISE_LEVEL);
     accumulated.write()?;
     report(run, &accumulated, suite.scale, level);
     draw(run, &accumulated)
@@ -138,7 +138,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         run.number(key, value);
     }
     let mut value = format!(
-        "{} of {seeds} at scale {scale}, bound {bound:.0e} each (look {} of {FAMILY:.0e} for all); the rate is \
+        "{} of {seeds} at scale {scale}, bound {bound:.0e} each (look {} of {FAMILYWISE_LEVEL:.0e} for all); the rate is \
          below {rate:.3} with 95 % confidence",
         names.len(),
         accumulated.looks()

@@ -21,7 +21,7 @@ pub(super) const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    run.bears_on(&trials::all());
+    run.add_equations_of(&trials::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family;
     // pairs that the suite does not assert at a reduced size, where faults of small effect stay
     // undecided.
@@ -33,7 +33,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let scales = [run.scale(UNASSERTED), suite::scale(run)];
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
-    let seen = parallel(&pairs, |pair| {
+    let seen = parallel_map(&pairs, |pair| {
         let context = if pair.named { &asserted } else { &reduced };
         let name = format!("{}!{}", pair.trial, pair.fault.name);
         let outcomes = (pair.run)(&context.named(&name));

@@ -57,7 +57,7 @@ fn mean_albedo(model: DiffuseName) -> f64 {
 fn run(run: &mut Run) -> Result<(), Error> {
     let side = run.by_tier(96, 128);
     let spp = run.count(run.by_tier(128, 1024)).max(2) as u32;
-    let critical = normal_upper(FAMILY / 2.0 / DiffuseName::ALL.len() as f64);
+    let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / DiffuseName::ALL.len() as f64);
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
         let path = Path::<DefaultParts>::default();

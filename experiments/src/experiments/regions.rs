@@ -6,7 +6,7 @@ use whitefurnace::integrator::{Published, Quirks};
 
 use crate::experiments::figures::CONVENTIONS;
 use crate::experiments::prelude::*;
-use crate::plot::differences::{Common, Panel, differences};
+use crate::plot::differences::{Panel, PanelSettings, differences};
 
 pub(super) const REGIONS: Experiment = Experiment {
     id: "regions",
@@ -244,7 +244,7 @@ fn draw(
         path,
         title,
         description,
-        &Common {
+        &PanelSettings {
             regions: &regions,
             axis,
             band,
@@ -269,7 +269,7 @@ fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region, spp: u32) -> Job {
-    run.prepared(Job {
+    run.with_run_options(Job {
         window: Some(region.window),
         spp,
         ..Job::report(convention)

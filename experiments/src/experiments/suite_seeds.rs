@@ -111,7 +111,7 @@ impl SuiteSeeds {
     pub fn subjects(&self, k: u64) -> Result<Vec<Measure>, Error> {
         self.parts.part(&format!("subjects-{k}"), || {
             let context = self.context(k)?;
-            let subjects = parallel(&self.trials, |trial| -> Vec<Measure> {
+            let subjects = parallel_map(&self.trials, |trial| -> Vec<Measure> {
                 let rows = run_trial(trial, &context);
                 rows.iter()
                     .map(|row| measure(&trial.name, &row.outcome))
@@ -125,7 +125,7 @@ impl SuiteSeeds {
     pub fn mutants(&self, k: u64) -> Result<Mutants, Error> {
         self.parts.part(&format!("mutants-{k}"), || {
             let context = self.context(k)?;
-            let equivalents = parallel(&self.equivalents, |pair| -> Vec<Measure> {
+            let equivalents = parallel_map(&self.equivalents, |pair| -> Vec<Measure> {
                 let name = full_name(&pair.trial, pair.fault.name);
                 let found = (pair.run)(&context.named(&name));
                 found.iter().map(|found| measure(&name, found)).collect()
@@ -136,7 +136,7 @@ impl SuiteSeeds {
                 .filter(|_| k.is_multiple_of(FAULTS_SEED_STRIDE))
                 .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
                 .collect();
-            let faults = parallel(&faults, |(trial, control)| {
+            let faults = parallel_map(&faults, |(trial, control)| {
                 (
                     full_name(&trial.name, control.name),
                     answer(trial, control, &context),

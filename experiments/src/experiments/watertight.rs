@@ -45,7 +45,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let triangles: Vec<[DVec3; 3]> = scene.primitives().filter_map(corners).collect();
     for (target, label) in TARGETS {
         let seed = seed_for(run.seed(), label);
-        let lost = parallel(0..batches, |batch| -> u64 {
+        let lost = parallel_map(0..batches, |batch| -> u64 {
             let mut rng = stream(seed, batch, 0);
             (0..BATCH)
                 .map(|_| lost_in_walk(&scene, &triangles, target, &mut rng))

@@ -125,7 +125,7 @@ pub fn files(
 }
 
 /// Geometry with one surface: all triangles of the surface, or a single sphere.
-struct Part<'s> {
+struct SurfaceGeometry<'s> {
     surface: &'s Surface,
     shape: Shape,
 }
@@ -135,11 +135,11 @@ enum Shape {
     Sphere(Sphere),
 }
 
-fn parts(scene: &Scene) -> Vec<Part<'_>> {
-    let mut parts: Vec<Part> = Vec::new();
+fn parts(scene: &Scene) -> Vec<SurfaceGeometry<'_>> {
+    let mut parts: Vec<SurfaceGeometry> = Vec::new();
     for (geometry, surface) in scene.primitives() {
         match geometry {
-            Geometry::Sphere(sphere) => parts.push(Part {
+            Geometry::Sphere(sphere) => parts.push(SurfaceGeometry {
                 surface,
                 shape: Shape::Sphere(sphere),
             }),
@@ -152,7 +152,7 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
                 });
                 match same {
                     Some(triangles) => triangles.push(corners),
-                    None => parts.push(Part {
+                    None => parts.push(SurfaceGeometry {
                         surface,
                         shape: Shape::Triangles(vec![corners]),
                     }),
@@ -174,7 +174,7 @@ fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
 }
 
 /// Returns true if the sphere is not clipped.
-fn is_whole(sphere: &Sphere) -> bool {
+fn is_unclipped(sphere: &Sphere) -> bool {
     sphere.heights() == [-sphere.radius, sphere.radius]
 }
 

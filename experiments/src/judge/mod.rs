@@ -275,7 +275,7 @@ impl Columns {
         if !(3..=NAMES.len()).contains(&count) {
             return Err(format!(
                 "{count} columns, where 3 to 5 are expected: name them by --columns{}",
-                side_by_side(count)
+                transposition_hint(count)
             ));
         }
         Ok(Self {
@@ -292,7 +292,7 @@ impl Columns {
         Err(format!(
             "{count} numbers, where {} are expected{}",
             self.count,
-            side_by_side(count)
+            transposition_hint(count)
         ))
     }
 
@@ -329,7 +329,7 @@ impl Columns {
 }
 
 /// Suggests a transposition if a row has many numbers; else empty.
-fn side_by_side(count: usize) -> &'static str {
+fn transposition_hint(count: usize) -> &'static str {
     if count > 2 * NAMES.len() {
         "; if each column is a sample, transpose them: a row for each is needed"
     } else {
@@ -351,8 +351,8 @@ fn report(
         (1, "DIFFER", fails)
     } else if let Some(undecided) = outcomes
         .iter()
-        .max_by_key(|outcome| needed(outcome))
-        .filter(|o| needed(o) > 0)
+        .max_by_key(|outcome| samples_needed(outcome))
+        .filter(|o| samples_needed(o) > 0)
     {
         (2, "UNDECIDED", Some(undecided))
     } else {
@@ -386,8 +386,8 @@ fn report(
     write_json(&options.out.join("judge.json"), &numbers)?;
     let why = match decisive {
         None => "the samples follow the density, within the precision stated below".to_owned(),
-        Some(outcome) if needed(outcome) > 0 => {
-            let how_many = match needed(outcome) {
+        Some(outcome) if samples_needed(outcome) > 0 => {
+            let how_many = match samples_needed(outcome) {
                 u64::MAX => "cannot be decided by more samples".to_owned(),
                 needed => format!("needs about {needed} samples"),
             };
@@ -417,7 +417,7 @@ fn report(
 }
 
 /// Returns the number of samples that would decide; 0 if the outcome is decided.
-fn needed(outcome: &Outcome) -> u64 {
+fn samples_needed(outcome: &Outcome) -> u64 {
     match outcome.verdict() {
         Verdict::Undecided { needed } => needed,
         Verdict::Holds | Verdict::Fails => 0,
@@ -446,7 +446,7 @@ fn line(outcome: &Outcome) -> String {
         reference,
         ..
     } = outcome;
-    let word = match needed(outcome) {
+    let word = match samples_needed(outcome) {
         0 => outcome.verdict().word().to_owned(),
         u64::MAX => "undecided".to_owned(),
         needed => format!("undecided (needs about {needed} samples)"),

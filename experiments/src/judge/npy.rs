@@ -168,9 +168,9 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
         (TypeChar::Float, 8) => either!(f64),
         (TypeChar::Float, 4) => either!(f32),
         (TypeChar::Float, 2) if kind.endianness() == Endianness::Big => {
-            |bytes| half(u16::from_be_bytes([bytes[0], bytes[1]]))
+            |bytes| f16_to_f64(u16::from_be_bytes([bytes[0], bytes[1]]))
         }
-        (TypeChar::Float, 2) => |bytes| half(u16::from_le_bytes([bytes[0], bytes[1]])),
+        (TypeChar::Float, 2) => |bytes| f16_to_f64(u16::from_le_bytes([bytes[0], bytes[1]])),
         (TypeChar::Int, 1) => either!(i8),
         (TypeChar::Int, 2) => either!(i16),
         (TypeChar::Int, 4) => either!(i32),
@@ -188,7 +188,7 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
 }
 
 /// Converts a 16-bit float.
-fn half(bits: u16) -> f64 {
+fn f16_to_f64(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
     let size = match exponent {
         0 => fraction * 2f64.powi(-14),
@@ -219,7 +219,7 @@ pub fn archive(
 ) -> Result<(), String> {
     let mut members = Vec::new();
     for (name, bytes) in
-        unpacked(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
+        unzip(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
     {
         let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
             continue;
@@ -245,7 +245,7 @@ pub fn archive(
                 .to_owned(),
         ),
         [one] => array(one.bytes.as_slice(), one.bytes.len() as u64, each),
-        several => together(several, each).unwrap_or_else(|| {
+        several => join_columns(several, each).unwrap_or_else(|| {
             let list: Vec<String> = several
                 .iter()
                 .map(|one| format!("{} {:?}", one.name, one.shape))
@@ -264,7 +264,7 @@ pub fn archive(
 /// the archive is damaged.
 ///
 /// Offsets in records are those of PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16.
-fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
+fn unzip(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let number = |at: usize, bytes: usize| {
         let slice = file.get(at..at.checked_add(bytes)?)?;
         Some(
@@ -317,7 +317,7 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
 }
 
 /// Joins arrays whose names are those of columns into rows; `None` if the names are others.
-fn together(members: &[Member], each: RowCallback) -> Option<Result<(), String>> {
+fn join_columns(members: &[Member], each: RowCallback) -> Option<Result<(), String>> {
     let rows = *members[0].shape.first()?;
     let mut names: Vec<String> = Vec::new();
     for member in members {

@@ -55,7 +55,7 @@ pub type RowCallback<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
 pub fn rows(path: &Path, each: RowCallback) -> Result<(), Error> {
-    let (path, chosen) = array_of(path);
+    let (path, chosen) = split_array_name(path);
     let open = || File::open(&path).map_err(Error::file("read", &path));
     let mut start = Vec::new();
     open()?
@@ -73,7 +73,10 @@ pub fn rows(path: &Path, each: RowCallback) -> Result<(), Error> {
         let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
         return npy::archive(&bytes, chosen.as_deref(), &path, each).map_err(wrong);
     }
-    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| start.starts_with(magic)) {
+    if let Some((_, what)) = FILE_SIGNATURES
+        .iter()
+        .find(|(magic, _)| start.starts_with(magic))
+    {
         return Err(wrong(format!("{what}, which is not read: {REMEDY}")));
     }
     if let Some(decode) = utf16(&start) {
@@ -100,7 +103,7 @@ pub fn rows(path: &Path, each: RowCallback) -> Result<(), Error> {
 const REMEDY: &str = "save the numbers as text (CSV), or by numpy.save";
 
 /// First bytes of common files of other formats, and what they are.
-const KNOWN: [(&[u8], &str); 9] = [
+const FILE_SIGNATURES: [(&[u8], &str); 9] = [
     (
         b"\x1f\x8b",
         "a file compressed by gzip (unpack it by gunzip)",
@@ -119,7 +122,7 @@ const KNOWN: [(&[u8], &str); 9] = [
 ];
 
 /// Splits a path into the file and the array's name after a colon.
-fn array_of(path: &Path) -> (PathBuf, Option<String>) {
+fn split_array_name(path: &Path) -> (PathBuf, Option<String>) {
     match path.to_str().and_then(|name| name.rsplit_once(':')) {
         Some((file, array)) if !path.exists() && Path::new(file).is_file() => {
             (file.into(), Some(array.to_owned()))

@@ -127,10 +127,10 @@ fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
 fn cell(canvas: &mut Canvas, frame: Area, agreement: Option<Agreement>) {
     let [left, top, right, bottom] = frame;
     let fill = match agreement {
-        Some(Agreement::Agrees) => pale(OKABE_ITO[1], 0.35),
-        Some(Agreement::Biased | Agreement::Explained) => pale(OKABE_ITO[5], 0.35),
-        Some(Agreement::Undecided) => pale(FAINT, 0.6),
-        Some(Agreement::Differs) => pale(OKABE_ITO[0], 0.6),
+        Some(Agreement::Agrees) => tint(OKABE_ITO[1], 0.35),
+        Some(Agreement::Biased | Agreement::Explained) => tint(OKABE_ITO[5], 0.35),
+        Some(Agreement::Undecided) => tint(FAINT, 0.6),
+        Some(Agreement::Differs) => tint(OKABE_ITO[0], 0.6),
         Some(Agreement::Reference) | None => Rgb(255, 255, 255),
     };
     canvas.fill([left + 1.0, top + 1.0, right - 1.0, bottom - 1.0], fill);
@@ -212,7 +212,7 @@ fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) 
         let left = x + k as f64 * bin;
         canvas.fill(
             [left, base - height.min(base - top), left + bin - 1.0, base],
-            pale(OKABE_ITO[2], 0.7),
+            tint(OKABE_ITO[2], 0.7),
         );
         if height > base - top {
             canvas.marks(

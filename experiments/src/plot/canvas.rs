@@ -169,11 +169,11 @@ impl Canvas {
 
     /// Draws a text, centred vertically on the point.
     pub fn text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64) {
-        self.turned(text, at, anchor, size, 0);
+        self.rotated_text(text, at, anchor, size, 0);
     }
 
     /// Draws a text turned by `degrees` about its point, clockwise.
-    pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
+    pub fn rotated_text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
         let (x, y) = place(at);
         let turn = match degrees {
             0 => String::new(),

@@ -1,6 +1,6 @@
 //! A chart with lines, points and error bars over linear or logarithmic axes.
 
-use super::axis::Division;
+use super::axis::Scale;
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::*;
 
@@ -209,9 +209,9 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, styles: &SeriesStyles) {
     ];
     let divisions = chart.log.map(|log| {
         if log {
-            Division::Logarithmic
+            Scale::Logarithmic
         } else {
-            Division::Linear
+            Scale::Linear
         }
     });
     let [x, y] = axes(plot, chart.ranges, divisions);
@@ -226,12 +226,12 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, styles: &SeriesStyles) {
             .iter()
             .zip(&series.bars)
             .flat_map(|(at, &[low, high])| {
-                runs(&[[at[0], y.at(low)], [at[0], y.at(high)]], extents)
+                visible_parts(&[[at[0], y.at(low)], [at[0], y.at(high)]], extents)
             })
             .collect();
         canvas.lines(&bars, Pen::new(pen.colour, 1.8));
         match series.mark {
-            Mark::Line | Mark::Faint => canvas.lines(&runs(&points, extents), pen),
+            Mark::Line | Mark::Faint => canvas.lines(&visible_parts(&points, extents), pen),
             Mark::Points | Mark::Dots => {
                 let seen = series
                     .points
@@ -289,7 +289,7 @@ fn legend(
 }
 
 /// Returns the parts of a line that lie within the ranges, cut where it leaves them.
-fn runs(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
+fn visible_parts(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = Vec::new();
     for ends in points.windows(2) {
         let Some([from, to]) = clipped(ends[0], ends[1], ranges) else {

@@ -102,7 +102,7 @@ const WIDTH: f64 = 900.0;
 const ROW: f64 = 20.0;
 const TOP: f64 = 92.0;
 /// Font size of the lines' labels, pixels.
-const NAME: f64 = 13.0;
+const NAME_SIZE: f64 = 13.0;
 
 /// Draws the lines from top to bottom under `title`.
 pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Result<(), Error> {
@@ -136,7 +136,7 @@ pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Re
             &shortened(&line.label),
             [LEFT - 12.0, y],
             Anchor::Right,
-            NAME,
+            NAME_SIZE,
         );
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
@@ -163,13 +163,13 @@ fn legend(canvas: &mut Canvas, lines: &[Line]) {
     for (mark, label) in Mark::ALL {
         if lines.iter().any(|line| Mark::of(line) == mark) {
             mark.draw(canvas, [x, 50.0]);
-            canvas.text(label, [x + 13.0, 50.0], Anchor::Left, NAME);
-            x += 36.0 + width(label, NAME);
+            canvas.text(label, [x + 13.0, 50.0], Anchor::Left, NAME_SIZE);
+            x += 36.0 + width(label, NAME_SIZE);
         }
     }
     canvas.fill([14.0, 64.0, 36.0, 78.0], Rgb(238, 243, 247));
     let band = "± δ, the effect that must be seen: an interval within it holds";
-    canvas.text(band, [44.0, 71.0], Anchor::Left, NAME);
+    canvas.text(band, [44.0, 71.0], Anchor::Left, NAME_SIZE);
 }
 
 /// Shortens a label to fit beside the plot.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use whitefurnace::image::{encode_rgb, srgb};
 
-use super::axis::Division;
+use super::axis::Scale;
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::*;
 
@@ -97,7 +97,7 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
         right - 12.0 - GAP - BAR - LABELS,
         bottom - 58.0,
     ];
-    let [x, y] = axes(plot, map.ranges, [Division::Linear; 2]);
+    let [x, y] = axes(plot, map.ranges, [Scale::Linear; 2]);
     frame(canvas, plot, [&x, &y], &map.axes);
     heading(canvas, plot, top, &map.title);
     canvas.picture(plot, &cells(map)?);
@@ -190,7 +190,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
             13.0,
         );
     }
-    canvas.turned(
+    canvas.rotated_text(
         &map.unit,
         [right + LABELS - 12.0, 0.5 * (top + bottom)],
         Anchor::Center,

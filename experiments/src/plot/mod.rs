@@ -20,7 +20,7 @@ use plotters::style::RGBColor as Rgb;
 use whitefurnace::error::Error;
 
 /// Mixes a colour with white; a `share` of 1 is the colour itself.
-fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
+fn tint(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
     let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
     Rgb(mix(r), mix(g), mix(b))
 }

@@ -91,7 +91,7 @@ pub(super) fn given(matches: &ArgMatches, id: &str) -> bool {
 
 impl Render {
     /// Reads the options of a command line and fills in the defaults that depend on other options.
-    pub fn of(matches: &ArgMatches) -> Result<Self, clap::Error> {
+    pub fn from_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
         defaults::apply(&mut render.job, |option| given(matches, option));
         render.may_adapt = !given(matches, "adaptive");
@@ -103,7 +103,7 @@ impl Render {
     }
 
     /// Sets the number of samples, and the options that depend on it.
-    pub fn take(&mut self, spp: u32) {
+    pub fn set_spp(&mut self, spp: u32) {
         self.job.spp = spp;
         if self.may_adapt {
             self.job.adaptive = defaults::adaptive(&self.job);
@@ -112,18 +112,18 @@ impl Render {
 
     /// Returns the replications that this run renders.
     pub fn replication_range(&self) -> Result<ReplicationRange, Error> {
-        let of = self.job.all_replications();
+        let total = self.job.all_replications();
         let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
-        if count > of {
+        if count > total {
             return Err(Error::Option(format!(
-                "--shard {index}/{count}: the samples of a pixel are {of} independent parts: use at most that many shards, \
+                "--shard {index}/{count}: the samples of a pixel are {total} independent parts: use at most that many shards, \
                  or more samples or --scrambles"
             )));
         }
-        let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
+        let until = |index: u32| (u64::from(total) * u64::from(index) / u64::from(count)) as u32;
         Ok(ReplicationRange {
             range: until(index - 1)..until(index),
-            of,
+            total,
         })
     }
 

@@ -95,7 +95,7 @@ pub const DEPENDENT: &[DependentDefault] = &[
         text: "yes with these from 32 samples on",
         apply: |job| job.adaptive = adaptive(job),
     },
-    // Applied where they are used.
+    // These stay unset in the job: what reads them fills them in.
     DependentDefault {
         option: "bounces",
         text: "no limit",

@@ -14,14 +14,14 @@ use whitefurnace::image::{Display, write_rgb};
 use super::work::Observer;
 
 /// Shows the mean radiance of all pixels; after an error the preview stops.
-type Show = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
+type ShowImage = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
 
 /// Shows an image from time to time on its own thread. Rendering does not wait for it: an image
 /// that comes while it is busy is skipped.
 pub struct Preview {
     /// `None` while the thread is busy, and after an error.
-    show: Option<Show>,
-    at_work: Option<JoinHandle<Option<(Show, Duration)>>>,
+    show: Option<ShowImage>,
+    worker: Option<JoinHandle<Option<(ShowImage, Duration)>>>,
     next: Instant,
     /// Time that the last image may take.
     timeout: Duration,
@@ -50,10 +50,10 @@ pub fn parse_address(text: &str) -> Result<String, String> {
 }
 
 impl Preview {
-    fn new(name: String, timeout: Duration, show: Show) -> Self {
+    fn new(name: String, timeout: Duration, show: ShowImage) -> Self {
         Self {
             show: Some(show),
-            at_work: None,
+            worker: None,
             next: Instant::now() + MIN_INTERVAL,
             timeout,
             name,
@@ -98,8 +98,8 @@ impl Preview {
     /// Shows the final state of the film.
     pub fn finish(mut self, film: &Film) {
         let (start, timeout, name) = (Instant::now(), self.timeout, std::mem::take(&mut self.name));
-        let in_time = |at_work: &Option<JoinHandle<_>>| {
-            while at_work.as_ref().is_some_and(|work| !work.is_finished()) {
+        let in_time = |worker: &Option<JoinHandle<_>>| {
+            while worker.as_ref().is_some_and(|work| !work.is_finished()) {
                 if start.elapsed() > timeout {
                     eprintln!("warning: {name}: the last image was not accepted in time");
                     return false;
@@ -108,9 +108,9 @@ impl Preview {
             }
             true
         };
-        if in_time(&self.at_work) {
+        if in_time(&self.worker) {
             self.observe(film);
-            in_time(&self.at_work);
+            in_time(&self.worker);
         }
     }
 }
@@ -118,7 +118,7 @@ impl Preview {
 impl Observer for Preview {
     fn is_due(&self) -> bool {
         let idle = self
-            .at_work
+            .worker
             .as_ref()
             .map_or(self.show.is_some(), JoinHandle::is_finished);
         idle && Instant::now() >= self.next
@@ -126,7 +126,7 @@ impl Observer for Preview {
 
     fn observe(&mut self, film: &Film) {
         let mut took = Duration::ZERO;
-        if let Some(Ok(Some((show, last)))) = self.at_work.take().map(JoinHandle::join) {
+        if let Some(Ok(Some((show, last)))) = self.worker.take().map(JoinHandle::join) {
             (self.show, took) = (Some(show), last);
         }
         let Some(mut show) = self.show.take() else {
@@ -135,7 +135,7 @@ impl Observer for Preview {
         let start = Instant::now();
         self.next = start + MIN_INTERVAL.max(took * MAX_TIME_DIVISOR);
         let means = film.means_so_far();
-        self.at_work = Some(std::thread::spawn(move || match show(&means) {
+        self.worker = Some(std::thread::spawn(move || match show(&means) {
             Ok(()) => Some((show, start.elapsed())),
             Err(error) => {
                 eprintln!("warning: {error}; the preview stops, and rendering continues");

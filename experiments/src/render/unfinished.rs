@@ -19,24 +19,28 @@ pub struct ReplicationRange {
     /// Replications of the film.
     pub range: Range<u32>,
     /// Number of all replications.
-    pub of: u32,
+    pub total: u32,
 }
 
 impl ReplicationRange {
     fn parse(text: &str) -> Option<Self> {
-        let (range, of) = text.split_once(" of ")?;
+        let (range, total) = text.split_once(" of ")?;
         let (start, end) = range.split_once("..")?;
         let part = Self {
             range: start.parse().ok()?..end.parse().ok()?,
-            of: of.parse().ok()?,
+            total: total.parse().ok()?,
         };
-        (part.range.start < part.range.end && part.range.end <= part.of).then_some(part)
+        (part.range.start < part.range.end && part.range.end <= part.total).then_some(part)
     }
 }
 
 impl std::fmt::Display for ReplicationRange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}..{} of {}", self.range.start, self.range.end, self.of)
+        write!(
+            f,
+            "{}..{} of {}",
+            self.range.start, self.range.end, self.total
+        )
     }
 }
 

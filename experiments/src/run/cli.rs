@@ -26,7 +26,7 @@ macro_rules! print_line {
 ///
 /// Nothing else may stand in `main`, since it could use an instruction that the processor lacks.
 pub fn start(work: fn() -> ExitCode) -> ExitCode {
-    if let Some(missing) = processor::missing() {
+    if let Some(missing) = processor::missing_feature() {
         eprintln!(
             "error: this program is built for a processor with {missing}, which this one lacks: build it on this machine, \
              or for any with RUSTFLAGS=\"\""
@@ -67,7 +67,7 @@ pub enum Ending {
 
 /// Catches signals that end the work, and shows progress, from here on.
 pub fn begin() {
-    signals::catch();
+    signals::install_handlers();
     progress::show();
 }
 
@@ -221,7 +221,7 @@ macro_rules! experiment_main {
 
 /// Runs the experiment of this name as the command line asks.
 pub fn run_experiment(id: &'static str) -> ExitCode {
-    exit(find(id).and_then(|experiment| {
+    exit(find_experiment(id).and_then(|experiment| {
         let command = run::Options::augment_args(clap::Command::new(id))
             .about(experiment.title)
             .version(env!("CARGO_PKG_VERSION"));
@@ -234,7 +234,7 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
 }
 
 /// Returns the experiment of this name.
-pub fn find(id: &str) -> Result<&'static Experiment, Error> {
+pub fn find_experiment(id: &str) -> Result<&'static Experiment, Error> {
     let found = EXPERIMENTS
         .iter()
         .copied()

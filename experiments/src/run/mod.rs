@@ -79,7 +79,7 @@ pub struct Experiment {
     /// Version, raised when numbers or figures change on purpose.
     pub version: u32,
     /// Equations that the experiment bears on; experiments that loop over the registry of trials
-    /// add theirs by [`Run::bears_on`].
+    /// add theirs by [`Run::add_equations_of`].
     pub equations: &'static [&'static Equation],
     /// Does the work.
     pub run: fn(&mut Run) -> Result<(), Error>,
@@ -187,7 +187,7 @@ impl Run {
     }
 
     /// Adds the equations that trials bear on.
-    pub fn bears_on(&mut self, trials: &[Trial]) {
+    pub fn add_equations_of(&mut self, trials: &[Trial]) {
         for equation in trials
             .iter()
             .filter_map(|trial| equation::by_id(trial.source))
@@ -204,7 +204,7 @@ impl Run {
     }
 
     /// Returns the job with the run's seed and, where asked for, fewer pixels or samples.
-    pub fn prepared(&self, job: Job) -> Job {
+    pub fn with_run_options(&self, job: Job) -> Job {
         let shrink = self.options.shrink;
         let mut job = Job {
             seed: self.options.seed,
@@ -229,7 +229,7 @@ impl Run {
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
     pub fn picture(&mut self, job: Job, stem: &str) -> Result<(), Error> {
-        let job = self.prepared(job);
+        let job = self.with_run_options(job);
         let film = self.render(&job, stem)?;
         let (exr, camera) = (self.folder.join(format!("{stem}.exr")), job.camera()?);
         write_exr(&exr, &film, &camera, &job.provenance(&camera, true))?;
@@ -261,7 +261,7 @@ impl Run {
 
     /// Copies a picture to the folder of the whole run, where a newcomer looks first, and prints
     /// its path.
-    pub fn first_picture(&self, file: &str) -> Result<(), Error> {
+    pub fn copy_to_run_folder(&self, file: &str) -> Result<(), Error> {
         let to = self.folder.with_file_name(file);
         std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
         print_line!("the first picture: {}", to.display());
@@ -303,7 +303,7 @@ impl Run {
 
     fn finding(&mut self, what: &str, value: String, verdict: Option<Judgement>, detail: bool) {
         let value = if value.contains("inf") || value.contains("NaN") {
-            without_infinity(&value)
+            replace_non_finite(&value)
         } else {
             value
         };
@@ -325,7 +325,7 @@ impl Run {
 }
 
 /// Returns the text with "unknown" in place of numbers that are infinite or NaN.
-fn without_infinity(text: &str) -> String {
+fn replace_non_finite(text: &str) -> String {
     let word = |part: &str| {
         let number = part.trim_matches(|c: char| !c.is_alphanumeric());
         match number {
@@ -340,7 +340,7 @@ fn without_infinity(text: &str) -> String {
 const CROP_MAGNIFICATION: u32 = 3;
 
 /// Creates an empty folder, in place of an older one and its contents.
-fn make_afresh(folder: &Path) -> Result<(), Error> {
+fn recreate_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(Error::file("remove", folder))?;
     }

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use whitefurnace::error::Error;
 
 use crate::run::progress::interrupted;
-use crate::run::{make_afresh, read_json, write_text};
+use crate::run::{read_json, recreate_folder, write_text};
 
 /// A folder beside an experiment's files, from the beginning of a run to its end.
 pub struct PartCache {
@@ -26,7 +26,7 @@ impl PartCache {
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });
         }
-        make_afresh(&folder)?;
+        recreate_folder(&folder)?;
         write_text(&run, fingerprint)?;
         Ok(Self { folder })
     }

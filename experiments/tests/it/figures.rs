@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use experiments::plot::agreement::{Agreement, MatrixCell, agreement_matrix, histograms};
 use experiments::plot::chart::{Chart, Mark, Series, charts};
-use experiments::plot::differences::{Common, differences};
+use experiments::plot::differences::{PanelSettings, differences};
 use experiments::plot::forest::{Line, forest};
 use experiments::plot::map::{Map, diverging, maps};
 use experiments::plot::matrix::{Detection, matrix};
@@ -96,7 +96,7 @@ fn every_figure_says_what_it_shows() {
     };
     let title = "A < B";
     let names = ["n".to_owned()];
-    let common = Common {
+    let common = PanelSettings {
         regions: &[("a region", 2.0)],
         axis: "y",
         band: "allowed",

@@ -53,7 +53,7 @@ fn saver(job: &Job, path: &Path) -> CheckpointWriter {
     let camera = job.camera().expect("a scene");
     let part = ReplicationRange {
         range: 0..job.all_replications(),
-        of: job.all_replications(),
+        total: job.all_replications(),
     };
     CheckpointWriter::new(
         path.to_owned(),

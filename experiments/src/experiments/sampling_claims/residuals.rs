@@ -82,7 +82,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         } else {
             "is rejected by"
         };
-        let level = FAMILY / SAMPLERS.len() as f64;
+        let level = FAMILYWISE_LEVEL / SAMPLERS.len() as f64;
         let value = format!(
             "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \
              greatest residual {worst:.1} standard deviations",

@@ -120,7 +120,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             if engine == "mis-single" && check_singles(&scene).is_err() {
                 continue;
             }
-            let job = run.prepared(Job {
+            let job = run.with_run_options(Job {
                 size: run.by_tier([48, 36], [192, 144]),
                 ..Job::default()
             });
