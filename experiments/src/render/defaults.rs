@@ -51,8 +51,9 @@ pub struct DependentDefault {
     pub option: &'static str,
     /// The default in words, as the help shows it.
     pub text: &'static str,
-    /// Sets the option of a job that has its value of [`BASE`].
-    apply: fn(&mut Job),
+    /// Sets the option of a job that has its value of [`BASE`]; `None` if it stays unset there, and
+    /// what reads it fills it in.
+    set: Option<fn(&mut Job)>,
 }
 
 /// Defaults that depend on other options, each on those before it and on options of [`BASE`].
@@ -60,61 +61,60 @@ pub const DEPENDENT: &[DependentDefault] = &[
     DependentDefault {
         option: "convention",
         text: "physical, or report with --estimator report in the report's scene",
-        apply: |job| {
+        set: Some(|job| {
             if job.scene == SceneName::Report && job.estimator == EstimatorName::Report {
                 job.convention = ConventionName::Report;
             }
-        },
+        }),
     },
     DependentDefault {
         option: "estimator",
         text: "mis, or report under --convention report and published",
-        apply: |job| job.estimator = job.convention.estimator(),
+        set: Some(|job| job.estimator = job.convention.estimator()),
     },
     // The report's own estimator gains nothing from Sobol' points and keeps the report's numbers.
     DependentDefault {
         option: "sampler",
         text: "sobol; independent with --estimator report and --pixel grid and jitter",
-        apply: |job| {
+        set: Some(|job| {
             if job.estimator != EstimatorName::Report && !job.divides_pixels() {
                 job.sampler = SamplerName::Sobol;
             }
-        },
+        }),
     },
     DependentDefault {
         option: "silhouettes",
         text: "yes with these",
-        apply: |job| {
+        set: Some(|job| {
             if job.supersamples_silhouettes() {
                 job.silhouettes = SilhouettesName::Yes;
             }
-        },
+        }),
     },
     DependentDefault {
         option: "adaptive",
         text: "yes with these from 32 samples on",
-        apply: |job| job.adaptive = adaptive(job),
+        set: Some(|job| job.adaptive = adaptive(job)),
     },
-    // These stay unset in the job: what reads them fills them in.
     DependentDefault {
         option: "bounces",
         text: "no limit",
-        apply: |_| {},
+        set: None,
     },
     DependentDefault {
         option: "scrambles",
         text: "the fewest from 4 on that divide --spp into at most 1024 points each",
-        apply: |_| {},
+        set: None,
     },
     DependentDefault {
         option: "caustic-photons",
         text: "as --photons",
-        apply: |_| {},
+        set: None,
     },
     DependentDefault {
         option: "caustic-radius",
         text: "as --radius",
-        apply: |_| {},
+        set: None,
     },
 ];
 
@@ -133,8 +133,12 @@ pub const MAX_POINTS_PER_SCRAMBLE: u32 = 1024;
 
 /// Fills in the defaults that depend on other options, except of options that are given.
 pub(super) fn apply(job: &mut Job, is_given: impl Fn(&str) -> bool) {
-    for default in DEPENDENT.iter().filter(|default| !is_given(default.option)) {
-        (default.apply)(job);
+    for DependentDefault { option, set, .. } in DEPENDENT {
+        if let Some(set) = set
+            && !is_given(option)
+        {
+            set(job);
+        }
     }
 }
 
