@@ -176,7 +176,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
     for (name, bytes, hint) in [
         ("empty.csv", &b""[..], "no samples"),
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
-        ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
+        ("twice.csv", b"x,y,y\n0,0,1\n", "occurs twice"),
         (
             "words.csv",
             b"0,0,1\n0,zero,1\n",
