@@ -123,7 +123,7 @@ fn numbers(report: &ComparisonReport) -> Value {
         "margin": report.rules.margin,
         "tile": report.rules.tile,
         "size": report.a[0].picture.size,
-        "smallest_bias": smallest_p_values(report).map(|(what, seen)| json!({"of": what, "relative": seen})),
+        "smallest_bias": detectable_biases(report).map(|(what, seen)| json!({"of": what, "relative": seen})),
         "kinds": report.found.kinds.iter().map(kind).collect::<Vec<_>>(),
         "pixel_p_values": histogram(&report.found.kinds[3]),
         "a": files(report.a),
@@ -134,7 +134,7 @@ fn numbers(report: &ComparisonReport) -> Value {
 
 /// Returns the smallest detectable biases: of the image mean, in the channel where that is largest,
 /// and of the median tile.
-fn smallest_p_values(report: &ComparisonReport) -> [(&'static str, Option<f64>); 2] {
+fn detectable_biases(report: &ComparisonReport) -> [(&'static str, Option<f64>); 2] {
     let [means, _, tiles, _] = &report.found.kinds;
     let mean = means
         .judged()
@@ -417,7 +417,7 @@ fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
     for kind in &report.found.kinds {
         let _ = write!(html, "<li>{}", kind_summary(kind));
     }
-    for (what, seen) in smallest_p_values(report) {
+    for (what, seen) in detectable_biases(report) {
         if let Some(seen) = seen {
             let _ = write!(
                 html,
