@@ -30,7 +30,7 @@ pub fn fragment(id: &str) -> String {
 }
 
 /// Returns the box that shows an equation with our verdict; one line of HTML.
-pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
+pub fn equation_box(equation: &Equation, math: &Math) -> Result<String, String> {
     let (name, place, badge) = (
         name(equation.verdict),
         fragment(equation.id),

@@ -76,7 +76,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
         }
     };
     match starts[..] {
-        [start] => cut(&lines, start, name),
+        [start] => extract(&lines, start, name),
         [] => {
             let known = lines.iter().filter_map(|line| declared(line));
             Err(format!(
@@ -95,7 +95,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
 }
 
 /// Returns the item that starts at line `start`, with the documentation and attributes above it.
-fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
+fn extract(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
     let end = end(lines, start).ok_or_else(|| format!("item \"{name}\" has no end"))?;
     let above = lines[..start]
         .iter()

@@ -23,7 +23,7 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
-            let (property, statistic) = (upper(&typeset(&trial.property)), escape(trial.statistic));
+            let (property, statistic) = (capitalized(&typeset(&trial.property)), escape(trial.statistic));
             format!(
                 "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \
                  controls {}</div></td><td>{statistic}</td><td>{n}</td><td class=\"nowrap\">{delta}</td></tr>",
@@ -136,7 +136,7 @@ pub fn code(text: &str) -> String {
 }
 
 /// Returns the text with a capital first letter.
-fn upper(text: &str) -> String {
+fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
         first.to_uppercase().chain(letters).collect()

@@ -5,12 +5,12 @@ use clap::ValueEnum as _;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::MAX_BRIGHT_FRACTION;
 
-use super::Trial;
+use super::ComparisonReport;
 use super::files::Input;
 use crate::render::{EstimatorName, name};
 
 /// Returns the value of a key in the provenance of an image that `render` made.
-fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
+fn provenance_value<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
     let lines = || {
         input
             .provenance
@@ -25,16 +25,16 @@ fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
 
 /// Returns true if `render` made the image; it adds samples exactly.
 pub(super) fn is_ours(input: &Input) -> bool {
-    said(input, "estimator").is_some()
+    provenance_value(input, "estimator").is_some()
 }
 
 /// Refuses a single image whose pixels share paths or photons: its standard errors leave out the
 /// common noise.
 pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     let [one] = inputs else { return Ok(()) };
-    let estimator =
-        said(one, "estimator").and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
-    match estimator.filter(|estimator| estimator.shares_paths()) {
+    let estimator = provenance_value(one, "estimator")
+        .and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
+    match estimator.filter(|estimator| estimator.has_correlated_pixels()) {
         Some(estimator) => Err(Error::Option(format!(
             "{option} has one image, {}, of --estimator {}, whose pixels share paths, which standard errors of pixels leave \
              out: give three or more of other seeds",
@@ -45,7 +45,7 @@ pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     }
 }
 
-impl Trial<'_> {
+impl ComparisonReport<'_> {
     /// Returns lines on the assumptions about the images, and a warning where a few values carry
     /// much of the noise.
     pub(super) fn cautions(&self) -> Vec<String> {

@@ -9,7 +9,7 @@ use super::sides;
 
 /// A transformation that may have been applied to the images of one side.
 #[derive(Clone, Copy, Debug)]
-enum Change {
+enum Transformation {
     UpsideDown,
     Mirrored,
     Turned,
@@ -28,7 +28,7 @@ enum Change {
     Srgb(usize),
 }
 
-impl Change {
+impl Transformation {
     /// Returns all changes that are possible for images of this size and number of channels.
     fn all(picture: &LoadedImage, factor: f64) -> Vec<Self> {
         let mut all = vec![
@@ -91,7 +91,7 @@ impl Change {
     }
 
     /// Returns an image of a side with this change applied.
-    fn of(self, picture: &LoadedImage, side: usize) -> LoadedImage {
+    fn apply(self, picture: &LoadedImage, side: usize) -> LoadedImage {
         let [width, height] = picture.size;
         match (self, side) {
             (Self::UpsideDown, 0) => picture.remapped([width, height], |x, y| [x, height - 1 - y]),
@@ -109,11 +109,13 @@ impl Change {
                     .for_each(|errors| errors.swap(0, 2));
                 swapped
             }
-            (Self::Times(factor), 0) => mapped(picture, |value| factor * value),
-            (Self::Gamma(of), _) if of == side => mapped(picture, |value| value.max(0.0).powf(2.2)),
-            (Self::Srgb(of), _) if of == side => mapped(picture, linear),
-            (Self::Moved(step), _) => moved(picture, step, side == 0),
-            (Self::MovedFrom(step), _) => moved(
+            (Self::Times(factor), 0) => map_values(picture, |value| factor * value),
+            (Self::Gamma(of), _) if of == side => {
+                map_values(picture, |value| value.max(0.0).powf(2.2))
+            }
+            (Self::Srgb(of), _) if of == side => map_values(picture, srgb_to_linear),
+            (Self::Moved(step), _) => shifted(picture, step, side == 0),
+            (Self::MovedFrom(step), _) => shifted(
                 picture,
                 step.map(|halves| if side == 0 { halves } else { -halves }),
                 side == 1,
@@ -124,7 +126,7 @@ impl Change {
 }
 
 /// Converts a value from sRGB to linear.
-fn linear(encoded: f64) -> f64 {
+fn srgb_to_linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 {
         encoded / 12.92
     } else {
@@ -133,7 +135,7 @@ fn linear(encoded: f64) -> f64 {
 }
 
 /// Applies a function to all values, and scales their standard errors by its slope.
-fn mapped(picture: &LoadedImage, change: impl Fn(f64) -> f64) -> LoadedImage {
+fn map_values(picture: &LoadedImage, change: impl Fn(f64) -> f64) -> LoadedImage {
     let mut result = picture.clone();
     for (channel, values) in result.values.iter_mut().enumerate() {
         for (i, value) in values.iter_mut().enumerate() {
@@ -150,7 +152,7 @@ fn mapped(picture: &LoadedImage, change: impl Fn(f64) -> f64) -> LoadedImage {
 
 /// Returns the part of the image left when each direction of the step loses a pixel on both sides,
 /// moved by half pixels if it `moves`. At half pixels the value is the mean of the neighbours.
-fn moved(picture: &LoadedImage, step: [isize; 2], moves: bool) -> LoadedImage {
+fn shifted(picture: &LoadedImage, step: [isize; 2], moves: bool) -> LoadedImage {
     let size = [0, 1].map(|i| picture.size[i] - 2 * usize::from(step[i] != 0));
     let inner = step.map(|halves| isize::from(halves != 0));
     let at = |offset: [isize; 2]| {
@@ -255,8 +257,10 @@ pub(super) fn hint(
     let total = |picture: &LoadedImage| picture.values.iter().flatten().sum::<f64>();
     let factor = total(&means[1]) / total(&means[0]);
     let before = residual(&means[0], &means[1]);
-    let left = |change: &Change| residual(&change.of(&means[0], 0), &change.of(&means[1], 1));
-    let tried = Change::all(&means[0], factor)
+    let left = |change: &Transformation| {
+        residual(&change.apply(&means[0], 0), &change.apply(&means[1], 1))
+    };
+    let tried = Transformation::all(&means[0], factor)
         .into_iter()
         .map(|change| (left(&change), change));
     let (least, best) = tried
@@ -268,7 +272,7 @@ pub(super) fn hint(
     let changed = [0, 1].map(|side| {
         sides_of[side]
             .iter()
-            .map(|picture| best.of(picture, side))
+            .map(|picture| best.apply(picture, side))
             .collect::<Vec<LoadedImage>>()
     });
     let pictures = changed

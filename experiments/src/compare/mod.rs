@@ -14,8 +14,8 @@ use whitefurnace::harness::images::{self, Area, Comparison, Rules, Side};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::image::read::{ChannelKind, LoadedImage};
 
-use crate::run::cli::{real, use_threads, verdict, whole};
-use crate::say;
+use crate::print_line;
+use crate::run::cli::{integer, number, run_with_verdict, use_threads};
 use files::{Input, Layer};
 
 /// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with
@@ -71,21 +71,21 @@ pub struct Compare {
     ignore_place: bool,
     /// The margin in percent within which the confidence interval of the difference of the image
     /// means must lie to agree; a difference beyond noise counts at any size; from 0.000001 to 100
-    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = number(1e-6..=100.0))]
     margin: f64,
     /// Probability of calling correct renderers different, as far as their images sample their
     /// brightest paths; from 0.000000000001 to 0.5
-    #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = real(1e-12..=0.5))]
+    #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = number(1e-12..=0.5))]
     level: f64,
     /// Side of a tile in pixels; from 2 to 65536
-    #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = whole::<usize>(2..=65_536))]
+    #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = integer::<usize>(2..=65_536))]
     tile: usize,
     /// A region to judge in addition to nine equal ones: left, top, and the first column and row
     /// outside; may be repeated
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_region)]
     region: Vec<Area>,
     /// Threads; from 1 to 1024 [default: one per core]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     threads: Option<usize>,
     /// Folder for the report
     #[arg(long, value_name = "DIR", default_value = "out/compare")]
@@ -103,7 +103,7 @@ fn parse_region(text: &str) -> Result<Area, String> {
 
 /// Runs the whole program.
 pub fn main() -> ExitCode {
-    verdict(run)
+    run_with_verdict(run)
 }
 
 fn run(options: &Compare) -> Result<u8, Error> {
@@ -132,11 +132,11 @@ fn run(options: &Compare) -> Result<u8, Error> {
             .chain(&mut b)
             .for_each(|input| input.picture.corner = [0; 2]);
     }
-    files::align(&mut a, &mut b, options.common)?;
+    files::crop_to_common(&mut a, &mut b, options.common)?;
     files::check(&a, &b)?;
-    files::complete("--a", &mut a)?;
+    files::fill_standard_errors("--a", &mut a)?;
     if options.reference.is_none() {
-        files::complete("--b", &mut b)?;
+        files::fill_standard_errors("--b", &mut b)?;
     }
     cautions::check("--a", &a)?;
     if options.reference.is_none() {
@@ -172,7 +172,7 @@ fn run(options: &Compare) -> Result<u8, Error> {
         Verdict::Fails => hint::hint([&pictures[0], &pictures[1]], exact, &rules, &found),
         _ => None,
     };
-    let trial = Trial {
+    let report = ComparisonReport {
         a,
         b,
         exact,
@@ -181,9 +181,9 @@ fn run(options: &Compare) -> Result<u8, Error> {
         hint,
         note: files::note(a, b),
     };
-    report::write(&options.out, &trial)?;
-    say!("{}", trial.summary());
-    say!("{}", options.out.join(report::HTML).display());
+    report::write(&options.out, &report)?;
+    print_line!("{}", report.summary());
+    print_line!("{}", options.out.join(report::HTML).display());
     Ok(match found.verdict {
         Verdict::Holds => 0,
         Verdict::Fails => 1,
@@ -218,7 +218,7 @@ fn sides<'a>(pictures: [&[&'a LoadedImage]; 2], exact: bool) -> Vec<[Side<'a>; 2
 }
 
 /// A comparison and all that its report shows.
-struct Trial<'a> {
+struct ComparisonReport<'a> {
     a: &'a [Input],
     b: &'a [Input],
     exact: bool,
@@ -242,7 +242,7 @@ fn percent(share: f64) -> String {
     format!("{:+.decimals$} %", 100.0 * share).replace('-', "−")
 }
 
-impl Trial<'_> {
+impl ComparisonReport<'_> {
     /// Returns the verdict in one word.
     fn word(&self) -> &'static str {
         match self.found.verdict {
@@ -397,7 +397,7 @@ impl Trial<'_> {
                 place.p
             ));
         }
-        lines.extend(others.iter().map(report::kind_line));
+        lines.extend(others.iter().map(report::kind_summary));
         lines.extend(self.cautions());
         lines.join("\n")
     }

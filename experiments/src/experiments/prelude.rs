@@ -34,5 +34,5 @@ pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, 
 pub(super) use crate::run::accumulated::Accumulated;
 pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};
 pub(super) use crate::run::progress::{Bar, interrupted};
-pub(super) use crate::run::suite::{FAMILY, parallel};
+pub(super) use crate::run::suite::{FAMILYWISE_LEVEL, parallel_map};
 pub(super) use crate::run::{Experiment, Judgement, Run, Tier, suite};

@@ -25,7 +25,7 @@ const SIZE: [u32; 2] = [64, 48];
 const TILE: u32 = 8;
 const SAMPLES: u32 = 64;
 /// Largest relative error of a tile in accepted scenes.
-const MOST: f64 = 0.005;
+const MAX_RELATIVE_DIFFERENCE: f64 = 0.005;
 /// Ratios of a scene's extent to the size of its smallest thing: all but the last two are accepted.
 const RATIOS: [u32; 6] = [10, 100, 1_000, 4_000, 65_536, 1_000_000];
 
@@ -191,8 +191,8 @@ impl Worst {
         match refusal {
             None => run.claim(
                 key,
-                format!("{off}; {:.1} % allowed", 100.0 * MOST),
-                tile <= MOST,
+                format!("{off}; {:.1} % allowed", 100.0 * MAX_RELATIVE_DIFFERENCE),
+                tile <= MAX_RELATIVE_DIFFERENCE,
             ),
             Some(_) => run.note(key, format!("{off}; refused")),
         }

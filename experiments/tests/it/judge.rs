@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use experiments::judge::read::rows;
-use experiments::judge::{Covered, table_of};
+use experiments::judge::{TableDomain, read_table};
 use glam::DVec3;
 use npyz::WriterBuilder as _;
 use whitefurnace::harness::trial::Context;
@@ -176,7 +176,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
     for (name, bytes, hint) in [
         ("empty.csv", &b""[..], "no samples"),
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
-        ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
+        ("twice.csv", b"x,y,y\n0,0,1\n", "occurs twice"),
         (
             "words.csv",
             b"0,0,1\n0,zero,1\n",
@@ -295,7 +295,7 @@ fn damaged_files_are_read_or_refused() {
             assert!(count <= bytes.len(), "more numbers than bytes: {bytes:?}");
             Ok(())
         });
-        let table = table_of(&path, Covered::Sphere).map(|_| ());
+        let table = read_table(&path, TableDomain::Sphere).map(|_| ());
         for result in [read, table] {
             found[usize::from(result.is_ok())] += 1;
             let message = result.map_or_else(|error| error.to_string(), |()| String::new());

@@ -122,7 +122,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             if engine == "mis-single" && check_single_precision(&scene).is_err() {
                 continue;
             }
-            let job = run.prepared(Job {
+            let job = run.with_run_options(Job {
                 size: run.by_tier([48, 36], [192, 144]),
                 ..Job::default()
             });
@@ -173,10 +173,15 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 2]) -> Result<(), Error> {
     ];
     let title = "A scene of many triangles, on one thread";
     let chart = Chart::new(title, axes, ranges, series.collect()).log([true, true]);
-    let see = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
+    let description = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
                precision. Up to 64 triangles all are tested; among more, rays go through the hierarchy, and both curves \
                fall slowly.";
-    charts(&run.figure("triangles.svg"), see, [900, 520], &[chart])
+    charts(
+        &run.figure("triangles.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }
 
 /// Returns a wavy sphere with about `triangles` triangles less those of its room.
