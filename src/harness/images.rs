@@ -282,15 +282,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         .map(|channel| area_statistics(channel, &whole)[1].mean.abs())
         .collect();
     let of_tiles: Vec<Vec<[AreaStatistics; 2]>> = (0..channels.len())
-        .map(|channel| 
-<<<<<<< ours
-{
-            
-=======
-{
-            (&
->>>>>>> theirs
-tiles)
+        .map(|channel| {
+            (&tiles)
                 .into_par_iter()
                 .map(|tile| area_statistics(channel, tile))
                 .collect()

@@ -167,14 +167,6 @@ fn list_names(names: &[String]) -> String {
 
 /// Largest relative error of sums of many 32-bit floats.
 const FLOAT_ROUNDING: f64 = 1e-5;
-<<<<<<< ours
-
-/// Half a unit in the last place of a 16-bit float.
-pub(crate) const HALF_ROUNDING: f64 = 1.0 / 2048.0;
-=======
-
->>>>>>> theirs
-
 
 /// Decodes the bytes of a file, whose `path` is for messages. `layer` is the part of the channels'
 /// names before the last dot, or one or three full names of channels with commas; `option` is how a

@@ -96,7 +96,12 @@ impl Checkpoint {
     }
 
     /// Returns the attributes that are written with the film.
-    pub fn attributes(job: &Job, camera: &Camera, part: &ReplicationRange, exposure: f64) -> Attributes {
+    pub fn attributes(
+        job: &Job,
+        camera: &Camera,
+        part: &ReplicationRange,
+        exposure: f64,
+    ) -> Attributes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
             Display::Truncated => "truncated".to_owned(),

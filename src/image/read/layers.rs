@@ -5,15 +5,7 @@ use std::io::Cursor;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
-use super::{
-    ChannelKind, 
-<<<<<<< ours
-FLOAT_ROUNDING, HALF_ROUNDING
-=======
-Meaning
->>>>>>> theirs
-, LoadedImage, REC_709, check_size, list_names,
-};
+use super::{ChannelKind, FLOAT_ROUNDING, LoadedImage, REC_709, check_size, list_names};
 use crate::math::HALF;
 
 /// A channel of a file.
@@ -361,7 +353,7 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Loa
         values: planes(&chosen)?,
         standard_errors: errors.as_deref().map(planes).transpose()?,
         rounding: if chosen.iter().any(is_half) {
-            HALF_ROUNDING
+            HALF
         } else {
             FLOAT_ROUNDING
         },
