@@ -19,7 +19,7 @@ pub struct Camera {
 
 /// Largest half height at distance 1: in wider images, rounding loses the rays' component along the
 /// line of sight.
-pub const WIDEST: f64 = 1e5;
+pub const MAX_HALF_HEIGHT: f64 = 1e5;
 
 /// Names of the camera's vectors in its text.
 const NAMES: [&str; 4] = ["eye", "forward", "right", "up"];
@@ -87,7 +87,7 @@ impl Camera {
 
     /// Returns whether the camera is valid: numbers up to [`LARGEST`], a target away from the eye,
     /// `up` not along the line of sight, and a half height from the reciprocal of [`LARGEST`] to
-    /// [`WIDEST`].
+    /// [`MAX_HALF_HEIGHT`].
     pub(crate) fn is_valid(&self) -> bool {
         let Self {
             eye,
@@ -99,7 +99,7 @@ impl Camera {
         [eye, forward, right, up]
             .iter()
             .all(|v| v.abs().max_element() <= LARGEST && v.is_finite())
-            && (LARGEST.recip()..=WIDEST).contains(&half_height)
+            && (LARGEST.recip()..=MAX_HALF_HEIGHT).contains(&half_height)
     }
 
     /// Returns the ray through the point (x, y) of an image of `size` pixels, y downwards; (0, 0)

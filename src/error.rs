@@ -52,7 +52,7 @@ pub enum Error {
 
 /// Largest radiance of an image, and largest absolute value of
 /// [`ExactMoments`](crate::math::moments::ExactMoments): 2²⁴.
-pub const LARGEST_RADIANCE: f64 = 16_777_216.0;
+pub const MAX_RADIANCE: f64 = 16_777_216.0;
 
 /// Returns the limit of radiances, and how a scene or an estimator can be mended.
 fn radiance_remedy(value: f64) -> String {
@@ -62,7 +62,7 @@ fn radiance_remedy(value: f64) -> String {
     } else {
         "look for a zero or infinite pdf, or a path that does not end"
     };
-    format!("an image holds finite values from 0 to {LARGEST_RADIANCE}: {remedy}")
+    format!("an image holds finite values from 0 to {MAX_RADIANCE}: {remedy}")
 }
 
 /// Returns advice on an error of the file system, or an empty text.

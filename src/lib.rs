@@ -28,38 +28,48 @@
 //! The trials of this library, and the faults that they must reject, are in the crate `trials`,
 //! in the folder `tests`.
 //!
+//! # Features
+//!
+//! Both are on by default. `whitefurnace = { default-features = false }` is the harness alone, with
+//! [`equation`], [`error`], [`material`], [`sampling`], [`math`] and the shapes and radiometry of
+//! [`geometry`].
+//!
+//! - `render`: [`camera`], [`film`], [`integrator`], [`light`], [`mod@render`], [`scene`] with its
+//!   builder, Sobol' points, SIMD lanes, the hierarchy over shapes. The harness compares images in
+//!   parallel.
+//! - `files`: [`image`] files, scene files with the built-in scenes that are written as such,
+//!   [`checkpoint`](render::checkpoint)s, and [`suggest`]; it includes `render`.
+//!
 //! # Three examples
 //!
-//! Render a scene:
+//! Each is a program with a wrong variant that is rejected, in `experiments/examples`:
+//! `cargo run --example sampler`, `bsdf` or `images`.
+//!
+//! Put your own sampler on trial:
 //!
 //! ```
-//! use whitefurnace::integrator::{Path, Standard, Strategy};
-//! use whitefurnace::film::Film;
-//! use whitefurnace::sampling::pixel::PixelSampling;
-//! use whitefurnace::render::render;
-//! use whitefurnace::sampling::Sampling;
-//! use whitefurnace::sampling::sampler::Numbers;
-//! use whitefurnace::scene::simple::cornell;
+//! use whitefurnace::harness::chi_square::sampler_against_partition;
+//! use whitefurnace::harness::domain::{Domain, Partition};
+//! use whitefurnace::harness::trial::assert_holds;
+//! use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
 //!
-//! # fn main() -> Result<(), whitefurnace::error::Error> {
-//! let sampling = Sampling {
-//!     pixel: PixelSampling::Random,
-//!     numbers: Numbers::Independent,
-//!     seed: 1,
-//!     outlines: false,
-//! };
-//! let mut film = Film::new([32, 32], None, 1)?;
-//! render(&cornell()?, &Path::new(Standard, Strategy::Mis), sampling, &mut film, &(0..4), &|_| true)?;
-//! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
-//! # Ok(())
-//! # }
+//! fn sample([u, v]: [f64; 2]) -> [f64; 3] {
+//!     let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+//!     [u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()]
+//! }
+//!
+//! // Twelve cells that are equally probable under cos θ/π.
+//! let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
+//! let mut rng = stream(seed_for(2019, "Malley's method"), 0, 0);
+//! let direction = || Some(sample(uniform2(&mut rng)));
+//! assert_holds(&[sampler_against_partition("cells", &cells, 2_000_000, direction)]);
 //! ```
 //!
 //! Put your own BSDF on trial. The model that passes is rendered with the very sampler and pdf that
 //! passed: `Surface::new(Bsdf::model(Clay))`.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use whitefurnace::material::{Bsdf, Model};
 //! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, check_up};
 //! use whitefurnace::harness::trial::{Context, assert_holds};
@@ -101,6 +111,33 @@
 //! assert_holds(&[map(&a, &b, 4, 1).smallest("pixels", 400)]);
 //! ```
 //!
+//! # Render a scene
+//!
+#![cfg_attr(feature = "files", doc = "```")]
+#![cfg_attr(not(feature = "files"), doc = "```ignore")]
+//! use whitefurnace::film::Film;
+//! use whitefurnace::integrator::{DefaultParts, Path, Strategy};
+//! use whitefurnace::render::render;
+//! use whitefurnace::sampling::Sampling;
+//! use whitefurnace::sampling::pixel::PixelSampling;
+//! use whitefurnace::sampling::sampler::SamplerKind;
+//! use whitefurnace::scene::simple::cornell;
+//!
+//! # fn main() -> Result<(), whitefurnace::error::Error> {
+//! let sampling = Sampling {
+//!     pixel: PixelSampling::Random,
+//!     numbers: SamplerKind::Independent,
+//!     seed: 1,
+//!     silhouettes: false,
+//! };
+//! let mut film = Film::new([32, 32], None, 1)?;
+//! let estimator = Path::new(DefaultParts, Strategy::Mis);
+//! render(&cornell()?, &estimator, sampling, &mut film, &(0..4), &|_| true)?;
+//! println!("mean {:.3}, known to {:.1} %", film.mean(), 100.0 * film.relative_error());
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # Invariants
 //!
 //! - The library prints nothing and reads no clock. Only [`image`], [`scene::file`] and
@@ -118,19 +155,36 @@
 //!
 //! The finding of each [`equation`] says them one by one.
 
+// Functions that only the renderer and files call.
+#![cfg_attr(not(all(feature = "render", feature = "files")), allow(dead_code))]
+
+/// The crate of the vectors that the library's functions take and return.
+///
+/// A program with another version of it converts through arrays:
+/// `whitefurnace::glam::DVec3::from(vector.to_array())`.
+pub use glam;
+
+#[cfg(feature = "render")]
 pub mod camera;
 pub mod equation;
 pub mod error;
+#[cfg(feature = "render")]
 pub mod film;
 pub mod geometry;
 pub mod harness;
+#[cfg(feature = "files")]
 pub mod image;
+#[cfg(feature = "render")]
 pub mod integrator;
+#[cfg(feature = "render")]
 pub mod light;
 pub mod material;
 pub mod math;
+#[cfg(feature = "render")]
 pub mod render;
 pub mod sampling;
+#[cfg(feature = "render")]
 pub mod scene;
 pub mod shard;
+#[cfg(feature = "files")]
 pub mod suggest;

@@ -17,7 +17,7 @@ impl Shard {
 
     /// Returns whether the item with this index, from 0, belongs to this part: items go to the
     /// parts in turn.
-    pub fn has(self, number: usize) -> bool {
+    pub fn contains(self, number: usize) -> bool {
         number % self.count as usize == self.index as usize - 1
     }
 }
@@ -32,9 +32,10 @@ impl FromStr for Shard {
         let legal = numbers.filter(|&(index, count)| (1..=count).contains(&index));
         legal
             .map(|(index, count)| Self { index, count })
-            .ok_or_else(|| format!("must be {EXPECTED}"))
+            .ok_or_else(|| format!("must be {SHARD_FORMAT}"))
     }
 }
 
 /// Description of valid shards, for messages.
-pub(crate) const EXPECTED: &str = "i/n, the part i of n, such as 1/4: two whole numbers, 1 ≤ i ≤ n";
+pub(crate) const SHARD_FORMAT: &str =
+    "i/n, the part i of n, such as 1/4: two whole numbers, 1 ≤ i ≤ n";

@@ -3,14 +3,14 @@
 use strsim::levenshtein;
 
 /// Longest name that is compared: no valid one is longer.
-const LONGEST: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 
 /// Returns the tail of a message: `; did you mean "x"?`, or the valid names if none is near and
 /// they are few.
-pub fn hint<S: AsRef<str>>(wrong: &str, valid: impl IntoIterator<Item = S>) -> String {
+pub fn did_you_mean<S: AsRef<str>>(wrong: &str, valid: impl IntoIterator<Item = S>) -> String {
     let names: Vec<S> = valid.into_iter().collect();
     let names: Vec<&str> = names.iter().map(S::as_ref).collect();
-    let wrong: String = wrong.chars().take(LONGEST).collect();
+    let wrong: String = wrong.chars().take(MAX_NAME_LENGTH).collect();
     let nearest = names
         .iter()
         .map(|name| (levenshtein(&wrong, name), *name))

@@ -1,5 +1,5 @@
 //! Every trial and every fault of the registry as a test with its own name: `furnace/sky/path` is a
-//! trial on its right subject, `furnace/sky/path!no-cosine` one of its faults.
+//! trial on its correct subject, `furnace/sky/path!no-cosine` one of its faults.
 //!
 //! `cargo test furnace/` runs a group, `cargo test 'bsdf/eon!'` the faults of one trial.
 //! `WHITEFURNACE_SHARD=1/4` runs the first of four shards.
@@ -13,8 +13,8 @@ use trials::faults::Pair;
 use trials::{all, equivalents};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::harness::trial::{
-    Context, Row, Trial, check_control, check_subject, full_name, meant, refused,
-    shard_from_environment,
+    Context, Row, Trial, check_control, check_subject, full_name, power_objections,
+    required_outcomes, shard_from_environment,
 };
 
 /// Turns the error of a check into a failed test.
@@ -33,7 +33,7 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
     let names: HashSet<&str> = trial
         .controls
         .iter()
-        .flat_map(|control| meant(&control.rejected_by, outcomes()))
+        .flat_map(|control| required_outcomes(&control.rejected_by, outcomes()))
         .map(|outcome| outcome.name.as_str())
         .collect();
     let exact = outcomes().all(|outcome| !outcome.is_random());
@@ -64,7 +64,7 @@ fn accepted(pair: &Pair, context: &Context) -> Result<(), Failed> {
     let name = full_name(&pair.trial, pair.fault.name);
     let context = context.named(&name);
     let outcomes = (pair.run)(&context);
-    let mut message = refused(&name, &outcomes, &context);
+    let mut message = power_objections(&name, &outcomes, &context);
     for outcome in &outcomes {
         let green = match outcome.verdict() {
             Verdict::Holds => true,
@@ -165,6 +165,6 @@ fn main() -> ExitCode {
     }
     tests.push(Test::test("suite/parts", parts));
     let mut numbers = 0..;
-    tests.retain(|_| numbers.next().is_some_and(|number| shard.has(number)));
+    tests.retain(|_| numbers.next().is_some_and(|number| shard.contains(number)));
     libtest_mimic::run(&arguments, tests).exit_code()
 }

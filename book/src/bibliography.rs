@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::error::{Error, Problem};
 use crate::links::line;
 use crate::mathml::escape;
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -48,7 +48,7 @@ impl Bibliography {
         self.works.get(key).ok_or_else(|| {
             format!(
                 "no work \"{key}\" in the bibliography{}",
-                hint(key, self.works.keys())
+                did_you_mean(key, self.works.keys())
             )
         })
     }

@@ -69,7 +69,7 @@ pub fn output(out: &Path) -> Result<(), Error> {
             .iter()
             .flat_map(|&(start, end)| addresses(&text, start, end))
         {
-            if let Some(message) = wrong(&file, &text, address)? {
+            if let Some(message) = link_error(&file, &text, address)? {
                 problems.push(Problem::new(&file, line(&text, at), message));
             }
         }
@@ -158,7 +158,7 @@ fn addresses<'a>(
 }
 
 /// Returns the error in an address in `file`, whose text is `text`; `None` if the address is right.
-fn wrong(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error> {
+fn link_error(file: &Path, text: &str, address: &str) -> Result<Option<String>, Error> {
     if address.starts_with("data:") {
         return Ok(None);
     }

@@ -1,9 +1,9 @@
 //! The list of directives.
 
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// A directive that pages may use.
-pub struct Kind {
+pub struct DirectiveKind {
     /// Name after `#`.
     pub name: &'static str,
     /// Arguments, as in the usage line.
@@ -12,7 +12,7 @@ pub struct Kind {
     pub inline: bool,
 }
 
-pub const ALL: [Kind; 17] = [
+pub const ALL: [DirectiveKind; 17] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -36,15 +36,15 @@ pub const ALL: [Kind; 17] = [
     kind("run", "", false),
 ];
 
-const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> Kind {
-    Kind {
+const fn kind(name: &'static str, arguments: &'static str, inline: bool) -> DirectiveKind {
+    DirectiveKind {
         name,
         arguments,
         inline,
     }
 }
 
-impl Kind {
+impl DirectiveKind {
     /// Returns the usage line.
     pub fn usage(&self) -> String {
         let text = format!("{} {}", self.name, self.arguments);
@@ -52,12 +52,12 @@ impl Kind {
     }
 }
 
-pub fn find(name: &str) -> Result<&'static Kind, String> {
+pub fn find(name: &str) -> Result<&'static DirectiveKind, String> {
     let found = ALL.iter().find(|kind| kind.name == name);
     found.ok_or_else(|| {
         format!(
             "unknown directive \"{name}\"{}",
-            hint(name, ALL.iter().map(|kind| kind.name))
+            did_you_mean(name, ALL.iter().map(|kind| kind.name))
         )
     })
 }

@@ -3,13 +3,13 @@
 use whitefurnace::equation::{ALL, Assessment, Equation, by_id};
 
 use crate::mathml::{Math, typeset};
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 pub fn find(id: &str) -> Result<&'static Equation, String> {
     by_id(id).ok_or_else(|| {
         format!(
             "no equation \"{id}\" in the registry{}",
-            hint(id, ALL.iter().map(|e| e.id))
+            did_you_mean(id, ALL.iter().map(|e| e.id))
         )
     })
 }
@@ -30,7 +30,7 @@ pub fn fragment(id: &str) -> String {
 }
 
 /// Returns the box that shows an equation with our verdict; one line of HTML.
-pub fn boxed(equation: &Equation, math: &Math) -> Result<String, String> {
+pub fn equation_box(equation: &Equation, math: &Math) -> Result<String, String> {
     let (name, place, badge) = (
         name(equation.verdict),
         fragment(equation.id),

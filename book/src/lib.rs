@@ -72,12 +72,12 @@ impl Default for Options {
 
 /// Weaves the book and returns the path of its first page. All errors in the sources are reported
 /// together, and nothing is written then, except for errors that only the written pages show.
-pub fn weave(options: &Options) -> Result<PathBuf, Error> {
+pub fn build(options: &Options) -> Result<PathBuf, Error> {
     let mdbook = |error: mdbook_driver::errors::Error| Error::Mdbook(format!("{error:#}"));
-    let book = brief(&options.book);
+    let book = shorten(&options.book);
     let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
-    refuse_strangers(&options.out)?;
-    let results = results::Results::load(&brief(&options.results))?;
+    check_output_folder(&options.out)?;
+    let results = results::Results::load(&shorten(&options.results))?;
     let own = options.run.as_deref().map(own).transpose()?;
     let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
 
@@ -88,34 +88,34 @@ pub fn weave(options: &Options) -> Result<PathBuf, Error> {
     config.build.build_dir.clone_from(&out);
     let mut mdbook_book = MDBook::load_with_config(&options.book, config).map_err(mdbook)?;
 
-    let mut weaver = weaver::Weaver::new(&pages, &options.sources, &results, &bibliography);
-    weaver.has_run = own.is_some();
-    weaver.weave(&mut mdbook_book.book);
-    check::fail_if(std::mem::take(&mut weaver.problems))?;
+    let mut builder = weaver::BookBuilder::new(&pages, &options.sources, &results, &bibliography);
+    builder.has_run = own.is_some();
+    builder.build(&mut mdbook_book.book);
+    check::fail_if(std::mem::take(&mut builder.problems))?;
     if let Some(own) = &own {
         let (text, figures) = run::page(&results, own);
-        weaver.figures.extend(figures);
+        builder.figures.extend(figures);
         // After the introduction, which says what it is.
         let chapter = Chapter::new(run::TITLE, text, run::SOURCE, Vec::new());
         let items = &mut mdbook_book.book.items;
         items.insert(items.len().min(1), BookItem::Chapter(chapter));
     }
-    check::pictures(weaver.figures.values())?;
+    check::pictures(builder.figures.values())?;
     mdbook_book.build().map_err(mdbook)?;
-    for (name, file) in &weaver.figures {
+    for (name, file) in &builder.figures {
         let copy = out.join("figures").join(name);
         let folder = copy.parent().unwrap_or(&out);
         std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         std::fs::copy(file, &copy).map_err(Error::io(file))?;
     }
-    check::targets(&weaver.targets, &out)?;
+    check::targets(&builder.targets, &out)?;
     check::output(&out)?;
     Ok(options.out.join("index.html"))
 }
 
 /// Loads the results of a reader's own run.
 fn own(folder: &Path) -> Result<results::Results, Error> {
-    let own = results::Results::load(&brief(folder))?;
+    let own = results::Results::load(&shorten(folder))?;
     if own.all().next().is_none() {
         return Err(Error::NoRun(folder.to_owned()));
     }
@@ -123,7 +123,7 @@ fn own(folder: &Path) -> Result<results::Results, Error> {
 }
 
 /// Refuses to empty a folder that holds something other than a woven book.
-fn refuse_strangers(out: &Path) -> Result<(), Error> {
+fn check_output_folder(out: &Path) -> Result<(), Error> {
     if !out.exists() {
         return Ok(());
     }
@@ -136,7 +136,7 @@ fn refuse_strangers(out: &Path) -> Result<(), Error> {
 }
 
 /// Returns `path` relative to the current folder where that is shorter, for messages.
-fn brief(path: &Path) -> PathBuf {
+fn shorten(path: &Path) -> PathBuf {
     std::env::current_dir()
         .ok()
         .and_then(|here| path.strip_prefix(here).ok().map(Path::to_owned))

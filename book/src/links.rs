@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Problem;
 use crate::scan::Page;
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// A link to a heading or another id, to be checked when the pages are written.
 #[derive(Debug)]
@@ -48,7 +48,10 @@ pub fn check(
         if resolved.extension().is_some_and(|e| e == "md") {
             if !known.contains(&resolved) {
                 let names = known.iter().filter_map(|page| page.to_str());
-                problem(format!("no page {file} in SUMMARY.md{}", hint(file, names)));
+                problem(format!(
+                    "no page {file} in SUMMARY.md{}",
+                    did_you_mean(file, names)
+                ));
             } else if !id.is_empty() {
                 targets.push(Target {
                     file: pages.join(path),

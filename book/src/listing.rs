@@ -6,7 +6,7 @@
 
 use std::path::{Component, Path};
 
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// An item as it stands in its file, without its outer indentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub fn read(root: &Path, path: &str) -> Result<String, String> {
     std::fs::read_to_string(root.join(relative)).map_err(|error| {
         format!(
             "cannot read {path}: {error}{}",
-            hint(path, siblings(root, relative))
+            did_you_mean(path, siblings(root, relative))
         )
     })
 }
@@ -76,10 +76,13 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
         }
     };
     match starts[..] {
-        [start] => cut(&lines, start, name),
+        [start] => extract(&lines, start, name),
         [] => {
             let known = lines.iter().filter_map(|line| declared(line));
-            Err(format!("no item \"{name}\" in it{}", hint(name, known)))
+            Err(format!(
+                "no item \"{name}\" in it{}",
+                did_you_mean(name, known)
+            ))
         }
         _ => {
             let at: Vec<_> = starts.iter().map(|at| (at + 1).to_string()).collect();
@@ -92,7 +95,7 @@ pub fn item(source: &str, name: &str) -> Result<Listing, String> {
 }
 
 /// Returns the item that starts at line `start`, with the documentation and attributes above it.
-fn cut(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
+fn extract(lines: &[&str], start: usize, name: &str) -> Result<Listing, String> {
     let end = end(lines, start).ok_or_else(|| format!("item \"{name}\" has no end"))?;
     let above = lines[..start]
         .iter()

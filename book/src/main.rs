@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use book::{Options, weave};
+use book::{Options, build};
 
 const HELP: &str = include_str!("help.txt");
 
@@ -40,7 +40,7 @@ fn parse(arguments: impl IntoIterator<Item = String>) -> Result<Option<Options>,
 fn main() -> ExitCode {
     let options = parse(std::env::args().skip(1)).map_err(|message| format!("error: {message}"));
     let outcome = options.and_then(|options| match options {
-        Some(options) => weave(&options)
+        Some(options) => build(&options)
             .map(|page| page.display().to_string())
             .map_err(|error| error.to_string()),
         None => Ok(HELP.trim_end().to_owned()),

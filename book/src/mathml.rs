@@ -86,16 +86,18 @@ pub fn typeset(text: &str) -> String {
     let named = ranged
         .replace("Möller-Trumbore", "Möller–Trumbore")
         .replace("Oren-Nayar", "Oren–Nayar");
-    raised(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
+    superscripts(&escape(&named).replace("f_r", "<i>f</i><sub>r</sub>"))
 }
 
 /// Raises the exponent of `a^(b+1)`.
-fn raised(text: &str) -> String {
+fn superscripts(text: &str) -> String {
     match text
         .split_once("^(")
         .and_then(|(base, rest)| Some((base, rest.split_once(')')?)))
     {
-        Some((base, (exponent, rest))) => format!("{base}<sup>{exponent}</sup>{}", raised(rest)),
+        Some((base, (exponent, rest))) => {
+            format!("{base}<sup>{exponent}</sup>{}", superscripts(rest))
+        }
         None => text.to_owned(),
     }
 }

@@ -72,7 +72,7 @@ impl Counts {
 }
 
 /// Returns a mutant's name without line and column, which change with any edit above.
-fn what(mutant: &str) -> String {
+fn description(mutant: &str) -> String {
     let mut parts = mutant.splitn(4, ':');
     match [parts.next(), parts.next(), parts.next(), parts.next()] {
         [Some(path), Some(_), Some(_), Some(what)] => format!("{path}:{what}"),
@@ -110,7 +110,11 @@ impl Record {
         self.survivors.retain(|survivor| !of_file(survivor));
         self.survivors.extend(missed.iter().map(|mutant| {
             let same = known.iter().find(|s| s.mutant == *mutant);
-            let alike = || known.iter().find(|s| what(&s.mutant) == what(mutant));
+            let alike = || {
+                known
+                    .iter()
+                    .find(|s| description(&s.mutant) == description(mutant))
+            };
             Survivor {
                 mutant: mutant.clone(),
                 reason: same

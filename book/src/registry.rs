@@ -7,7 +7,7 @@ use trials::{all, all_faults};
 use crate::mathml::{escape, typeset};
 use crate::results::Results;
 use crate::trace::Sources;
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a
 /// number that the experiment `trials` recorded.
@@ -23,7 +23,7 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
-            let (property, statistic) = (upper(&typeset(&trial.property)), escape(trial.statistic));
+            let (property, statistic) = (capitalized(&typeset(&trial.property)), escape(trial.statistic));
             format!(
                 "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \
                  controls {}</div></td><td>{statistic}</td><td>{n}</td><td class=\"nowrap\">{delta}</td></tr>",
@@ -43,7 +43,7 @@ pub fn trial(name: &str) -> Result<String, String> {
     }
     Err(format!(
         "no trial \"{name}\"{}",
-        hint(name, trials.iter().map(|trial| &trial.name))
+        did_you_mean(name, trials.iter().map(|trial| &trial.name))
     ))
 }
 
@@ -57,7 +57,7 @@ pub fn faults() -> String {
     let rows: Vec<String> = all_faults()
         .iter()
         .map(|fault| {
-            let trials: Vec<_> = fault.caught_by.iter().map(|trial| code(trial)).collect();
+            let trials: Vec<_> = fault.rejected_by.iter().map(|trial| code(trial)).collect();
             let verb = if fault.equivalent {
                 "accepted by"
             } else {
@@ -136,7 +136,7 @@ pub fn code(text: &str) -> String {
 }
 
 /// Returns the text with a capital first letter.
-fn upper(text: &str) -> String {
+fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
         first.to_uppercase().chain(letters).collect()

@@ -8,7 +8,7 @@ use whitefurnace::harness::outcome::Verdict;
 
 use crate::check::fail_if;
 use crate::error::{Error, Problem};
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 /// Result of an experiment, stored as `result.json`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -150,7 +150,7 @@ impl Results {
         found.ok_or_else(|| {
             format!(
                 "no recorded result of an experiment \"{id}\"{}",
-                hint(id, self.by_id.keys())
+                did_you_mean(id, self.by_id.keys())
             )
         })
     }
@@ -165,7 +165,7 @@ impl Results {
         let unknown = || {
             format!(
                 "experiment \"{id}\" recorded no number \"{key}\"{}",
-                hint(key, numbers.keys())
+                did_you_mean(key, numbers.keys())
             )
         };
         numbers.get(key).copied().ok_or_else(unknown)
@@ -181,7 +181,7 @@ impl Results {
         if !recorded.figures.iter().any(|figure| figure == file) {
             return Err(format!(
                 "experiment \"{id}\" recorded no figure \"{file}\"{}",
-                hint(file, &recorded.figures)
+                did_you_mean(file, &recorded.figures)
             ));
         }
         let path = self.folder.join(id).join(file);

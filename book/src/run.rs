@@ -54,23 +54,23 @@ pub fn page(record: &Results, run: &Results) -> (String, BTreeMap<String, PathBu
 const STANDARD_ERRORS: f64 = 5.0;
 
 /// A number in the record and in the run.
-struct Pair<'a> {
+struct NumberPair<'a> {
     key: &'a str,
     values: [f64; 2],
     halves: Option<[f64; 2]>,
 }
 
-impl Pair<'_> {
-    fn apart(&self) -> f64 {
+impl NumberPair<'_> {
+    fn distance(&self) -> f64 {
         (self.values[1] - self.values[0]).abs()
     }
 
     /// Returns true if the numbers differ beyond the noise that both state.
-    fn beyond(&self) -> bool {
+    fn differs(&self) -> bool {
         // Tolerance for rounding, where noise is zero.
         let rounding = 1e-12 * self.values[0].abs().max(self.values[1].abs());
         self.halves
-            .is_some_and(|[a, b]| self.apart() > a.hypot(b) + rounding)
+            .is_some_and(|[a, b]| self.distance() > a.hypot(b) + rounding)
     }
 }
 
@@ -102,12 +102,12 @@ fn same_reference(both: [&ExperimentResult; 2], key: &str) -> bool {
     a == b
 }
 
-fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<Pair<'a>> {
+fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<NumberPair<'a>> {
     let both = recorded.numbers.iter().filter_map(|(key, &value)| {
         let own = *ours.numbers.get(key)?;
         let halves = half_width(&recorded.numbers, key).zip(half_width(&ours.numbers, key));
         let halves = halves.filter(|_| same_reference([recorded, ours], key));
-        Some(Pair {
+        Some(NumberPair {
             key,
             values: [value, own],
             halves: halves.map(|(a, b)| [a, b]),
@@ -119,8 +119,10 @@ fn pairs<'a>(recorded: &'a ExperimentResult, ours: &'a ExperimentResult) -> Vec<
 /// Returns the numbers of a run that differ from the record beyond the noise that both state, a
 /// line each.
 pub fn beyond_noise(recorded: &ExperimentResult, ours: &ExperimentResult) -> Vec<String> {
-    let beyond = pairs(recorded, ours).into_iter().filter(Pair::beyond);
-    let line = |pair: Pair<'_>| {
+    let beyond = pairs(recorded, ours)
+        .into_iter()
+        .filter(NumberPair::differs);
+    let line = |pair: NumberPair<'_>| {
         let ([theirs, own], noise) = (pair.values, pair.halves.map_or(0.0, |[a, b]| a.hypot(b)));
         format!(
             "{}.{}: {own:.6e}, recorded {theirs:.6e}, apart by more than {noise:.1e}",
@@ -137,7 +139,7 @@ fn row(recorded: Option<&ExperimentResult>, ours: &ExperimentResult) -> String {
         Some(recorded) => {
             let pairs = pairs(recorded, ours);
             let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
-            let beyond = pairs.iter().filter(|pair| pair.beyond()).count();
+            let beyond = pairs.iter().filter(|pair| pair.differs()).count();
             [
                 options(recorded),
                 counts(recorded),
@@ -230,18 +232,18 @@ fn table(summary: &str, open: bool, head: &str, rows: &[String]) -> String {
     )
 }
 
-fn numbers(pairs: &[Pair<'_>]) -> String {
+fn numbers(pairs: &[NumberPair<'_>]) -> String {
     let shown = |value: f64| number::format(value, None).unwrap_or_default();
     let with = pairs.iter().filter(|pair| pair.halves.is_some()).count();
     let beyond: Vec<String> = pairs
         .iter()
-        .filter(|pair| pair.beyond())
+        .filter(|pair| pair.differs())
         .map(|pair| {
             let [a, b] = pair.halves.unwrap_or_default();
             let with = |value, half| format!("{} ± {}", shown(value), shown(half));
             let [theirs, own] = [with(pair.values[0], a), with(pair.values[1], b)];
-            let [apart, noise] = [pair.apart(), a.hypot(b)].map(shown);
-            line([&code(pair.key), &theirs, &own, &apart, &noise])
+            let [distance, noise] = [pair.distance(), a.hypot(b)].map(shown);
+            line([&code(pair.key), &theirs, &own, &distance, &noise])
         })
         .collect();
     let unjudged: Vec<String> = pairs

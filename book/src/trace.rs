@@ -77,8 +77,8 @@ impl Sources {
     }
 
     /// Returns the missing links, a line each.
-    pub fn holes(&self, trials: &[Trial], results: &Results) -> Vec<String> {
-        let mut holes = Vec::new();
+    pub fn missing_links(&self, trials: &[Trial], results: &Results) -> Vec<String> {
+        let mut missing_links = Vec::new();
         for row in self.matrix(trials, results) {
             let judged = !row.trials.is_empty() || !row.tests.is_empty();
             for (there, what) in [
@@ -91,14 +91,14 @@ impl Sources {
                 (row.is_shown, "no chapter shows it"),
             ] {
                 if !there {
-                    holes.push(format!("equation {}: {what}", row.equation.id));
+                    missing_links.push(format!("equation {}: {what}", row.equation.id));
                 }
             }
         }
         for trial in trials.iter().filter(|trial| trial.controls.is_empty()) {
-            holes.push(format!("trial {}: no negative control", trial.name));
+            missing_links.push(format!("trial {}: no negative control", trial.name));
         }
-        holes
+        missing_links
     }
 
     /// Returns the items whose documentation cites the equation.

@@ -19,14 +19,14 @@ use crate::{directives, equations, links, listing, number, registry, run, scan};
 
 /// Pages of the book by their contents.
 #[derive(Debug, Default)]
-struct Places {
+struct PageIndex {
     equations: BTreeMap<String, PathBuf>,
     /// Page with the list that a directive generates, by the directive's name.
     lists: BTreeMap<String, PathBuf>,
 }
 
 /// Everything that pages may refer to, and the figures and links found on them.
-pub struct Weaver<'a> {
+pub struct BookBuilder<'a> {
     /// Folder of the pages, for messages and links.
     pub pages: &'a Path,
     /// The project's folder, for code.
@@ -36,7 +36,7 @@ pub struct Weaver<'a> {
     /// True if a page compares a run with the record.
     pub has_run: bool,
     math: Math,
-    places: Places,
+    index: PageIndex,
     pub problems: Vec<Problem>,
     /// Figures to copy, as `EXPERIMENT/NAME` and file.
     pub figures: BTreeMap<String, PathBuf>,
@@ -53,7 +53,7 @@ struct CurrentPage<'a> {
     shown: BTreeSet<String>,
 }
 
-impl<'a> Weaver<'a> {
+impl<'a> BookBuilder<'a> {
     pub fn new(
         pages: &'a Path,
         sources: &'a Path,
@@ -67,7 +67,7 @@ impl<'a> Weaver<'a> {
             bibliography,
             has_run: false,
             math: Math::default(),
-            places: Places::default(),
+            index: PageIndex::default(),
             problems: Vec::new(),
             figures: BTreeMap::new(),
             targets: Vec::new(),
@@ -75,12 +75,12 @@ impl<'a> Weaver<'a> {
     }
 
     /// Replaces the directives and formulas of every chapter; errors are collected in `problems`.
-    pub fn weave(&mut self, book: &mut Book) {
+    pub fn build(&mut self, book: &mut Book) {
         let mut scanned: BTreeMap<PathBuf, Page> = BTreeMap::new();
         for chapter in book.chapters() {
             if let Some(path) = &chapter.path {
                 let page = scan::page(&chapter.content);
-                self.place(path, &chapter.content, &page);
+                self.index_page(path, &chapter.content, &page);
                 scanned.insert(path.clone(), page);
             }
         }
@@ -115,23 +115,23 @@ impl<'a> Weaver<'a> {
     }
 
     /// Notes the lists and equations that a page shows.
-    fn place(&mut self, path: &Path, text: &str, page: &Page) {
+    fn index_page(&mut self, path: &Path, text: &str, page: &Page) {
         for directive in &page.directives {
             let arguments = &directive.arguments;
             match (directive.name.as_str(), arguments.first()) {
                 ("eq", Some(id)) => {
-                    if let Some(first) = self.places.equations.get(id) {
+                    if let Some(first) = self.index.equations.get(id) {
                         let message = format!(
                             "equation \"{id}\" is already shown on {}; write {{{{#ref {id}}}}}",
                             first.display()
                         );
                         self.problem(path, text, directive.span.start, message);
                     } else {
-                        self.places.equations.insert(id.clone(), path.to_owned());
+                        self.index.equations.insert(id.clone(), path.to_owned());
                     }
                 }
                 (list @ ("bibliography" | "experiments" | "trials"), _) => {
-                    self.places.lists.insert(list.to_owned(), path.to_owned());
+                    self.index.lists.insert(list.to_owned(), path.to_owned());
                 }
                 _ => {}
             }
@@ -182,11 +182,11 @@ impl<'a> Weaver<'a> {
         }
         let block = |html: String| format!("\n\n{html}\n\n");
         match (kind.name, &words[..]) {
-            ("eq", [id]) => equations::boxed(equations::find(id)?, &self.math).map(block),
+            ("eq", [id]) => equations::equation_box(equations::find(id)?, &self.math).map(block),
             ("ref", [id]) => self.reference(current, id),
             ("equations", []) => {
-                let place = |id: &str| self.equation_address(current.path, id);
-                equations::matrix(&self.math, place).map(block)
+                let page_of = |id: &str| self.equation_address(current.path, id);
+                equations::matrix(&self.math, page_of).map(block)
             }
             ("tally", []) => Ok(block(equations::tally())),
             ("result", [key]) => number::format(self.results.number(key)?, None),
@@ -247,7 +247,7 @@ impl<'a> Weaver<'a> {
 
     /// Returns the experiment's name with a link to its recorded results, if there are any.
     fn experiment_link(&self, from: &Path, id: &str) -> String {
-        match self.places.lists.get("experiments") {
+        match self.index.lists.get("experiments") {
             Some(page) if self.results.experiment(id).is_ok() => {
                 let address = address(from, page, &experiment_fragment(id));
                 format!("<a href=\"{address}\">{}</a>", escape(id))
@@ -259,7 +259,7 @@ impl<'a> Weaver<'a> {
     fn equation_address(&self, from: &Path, id: &str) -> Option<String> {
         Some(address(
             from,
-            self.places.equations.get(id)?,
+            self.index.equations.get(id)?,
             &equations::fragment(id),
         ))
     }
@@ -267,8 +267,8 @@ impl<'a> Weaver<'a> {
     /// Returns a trial's name with a link to its row.
     fn trial(&self, current: &CurrentPage<'_>, name: &str) -> Result<String, String> {
         let label = registry::trial(name)?;
-        let place = self.places.lists.get("trials");
-        Ok(place.map_or(label.clone(), |page| {
+        let list_page = self.index.lists.get("trials");
+        Ok(list_page.map_or(label.clone(), |page| {
             let address = address(current.path, page, &registry::trial_fragment(name));
             format!("<a href=\"{address}\">{label}</a>")
         }))
@@ -276,7 +276,7 @@ impl<'a> Weaver<'a> {
 
     fn cite(&self, current: &CurrentPage<'_>, key: &str) -> Result<String, String> {
         let label = escape(&self.bibliography.work(key)?.label);
-        Ok(match self.places.lists.get("bibliography") {
+        Ok(match self.index.lists.get("bibliography") {
             Some(page) => {
                 let address = address(current.path, page, &format!("cite-{key}"));
                 format!("<a class=\"citation\" href=\"{address}\">{label}</a>")

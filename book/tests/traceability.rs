@@ -12,12 +12,12 @@ fn nothing_is_missing_between_equation_and_chapter() {
     let options = Options::default();
     let sources = Sources::read(&options.sources).expect("the sources can be read");
     let results = Results::load(&options.results).expect("the recorded results can be read");
-    let holes = sources.holes(&all(), &results);
+    let missing_links = sources.missing_links(&all(), &results);
     assert!(
-        holes.is_empty(),
-        "{} holes:\n{}",
-        holes.len(),
-        holes.join("\n")
+        missing_links.is_empty(),
+        "{} missing links:\n{}",
+        missing_links.len(),
+        missing_links.join("\n")
     );
 }
 

@@ -5,7 +5,7 @@ pub mod splat;
 
 use glam::DVec3;
 
-use crate::error::{Error, LARGEST_RADIANCE};
+use crate::error::{Error, MAX_RADIANCE};
 use crate::math::moments::{ExactMoments, FIXED_POINT_UNIT, full, in_units};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
@@ -30,20 +30,20 @@ pub struct Features {
 
 /// Albedo and normal in multiples of [`FIXED_POINT_UNIT`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FlatFeatures {
+pub(crate) struct FixedPointFeatures {
     albedo: [i64; 3],
     normal: [i64; 3],
 }
 
-impl FlatFeatures {
+impl FixedPointFeatures {
     /// Converts the features; `None` if the albedo does not lie in [0, 1] or the normal is not a
     /// unit vector.
     #[inline]
     pub fn new(albedo: DVec3, normal: DVec3) -> Option<Self> {
-        let legal = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
+        let is_valid = albedo.to_array().iter().all(|a| (0.0..=1.0).contains(a))
             && (normal.length_squared() - 1.0).abs() < 1e-6;
         let units = |v: DVec3| v.to_array().map(in_units);
-        legal.then(|| Self {
+        is_valid.then(|| Self {
             albedo: units(albedo),
             normal: units(normal),
         })
@@ -52,11 +52,11 @@ impl FlatFeatures {
 
 /// Returns whether a film accepts a depth.
 #[inline]
-pub(crate) fn is_legal_depth(depth: f64) -> bool {
-    (0.0..=LARGEST_RADIANCE).contains(&depth)
+pub(crate) fn is_valid_depth(depth: f64) -> bool {
+    (0.0..=MAX_RADIANCE).contains(&depth)
 }
 
-/// Refuses invalid radiances: each channel must be at least 0 and at most [`LARGEST_RADIANCE`].
+/// Refuses invalid radiances: each channel must be at least 0 and at most [`MAX_RADIANCE`].
 /// Negative values that round to 0 in multiples of [`FIXED_POINT_UNIT`] pass.
 ///
 /// # Errors
@@ -64,8 +64,12 @@ pub(crate) fn is_legal_depth(depth: f64) -> bool {
 #[inline]
 pub fn check_radiance(radiance: DVec3) -> Result<(), Error> {
     // False for NaN, too.
-    let legal = |value: &f64| *value > -0.5 * FIXED_POINT_UNIT && *value <= LARGEST_RADIANCE;
-    match radiance.to_array().into_iter().find(|value| !legal(value)) {
+    let is_valid = |value: &f64| *value > -0.5 * FIXED_POINT_UNIT && *value <= MAX_RADIANCE;
+    match radiance
+        .to_array()
+        .into_iter()
+        .find(|value| !is_valid(value))
+    {
         None => Ok(()),
         Some(value) => Err(Error::Radiance {
             value,
@@ -100,7 +104,7 @@ pub(crate) const SUMS: [(&str, usize); 16] = [
 pub(crate) const WORDS: usize = 43;
 
 /// Returns a sum of counts, which must be below 2³¹.
-fn added(count: u32, more: u32) -> Result<u32, Error> {
+fn add_counts(count: u32, more: u32) -> Result<u32, Error> {
     let sum = u64::from(count) + u64::from(more);
     i32::try_from(sum).map_err(|_| full())?;
     Ok(sum as u32)
@@ -133,8 +137,8 @@ impl Pixel {
         for (channel, value) in self.radiance.iter_mut().zip(radiance.to_array()) {
             channel.push(value)?;
         }
-        self.replications = added(self.replications, 1)?;
-        self.samples = added(self.samples, samples)?;
+        self.replications = add_counts(self.replications, 1)?;
+        self.samples = add_counts(self.samples, samples)?;
         Ok(())
     }
 
@@ -142,7 +146,7 @@ impl Pixel {
     ///
     /// # Errors
     /// [`Error::Option`] for an albedo outside [0, 1], a normal that is not a unit vector, a depth
-    /// that is negative or exceeds [`LARGEST_RADIANCE`], and if the sums are full.
+    /// that is negative or exceeds [`MAX_RADIANCE`], and if the sums are full.
     #[inline]
     pub fn push_features(&mut self, features: &Features) -> Result<(), Error> {
         let Features {
@@ -150,30 +154,30 @@ impl Pixel {
             normal,
             depth,
         } = *features;
-        match FlatFeatures::new(albedo, normal) {
-            Some(flat) if is_legal_depth(depth) => self.push_flat(&flat, false, depth),
+        match FixedPointFeatures::new(albedo, normal) {
+            Some(fixed) if is_valid_depth(depth) => self.push_fixed_point(&fixed, false, depth),
             _ => Err(Error::Option(format!(
                 "a camera ray met a surface of albedo {albedo}, normal {normal} at distance {depth:?}: albedos lie \
-                 in [0, 1], normals are unit vectors and distances at most {LARGEST_RADIANCE}"
+                 in [0, 1], normals are unit vectors and distances at most {MAX_RADIANCE}"
             ))),
         }
     }
 
-    /// Adds the features of a flat surface, whose normal is flipped if it shows its back, at a
-    /// legal depth.
+    /// Adds the features of a flat surface, whose normal is flipped if it is back-facing, at a
+    /// valid depth.
     #[inline]
-    pub(crate) fn push_flat(
+    pub(crate) fn push_fixed_point(
         &mut self,
-        flat: &FlatFeatures,
-        shows_back: bool,
+        fixed: &FixedPointFeatures,
+        back_facing: bool,
         depth: f64,
     ) -> Result<(), Error> {
         // Sums of so many features of at most 1, in units of 2⁻³², fit 64 bits.
-        self.hits = added(self.hits, 1)?;
-        let sign = if shows_back { -1 } else { 1 };
+        self.hits = add_counts(self.hits, 1)?;
+        let sign = if back_facing { -1 } else { 1 };
         for channel in 0..3 {
-            self.albedo[channel] += flat.albedo[channel];
-            self.normal[channel] += sign * flat.normal[channel];
+            self.albedo[channel] += fixed.albedo[channel];
+            self.normal[channel] += sign * fixed.normal[channel];
         }
         self.depth += i128::from(in_units(depth));
         Ok(())
@@ -185,9 +189,9 @@ impl Pixel {
     /// [`Error::Option`] if the sums are full. The pixel is then useless.
     #[inline]
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.replications = added(self.replications, other.replications)?;
-        self.samples = added(self.samples, other.samples)?;
-        self.hits = added(self.hits, other.hits)?;
+        self.replications = add_counts(self.replications, other.replications)?;
+        self.samples = add_counts(self.samples, other.samples)?;
+        self.hits = add_counts(self.hits, other.hits)?;
         for channel in 0..3 {
             self.radiance[channel].merge(&other.radiance[channel])?;
             self.albedo[channel] += other.albedo[channel];
@@ -220,12 +224,13 @@ impl Pixel {
     }
 
     /// Restores the pixel from its words; `None` if no samples can have such sums.
-    pub(crate) fn of_words(words: &[u32; WORDS]) -> Option<Self> {
+    pub(crate) fn from_words(words: &[u32; WORDS]) -> Option<Self> {
         let mut rest = words.as_slice();
         let sums = SUMS.map(|(_, length)| {
-            let (own, others) = rest.split_at(length);
+            let (words_of_sum, others) = rest.split_at(length);
             rest = others;
-            own.iter()
+            words_of_sum
+                .iter()
                 .rev()
                 .fold(0_i128, |sum, word| sum << 32 | i128::from(*word))
         });
@@ -236,16 +241,16 @@ impl Pixel {
         let albedo = [9, 10, 11].map(|at| sums[at] as i64);
         let normal = [12, 13, 14].map(|at| sums[at] as i64);
         let depth = sums[15];
-        let most = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
-        let legal = albedo
+        let max_sum = |largest: f64| i128::from(hits) * i128::from(in_units(largest));
+        let is_valid = albedo
             .iter()
-            .all(|sum| (0..=most(1.0)).contains(&i128::from(*sum)))
+            .all(|sum| (0..=max_sum(1.0)).contains(&i128::from(*sum)))
             && normal
                 .iter()
-                .all(|sum| i128::from(sum.unsigned_abs()) <= most(1.0 + 1e-6))
-            && (0..=most(LARGEST_RADIANCE)).contains(&depth);
+                .all(|sum| i128::from(sum.unsigned_abs()) <= max_sum(1.0 + 1e-6))
+            && (0..=max_sum(MAX_RADIANCE)).contains(&depth);
         let radiance = [radiance(0)?, radiance(1)?, radiance(2)?];
-        legal.then_some(Self {
+        is_valid.then_some(Self {
             replications,
             samples,
             hits,
@@ -299,13 +304,13 @@ impl Pixel {
 /// A window of an image with its accumulators, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    frame: [u32; 2],
+    resolution: [u32; 2],
     window: Window,
     samples_per_replication: u32,
     /// Number of samples in a replication of each pixel, where they differ.
     sample_counts: Option<Vec<u32>>,
     pixels: Vec<Pixel>,
-    pub(crate) begun: Option<PartialReplication>,
+    pub(crate) partial: Option<PartialReplication>,
 }
 
 /// An unfinished replication of an image estimator: some of its passes are done.
@@ -318,50 +323,51 @@ pub(crate) struct PartialReplication {
 }
 
 /// Largest number of pixels of a film, about 17 GB of accumulators.
-pub const LARGEST_FILM: u64 = 100_000_000;
+pub const MAX_FILM_PIXELS: u64 = 100_000_000;
 
 impl Film {
-    /// Creates an empty film for the `window` (or all) of an image of `frame` pixels, whose
+    /// Creates an empty film for the `window` (or all) of an image of `resolution` pixels, whose
     /// replications have `samples_per_replication` samples each.
     ///
     /// # Errors
     /// Those of [`checked_window`](Self::checked_window).
     pub fn new(
-        frame: [u32; 2],
+        resolution: [u32; 2],
         window: Option<Window>,
         samples_per_replication: u32,
     ) -> Result<Self, Error> {
-        let window = Self::checked_window(frame, window)?;
+        let window = Self::checked_window(resolution, window)?;
         let [width, height] = window.size.map(|n| n as usize);
         let pixels = vec![Pixel::default(); width * height];
         Ok(Self {
-            frame,
+            resolution,
             window,
             samples_per_replication,
             sample_counts: None,
             pixels,
-            begun: None,
+            partial: None,
         })
     }
 
     /// Returns the window that a film would hold.
     ///
     /// # Errors
-    /// [`Error::Option`] for a size of 0, above [`LARGEST_FILM`], or a window that leaves the
-    /// frame.
-    pub fn checked_window(frame: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
+    /// [`Error::Option`] for a size of 0, above [`MAX_FILM_PIXELS`], or a window that leaves the
+    /// image.
+    pub fn checked_window(resolution: [u32; 2], window: Option<Window>) -> Result<Window, Error> {
         let window = window.unwrap_or(Window {
             corner: [0, 0],
-            size: frame,
+            size: resolution,
         });
         let [width, height] = window.size;
         let inside = |axis: usize| {
-            u64::from(window.corner[axis]) + u64::from(window.size[axis]) <= u64::from(frame[axis])
+            u64::from(window.corner[axis]) + u64::from(window.size[axis])
+                <= u64::from(resolution[axis])
         };
         if !(inside(0) && inside(1)) {
             return Err(Error::Option(format!(
                 "window {width}x{height} at ({}, {}) leaves the frame of {}x{} pixels",
-                window.corner[0], window.corner[1], frame[0], frame[1]
+                window.corner[0], window.corner[1], resolution[0], resolution[1]
             )));
         }
         let count = u64::from(width) * u64::from(height);
@@ -370,9 +376,9 @@ impl Film {
                 "size {width}x{height} has no pixels: both numbers must be at least 1"
             )));
         }
-        if count > LARGEST_FILM || frame[0].checked_mul(frame[1]).is_none() {
+        if count > MAX_FILM_PIXELS || resolution[0].checked_mul(resolution[1]).is_none() {
             return Err(Error::Option(format!(
-                "size {width}x{height} is too large for memory: take a smaller one, at most {LARGEST_FILM} pixels"
+                "size {width}x{height} is too large for memory: take a smaller one, at most {MAX_FILM_PIXELS} pixels"
             )));
         }
         Ok(window)
@@ -381,23 +387,26 @@ impl Film {
     /// Copies the other film into this one, reusing its memory.
     pub fn assign(&mut self, other: &Self) {
         let Self {
-            frame,
+            resolution,
             window,
             samples_per_replication,
             sample_counts,
             pixels,
-            begun,
+            partial,
         } = self;
-        (*frame, *window, *samples_per_replication) =
-            (other.frame, other.window, other.samples_per_replication);
+        (*resolution, *window, *samples_per_replication) = (
+            other.resolution,
+            other.window,
+            other.samples_per_replication,
+        );
         sample_counts.clone_from(&other.sample_counts);
         pixels.clone_from(&other.pixels);
-        begun.clone_from(&other.begun);
+        partial.clone_from(&other.partial);
     }
 
     /// Returns width and height of the full image in pixels.
-    pub fn frame(&self) -> [u32; 2] {
-        self.frame
+    pub fn resolution(&self) -> [u32; 2] {
+        self.resolution
     }
 
     /// Returns the part of the image that this film holds.
@@ -442,14 +451,14 @@ impl Film {
     }
 
     /// Returns the number of samples still missing for so many replications of each pixel.
-    pub fn missing(&self, replications: u32) -> u64 {
-        let of = |at: usize| {
+    pub fn missing_samples(&self, replications: u32) -> u64 {
+        let count_at = |at: usize| {
             self.sample_counts
                 .as_ref()
                 .map_or(self.samples_per_replication, |counts| counts[at])
         };
         let missing = |(at, pixel): (usize, &Pixel)| {
-            u64::from(replications.saturating_sub(pixel.replications)) * u64::from(of(at))
+            u64::from(replications.saturating_sub(pixel.replications)) * u64::from(count_at(at))
         };
         self.pixels.iter().enumerate().map(missing).sum()
     }
@@ -476,7 +485,7 @@ impl Film {
 
     /// Returns whether all pixels have so many replications, and none is unfinished.
     pub fn has_exactly(&self, replications: u32) -> bool {
-        self.begun.is_none()
+        self.partial.is_none()
             && self
                 .pixels
                 .iter()
@@ -491,7 +500,7 @@ impl Film {
     /// Returns the mean radiance of each pixel's samples so far, including those of an unfinished
     /// replication.
     pub fn means_so_far(&self) -> Vec<DVec3> {
-        let Some(PartialReplication { passes, sums }) = &self.begun else {
+        let Some(PartialReplication { passes, sums }) = &self.partial else {
             return self.pixels.iter().map(Pixel::mean).collect();
         };
         let samples = f64::from(self.samples_per_replication);
@@ -503,24 +512,28 @@ impl Film {
     }
 
     /// Returns whether image size, window and samples per replication are the same.
-    pub fn is_like(&self, other: &Self) -> bool {
-        (self.frame, self.window, self.samples_per_replication)
-            == (other.frame, other.window, other.samples_per_replication)
+    pub fn is_compatible(&self, other: &Self) -> bool {
+        (self.resolution, self.window, self.samples_per_replication)
+            == (
+                other.resolution,
+                other.window,
+                other.samples_per_replication,
+            )
     }
 
     /// Adds another film's replications: exact, in any order.
     ///
     /// # Errors
-    /// [`Error::Option`] if frames, windows or replications differ, one has a replication that is
-    /// only begun, or sums are full.
+    /// [`Error::Option`] if resolutions, windows or replications differ, one has a replication that
+    /// is only begun, or sums are full.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        if self.begun.is_some() || other.begun.is_some() {
+        if self.partial.is_some() || other.partial.is_some() {
             return Err(Error::Option(
                 "a film with an unfinished replication cannot be merged".to_owned(),
             ));
         }
-        if !self.is_like(other) {
-            let kind = |film: &Self| (film.frame, film.window, film.samples_per_replication);
+        if !self.is_compatible(other) {
+            let kind = |film: &Self| (film.resolution, film.window, film.samples_per_replication);
             return Err(Error::Option(format!(
                 "films of different frames, windows or replications cannot be merged: {:?} and {:?}",
                 kind(self),

@@ -5,12 +5,12 @@ use std::sync::{Mutex, PoisonError};
 use glam::DVec3;
 
 use super::check_radiance;
-use crate::error::{Error, LARGEST_RADIANCE};
+use crate::error::{Error, MAX_RADIANCE};
 use crate::math::moments::{FIXED_POINT_UNIT, in_units};
 
-/// [`LARGEST_RADIANCE`] in multiples of [`FIXED_POINT_UNIT`].
-const MOST: i64 = 1 << 56;
-const _: () = assert!(MOST as f64 * FIXED_POINT_UNIT == LARGEST_RADIANCE);
+/// [`MAX_RADIANCE`] in multiples of [`FIXED_POINT_UNIT`].
+const MAX_SUM: i64 = 1 << 56;
+const _: () = assert!(MAX_SUM as f64 * FIXED_POINT_UNIT == MAX_RADIANCE);
 
 /// Approximate number of bands of rows of an image: one thread at a time adds to each.
 const BANDS: u32 = 16;
@@ -33,11 +33,11 @@ pub struct Splats {
 pub struct SplatBuffer<'a> {
     image: &'a Splats,
     /// Pending (pixel, value) pairs per band.
-    waiting: Vec<Vec<(u32, Units)>>,
+    pending: Vec<Vec<(u32, Units)>>,
 }
 
 impl Splats {
-    /// Creates a black image of `frame` (width, height) pixels.
+    /// Creates a black image of `resolution` (width, height) pixels.
     pub fn new([width, height]: [u32; 2]) -> Self {
         let rows = height.div_ceil(BANDS).max(1);
         let band = |first: u32| {
@@ -57,7 +57,7 @@ impl Splats {
     pub fn buffer(&self) -> SplatBuffer<'_> {
         SplatBuffer {
             image: self,
-            waiting: vec![Vec::new(); self.bands.len()],
+            pending: vec![Vec::new(); self.bands.len()],
         }
     }
 
@@ -81,7 +81,7 @@ impl SplatBuffer<'_> {
     pub fn add(&mut self, [x, y]: [u32; 2], value: DVec3) -> Result<(), Error> {
         check_radiance(value).map_err(|error| error.at(|| at_pixel([x, y])))?;
         let Splats { width, rows, .. } = self.image;
-        self.waiting[(y / rows) as usize]
+        self.pending[(y / rows) as usize]
             .push((y % rows * width + x, value.to_array().map(in_units)));
         Ok(())
     }
@@ -89,22 +89,22 @@ impl SplatBuffer<'_> {
     /// Adds all pending values to the image.
     ///
     /// # Errors
-    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`LARGEST_RADIANCE`]. The
+    /// [`Error::Radiance`] with the pixel if a channel of its sum exceeds [`MAX_RADIANCE`]. The
     /// image is then useless.
     pub fn flush(&mut self) -> Result<(), Error> {
         let Splats { width, rows, bands } = self.image;
-        for ((waiting, band), first) in self
-            .waiting
+        for ((pending, band), first) in self
+            .pending
             .iter_mut()
             .zip(bands)
             .zip((0..).step_by(*rows as usize))
         {
             let mut sums = band.lock().unwrap_or_else(PoisonError::into_inner);
-            for (pixel, value) in waiting.drain(..) {
+            for (pixel, value) in pending.drain(..) {
                 for (sum, added) in sums[pixel as usize].iter_mut().zip(value) {
                     // Both are at most 2⁵⁶.
                     *sum += added;
-                    if *sum > MOST {
+                    if *sum > MAX_SUM {
                         let value = *sum as f64 * FIXED_POINT_UNIT;
                         *sum -= added;
                         return Err(Error::Radiance {

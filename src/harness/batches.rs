@@ -4,16 +4,16 @@
 use super::outcome::Cell;
 
 /// Largest number of batches kept.
-const MOST: usize = 64;
+const MAX_BATCHES: usize = 64;
 
 /// Means of batches of equal size; the size doubles whenever there are too many.
 #[derive(Clone, Copy, Debug)]
 pub struct Batches {
-    /// Values per batch (`size`) and values in the batch that is not yet full (`open`).
+    /// Values per batch (`size`) and values in the batch that is not yet full (`pending`).
     size: u64,
-    open: u64,
+    pending: u64,
     sum: f64,
-    means: [f64; MOST],
+    means: [f64; MAX_BATCHES],
     full: usize,
 }
 
@@ -21,9 +21,9 @@ impl Default for Batches {
     fn default() -> Self {
         Self {
             size: 1,
-            open: 0,
+            pending: 0,
             sum: 0.0,
-            means: [0.0; MOST],
+            means: [0.0; MAX_BATCHES],
             full: 0,
         }
     }
@@ -34,21 +34,21 @@ impl Batches {
     #[inline]
     pub fn push(&mut self, value: f64) {
         self.sum += value;
-        self.open += 1;
-        if self.open == self.size {
+        self.pending += 1;
+        if self.pending == self.size {
             self.close();
         }
     }
 
     fn close(&mut self) {
         self.means[self.full] = self.sum / self.size as f64;
-        (self.sum, self.open) = (0.0, 0);
+        (self.sum, self.pending) = (0.0, 0);
         self.full += 1;
-        if self.full == MOST {
-            for i in 0..MOST / 2 {
+        if self.full == MAX_BATCHES {
+            for i in 0..MAX_BATCHES / 2 {
                 self.means[i] = 0.5 * (self.means[2 * i] + self.means[2 * i + 1]);
             }
-            (self.full, self.size) = (MOST / 2, 2 * self.size);
+            (self.full, self.size) = (MAX_BATCHES / 2, 2 * self.size);
         }
     }
 
@@ -56,7 +56,7 @@ impl Batches {
     pub fn transformed(mut self, factor: f64, shift: f64) -> Self {
         let map = |x: &mut f64| *x = factor * *x + shift;
         self.means.iter_mut().for_each(map);
-        self.sum = factor * self.sum + shift * self.open as f64;
+        self.sum = factor * self.sum + shift * self.pending as f64;
         self
     }
 
@@ -66,11 +66,11 @@ impl Batches {
     }
 
     /// Returns the batches of values with this variance as cells against the mean `expected`;
-    /// `what` begins their places.
-    pub fn cells(&self, what: &str, expected: f64, variance: f64) -> Vec<Cell> {
+    /// `prefix` begins their places.
+    pub fn cells(&self, prefix: &str, expected: f64, variance: f64) -> Vec<Cell> {
         let standard_error = (variance / self.size as f64).sqrt();
         let cell = |(i, &observed): (usize, &f64)| Cell {
-            place: format!("{what}batch {} ({} values)", i + 1, self.size),
+            place: format!("{prefix}batch {} ({} values)", i + 1, self.size),
             expected,
             observed,
             sigmas: if observed == expected {

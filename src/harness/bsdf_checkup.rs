@@ -8,7 +8,7 @@
 //! than one.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f64::consts::{PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss, check_up};
 //! use whitefurnace::harness::outcome::Verdict;
@@ -66,7 +66,7 @@
 //! functions, up to half a percent, so that an error of one percent is detected.
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use std::f32::consts::{FRAC_1_PI, TAU};
 //! use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, SampledDirection, check_up};
 //! use whitefurnace::harness::trial::{Context, assert_holds};
@@ -111,12 +111,12 @@ use super::copied;
 use super::domain::Domain;
 use super::outcome::Outcome;
 use super::pointwise::{
-    LAST_NUMBER, LEAST_COSINE, Largest, fuzzed_direction, fuzzed_number, inner_direction, uniform3,
+    LargestError, MIN_COSINE, ONE_MINUS_EPSILON, fuzzed_direction, fuzzed_number, inner_direction,
+    uniform3,
 };
-use super::roundoff::{DOUBLE, NUDGE, Rounding, SINGLE, looks_single};
+use super::roundoff::{ARGUMENT_STEP, DOUBLE, RoundoffBounds, SINGLE, is_single_precision};
 use super::trial::Context;
-use crate::integrator::DefaultParts;
-use crate::material::{Bsdf, Scattering};
+use crate::material::{Bsdf, DefaultParts, Scattering};
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
 pub use sampled::at_direction;
@@ -323,11 +323,11 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
         ..size.clone()
     };
     let mut outcomes = vec![
-        sane(subject, size, rounding, &mut context.rng("sane")),
-        weights(subject, size, rounding, &mut context.rng("weights")),
+        check_finite(subject, size, rounding, &mut context.rng("sane")),
+        check_weights(subject, size, rounding, &mut context.rng("weights")),
     ];
     if subject.reciprocal {
-        outcomes.push(reciprocity(
+        outcomes.push(check_reciprocity(
             subject,
             size,
             rounding,
@@ -346,18 +346,18 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
 const PRECISION_PAIRS: usize = 400;
 
 /// Returns the bounds for the precision that is stated, or else found from the subject's values.
-fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Rounding {
+fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> RoundoffBounds {
     let found = || {
         let rng = &mut context.rng("precision");
         let mut quantities = [(); 7].map(|()| Vec::new());
         for _ in 0..PRECISION_PAIRS {
             let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
-            let nudged = wi + DVec3::splat(NUDGE);
-            quantities[0].push([subject.eval(wo, wi), subject.eval(wo, nudged)]);
-            quantities[1].push([subject.pdf(wo, wi), subject.pdf(wo, nudged)]);
+            let stepped = wi + DVec3::splat(ARGUMENT_STEP);
+            quantities[0].push([subject.eval(wo, wi), subject.eval(wo, stepped)]);
+            quantities[1].push([subject.pdf(wo, wi), subject.pdf(wo, stepped)]);
             let random = uniform3(rng);
-            let samples =
-                [random, random.map(|u| u + NUDGE)].map(|random| subject.sample(wo, random));
+            let samples = [random, random.map(|u| u + ARGUMENT_STEP)]
+                .map(|random| subject.sample(wo, random));
             if let [Some(a), Some(b)] = samples {
                 let values = |s: SampledDirection| [s.wi.x, s.wi.y, s.wi.z, s.weight, s.pdf];
                 for ((quantity, a), b) in quantities[2..].iter_mut().zip(values(a)).zip(values(b)) {
@@ -365,32 +365,37 @@ fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Roundin
                 }
             }
         }
-        if quantities.iter().any(|values| looks_single(values)) {
+        if quantities.iter().any(|values| is_single_precision(values)) {
             SINGLE
         } else {
             DOUBLE
         }
     };
-    Rounding::new(size.roundoff.unwrap_or_else(found))
+    RoundoffBounds::new(size.roundoff.unwrap_or_else(found))
 }
 
 /// Checks that no value is NaN, infinite or negative and that sampled directions are unit, corners
 /// of the domain included (normal and grazing incidence, both; retroreflection; random numbers at 0
 /// and near 1).
-fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
+fn check_finite(
+    subject: &BsdfSubject,
+    size: &CheckUp,
+    rounding: RoundoffBounds,
+    rng: &mut Stream,
+) -> Outcome {
     let mut worst = format!(
         "every value is finite and not negative; judged as {}",
         rounding.words()
     );
     let mut bad = 0.0;
-    let last = rounding.number(LAST_NUMBER);
+    let last = rounding.round_down(ONE_MINUS_EPSILON);
     let ok = |x: f64| x.is_finite() && x >= 0.0;
     for _ in 0..size.pairs {
         let [wo, wi] = [
             fuzzed_direction(rng, subject.transmits),
             fuzzed_direction(rng, subject.transmits),
         ];
-        let u = [(); 3].map(|()| rounding.number(fuzzed_number(rng)));
+        let u = [(); 3].map(|()| rounding.round_down(fuzzed_number(rng)));
         let (f, pdf, sample) = (
             subject.eval(wo, wi),
             subject.pdf(wo, wi),
@@ -415,39 +420,45 @@ fn sane(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Str
 }
 
 /// Checks pointwise that weight · pdf = f cos and that the sample's pdf is the pdf.
-fn weights(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut Stream) -> Outcome {
-    let mut largest = Largest::default();
-    let [mut compared, mut left_out] = [0; 2];
+fn check_weights(
+    subject: &BsdfSubject,
+    size: &CheckUp,
+    rounding: RoundoffBounds,
+    rng: &mut Stream,
+) -> Outcome {
+    let mut largest = LargestError::default();
+    let [mut compared, mut skipped] = [0; 2];
     for _ in 0..size.pairs {
         let wo = inner_direction(rng, subject.transmits);
-        let Some(s) = subject.sample(wo, uniform3(rng).map(|u| rounding.number(u))) else {
+        let Some(s) = subject.sample(wo, uniform3(rng).map(|u| rounding.round_down(u))) else {
             continue;
         };
-        if s.wi.z.abs() < LEAST_COSINE {
+        if s.wi.z.abs() < MIN_COSINE {
             continue;
         }
         let [pdf, f_cos] = [subject.pdf(wo, s.wi), subject.f_cos(wo, s.wi)];
-        let spread_of_pdf = || rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
-        let spread_of_f_cos = || rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
+        let pdf_conditioning = || rounding.conditioning(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
+        let f_cos_conditioning =
+            || rounding.conditioning(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
         let errors = [
             rounding.relative(s.weight * pdf, f_cos),
             rounding.relative(s.pdf, pdf),
         ];
-        let weight = rounding.excess(errors[0], || spread_of_pdf() + spread_of_f_cos());
-        let (Some(weight), Some(density)) = (weight, rounding.excess(errors[1], spread_of_pdf))
+        let weight = rounding.excess(errors[0], || pdf_conditioning() + f_cos_conditioning());
+        let (Some(weight), Some(density)) = (weight, rounding.excess(errors[1], pdf_conditioning))
         else {
-            left_out += 1;
+            skipped += 1;
             continue;
         };
         compared += 1;
-        largest.see(weight, || {
+        largest.update(weight, || {
             let quotient = f_cos / pdf;
             format!(
                 "weight {} but f cos/pdf = {quotient}, off by {:.1e}, at wo = {wo}, wi = {}",
                 s.weight, errors[0], s.wi
             )
         });
-        largest.see(density, || {
+        largest.update(density, || {
             let error = errors[1];
             format!(
                 "the sample says pdf = {}, pdf() says {pdf}, off by {error:.1e}, at wo = {wo}, wi = {}",
@@ -462,32 +473,32 @@ fn weights(subject: &BsdfSubject, size: &CheckUp, rounding: Rounding, rng: &mut 
         rounding.tolerance(),
         largest.place,
     );
-    rounding.outcome(outcome, left_out)
+    rounding.outcome(outcome, skipped)
 }
 
-fn reciprocity(
+fn check_reciprocity(
     subject: &BsdfSubject,
     size: &CheckUp,
-    rounding: Rounding,
+    rounding: RoundoffBounds,
     rng: &mut Stream,
 ) -> Outcome {
-    let mut largest = Largest::default();
-    let mut left_out = 0;
+    let mut largest = LargestError::default();
+    let mut skipped = 0;
     for _ in 0..size.pairs {
         let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
         let [there, back] = [subject.eval(wo, wi), subject.eval(wi, wo)];
         let error = rounding.relative(there, back);
         let Some(excess) = rounding.excess(error, || {
-            rounding.spread(wo, wi, &|wo, wi| subject.eval(wo, wi))
+            rounding.conditioning(wo, wi, &|wo, wi| subject.eval(wo, wi))
         }) else {
-            left_out += 1;
+            skipped += 1;
             continue;
         };
-        largest.see(excess, || {
+        largest.update(excess, || {
             format!("f = {there} and {back}, off by {error:.1e}, with wo = {wo}, wi = {wi} and exchanged")
         });
     }
-    let compared = size.pairs - left_out;
+    let compared = size.pairs - skipped;
     let outcome = Outcome::exact(
         "reciprocity",
         compared,
@@ -495,5 +506,5 @@ fn reciprocity(
         rounding.tolerance(),
         largest.place,
     );
-    rounding.outcome(outcome, left_out)
+    rounding.outcome(outcome, skipped)
 }

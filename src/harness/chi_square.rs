@@ -13,13 +13,14 @@ use super::tails::{
     poisson_cdf, poisson_interval, poisson_sf,
 };
 
-/// Least expected count of a cell where there are fewer than [`FEW_CELLS`] cells.
-pub const LEAST_EXPECTED_FEW: f64 = 1000.0;
+/// Least expected count of a cell where there are fewer than [`MANY_CELLS`] cells.
+pub const MIN_EXPECTED_FEW_CELLS: f64 = 1000.0;
 /// Least expected count of a cell otherwise, for the far tail to be valid. With 100, 32 cells had
 /// twice the nominal tail at 1e-9; the logarithm of that ratio falls as the inverse of the count.
-pub const LEAST_EXPECTED_MANY: f64 = 300.0;
-/// Number of cells from which [`LEAST_EXPECTED_MANY`] applies instead of [`LEAST_EXPECTED_FEW`].
-pub const FEW_CELLS: usize = 32;
+pub const MIN_EXPECTED_MANY_CELLS: f64 = 300.0;
+/// Number of cells from which [`MIN_EXPECTED_MANY_CELLS`] applies instead of
+/// [`MIN_EXPECTED_FEW_CELLS`].
+pub const MANY_CELLS: usize = 32;
 
 /// Sample counts per cell.
 #[derive(Clone, Debug, Default)]
@@ -37,8 +38,8 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Sums the counts of the fields of each cell of a partition gathered from theirs.
-    pub(super) fn gathered(&self, partition: &Partition) -> Self {
+    /// Sums the counts of the grid cells of each cell of a coarsened partition.
+    pub(super) fn coarsened(&self, partition: &Partition) -> Self {
         let mut counts = Self {
             observed: vec![0; partition.masses.len()],
             ..self.clone()
@@ -52,34 +53,34 @@ impl Counts {
     /// Returns the counts as if the least probable cell that is not pooled were off by `effect`,
     /// relative, and the others made up for it evenly: the law with such an error in some cell that
     /// is hardest to detect. `None` if there are fewer than two cells.
-    fn moved(&self, partition: &Partition, effect: f64) -> Option<Self> {
-        let kept: u64 = self.observed.iter().sum();
+    fn perturbed(&self, partition: &Partition, effect: f64) -> Option<Self> {
+        let accepted: u64 = self.observed.iter().sum();
         let mass = partition.mass();
         let expected: Vec<f64> = partition
             .masses
             .iter()
-            .map(|m| kept as f64 * m / mass)
+            .map(|m| accepted as f64 * m / mass)
             .collect();
         let pooled = pool(&expected, &self.observed);
-        let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
+        let min_expected = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
         let at = (0..expected.len())
-            .filter(|&i| expected[i] >= least)
+            .filter(|&i| expected[i] >= min_expected)
             .min_by(|&i, &j| expected[i].total_cmp(&expected[j]))?;
-        let rest = kept as f64 - expected[at];
+        let rest = accepted as f64 - expected[at];
         if pooled.len() < 2 || rest <= 0.0 {
             return None;
         }
-        let mut moved = self.clone();
+        let mut perturbed = self.clone();
         let mut total = 0;
-        for (i, count) in moved.observed.iter_mut().enumerate() {
+        for (i, count) in perturbed.observed.iter_mut().enumerate() {
             if i != at {
                 let less = effect * expected[at] * expected[i] / rest;
                 *count = (*count as f64 - less).round().max(0.0) as u64;
                 total += *count;
             }
         }
-        moved.observed[at] = kept.saturating_sub(total);
-        Some(moved)
+        perturbed.observed[at] = accepted.saturating_sub(total);
+        Some(perturbed)
     }
 }
 
@@ -121,19 +122,19 @@ pub fn chi_square(name: &str, partition: &Partition, counts: &Counts, delta: f64
         Some(pearson(
             name,
             partition,
-            &counts.moved(partition, effect)?,
+            &counts.perturbed(partition, effect)?,
             delta,
         ))
     })
 }
 
 fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Outcome {
-    let kept: u64 = counts.observed.iter().sum();
+    let accepted: u64 = counts.observed.iter().sum();
     let mass = partition.mass();
     let expected: Vec<f64> = partition
         .masses
         .iter()
-        .map(|m| kept as f64 * if mass == 0.0 { 0.0 } else { m / mass })
+        .map(|m| accepted as f64 * if mass == 0.0 { 0.0 } else { m / mass })
         .collect();
     let pooled = pool(&expected, &counts.observed);
     // Deviations that the density's rounding explains do not count. Normalised, masses may be off
@@ -149,7 +150,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
     } else {
         1.0
     };
-    let p_lost = lost_p(partition, counts);
+    let p_lost = loss_p_value(partition, counts);
     // If nothing can be lost, there is no second random test to divide the level with.
     let tests = if partition.loss == 0.0 && partition.error == 0.0 {
         1
@@ -157,17 +158,17 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         2
     };
     // Without quadrature error, a cell of probability zero is as forbidden as the outside.
-    let impossible = partition.error == 0.0
+    let in_zero_cell = partition.error == 0.0
         && (partition.masses.iter().zip(&counts.observed)).any(|(&m, &o)| m == 0.0 && o > 0);
-    let p = if counts.forbidden > 0 || impossible {
+    let p = if counts.forbidden > 0 || in_zero_cell {
         0.0
     } else if p_cells.is_nan() || p_lost.is_nan() {
         f64::NAN
     } else {
         (tests as f64 * p_cells.min(p_lost)).min(1.0)
     };
-    let least = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
-    let hull = Hull::new(&pooled, kept as f64);
+    let min_expected = pooled.iter().map(|&[e, _]| e).fold(f64::INFINITY, f64::min);
+    let hull = Hull::new(&pooled, accepted as f64);
     let outcome = Outcome {
         name: name.to_owned(),
         statistic: "chi-square",
@@ -182,17 +183,18 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         claim: Claim::Exact { delta },
         sensitivity: Sensitivity::Cells {
             dof,
-            n: kept as f64,
-            least: least / kept as f64,
+            n: accepted as f64,
+            min_probability: min_expected / accepted as f64,
             tests,
         },
         worst: describe(partition, counts, &expected, p_lost),
         cells: cells(partition, counts, &expected),
         graded: Vec::new(),
     };
-    let blur = partition.error * partition.error * kept as f64 / (least / kept as f64);
-    let certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
-    if blur > LARGEST_BLUR && !certain {
+    let mass_error_effect =
+        partition.error * partition.error * accepted as f64 / (min_expected / accepted as f64);
+    let is_certain = counts.forbidden > 0 || p_lost < ALPHA / tests as f64;
+    if mass_error_effect > MAX_MASS_ERROR_EFFECT && !is_certain {
         // Undecided: the cells' probabilities are not known accurately enough for this many
         // samples.
         Outcome {
@@ -201,26 +203,22 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         }
     } else if counts.n == 0 || (dof < 1.0 && p >= ALPHA) {
         // Two equally probable cells need this many samples.
-        let needed = (2.0 * LEAST_EXPECTED_FEW) as u64;
-        outcome.without_evidence("one cell holds everything", needed)
+        let needed = (2.0 * MIN_EXPECTED_FEW_CELLS) as u64;
+        outcome.undecided("one cell holds everything", needed)
     } else {
         outcome
     }
 }
 
 /// Tests a sampler against cells of known probability: `n` samples, a 2 % claim per cell.
-pub fn sampler_against_partition(
+pub fn sampler_against_partition<V: Into<DVec3>>(
     name: &str,
     partition: &Partition,
     n: u64,
-    sample: impl FnMut() -> Option<DVec3>,
+    mut sample: impl FnMut() -> Option<V>,
 ) -> Outcome {
-    chi_square(
-        name,
-        partition,
-        &count(partition, n, sample, |_| true),
-        CELL_DELTA,
-    )
+    let counts = count(partition, n, || sample().map(Into::into), |_| true);
+    chi_square(name, partition, &counts, CELL_DELTA)
 }
 
 /// Largest relative δ of a single cell's probability.
@@ -228,16 +226,16 @@ pub const CELL_DELTA: f64 = 0.02;
 
 /// Largest amount that errors of the cells' probabilities may add to the statistic's mean: at 6
 /// standard deviations, a fifth of the tail.
-const LARGEST_BLUR: f64 = 1e-3;
+const MAX_MASS_ERROR_EFFECT: f64 = 1e-3;
 
 /// Pools cells that expect too little, smallest first, until none does; returns pairs of expected
 /// and observed counts.
 pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
-    let least = |cells: usize| {
-        if cells < FEW_CELLS {
-            LEAST_EXPECTED_FEW
+    let min_expected = |cells: usize| {
+        if cells < MANY_CELLS {
+            MIN_EXPECTED_FEW_CELLS
         } else {
-            LEAST_EXPECTED_MANY
+            MIN_EXPECTED_MANY_CELLS
         }
     };
     let mut cells: Vec<[f64; 2]> = expected
@@ -246,7 +244,7 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
         .map(|(&e, &o)| [e, o as f64])
         .collect();
     cells.sort_by(|a, b| b[0].total_cmp(&a[0]));
-    while cells.len() > 1 && cells[cells.len() - 1][0] < least(cells.len()) {
+    while cells.len() > 1 && cells[cells.len() - 1][0] < min_expected(cells.len()) {
         let [e, o] = cells.pop().unwrap_or_default();
         let last = cells.len() - 1;
         cells[last][0] += e;
@@ -261,12 +259,15 @@ pub fn pool(expected: &[f64], observed: &[u64]) -> Vec<[f64; 2]> {
 
 /// Returns the two-sided exact p-value of the number of lost samples, the loss being known to
 /// within the partition's error.
-fn lost_p(partition: &Partition, counts: &Counts) -> f64 {
+fn loss_p_value(partition: &Partition, counts: &Counts) -> f64 {
     let error = partition.error + partition.relative * partition.mass();
-    let most = partition.loss + error;
-    let least = (partition.loss - error).max(0.0);
-    let tails =
-        binomial_sf(counts.lost, counts.n, most).min(binomial_cdf(counts.lost, counts.n, least));
+    let max_loss = partition.loss + error;
+    let min_loss = (partition.loss - error).max(0.0);
+    let tails = binomial_sf(counts.lost, counts.n, max_loss).min(binomial_cdf(
+        counts.lost,
+        counts.n,
+        min_loss,
+    ));
     (2.0 * tails).min(1.0)
 }
 
@@ -277,7 +278,7 @@ struct Hull {
 }
 
 impl Hull {
-    fn new(pooled: &[[f64; 2]], kept: f64) -> Self {
+    fn new(pooled: &[[f64; 2]], accepted: f64) -> Self {
         let z = normal_upper(ALPHA / (2.0 * pooled.len() as f64));
         let mut hull = Self {
             worst: 0.0,
@@ -285,7 +286,7 @@ impl Hull {
         };
         for &[e, o] in pooled {
             let deviation = o / e - 1.0;
-            let half = z * ((1.0 - e / kept).max(0.0) / e).sqrt();
+            let half = z * ((1.0 - e / accepted).max(0.0) / e).sqrt();
             if deviation.abs() > hull.worst.abs() {
                 hull.worst = deviation;
             }
@@ -351,12 +352,12 @@ fn describe(partition: &Partition, counts: &Counts, expected: &[f64], p_lost: f6
 /// probability, by exact binomial tails. `delta` is absolute. Probabilities of 0 or 1 are allowed,
 /// too: no success in n bounds the true one.
 pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
-    grade(share(name, k, n, probability, delta), |effect| {
+    grade(binomial_test(name, k, n, probability, delta), |effect| {
         // Probabilities stay within 0 and 1, and counts within 0 and n.
         let wrong = (k as f64 + effect * n as f64).round();
         let possible = (0.0..=1.0).contains(&(probability + effect));
         possible.then(|| {
-            share(
+            binomial_test(
                 name,
                 wrong.clamp(0.0, n as f64) as u64,
                 n,
@@ -367,8 +368,8 @@ pub fn binomial(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Out
     })
 }
 
-fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
-    let [share, expected] = [k as f64 / n as f64, n as f64 * probability];
+fn binomial_test(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
+    let [fraction, expected] = [k as f64 / n as f64, n as f64 * probability];
     let sigmas = if k as f64 == expected {
         0.0
     } else {
@@ -386,7 +387,7 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
         },
         n,
         valid_from: 1,
-        estimate: share,
+        estimate: fraction,
         reference: probability,
         interval: binomial_interval(k, n, ALPHA / 2.0),
         claim: Claim::Exact { delta },
@@ -414,7 +415,7 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
             estimate: probability,
             ..outcome
         }
-        .without_evidence("no values", 1)
+        .undecided("no values", 1)
     } else {
         outcome
     }
@@ -423,13 +424,13 @@ fn share(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Outcome {
 /// Tests rare events among n values, k of them against the Poisson law with mean `expected` ≥ 0, by
 /// exact tails. `delta` is a number of events.
 pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
-    grade(events(name, k, n, expected, delta), |effect| {
+    grade(poisson_test(name, k, n, expected, delta), |effect| {
         let wrong = (k as f64 + effect).round().max(0.0) as u64;
-        (expected + effect >= 0.0).then(|| events(name, wrong, n, expected, delta))
+        (expected + effect >= 0.0).then(|| poisson_test(name, wrong, n, expected, delta))
     })
 }
 
-fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
+fn poisson_test(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
     let sigmas = if k as f64 == expected {
         0.0
     } else {
@@ -463,7 +464,7 @@ fn events(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
         graded: Vec::new(),
     };
     if n == 0 {
-        outcome.without_evidence("no values", 1)
+        outcome.undecided("no values", 1)
     } else {
         outcome
     }

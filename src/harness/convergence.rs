@@ -82,8 +82,11 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
     let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
     let standard_error = (va + ratio * ratio * vb).sqrt();
     let t = (ma.mean() - ratio * mb.mean()) / standard_error;
-    let (skewness_b, variance_b, n_b) = b.part();
-    let skewness = skewness_of_sum([a.part(), (skewness_b, ratio * ratio * variance_b, n_b)]);
+    let (skewness_b, variance_b, n_b) = b.skewness_part();
+    let skewness = skewness_of_sum([
+        a.skewness_part(),
+        (skewness_b, ratio * ratio * variance_b, n_b),
+    ]);
     let mut cells = a.cells("first, ", ratio * mb.mean());
     cells.extend(b.cells("second, ", ma.mean() / ratio));
     let critical = student_upper(ALPHA / 2.0, dof.max(1.0));
@@ -116,9 +119,9 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         graded: Vec::new(),
     };
     if dof < 1.0 {
-        outcome.without_evidence("fewer than two values", 2)
+        outcome.undecided("fewer than two values", 2)
     } else if standard_error <= ROUNDING * ma.mean().abs().max(mb.mean().abs()) {
-        outcome.without_evidence("no square differs from the others", u64::MAX)
+        outcome.undecided("no square differs from the others", u64::MAX)
     } else {
         outcome
     }

@@ -5,13 +5,14 @@
 //! use whitefurnace::harness::directions::{Density, Directions, Sample};
 //! use whitefurnace::harness::domain::Domain;
 //! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::{rng, sampling};
+//! use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
+//! use whitefurnace::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 //!
-//! let density = Density::new(Domain::Hemisphere, |w| sampling::cosine_hemisphere_pdf(w.z));
-//! let mut rng = rng::stream(rng::seed_for(2019, "directions"), 0, 0);
+//! let density = Density::new(Domain::Hemisphere, |w| cosine_hemisphere_pdf(w.z));
+//! let mut rng = stream(seed_for(2019, "directions"), 0, 0);
 //! let mut directions = Directions::new(&density);
 //! for _ in 0..200_000 {
-//!     let direction = sampling::cosine_hemisphere(rng::uniform2(&mut rng));
+//!     let direction = cosine_hemisphere(uniform2(&mut rng));
 //!     directions.push(&Sample { direction: Some(direction), weight: None, pdf: None });
 //! }
 //! for outcome in directions.outcomes(0.05, None) {
@@ -30,9 +31,9 @@ use super::outcome::{ALPHA, Claim, Outcome, Verdict};
 use super::tails::normal_upper;
 use crate::sampling::rng::{Stream, stream};
 pub use density::Density;
-use density::{MOMENTS, SHARP, at_centre};
+use density::{FINE_TOLERANCE, MOMENTS, moment_at};
 pub use rounding::{Precision, Rounding};
-use rounding::{range, refined};
+use rounding::{density_range, unrounded};
 
 /// One output of a sampler.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,13 +54,13 @@ pub struct Directions<'a> {
     moments: [Values; MOMENTS.len()],
     /// Weights; 0 for a lost sample.
     weights: Values,
-    pdfs: Reported,
+    pdfs: ReportedPdfs,
     /// Source of randomness for drawing among directions that round to the same numbers.
     random: Stream,
 }
 
 /// Reported pdfs so far.
-struct Reported {
+struct ReportedPdfs {
     count: u64,
     /// Largest error relative to the density, beyond rounding, and the sample that has it.
     worst: (f64, String),
@@ -79,19 +80,20 @@ pub const SINGLE_PDF_TOLERANCE: f64 = 5e-3;
 /// that; pdfs of GGX with α of 0.01 were off by 1.2 times.
 const SINGLE_PDF_CONDITION: f64 = 128.0 / 16_777_216.0;
 /// Relative error of a pdf that must be detected.
-const SLIP: f64 = 1e-2;
+const DETECTABLE_PDF_ERROR: f64 = 1e-2;
 /// Number of samples from which it is found how finely a reported pdf can be judged.
-const GAUGED: u64 = 1000;
+const PRECISION_SAMPLES: u64 = 1000;
 /// Relative variation below which weights are equal up to rounding to 32 bits.
-const CONSTANT: f64 = 1e-5;
-/// Least and largest numbers of cells: `FEW`, whose probabilities are tested to a margin, and
-/// `MANY`, for errors of small extent.
-const FEW: [usize; 2] = [6, 96];
-const MANY: [usize; 2] = [128, 1024];
+const CONSTANT_TOLERANCE: f64 = 1e-5;
+/// Least and largest numbers of cells: `COARSE_CELLS`, whose probabilities are tested to a margin,
+/// and `FINE_CELLS`, for errors of small extent.
+const COARSE_CELLS: [usize; 2] = [6, 96];
+const FINE_CELLS: [usize; 2] = [128, 1024];
 /// Samples per cell of the many cells.
-const PER_CELL: u64 = 1200;
-/// Largest product of samples and cells for which probabilities known to [`SHARP`] suffice.
-const SHARP_ENOUGH: u64 = 100_000_000_000;
+const SAMPLES_PER_FINE_CELL: u64 = 1200;
+/// Largest product of samples and cells for which probabilities known to [`FINE_TOLERANCE`]
+/// suffice.
+const MAX_SAMPLES_TIMES_CELLS: u64 = 100_000_000_000;
 
 impl<'a> Directions<'a> {
     /// Starts without samples, for numbers in double precision.
@@ -105,12 +107,12 @@ impl<'a> Directions<'a> {
             density,
             precision,
             counts: Counts {
-                observed: vec![0; density.fields.masses.len()],
+                observed: vec![0; density.fine_grid.masses.len()],
                 ..Counts::default()
             },
             moments: density.moments.map(Values::new),
             weights: Values::new(1.0),
-            pdfs: Reported {
+            pdfs: ReportedPdfs {
                 count: 0,
                 worst: (0.0, String::new()),
                 finest: f64::INFINITY,
@@ -138,12 +140,12 @@ impl<'a> Directions<'a> {
             self.counts.lost += 1;
             return;
         };
-        let refined = refined(self.density, &self.precision, direction, &mut self.random);
-        match refined.and_then(|refined| self.density.fields.cell(refined)) {
-            Some(field) => {
-                self.counts.observed[field] += 1;
+        let unrounded = unrounded(self.density, &self.precision, direction, &mut self.random);
+        match unrounded.and_then(|unrounded| self.density.fine_grid.cell(unrounded)) {
+            Some(grid_cell) => {
+                self.counts.observed[grid_cell] += 1;
                 for (values, (_, f)) in self.moments.iter_mut().zip(MOMENTS) {
-                    values.push(at_centre(f, field));
+                    values.push(moment_at(f, grid_cell));
                 }
             }
             None => {
@@ -179,10 +181,10 @@ impl<'a> Directions<'a> {
         } else {
             scale * beyond([pdf, pdf])
         };
-        if self.pdfs.count > GAUGED && error <= self.pdfs.worst.0 {
+        if self.pdfs.count > PRECISION_SAMPLES && error <= self.pdfs.worst.0 {
             return;
         }
-        let range = range(self.density, &self.precision, direction);
+        let range = density_range(self.density, &self.precision, direction);
         let finest = (0.5 * (range[1] - range[0]) + rounding) / pdf;
         let tells = scale == 1.0 && !finest.is_nan();
         self.pdfs.finest = self
@@ -215,28 +217,32 @@ impl<'a> Directions<'a> {
     /// and the mean weight may be off, relative, and means of functions of the quantiles, absolute.
     pub fn outcomes(&self, margin: f64, mean_weight: Option<f64>) -> Vec<Outcome> {
         let n = self.counts.n;
-        let fields = &self.density.fields;
+        let fine_grid = &self.density.fine_grid;
         // The interval of each cell's probability, and as much again for the largest deviation,
         // lies within the margin.
-        let wanted = (2.0 * normal_upper(ALPHA / FEW[1] as f64) / margin).powi(2);
-        let most = ((n as f64 / wanted) as usize).clamp(FEW[0], FEW[1]);
-        let told = |cells: &usize| {
-            fields
-                .gathered(*cells)
+        let min_expected = (2.0 * normal_upper(ALPHA / COARSE_CELLS[1] as f64) / margin).powi(2);
+        let max_cells =
+            ((n as f64 / min_expected) as usize).clamp(COARSE_CELLS[0], COARSE_CELLS[1]);
+        let enough = |cells: &usize| {
+            fine_grid
+                .coarsened(*cells)
                 .masses
                 .iter()
-                .all(|mass| n as f64 * mass >= wanted)
+                .all(|mass| n as f64 * mass >= min_expected)
         };
-        let few = (FEW[0]..=most).rev().find(told).unwrap_or(FEW[0]);
-        let mut outcomes = vec![self.cells(few, margin)];
-        let many = (n / PER_CELL)
-            .min(SHARP_ENOUGH.checked_div(n).unwrap_or(0))
-            .min(MANY[1] as u64) as usize;
-        if many >= MANY[0] && fields.error <= SHARP {
+        let coarse_cells = (COARSE_CELLS[0]..=max_cells)
+            .rev()
+            .find(enough)
+            .unwrap_or(COARSE_CELLS[0]);
+        let mut outcomes = vec![self.cells(coarse_cells, margin)];
+        let fine_cells = (n / SAMPLES_PER_FINE_CELL)
+            .min(MAX_SAMPLES_TIMES_CELLS.checked_div(n).unwrap_or(0))
+            .min(FINE_CELLS[1] as u64) as usize;
+        if fine_cells >= FINE_CELLS[0] && fine_grid.error <= FINE_TOLERANCE {
             outcomes.push(Outcome {
                 claim: Claim::Test,
                 graded: Vec::new(),
-                ..self.cells(many, margin)
+                ..self.cells(fine_cells, margin)
             });
         }
         let claim = Claim::Exact { delta: margin };
@@ -252,11 +258,11 @@ impl<'a> Directions<'a> {
     }
 
     fn cells(&self, cells: usize, margin: f64) -> Outcome {
-        let partition = self.density.fields.gathered(cells);
+        let partition = self.density.fine_grid.coarsened(cells);
         chi_square(
             &format!("{cells} cells"),
             &partition,
-            &self.counts.gathered(&partition),
+            &self.counts.coarsened(&partition),
             margin,
         )
     }
@@ -273,18 +279,18 @@ impl<'a> Directions<'a> {
     /// Returns the outcome of reported pdfs, if there are any; undecided if they are too coarse to
     /// show an error of one percent.
     fn pdfs(&self) -> Option<Outcome> {
-        let Reported {
+        let ReportedPdfs {
             count,
             worst: (error, worst),
             finest,
         } = &self.pdfs;
         let tolerance = self.pdf_tolerance();
         let outcome = || Outcome::exact("reported pdf", *count, *error, tolerance, worst.clone());
-        let coarse = error <= &tolerance && finest + tolerance > SLIP;
+        let coarse = error <= &tolerance && finest + tolerance > DETECTABLE_PDF_ERROR;
         (*count > 0).then(outcome).map(|outcome| {
             let why = "the numbers are too coarse for this density";
             if coarse {
-                outcome.without_evidence(why, u64::MAX)
+                outcome.undecided(why, u64::MAX)
             } else {
                 outcome
             }
@@ -296,27 +302,27 @@ impl<'a> Directions<'a> {
     fn weight(&self, expected: f64, margin: f64) -> Outcome {
         let (name, moments) = ("mean weight", self.weights.moments);
         let rounding = self.precision.weight.half_width(expected);
-        let outcome =
-            if moments.count() > 1 && moments.variance().sqrt() <= CONSTANT * moments.mean() {
-                let found = moments.mean();
-                let error = ((found - expected).abs() - rounding).max(0.0) / expected;
-                let worst = format!("all weights are {found:e}, which should be {expected:e}");
-                Outcome::exact(name, moments.count(), error, CONSTANT, worst)
-            } else {
-                // Rounding may have moved all weights alike.
-                let moved = (moments.mean() - expected).clamp(-rounding, rounding);
-                mean(
-                    name,
-                    &self.weights,
-                    expected + moved,
-                    Claim::Exact {
-                        delta: margin * expected,
-                    },
-                )
-            };
+        let outcome = if moments.count() > 1
+            && moments.variance().sqrt() <= CONSTANT_TOLERANCE * moments.mean()
+        {
+            let found = moments.mean();
+            let error = ((found - expected).abs() - rounding).max(0.0) / expected;
+            let worst = format!("all weights are {found:e}, which should be {expected:e}");
+            Outcome::exact(name, moments.count(), error, CONSTANT_TOLERANCE, worst)
+        } else {
+            // Rounding may have moved all weights alike.
+            let moved = (moments.mean() - expected).clamp(-rounding, rounding);
+            mean(
+                name,
+                &self.weights,
+                expected + moved,
+                Claim::Exact {
+                    delta: margin * expected,
+                },
+            )
+        };
         if rounding > margin * expected && outcome.verdict() == Verdict::Holds {
-            return outcome
-                .without_evidence("the weights are too coarse for this margin", u64::MAX);
+            return outcome.undecided("the weights are too coarse for this margin", u64::MAX);
         }
         outcome
     }

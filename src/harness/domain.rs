@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::quadrature::{Integral, Rectangle, integrate_within, work};
+use super::quadrature::{Integral, Rectangle, halving_budget, integrate_within};
 use super::quantiles::Quantiles;
 
 /// Set of directions (local, unit, measured by solid angle) or of points (measured by area), with a
@@ -122,7 +122,7 @@ impl Domain {
         tolerance: f64,
         f: &dyn Fn(DVec3) -> f64,
     ) -> Integral {
-        self.integrate_within(self.area(part), tolerance, &mut work(), f)
+        self.integrate_within(self.area(part), tolerance, &mut halving_budget(), f)
     }
 
     /// Returns the rectangle of smooth coordinates of rows × columns of the square.
@@ -138,10 +138,10 @@ impl Domain {
         self,
         area: Rectangle,
         tolerance: f64,
-        left: &mut usize,
+        budget: &mut usize,
         f: &dyn Fn(DVec3) -> f64,
     ) -> Integral {
-        integrate_within(area, tolerance, left, &mut |a, b| {
+        integrate_within(area, tolerance, budget, &mut |a, b| {
             let (point, measure) = self.point(a, b);
             f(point) * measure
         })
@@ -150,7 +150,7 @@ impl Domain {
     /// Integrates f over the whole domain, cut into 2 × 4 parts to begin with, so that no lobe is
     /// overlooked.
     pub fn integrate_all(self, tolerance: f64, f: &dyn Fn(DVec3) -> f64) -> Integral {
-        let parts = (0..8).map(|k| self.integrate(field(k, [2, 4]), tolerance / 8.0, f));
+        let parts = (0..8).map(|k| self.integrate(grid_cell(k, [2, 4]), tolerance / 8.0, f));
         parts.fold(Integral::default(), |sum, part| Integral {
             value: sum.value + part.value,
             error: sum.error + part.error,
@@ -158,8 +158,8 @@ impl Domain {
     }
 }
 
-/// Returns the rows and columns of field k of a grid of the unit square, counted row by row.
-fn field(k: usize, [rows, columns]: [usize; 2]) -> [[f64; 2]; 2] {
+/// Returns the rows and columns of cell k of a grid of the unit square, counted row by row.
+fn grid_cell(k: usize, [rows, columns]: [usize; 2]) -> [[f64; 2]; 2] {
     let ends = |i: usize, n: usize| [i as f64 / n as f64, (i + 1) as f64 / n as f64];
     [ends(k / columns, rows), ends(k % columns, columns)]
 }
@@ -186,13 +186,13 @@ pub struct Partition {
     columns: usize,
     /// Quantiles that define rows and columns, if the domain's square does not.
     quantiles: Option<Quantiles>,
-    /// Cell of each field of the grid.
+    /// Cell that each cell of the grid belongs to.
     cell_of: Vec<usize>,
 }
 
-/// Rows and columns of the grid on which a density is integrated before its fields are gathered
-/// into cells.
-pub(super) const FIELDS: [usize; 2] = [32, 64];
+/// Rows and columns of the grid on which a density is integrated before its cells are merged
+/// into larger ones.
+pub(super) const FINE_GRID: [usize; 2] = [32, 64];
 /// Total tolerance of a partition's probabilities.
 pub const MASS_TOLERANCE: f64 = 1e-6;
 
@@ -225,17 +225,17 @@ impl Partition {
         }
     }
 
-    /// Creates fields of equal probability from the quantiles of a density of directions.
+    /// Creates grid cells of equal probability from the quantiles of a density of directions.
     pub(super) fn quantiles(domain: Domain, quantiles: Quantiles) -> Self {
         Self {
             quantiles: Some(quantiles),
-            ..Self::equal(domain, FIELDS[0], FIELDS[1])
+            ..Self::equal(domain, FINE_GRID[0], FINE_GRID[1])
         }
     }
 
     /// Creates the outcomes of a discrete law with these probabilities (which sum to one), for
     /// counts made elsewhere.
-    pub fn of_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
+    pub fn from_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
         Self {
             domain: Domain::Square,
             rows: 1,
@@ -252,29 +252,29 @@ impl Partition {
     }
 
     /// Creates about `cells` cells of nearly equal probability under a density: adaptive quadrature
-    /// integrates the fields of a fine grid (for directions, one of the density's quantiles), which
-    /// are gathered by halving.
-    pub fn of_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
-        Self::fields(domain, MASS_TOLERANCE, pdf).gathered(cells)
+    /// integrates the cells of a fine grid (for directions, one of the density's quantiles), which
+    /// are merged by halving.
+    pub fn from_pdf(domain: Domain, cells: usize, pdf: &dyn Fn(DVec3) -> f64) -> Self {
+        Self::fine_grid(domain, MASS_TOLERANCE, pdf).coarsened(cells)
     }
 
-    /// Integrates a density over each field of a fine grid by adaptive quadrature, to this
-    /// tolerance in all; each field is a cell. One minus the sum is the loss. The work is bounded:
+    /// Integrates a density over each cell of a fine grid by adaptive quadrature, to this
+    /// tolerance in all. One minus the sum is the loss. The work is bounded:
     /// a density that is too rough leaves an error with which no test holds, NaN leaves NaN.
-    pub(crate) fn fields(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
-        let [rows, columns] = FIELDS;
+    pub(crate) fn fine_grid(domain: Domain, tolerance: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
+        let [rows, columns] = FINE_GRID;
         let grid = match domain.largest_angle() {
-            Some(largest) => Self::quantiles(domain, Quantiles::of_pdf(FIELDS, largest, pdf)),
+            Some(largest) => Self::quantiles(domain, Quantiles::from_pdf(FINE_GRID, largest, pdf)),
             None => Self::equal(domain, rows, columns),
         };
-        let share = tolerance / (rows * columns) as f64;
-        let (mut left, mut error) = (work(), 0.0);
+        let cell_tolerance = tolerance / (rows * columns) as f64;
+        let (mut budget, mut error) = (halving_budget(), 0.0);
         let integrate = |k: usize| {
             let area = match &grid.quantiles {
-                Some(quantiles) => quantiles.field([k / columns, k % columns]),
-                None => domain.area(field(k, FIELDS)),
+                Some(quantiles) => quantiles.grid_cell([k / columns, k % columns]),
+                None => domain.area(grid_cell(k, FINE_GRID)),
             };
-            let found = domain.integrate_within(area, share, &mut left, pdf);
+            let found = domain.integrate_within(area, cell_tolerance, &mut budget, pdf);
             error += found.error;
             found.value
         };
@@ -290,14 +290,14 @@ impl Partition {
         }
     }
 
-    /// Gathers the cells of a grid by halving into about `cells` cells of nearly equal probability.
-    pub fn gathered(&self, cells: usize) -> Self {
+    /// Merges the cells of a grid by halving into about `cells` cells of nearly equal probability.
+    pub fn coarsened(&self, cells: usize) -> Self {
         let mut partition = Self {
             masses: Vec::new(),
             places: Vec::new(),
             ..self.clone()
         };
-        partition.gather(&self.masses, [0, self.rows], [0, self.columns], cells);
+        partition.coarsen(&self.masses, [0, self.rows], [0, self.columns], cells);
         partition
     }
 
@@ -338,7 +338,7 @@ impl Partition {
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
 
-    /// Iterates over the cells of the grid's fields, row by row.
+    /// Iterates over the cells that the grid's cells belong to, row by row.
     pub(crate) fn cells_of_grid(&self) -> impl Iterator<Item = usize> {
         self.cell_of.iter().copied()
     }
@@ -348,7 +348,7 @@ impl Partition {
         self.masses.iter().sum()
     }
 
-    /// Describes where a block of fields lies.
+    /// Describes where a block of grid cells lies.
     fn place(&self, rows: [usize; 2], columns: [usize; 2]) -> String {
         let Some(quantiles) = &self.quantiles else {
             return place(rows, columns, self.rows, self.columns);
@@ -360,12 +360,22 @@ impl Partition {
         )
     }
 
-    /// Cuts a block of fields into `cells` cells of about equal probability.
-    fn gather(&mut self, fields: &[f64], rows: [usize; 2], columns: [usize; 2], cells: usize) {
+    /// Cuts a block of grid cells into `cells` cells of about equal probability.
+    fn coarsen(
+        &mut self,
+        fine_masses: &[f64],
+        rows: [usize; 2],
+        columns: [usize; 2],
+        cells: usize,
+    ) {
         let all = self.columns;
         let mass = |r: [usize; 2], c: [usize; 2]| -> f64 {
             (r[0]..r[1])
-                .map(|i| fields[i * all + c[0]..i * all + c[1]].iter().sum::<f64>())
+                .map(|i| {
+                    fine_masses[i * all + c[0]..i * all + c[1]]
+                        .iter()
+                        .sum::<f64>()
+                })
                 .sum()
         };
         let total = mass(rows, columns);
@@ -383,8 +393,8 @@ impl Partition {
             .min_by(|x, y| x.0.total_cmp(&y.0));
         match best {
             Some((_, a, b)) if cells > 1 => {
-                self.gather(fields, a[0], a[1], first);
-                self.gather(fields, b[0], b[1], cells - first);
+                self.coarsen(fine_masses, a[0], a[1], first);
+                self.coarsen(fine_masses, b[0], b[1], cells - first);
             }
             _ => {
                 for i in rows[0]..rows[1] {

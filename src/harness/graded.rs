@@ -1,4 +1,4 @@
-//! Graded controls: the right subject's values, off by exactly the size of the claim.
+//! Graded controls: the correct subject's values, off by exactly the size of the claim.
 //!
 //! Gross faults show that a trial can fail; graded controls show that it fails at the size it
 //! claims. Each statistic runs again on transformed values: values are scaled or shifted, samples
@@ -10,9 +10,9 @@
 
 use super::outcome::{Claim, Graded, Outcome};
 
-/// Adds to the outcome its graded controls, of both signs. `again` runs the statistic on values
+/// Adds to the outcome its graded controls, of both signs. `rerun` runs the statistic on values
 /// that are off by an effect; `None` if no values can be.
-pub(super) fn grade(mut outcome: Outcome, again: impl Fn(f64) -> Option<Outcome>) -> Outcome {
+pub(super) fn grade(mut outcome: Outcome, rerun: impl Fn(f64) -> Option<Outcome>) -> Outcome {
     let size = outcome.claim.size();
     let off = outcome.estimate - outcome.reference;
     let effects = match outcome.claim {
@@ -26,7 +26,7 @@ pub(super) fn grade(mut outcome: Outcome, again: impl Fn(f64) -> Option<Outcome>
     outcome.graded = effects
         .into_iter()
         .filter_map(|effect| {
-            let mut outcome = again(effect)?;
+            let mut outcome = rerun(effect)?;
             outcome.cells = Vec::new();
             Some(Graded { effect, outcome })
         })

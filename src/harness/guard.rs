@@ -1,7 +1,7 @@
 //! Guard of the error budget: refuses an outcome that chance would turn red more often than its
 //! share of the budget allows.
 //!
-//! A right subject is red not only when it is rejected, but also when it stays undecided; a fault
+//! A correct subject is red not only when it is rejected, but also when it stays undecided; a fault
 //! is red when it is accepted. Both are as rare as the budget says only if the effect in question
 //! is large enough: δ (or the margin) of a subject that is to hold must be at least its minimum
 //! detectable effect, and a fault must be so far off that a miss is practically impossible. Every
@@ -10,10 +10,10 @@
 //! The guard judges sample sizes, not the program: it runs under the default seed alone
 //! ([`Context::is_planned`](super::trial::Context::is_planned)). There it gives the same answer in
 //! every run, so it adds no chance of its own to the budget, and under other seeds it cannot
-//! refuse. It demands [`ROOM`]; then verdicts under other seeds have the probabilities that the
-//! budget counts.
+//! refuse. It demands [`SAFETY_SIGMAS`]; then verdicts under other seeds have the probabilities
+//! that the budget counts.
 
-use super::mean::{LARGEST_SKEW_TERM, Sigma};
+use super::mean::{MAX_SKEW_TERM, Sigma};
 use super::outcome::{ALPHA, Claim, Outcome, Verdict};
 use super::power::Sensitivity;
 use super::tails::normal_upper;
@@ -22,18 +22,18 @@ use super::tails::normal_upper;
 /// skewness, must be within its limit under the default seed. At six, the true standard error and
 /// skewness are within it as well, except with the probability of a share, and with them the power
 /// stated holds under every seed.
-pub const ROOM: f64 = 6.0;
+pub const SAFETY_SIGMAS: f64 = 6.0;
 
 /// Number of standard errors by which a fault must be rejected. If a fault is rejected by so many
-/// once, the true effect exceeds 13 standard errors except with probability 1e-12 ([`FAR_MISS`]),
-/// so other seeds reject it, too, except with a smaller probability still.
-pub const FAR: f64 = 20.2;
+/// once, the true effect exceeds 13 standard errors except with probability 1e-12
+/// ([`MAX_FAULT_MISS`]), so other seeds reject it, too, except with a smaller probability still.
+pub const FAULT_SIGMAS: f64 = 20.2;
 
-/// Largest probability that a fault held to [`FAR`] is not rejected.
-pub const FAR_MISS: f64 = 1e-12;
+/// Largest probability that a fault held to [`FAULT_SIGMAS`] is not rejected.
+pub const MAX_FAULT_MISS: f64 = 1e-12;
 
 /// Returns the relative noise of the outcome's standard error; 0 where it is known, or for counts.
-fn noise(outcome: &Outcome) -> f64 {
+fn standard_error_noise(outcome: &Outcome) -> f64 {
     match outcome.sensitivity {
         Sensitivity::Normal { dof, .. } => (0.5 / dof).sqrt(),
         _ => 0.0,
@@ -61,39 +61,40 @@ fn skewness(outcome: &Outcome) -> [f64; 2] {
     let z = normal_upper(0.5 * ALPHA);
     [
         used,
-        sigma.skew_term(6_f64.sqrt() / values, z) / LARGEST_SKEW_TERM,
+        sigma.skew_term(6_f64.sqrt() / values, z) / MAX_SKEW_TERM,
     ]
 }
 
 /// Returns why an outcome that is to hold may end red by chance more often than its share: its δ or
 /// margin is not its minimum detectable effect with room for the noise of its own standard error,
 /// or skewness is too near its limit. `None` if all is well, or nothing is random.
-pub fn may_not_hold(outcome: &Outcome) -> Option<String> {
+pub fn power_objection(outcome: &Outcome) -> Option<String> {
     if !outcome.is_random() {
         return None;
     }
     let [used, noise_of_skewness] = skewness(outcome);
-    if used + ROOM * noise_of_skewness > 1.0 {
+    if used + SAFETY_SIGMAS * noise_of_skewness > 1.0 {
         return Some(format!(
             "{}: skewness uses {used:.2} of its limit, varying by {noise_of_skewness:.2}; needs about {:.0} samples",
             outcome.name,
-            outcome.n as f64 * (used + ROOM * noise_of_skewness).powi(2)
+            outcome.n as f64 * (used + SAFETY_SIGMAS * noise_of_skewness).powi(2)
         ));
     }
-    let found = outcome.minimum_detectable_effect() * (1.0 + ROOM * noise(outcome));
+    let detected =
+        outcome.minimum_detectable_effect() * (1.0 + SAFETY_SIGMAS * standard_error_noise(outcome));
     let size = outcome.claim.size();
     // NaN is refused, too.
-    let seen = if outcome.claim == Claim::Test {
-        found.is_finite()
+    let is_detected = if outcome.claim == Claim::Test {
+        detected.is_finite()
     } else {
-        found <= size
+        detected <= size
     };
-    (!seen).then(|| {
+    (!is_detected).then(|| {
         format!(
-            "{}: detects {found:.3e} for certain, not {size:.3e}; power {}; needs {:.0} samples",
+            "{}: detects {detected:.3e} for certain, not {size:.3e}; power {}; needs {:.0} samples",
             outcome.name,
             outcome.power(),
-            outcome.n as f64 * (found / size).powi(2)
+            outcome.n as f64 * (detected / size).powi(2)
         )
     })
 }
@@ -101,7 +102,7 @@ pub fn may_not_hold(outcome: &Outcome) -> Option<String> {
 /// Returns by how many standard errors the outcome is rejected: from the claim's p-value, or the
 /// distance beyond the margin of an approximate one; infinite for an exact identity, 0 where it is
 /// not rejected.
-pub fn distance(outcome: &Outcome) -> f64 {
+pub fn rejection_sigmas(outcome: &Outcome) -> f64 {
     if outcome.verdict() != Verdict::Fails || outcome.p.is_nan() {
         return 0.0;
     }
@@ -120,21 +121,23 @@ pub fn distance(outcome: &Outcome) -> f64 {
 }
 
 /// Returns why an outcome that must reject a fault may miss it by chance: it is not rejected by
-/// [`FAR`] standard errors. `None` if it is.
-pub fn may_hold(outcome: &Outcome) -> Option<String> {
-    let distance = distance(outcome);
-    (distance < FAR).then(|| {
+/// [`FAULT_SIGMAS`] standard errors. `None` if it is.
+pub fn fault_objection(outcome: &Outcome) -> Option<String> {
+    let rejection_sigmas = rejection_sigmas(outcome);
+    (rejection_sigmas < FAULT_SIGMAS).then(|| {
         format!(
-            "{}: rejected by {distance:.1} standard errors, needs {FAR}",
+            "{}: rejected by {rejection_sigmas:.1} standard errors, needs {FAULT_SIGMAS}",
             outcome.name
         )
     })
 }
 
 /// Returns whether a fault is rejected so clearly that a larger sample would add nothing: by
-/// [`FAR`] standard errors, for a finite estimate, from a sample whose skewness is known to half of
-/// its limit.
-pub fn settled(outcome: &Outcome) -> bool {
+/// [`FAULT_SIGMAS`] standard errors, for a finite estimate, from a sample whose skewness is known
+/// to half of its limit.
+pub fn is_clearly_rejected(outcome: &Outcome) -> bool {
     let [_, noise_of_skewness] = skewness(outcome);
-    noise_of_skewness <= 0.5 && outcome.estimate.is_finite() && distance(outcome) >= FAR
+    noise_of_skewness <= 0.5
+        && outcome.estimate.is_finite()
+        && rejection_sigmas(outcome) >= FAULT_SIGMAS
 }

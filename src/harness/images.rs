@@ -2,26 +2,27 @@
 //! and pixels, by Welch's test under one level for all, with nothing assumed about the distribution
 //! of a pixel's values or the correlation of neighbours beyond what the images show.
 //!
-//! A quarter of the level goes to each kind of place, and is divided among its places and channels
-//! (Bonferroni). A place is judged where skewness leaves the tail of its test valid
-//! ([`Sigma::skew_term`]); a kind counts where at least [`LEAST_SHARE`] of its places that vary are
-//! judged. The difference of the two sides' third cumulants bends the tail of a difference:
-//! renderers whose noise is alike may be skewed more, up to [`LARGEST_ALIKE`]. Beyond that, a
-//! difference that is [`FAR`] stands.
+//! A quarter of the level goes to each kind of area, and is divided among its areas and channels
+//! (Bonferroni). An area is judged where skewness leaves the tail of its test valid
+//! ([`Sigma::skew_term`]); a kind is counted where at least [`MIN_JUDGED_FRACTION`] of its areas
+//! that vary are judged. The difference of the two sides' third cumulants bends the tail of a
+//! difference: renderers whose noise is alike may be skewed more, up to
+//! [`MAX_UNCANCELLED_SKEW_TERM`]. Beyond that, a difference that is [`LARGE_DIFFERENCE_FACTOR`]
+//! stands.
 //!
 //! Standard errors are estimates, and enter no inequality that needs the true ones: with few
 //! images, p comes from Student's law, whose degrees of freedom are found by the sides' shares of
-//! the variance of many pixels ([`MANY`]), as those of few values can be far off where the sides
-//! have different numbers of images.
+//! the variance of many pixels ([`MIN_INDEPENDENT_PIXELS`]), as those of few values can be far off
+//! where the sides have different numbers of images.
 //!
 //! Nor does a difference stand on one pixel alone, whose values may be few: see
-//! [`LARGEST_LONE_SHARE`], and pixels are held against the noisiest of their tile as well.
+//! [`MAX_PIXEL_FRACTION`], and pixels are held against the noisiest of their tile as well.
 //!
 //! All this holds as far as the images show their brightest paths. Noise that has not been seen has
 //! no test: [`Comparison::brightest`] shows where a few values carry much of the noise
-//! ([`LARGEST_BRIGHT_SHARE`]), so that rarer ones may be missing.
+//! ([`MAX_BRIGHT_FRACTION`]), so that rarer ones may be missing.
 //!
-//! In a channel without noise, where no pixel of either side varies in [`ENOUGH_WITHOUT_NOISE`]
+//! In a channel without noise, where no pixel of either side varies in [`MIN_NOISELESS_VALUES`]
 //! values or more, values are compared directly: any difference beyond rounding is a rejection.
 //! Light that is hit once in many images may still be missing.
 //!
@@ -39,53 +40,52 @@
 
 mod side;
 
-use rayon::prelude::*;
-
 pub use side::{Area, Brightest, Side};
 
-use super::mean::{ENOUGH_EQUAL, LARGEST_SKEW_TERM, Sigma, satterthwaite};
+use super::mean::{MAX_SKEW_TERM, MIN_CONSTANT_VALUES, Sigma, satterthwaite};
 use super::outcome::{Verdict, approximate_verdict};
+use super::parallel::*;
 use super::power::smallest_effect_in_estimates;
 use super::tails::{student_two_sided, student_upper};
-use crate::image::read::HALF;
-use side::{Part, Prepared, area, grid};
+use crate::math::HALF_ROUNDING;
+use side::{AreaStatistics, SideStatistics, area, grid};
 
-/// Least fraction of the varying places that must be judged for their kind to count.
-pub const LEAST_SHARE: f64 = 0.5;
+/// Least fraction of the varying areas that must be judged for their kind to be counted.
+pub const MIN_JUDGED_FRACTION: f64 = 0.5;
 /// Largest term of one side's skewness where the other's cancels it: four times the usual limit, as
 /// the next terms of the expansion fall as the square.
-pub const LARGEST_ALIKE: f64 = 4.0 * LARGEST_SKEW_TERM;
+pub const MAX_UNCANCELLED_SKEW_TERM: f64 = 4.0 * MAX_SKEW_TERM;
 /// Factor on the critical standard errors of its level above which a difference stands in spite of
 /// skewness, if the tail there, times twice the effect of skewness (the exponential of two
 /// [`Sigma::skew_term`]s), is below the level.
-pub const FAR: f64 = 2.0;
+pub const LARGE_DIFFERENCE_FACTOR: f64 = 2.0;
 /// Largest skewness with which a large difference stands: that of 25 observed events, enough to
 /// know the law.
-pub const LARGEST_SKEWNESS: f64 = 0.2;
+pub const MAX_LARGE_DIFFERENCE_SKEWNESS: f64 = 0.2;
 /// Number of independently varying pixels that show how variance and skewness are divided between
 /// the sides.
-pub const MANY: f64 = 64.0;
+pub const MIN_INDEPENDENT_PIXELS: f64 = 64.0;
 /// Fraction of a side's variance carried by the brightest thousandth of its values above which
 /// further bright values may be missing: exponential noise has 5 %, noise whose variance is barely
 /// finite (Pareto's law of index 2.5) and shadow rays to a lamp on the ceiling, at 4 samples, a
 /// quarter and more.
-pub const LARGEST_BRIGHT_SHARE: f64 = 0.2;
+pub const MAX_BRIGHT_FRACTION: f64 = 0.2;
 /// Least normal 16-bit float: below it, rounding is absolute.
-pub const LEAST_HALF: f64 = 1.0 / 16384.0;
+pub const MIN_NORMAL_HALF: f64 = 1.0 / 16384.0;
 /// Largest relative error of a mean of 4096 samples that are added one by one in single precision:
 /// 4096·2⁻²⁴.
-pub const SINGLE_SUMS: f64 = 1.0 / 4096.0;
+pub const SINGLE_SUM_ERROR: f64 = 1.0 / 4096.0;
 /// Largest fraction of an area's difference that one pixel may have.
-pub const LARGEST_LONE_SHARE: f64 = 0.5;
+pub const MAX_PIXEL_FRACTION: f64 = 0.5;
 /// Probability of missing a bias of the minimum detectable size.
-pub const MISS: f64 = 0.1;
+pub const MISS_PROBABILITY: f64 = 0.1;
 /// Fraction of the second image's mean below which differences are relative to that mean.
-pub const DARK: f64 = 1e-3;
+pub const DARK_FRACTION: f64 = 1e-3;
 
 /// Least number of values of each side, pixels times images, none of which varies, that are taken
 /// to have no noise. Independent values of one law are all the same on either side, but differ
 /// between the sides, with a probability of at most 4⁻ⁿ.
-pub const ENOUGH_WITHOUT_NOISE: f64 = 64.0;
+pub const MIN_NOISELESS_VALUES: f64 = 64.0;
 
 /// Rules by which images are judged.
 #[derive(Clone, Debug)]
@@ -101,7 +101,8 @@ pub struct Rules {
     /// Fraction of the values below which differences are rounding.
     pub rounding: f64,
     /// Whether samples may have been added one by one in single precision: differences up to
-    /// [`SINGLE_SUMS`] are then no evidence, and the verdict is undecided if there are no others.
+    /// [`SINGLE_SUM_ERROR`] are then no evidence, and the verdict is undecided if there are no
+    /// others.
     pub single_sums: bool,
 }
 
@@ -120,7 +121,7 @@ impl Default for Rules {
 
 /// One channel of one area of the images, compared.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct AreaTest {
     /// Area of the images.
     pub area: Area,
     /// Number of the channel.
@@ -137,20 +138,22 @@ pub struct Place {
     pub skewness: [f64; 2],
     /// Difference in standard errors, minus possible rounding.
     pub sigmas: f64,
-    /// Two-sided p-value, before Bonferroni; 1 where nothing varies, but 0 where [`ENOUGH_EQUAL`]
-    /// constants differ, and where any values differ in a channel without noise.
+    /// Two-sided p-value, before Bonferroni; 1 where nothing varies, but 0 where
+    /// [`MIN_CONSTANT_VALUES`] constants differ, and where any values differ in a channel without
+    /// noise.
     pub p: f64,
-    /// Whether its channel has no noise on either side: see [`ENOUGH_WITHOUT_NOISE`].
+    /// Whether its channel has no noise on either side: see [`MIN_NOISELESS_VALUES`].
     pub noiseless: bool,
     /// Largest relative difference that may be rounding.
     pub rounding: f64,
     /// Whether skewness leaves the tail at the level of its kind valid, or the difference is far.
     pub judged: bool,
-    /// Whether the difference is so large that it stands in spite of skewness: see [`FAR`].
-    pub far: bool,
+    /// Whether the difference is so large that it stands in spite of skewness: see
+    /// [`LARGE_DIFFERENCE_FACTOR`].
+    pub is_large: bool,
 }
 
-impl Place {
+impl AreaTest {
     /// Returns the relative difference.
     pub fn difference(&self) -> f64 {
         (self.means[0] - self.means[1]) / self.scale
@@ -164,64 +167,64 @@ impl Place {
     }
 
     /// Returns the smallest relative difference that would be detected at a level in other images
-    /// like these, except with probability [`MISS`], averaged over the estimates of the standard
-    /// error.
-    pub fn seen(&self, level: f64) -> f64 {
+    /// like these, except with probability [`MISS_PROBABILITY`], averaged over the estimates of the
+    /// standard error.
+    pub fn minimum_detectable_effect(&self, level: f64) -> f64 {
         let estimates = if self.standard_error > 0.0 {
-            smallest_effect_in_estimates(self.dof, level, MISS)
+            smallest_effect_in_estimates(self.dof, level, MISS_PROBABILITY)
         } else {
             0.0
         };
         estimates * self.standard_error / self.scale + self.rounding
     }
 
-    /// Returns whether the difference, if any, is within [`SINGLE_SUMS`].
+    /// Returns whether the difference, if any, is within [`SINGLE_SUM_ERROR`].
     pub fn may_be_single_sums(&self) -> bool {
         (self.means[0] - self.means[1]).abs()
-            <= SINGLE_SUMS * self.means[0].abs().max(self.means[1].abs())
+            <= SINGLE_SUM_ERROR * self.means[0].abs().max(self.means[1].abs())
     }
 
-    /// Returns whether the place is evidence: images show noise here, or nowhere in the channel, or
+    /// Returns whether the area is evidence: images show noise here, or nowhere in the channel, or
     /// two constants differ beyond doubt.
     pub fn varies(&self) -> bool {
         self.standard_error > 0.0 || self.noiseless || self.p == 0.0
     }
 }
 
-/// Places of one kind, channel by channel.
+/// Tests of one kind of area, channel by channel.
 #[derive(Clone, Debug)]
-pub struct Kind {
+pub struct AreaKind {
     /// Name of the kind.
     pub name: &'static str,
-    /// Numbers across and down, where the places are a grid.
+    /// Numbers across and down, where the areas are a grid.
     pub grid: [usize; 2],
-    /// All places of the kind.
-    pub places: Vec<Place>,
-    /// Level of each place.
+    /// Tests of all areas of the kind.
+    pub tests: Vec<AreaTest>,
+    /// Level of each test.
     pub level: f64,
-    /// Whether enough of the varying places are judged.
-    pub counts: bool,
+    /// Whether enough of the varying areas are judged.
+    pub is_counted: bool,
 }
 
-impl Kind {
-    /// Iterates over the places that are judged.
-    pub fn judged(&self) -> impl Iterator<Item = &Place> {
-        self.places.iter().filter(|place| place.judged)
+impl AreaKind {
+    /// Iterates over the areas that are judged.
+    pub fn judged(&self) -> impl Iterator<Item = &AreaTest> {
+        self.tests.iter().filter(|test| test.judged)
     }
 
-    /// Returns the number of places that vary.
+    /// Returns the number of areas that vary.
     pub fn varying(&self) -> usize {
-        self.places.iter().filter(|place| place.varies()).count()
+        self.tests.iter().filter(|test| test.varies()).count()
     }
 
-    /// Returns whether a place differs.
-    pub fn rejects(&self, place: &Place) -> bool {
-        (self.counts || place.far) && place.judged && place.p < self.level
+    /// Returns whether an area differs.
+    pub fn rejects(&self, test: &AreaTest) -> bool {
+        (self.is_counted || test.is_large) && test.judged && test.p < self.level
     }
 
-    /// Iterates over the places that differ.
-    pub fn rejected(&self) -> impl Iterator<Item = &Place> {
-        self.places.iter().filter(|place| self.rejects(place))
+    /// Iterates over the areas that differ.
+    pub fn rejected(&self) -> impl Iterator<Item = &AreaTest> {
+        self.tests.iter().filter(|test| self.rejects(test))
     }
 }
 
@@ -229,10 +232,10 @@ impl Kind {
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The image mean, regions, tiles and pixels, in this order.
-    pub kinds: [Kind; 4],
+    pub kinds: [AreaKind; 4],
     /// Brightest values of the two sides, channel by channel.
     pub brightest: Vec<[Brightest; 2]>,
-    /// Verdict: fails if any place is rejected by more than [`Rules::single_sums`] allows; holds if
+    /// Verdict: fails if any area is rejected by more than [`Rules::single_sums`] allows; holds if
     /// none is, and the image means are equal within the margin. If undecided, about how many times
     /// as many images would decide; `u64::MAX` if more of the same would not.
     pub verdict: Verdict,
@@ -250,65 +253,71 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
     let size = [width, pixels / width];
     let (tiles_across, tiles) = grid(size, [rules.tile; 2]);
     let (_, mut regions) = grid(size, size.map(|side| side.div_ceil(3)));
-    let prepare = |side| Prepared::new(side, width, [&tiles, &regions]);
-    let prepared: Vec<[Prepared; 2]> = channels
+    let prepare = |side| SideStatistics::new(side, width, [&tiles, &regions]);
+    let statistics: Vec<[SideStatistics; 2]> = channels
         .iter()
         .map(|sides| sides.each_ref().map(prepare))
         .collect();
     regions.extend(&rules.regions);
     let noiseless: Vec<bool> = channels
         .iter()
-        .zip(&prepared)
+        .zip(&statistics)
         .map(|(of, sides)| {
             let enough = of
                 .iter()
-                .all(|side| f64::from(side.images()) * pixels as f64 >= ENOUGH_WITHOUT_NOISE);
+                .all(|side| f64::from(side.images()) * pixels as f64 >= MIN_NOISELESS_VALUES);
             enough
                 && sides
                     .iter()
                     .all(|side| side.pixels.iter().all(|[_, variance, _]| *variance == 0.0))
         })
         .collect();
-    let parts =
-        |channel: usize, area: &Area| prepared[channel].each_ref().map(|side| side.part(area));
+    let area_statistics = |channel: usize, area: &Area| {
+        statistics[channel]
+            .each_ref()
+            .map(|side| side.area_statistics(area))
+    };
     let whole = [0, 0, size[0], size[1]];
     let overall: Vec<f64> = (0..channels.len())
-        .map(|channel| parts(channel, &whole)[1].mean.abs())
+        .map(|channel| area_statistics(channel, &whole)[1].mean.abs())
         .collect();
-    let of_tiles: Vec<Vec<[Part; 2]>> = (0..channels.len())
-        .map(|channel| tiles.par_iter().map(|tile| parts(channel, tile)).collect())
+    let of_tiles: Vec<Vec<[AreaStatistics; 2]>> = (0..channels.len())
+        .map(|channel| {
+            (&tiles)
+                .into_par_iter()
+                .map(|tile| area_statistics(channel, tile))
+                .collect()
+        })
         .collect();
     // Whether enough pixels vary independently on both sides to show how their noise is divided.
     let are_many = |channel: usize, at: &Area| {
-        let correlation = prepared[channel].each_ref().map(|side| side.correlation);
-        area(at) / correlation[0].max(correlation[1]) >= MANY
+        let correlation = statistics[channel].each_ref().map(|side| side.correlation);
+        area(at) / correlation[0].max(correlation[1]) >= MIN_INDEPENDENT_PIXELS
     };
     let tile_of = |at: &Area| at[1] / rules.tile * tiles_across[0] + at[0] / rules.tile;
     // Whether a significant difference is more than one pixel with few values, of which each side
     // happens to have met another one every time: for a pixel, by the noisiest of its tile; for an
     // area, if no pixel makes up half of it.
-    let is_confirmed = |place: &Place, critical: f64| {
-        let [a, b] = &prepared[place.channel];
-        if area(&place.area) > 1.0 {
+    let is_confirmed = |test: &AreaTest, critical: f64| {
+        let [a, b] = &statistics[test.channel];
+        if area(&test.area) > 1.0 {
             let largest = a
-                .pixels_of(&place.area)
+                .pixels_of(&test.area)
                 .map(|i| (a.pixels[i][0] - b.pixels[i][0]).abs())
                 .fold(0.0, f64::max);
-            largest
-                <= LARGEST_LONE_SHARE * area(&place.area) * (place.means[0] - place.means[1]).abs()
+            largest <= MAX_PIXEL_FRACTION * area(&test.area) * (test.means[0] - test.means[1]).abs()
         } else {
-            let tile = &tiles[tile_of(&place.area)];
+            let tile = &tiles[tile_of(&test.area)];
             let noisiest = [a, b].map(|side| {
                 side.pixels_of(tile)
                     .map(|i| side.pixels[i][1])
                     .fold(0.0, f64::max)
             });
-            place.sigmas.abs() * place.standard_error
-                > critical * (noisiest[0] + noisiest[1]).sqrt()
+            test.sigmas.abs() * test.standard_error > critical * (noisiest[0] + noisiest[1]).sqrt()
         }
     };
-    let place = |channel: usize, at: Area| {
-        let [a, b] = parts(channel, &at);
+    let test = |channel: usize, at: Area| {
+        let [a, b] = area_statistics(channel, &at);
         let pixels = area(&at);
         // A pixel's images are too few to estimate skewness: use those of its tile.
         let tile = tile_of(&at);
@@ -318,8 +327,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             (of_tiles[channel][tile], area(&tiles[tile]))
         };
         let [of_a, of_b] =
-            [0, 1].map(|side| prepared[channel][side].cumulants(&pool[side], of, pixels));
-        let alike = of_a[1].abs() + of_b[1].abs();
+            [0, 1].map(|side| statistics[channel][side].cumulants(&pool[side], of, pixels));
+        let uncancelled = of_a[1].abs() + of_b[1].abs();
         // A bound cancels nothing of the other side.
         let bounded = channels[channel]
             .iter()
@@ -332,19 +341,19 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
                 third / second.powf(1.5)
             }
         };
-        let scale = if b.mean.abs() > DARK * overall[channel] {
+        let scale = if b.mean.abs() > DARK_FRACTION * overall[channel] {
             b.mean.abs()
         } else {
             overall[channel]
         };
         let scale = if scale > 0.0 { scale } else { 1.0 };
         // Below its least normal number, a 16-bit float is rounded absolutely.
-        let least = if rules.rounding >= HALF {
-            LEAST_HALF
+        let min_magnitude = if rules.rounding >= HALF_ROUNDING {
+            MIN_NORMAL_HALF
         } else {
             0.0
         };
-        let rounding = rules.rounding * a.mean.abs().max(b.mean.abs()).max(least);
+        let rounding = rules.rounding * a.mean.abs().max(b.mean.abs()).max(min_magnitude);
         let difference = a.mean - b.mean;
         let standard_error = (a.variance + b.variance).sqrt();
         let dof = match are_many(channel, &at) {
@@ -361,8 +370,8 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             .fold(f64::INFINITY, f64::min);
         let noiseless = noiseless[channel];
         let constants_differ =
-            difference.abs() > rounding && (noiseless || values >= ENOUGH_EQUAL as f64);
-        Place {
+            difference.abs() > rounding && (noiseless || values >= MIN_CONSTANT_VALUES as f64);
+        AreaTest {
             area: at,
             channel,
             means: [a.mean, b.mean],
@@ -371,11 +380,11 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             dof,
             skewness: [
                 if bounded {
-                    alike
+                    uncancelled
                 } else {
                     (of_a[1] - of_b[1]).abs()
                 },
-                alike,
+                uncancelled,
             ]
             .map(skewness),
             sigmas,
@@ -386,10 +395,10 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             noiseless,
             rounding: rounding / scale,
             judged: false,
-            far: false,
+            is_large: false,
         }
     };
-    let fewest_dof = parts(0, &[0, 0, 1, 1])
+    let fewest_dof = area_statistics(0, &[0, 0, 1, 1])
         .iter()
         .map(|part| part.dof)
         .fold(f64::INFINITY, f64::min);
@@ -399,42 +408,43 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         let critical = |dof: f64| student_upper(level / 2.0, dof.clamp(1.0, 1e9));
         // All pixels share the fewest degrees of freedom.
         let fewest = critical(fewest_dof);
-        let judge = |place: Place| {
-            let critical = if place.dof == fewest_dof {
+        let judge = |test: AreaTest| {
+            let critical = if test.dof == fewest_dof {
                 fewest
             } else {
-                critical(place.dof)
+                critical(test.dof)
             };
-            let term = |skewness, t| Sigma::Estimated.skew_term(skewness, deviation(t, place.dof));
-            let [cancelled, alike] = place.skewness;
-            let valid = term(cancelled, critical) <= LARGEST_SKEW_TERM
-                && term(alike, critical) <= LARGEST_ALIKE;
-            let t = FAR * critical;
-            let far = place.sigmas.abs() > t
-                && alike <= LARGEST_SKEWNESS
-                && are_many(place.channel, &place.area)
-                && student_two_sided(t, place.dof) * (2.0 * term(alike, t)).exp() < level;
-            let exact = place.standard_error == 0.0;
-            let confirmed = exact || place.p >= level || is_confirmed(&place, critical);
-            Place {
-                judged: place.varies() && (valid || far || exact) && confirmed,
-                far,
-                ..place
+            let term = |skewness, t| Sigma::Estimated.skew_term(skewness, deviation(t, test.dof));
+            let [cancelled, uncancelled] = test.skewness;
+            let valid = term(cancelled, critical) <= MAX_SKEW_TERM
+                && term(uncancelled, critical) <= MAX_UNCANCELLED_SKEW_TERM;
+            let t = LARGE_DIFFERENCE_FACTOR * critical;
+            let is_large = test.sigmas.abs() > t
+                && uncancelled <= MAX_LARGE_DIFFERENCE_SKEWNESS
+                && are_many(test.channel, &test.area)
+                && student_two_sided(t, test.dof) * (2.0 * term(uncancelled, t)).exp() < level;
+            let exact = test.standard_error == 0.0;
+            let confirmed = exact || test.p >= level || is_confirmed(&test, critical);
+            AreaTest {
+                judged: test.varies() && (valid || is_large || exact) && confirmed,
+                is_large,
+                ..test
             }
         };
         let all = (0..channels.len() * count).into_par_iter();
-        let places = all
-            .map(|i| judge(place(i / count, areas[i % count])))
+        let tests = all
+            .map(|i| judge(test(i / count, areas[i % count])))
             .collect();
-        let mut kind = Kind {
+        let mut kind = AreaKind {
             name,
             grid,
-            places,
+            tests,
             level,
-            counts: false,
+            is_counted: false,
         };
         let judged = kind.judged().count();
-        kind.counts = judged > 0 && judged as f64 >= LEAST_SHARE * kind.varying() as f64;
+        kind.is_counted =
+            judged > 0 && judged as f64 >= MIN_JUDGED_FRACTION * kind.varying() as f64;
         kind
     };
     let kinds = [
@@ -443,18 +453,18 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
         kind("tile", tiles_across, &tiles),
         kind("pixel", size, &grid(size, [1, 1]).1),
     ];
-    let rejected = || kinds.iter().flat_map(Kind::rejected);
-    let verdict = if rejected().any(|place| !rules.single_sums || !place.may_be_single_sums()) {
+    let rejected = || kinds.iter().flat_map(AreaKind::rejected);
+    let verdict = if rejected().any(|test| !rules.single_sums || !test.may_be_single_sums()) {
         Verdict::Fails
     } else if rejected().next().is_some() {
         Verdict::Undecided { needed: u64::MAX }
     } else {
-        lacking(&kinds[0], rules.margin)
+        images_needed(&kinds[0], rules.margin)
             .map_or(Verdict::Holds, |needed| Verdict::Undecided { needed })
     };
-    let brightest = prepared
+    let brightest = statistics
         .iter()
-        .map(|sides| sides.each_ref().map(Prepared::brightest))
+        .map(|sides| sides.each_ref().map(SideStatistics::brightest))
         .collect();
     Comparison {
         kinds,
@@ -477,26 +487,26 @@ fn deviation(t: f64, dof: f64) -> f64 {
 
 /// Returns how many times as many images would let the image means be called equal, if these do
 /// not.
-fn lacking(means: &Kind, margin: f64) -> Option<u64> {
+fn images_needed(means: &AreaKind, margin: f64) -> Option<u64> {
     let level = means.level;
-    let lack = |place: &Place| {
-        let [term, alike] = place.skewness;
+    let needed_for = |test: &AreaTest| {
+        let [term, uncancelled] = test.skewness;
         let valid_from = Sigma::Estimated.valid_from(
             1,
-            term.max(alike * LARGEST_SKEW_TERM / LARGEST_ALIKE),
+            term.max(uncancelled * MAX_SKEW_TERM / MAX_UNCANCELLED_SKEW_TERM),
             level,
         );
-        match approximate_verdict(place.interval(level), 0.0, margin, 1) {
-            Verdict::Holds if place.judged => None,
-            Verdict::Undecided { needed } if place.judged => Some(needed.max(2)),
+        match approximate_verdict(test.interval(level), 0.0, margin, 1) {
+            Verdict::Holds if test.judged => None,
+            Verdict::Undecided { needed } if test.judged => Some(needed.max(2)),
             _ => Some(valid_from),
         }
     };
     // Few values without noise are no evidence; if no channel has more, nothing can be decided.
-    let varying: Vec<&Place> = means.places.iter().filter(|place| place.varies()).collect();
+    let varying: Vec<&AreaTest> = means.tests.iter().filter(|test| test.varies()).collect();
     if varying.is_empty() {
         Some(u64::MAX)
     } else {
-        varying.into_iter().filter_map(lack).max()
+        varying.into_iter().filter_map(needed_for).max()
     }
 }

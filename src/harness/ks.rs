@@ -6,7 +6,7 @@ use super::power::Sensitivity;
 use super::tails::{kolmogorov_sf, kolmogorov_upper};
 
 /// Number of points of the two distribution functions kept for the data file.
-const KEPT_POINTS: usize = 64;
+const MAX_POINTS: usize = 64;
 
 /// Tests whether independent values follow the law with the continuous distribution function `cdf`.
 ///
@@ -20,16 +20,21 @@ pub fn kolmogorov_smirnov(
     delta: f64,
 ) -> Outcome {
     values.sort_by(f64::total_cmp);
-    grade(distance(name, values, &cdf, delta), |effect| {
+    grade(ks_test(name, values, &cdf, delta), |effect| {
         // The uniform numbers cdf(x), bent so that their law is off by the effect at one half.
-        let bent: Vec<f64> = values.iter().map(|&x| bent(cdf(x), effect)).collect();
-        Some(distance(name, &bent, &|u: f64| u.clamp(0.0, 1.0), delta))
+        let perturbed: Vec<f64> = values.iter().map(|&x| perturbed(cdf(x), effect)).collect();
+        Some(ks_test(
+            name,
+            &perturbed,
+            &|u: f64| u.clamp(0.0, 1.0),
+            delta,
+        ))
     })
 }
 
 /// Maps a uniform number to one with density constant on either half of [0, 1] and probability
 /// 1/2 + effect in the lower: the distribution functions differ most at the middle.
-fn bent(u: f64, effect: f64) -> f64 {
+fn perturbed(u: f64, effect: f64) -> f64 {
     let lower = (0.5 + effect).clamp(0.0, 1.0);
     if u < lower {
         0.5 * u / lower
@@ -39,7 +44,7 @@ fn bent(u: f64, effect: f64) -> f64 {
 }
 
 /// Returns the statistic of sorted values.
-fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -> Outcome {
+fn ks_test(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -> Outcome {
     let count = values.len() as u64;
     let n = values.len() as f64;
     let (mut d, mut at) = (0.0, f64::NAN);
@@ -57,7 +62,7 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
     let cells = values
         .iter()
         .enumerate()
-        .step_by((values.len() / KEPT_POINTS).max(1))
+        .step_by((values.len() / MAX_POINTS).max(1))
         .map(|(i, &x)| {
             let (expected, observed) = (cdf(x), (i as f64 + 0.5) / n);
             Cell {
@@ -87,7 +92,7 @@ fn distance(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) -
         graded: Vec::new(),
     };
     if count == 0 {
-        outcome.without_evidence("no values", 1)
+        outcome.undecided("no values", 1)
     } else {
         outcome
     }

@@ -4,7 +4,7 @@
 //! # Example: a mirror that absorbs a fifth
 //!
 //! ```
-//! use glam::DVec3;
+//! use whitefurnace::glam::DVec3;
 //! use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss};
 //! use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 //! use whitefurnace::harness::outcome::Verdict;
@@ -31,9 +31,11 @@ use super::copied;
 use super::mean::{Values, mean};
 use super::outcome::{Claim, Outcome};
 use super::pointwise::{
-    LEAST_COSINE, Largest, fuzzed_direction, fuzzed_number, inner_direction, uniform3,
+    LargestError, MIN_COSINE, fuzzed_direction, fuzzed_number, inner_direction, uniform3,
 };
-use super::roundoff::{DOUBLE, LARGEST_BOUND, NUDGE, Rounding, SINGLE, looks_single};
+use super::roundoff::{
+    ARGUMENT_STEP, DOUBLE, MAX_ROUNDING_ERROR, RoundoffBounds, SINGLE, is_single_precision,
+};
 use super::trial::Context;
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
@@ -121,23 +123,23 @@ impl LobeSubject {
 }
 
 /// Subject with the bounds for its precision.
-struct Judged<'a> {
+struct RoundedSubject<'a> {
     subject: &'a LobeSubject,
-    rounding: Rounding,
+    rounding: RoundoffBounds,
 }
 
-impl Judged<'_> {
+impl RoundedSubject<'_> {
     /// Returns the lobe with this direction, within `conditioning` and the rounding.
     fn lobe_of(&self, lobes: &[Lobe], wi: DVec3, conditioning: f64) -> Option<usize> {
-        let near = self.rounding.tolerance() + conditioning.min(LARGEST_BOUND);
+        let radius = self.rounding.tolerance() + conditioning.min(MAX_ROUNDING_ERROR);
         lobes
             .iter()
-            .position(|lobe| (lobe.direction - wi).length() <= near)
+            .position(|lobe| (lobe.direction - wi).length() <= radius)
     }
 
     fn sample(&self, wo: DVec3, random: [f64; 3]) -> Option<LobeSample> {
         self.subject
-            .sample(wo, random.map(|u| self.rounding.number(u)))
+            .sample(wo, random.map(|u| self.rounding.round_down(u)))
     }
 
     /// Returns how far rounding may move lobes at wo: their directions, and their probabilities and
@@ -173,14 +175,14 @@ impl Judged<'_> {
 }
 
 /// Returns the bounds for the precision that is stated, or else found from the subject's values.
-fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Rounding {
+fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> RoundoffBounds {
     let found = || {
         let rng: &mut Stream = &mut context.rng("precision");
         let mut quantities: [Vec<[f64; 2]>; 6] = Default::default();
         for _ in 0..size.pairs.min(PRECISION_DIRECTIONS) {
             let wo = inner_direction(rng, subject.transmits);
-            let nudged = wo + DVec3::splat(NUDGE);
-            for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(nudged)) {
+            let stepped = wo + DVec3::splat(ARGUMENT_STEP);
+            for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(stepped)) {
                 let values = |l: &Lobe| {
                     [
                         l.direction.x,
@@ -195,17 +197,17 @@ fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Roundin
                 }
             }
             let random = uniform3(rng);
-            if let [Some(a), Some(b)] = [wo, nudged].map(|wo| subject.sample(wo, random)) {
+            if let [Some(a), Some(b)] = [wo, stepped].map(|wo| subject.sample(wo, random)) {
                 quantities[5].push([a.wi.x, b.wi.x]);
             }
         }
-        if quantities.iter().any(|values| looks_single(values)) {
+        if quantities.iter().any(|values| is_single_precision(values)) {
             SINGLE
         } else {
             DOUBLE
         }
     };
-    Rounding::new(size.roundoff.unwrap_or_else(found))
+    RoundoffBounds::new(size.roundoff.unwrap_or_else(found))
 }
 
 /// Number of directions from which a subject's precision is found.
@@ -218,12 +220,12 @@ const PRECISION_DIRECTIONS: u64 = 400;
 /// bound. Then for each inclination of `size` (on both sides, if it transmits) a binomial test of
 /// every lobe's probability, and the furnace: the mean weight is the sum of the shares.
 pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let judged = Judged {
+    let rounded = RoundedSubject {
         subject,
         rounding: rounding(subject, size, context),
     };
-    let mut outcomes = vec![sane(&judged, size, context)];
-    outcomes.extend(pointwise(&judged, size, context));
+    let mut outcomes = vec![check_finite(&rounded, size, context)];
+    outcomes.extend(check_pointwise(&rounded, size, context));
     let sides: &[f64] = if subject.transmits {
         &[1.0, -1.0]
     } else {
@@ -237,14 +239,14 @@ pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) 
                 "{degrees} degrees{}",
                 if side < 0.0 { " inside" } else { "" }
             );
-            outcomes.extend(at_direction(&judged, size, context, wo, &place));
+            outcomes.extend(at_direction(&rounded, size, context, wo, &place));
         }
     }
     outcomes
 }
 
-fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
-    let Judged { subject, rounding } = judged;
+fn check_finite(rounded: &RoundedSubject<'_>, size: &CheckUp, context: &Context) -> Outcome {
+    let RoundedSubject { subject, rounding } = rounded;
     let mut rng = context.rng("sane");
     let mut worst = format!(
         "every value is finite and not negative; judged as {}",
@@ -256,7 +258,7 @@ fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
     for _ in 0..size.pairs {
         let wo = fuzzed_direction(&mut rng, subject.transmits);
         let random = [(); 3].map(|()| fuzzed_number(&mut rng));
-        let (lobes, sample) = (subject.lobes(wo), judged.sample(wo, random));
+        let (lobes, sample) = (subject.lobes(wo), rounded.sample(wo, random));
         let lobe_ok = |l: &Lobe| ok(l.probability) && ok(l.share) && unit(l.direction);
         if !lobes.iter().all(lobe_ok) || !sample.is_none_or(|s| ok(s.weight) && unit(s.wi)) {
             bad = 1.0;
@@ -267,81 +269,86 @@ fn sane(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Outcome {
 }
 
 /// Runs the checks on random directions.
-fn pointwise(judged: &Judged<'_>, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let Judged { subject, rounding } = judged;
+fn check_pointwise(
+    rounded: &RoundedSubject<'_>,
+    size: &CheckUp,
+    context: &Context,
+) -> Vec<Outcome> {
+    let RoundedSubject { subject, rounding } = rounded;
     let mut rng = context.rng("pointwise");
-    let [mut sums, mut weights, mut back, mut energy] = [(); 4].map(|()| Largest::default());
-    let [mut sampled, mut returned, mut left_out] = [0; 3];
+    let [mut sums, mut weights, mut reversed, mut energy] =
+        [(); 4].map(|()| LargestError::default());
+    let [mut sampled, mut returned, mut skipped] = [0; 3];
     for _ in 0..size.pairs {
         let wo = inner_direction(&mut rng, subject.transmits);
         let lobes = subject.lobes(wo);
         let sum: f64 = lobes.iter().map(|lobe| lobe.probability).sum();
-        sums.see(subject.loss.error(sum, wo), || {
+        sums.update(subject.loss.error(sum, wo), || {
             format!("probabilities sum to {sum} at wo = {wo}")
         });
         let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
-        energy.see(albedo - subject.energy_bound, || {
+        energy.update(albedo - subject.energy_bound, || {
             format!("shares sum to {albedo} at wo = {wo}")
         });
         for lobe in &lobes {
             let wi = lobe.direction;
-            if wi.z.abs() > LEAST_COSINE && lobe.probability > 0.0 {
+            if wi.z.abs() > MIN_COSINE && lobe.probability > 0.0 {
                 returned += 1;
-                let there = subject.lobes(wi);
-                let returns = judged.lobe_of(&there, wo, 0.0).is_some()
-                    || judged
-                        .lobe_of(&there, wo, judged.conditioning(wi))
+                let reverse_lobes = subject.lobes(wi);
+                let returns = rounded.lobe_of(&reverse_lobes, wo, 0.0).is_some()
+                    || rounded
+                        .lobe_of(&reverse_lobes, wo, rounded.conditioning(wi))
                         .is_some();
-                back.see(if returns { 0.0 } else { 1.0 }, || {
+                reversed.update(if returns { 0.0 } else { 1.0 }, || {
                     format!("no lobe leads from {wi} back to wo = {wo}")
                 });
             }
         }
-        if let Some(sample) = judged.sample(wo, uniform3(&mut rng)) {
+        if let Some(sample) = rounded.sample(wo, uniform3(&mut rng)) {
             sampled += 1;
-            let exact = judged.lobe_of(&lobes, sample.wi, 0.0);
-            match exact.or_else(|| judged.lobe_of(&lobes, sample.wi, judged.conditioning(wo))) {
+            let exact = rounded.lobe_of(&lobes, sample.wi, 0.0);
+            match exact.or_else(|| rounded.lobe_of(&lobes, sample.wi, rounded.conditioning(wo))) {
                 Some(lobe) => {
                     let lobe = lobes[lobe];
                     let error = rounding.relative(sample.weight * lobe.probability, lobe.share);
-                    match rounding.excess(error, || judged.conditioning(wo)) {
+                    match rounding.excess(error, || rounded.conditioning(wo)) {
                         Some(excess) => {
-                            weights.see(excess, || {
+                            weights.update(excess, || {
                                 format!("{sample:?} of {lobe:?}, off by {error:.1e}, at wo = {wo}")
                             });
                         }
-                        None => left_out += 1,
+                        None => skipped += 1,
                     }
                 }
-                None => weights.see(1.0, || {
+                None => weights.update(1.0, || {
                     format!("{sample:?} has the direction of no lobe at wo = {wo}")
                 }),
             }
         }
     }
-    let [sums, weights, back, energy] = [
+    let [sums, weights, reversed, energy] = [
         ("sum of probabilities", size.pairs, sums),
-        ("weight = share/probability", sampled - left_out, weights),
-        ("way back", returned, back),
+        ("weight = share/probability", sampled - skipped, weights),
+        ("way back", returned, reversed),
         ("energy bound", size.pairs, energy),
     ]
     .map(|(name, n, l)| Outcome::exact(name, n, l.error, rounding.tolerance(), l.place));
-    vec![sums, rounding.outcome(weights, left_out), back, energy]
+    vec![sums, rounding.outcome(weights, skipped), reversed, energy]
 }
 
 /// Probability below which δ of a lobe's probability is no longer relative to it.
-const LEAST_PROBABILITY: f64 = 0.1;
+const MIN_PROBABILITY: f64 = 0.1;
 
 /// Runs the checks by sampling for one wo.
 fn at_direction(
-    judged: &Judged<'_>,
+    rounded: &RoundedSubject<'_>,
     size: &CheckUp,
     context: &Context,
     wo: DVec3,
     place: &str,
 ) -> Vec<Outcome> {
-    let Judged { subject, rounding } = judged;
-    let conditioning = judged.conditioning(wo);
+    let RoundedSubject { subject, rounding } = rounded;
+    let conditioning = rounded.conditioning(wo);
     let lobes = subject.lobes(wo);
     let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let n = context.n(size.samples);
@@ -350,10 +357,10 @@ fn at_direction(
     let mut values = Values::new(albedo);
     let [mut strays, mut lost] = [0_u64; 2];
     for _ in 0..n {
-        let sample = judged.sample(wo, uniform3(&mut rng));
+        let sample = rounded.sample(wo, uniform3(&mut rng));
         // A lost sample has weight 0, and counts.
         values.push(sample.map_or(0.0, |s| s.weight));
-        match sample.map(|s| judged.lobe_of(&lobes, s.wi, conditioning)) {
+        match sample.map(|s| rounded.lobe_of(&lobes, s.wi, conditioning)) {
             Some(Some(lobe)) => picked[lobe] += 1,
             Some(None) => strays += 1,
             None => lost += 1,
@@ -382,7 +389,7 @@ fn at_direction(
             at("furnace"),
             n,
             (found - albedo).abs() + spread,
-            rounding.tolerance() + conditioning.min(LARGEST_BOUND),
+            rounding.tolerance() + conditioning.min(MAX_ROUNDING_ERROR),
             worst,
         )
     } else {
@@ -400,7 +407,7 @@ fn at_direction(
     ];
     for (lobe, &k) in lobes.iter().zip(&picked) {
         let name = at(&format!("samples towards {:.3}", lobe.direction));
-        let delta = CELL_DELTA * lobe.probability.max(LEAST_PROBABILITY);
+        let delta = CELL_DELTA * lobe.probability.max(MIN_PROBABILITY);
         outcomes.push(binomial(&name, k, n, lobe.probability, delta));
     }
     outcomes

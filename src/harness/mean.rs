@@ -3,7 +3,7 @@
 mod skewness;
 mod values;
 
-pub use skewness::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC, Sigma, skewness_of_sum};
+pub use skewness::{MAX_SKEW_TERM, MIN_SYMMETRIC_VALUES, Sigma, skewness_of_sum};
 pub use values::Values;
 
 use super::graded::grade;
@@ -18,7 +18,7 @@ pub const ROUNDING: f64 = 1e-12;
 
 /// Number of equal values that is evidence against another mean; fewer are none. At level [`ALPHA`]
 /// no other value has a probability above ln(1/α)/n, which is 0.2 % here.
-pub const ENOUGH_EQUAL: u64 = 10_000;
+pub const MIN_CONSTANT_VALUES: u64 = 10_000;
 
 /// A nearly normal difference: the common part of z, t and Welch tests.
 struct Difference {
@@ -71,13 +71,13 @@ impl Difference {
             graded: Vec::new(),
         };
         if n < 2 {
-            outcome.without_evidence("fewer than two values", 2)
+            outcome.undecided("fewer than two values", 2)
         } else if self.standard_error > rounding || self.standard_error.is_nan() {
             outcome
         } else if equal {
-            outcome.without_evidence("no value differs from the others", u64::MAX)
-        } else if n < ENOUGH_EQUAL {
-            outcome.without_evidence("few values, all the same", ENOUGH_EQUAL)
+            outcome.undecided("no value differs from the others", u64::MAX)
+        } else if n < MIN_CONSTANT_VALUES {
+            outcome.undecided("few values, all the same", MIN_CONSTANT_VALUES)
         } else {
             outcome
         }
@@ -88,20 +88,25 @@ impl Difference {
 /// below [`Values::valid_from`] the outcome is undecided. It is also undecided if nothing varies,
 /// as a sampler that is stuck cannot be told from one that need not vary.
 ///
-/// A claim with δ = 0 says more: *every* value is the reference, to within [`EVERY`] (an identity,
-/// not random).
+/// A claim with δ = 0 says more: *every* value is the reference, to within [`ALL_EQUAL_TOLERANCE`]
+/// (an identity, not random).
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     if claim == (Claim::Exact { delta: 0.0 }) {
-        return every(name, moments, reference, EVERY * reference.abs().max(1.0));
+        return all_equal(
+            name,
+            moments,
+            reference,
+            ALL_EQUAL_TOLERANCE * reference.abs().max(1.0),
+        );
     }
-    grade(student(name, values, reference, claim), |effect| {
-        let wrong = values.off_by(effect, reference);
-        Some(student(name, &wrong, reference, claim))
+    grade(student_test(name, values, reference, claim), |effect| {
+        let wrong = values.with_error(effect, reference);
+        Some(student_test(name, &wrong, reference, claim))
     })
 }
 
-fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
+fn student_test(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     let mut outcome = Difference {
         estimate: moments.mean(),
@@ -119,11 +124,11 @@ fn student(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome
 
 /// Largest difference of a single value from a reference that all values have, relative to it
 /// (absolute below one): hundreds of roundings.
-pub const EVERY: f64 = 1e-9;
+pub const ALL_EQUAL_TOLERANCE: f64 = 1e-9;
 
 /// Checks whether all values are the reference: none is further from their mean than √(n − 1)
 /// standard deviations (Samuelson 1968, "How deviant can you be?").
-pub fn every(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
+pub fn all_equal(name: &str, moments: Moments, reference: f64, tolerance: f64) -> Outcome {
     let n = moments.count() as f64;
     let spread = if n < 2.0 {
         0.0
@@ -146,16 +151,13 @@ pub fn mean_known_sigma(
     sigma: f64,
     claim: Claim,
 ) -> Outcome {
-    grade(
-        known_sigma(name, values, reference, sigma, claim),
-        |effect| {
-            let wrong = values.transformed(1.0, effect);
-            Some(known_sigma(name, &wrong, reference, sigma, claim))
-        },
-    )
+    grade(z_test(name, values, reference, sigma, claim), |effect| {
+        let wrong = values.transformed(1.0, effect);
+        Some(z_test(name, &wrong, reference, sigma, claim))
+    })
 }
 
-fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
+fn z_test(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
     let n = moments.count();
     let standard_error = sigma / (n as f64).sqrt();
@@ -183,9 +185,9 @@ fn known_sigma(name: &str, values: &Values, reference: f64, sigma: f64, claim: C
         graded: Vec::new(),
     };
     if n < 2 {
-        outcome.without_evidence("fewer than two values", 2)
+        outcome.undecided("fewer than two values", 2)
     } else if sigma <= 0.0 || moments.variance() == 0.0 {
-        outcome.without_evidence("nothing varies", u64::MAX)
+        outcome.undecided("nothing varies", u64::MAX)
     } else {
         outcome
     }
@@ -202,13 +204,16 @@ pub fn bounded_mean(
     bounds: [f64; 2],
     claim: Claim,
 ) -> Outcome {
-    grade(bounded(name, values, reference, bounds, claim), |effect| {
-        let wrong = values.off_by(effect, reference);
-        Some(bounded(name, &wrong, reference, bounds, claim))
-    })
+    grade(
+        bernstein_test(name, values, reference, bounds, claim),
+        |effect| {
+            let wrong = values.with_error(effect, reference);
+            Some(bernstein_test(name, &wrong, reference, bounds, claim))
+        },
+    )
 }
 
-fn bounded(
+fn bernstein_test(
     name: &str,
     values: &Values,
     reference: f64,
@@ -252,9 +257,9 @@ fn bounded(
         graded: Vec::new(),
     };
     if moments.count() < 2 {
-        outcome.without_evidence("fewer than two values", 2)
+        outcome.undecided("fewer than two values", 2)
     } else if high <= low {
-        outcome.without_evidence("the bounds leave one value", u64::MAX)
+        outcome.undecided("the bounds leave one value", u64::MAX)
     } else {
         outcome
     }
@@ -267,13 +272,13 @@ fn bounded(
 /// [`Claim::Approximate`] tests the equivalence of two means: the interval lies within ±Δ if two
 /// one-sided tests reject.
 pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
-    grade(difference(name, a, b, claim), |effect| {
-        let wrong = a.off_by(effect, b.moments.mean());
-        Some(difference(name, &wrong, b, claim))
+    grade(welch_test(name, a, b, claim), |effect| {
+        let wrong = a.with_error(effect, b.moments.mean());
+        Some(welch_test(name, &wrong, b, claim))
     })
 }
 
-fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
+fn welch_test(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     let (ma, mb) = (a.moments, b.moments);
     let [va, vb] = [ma, mb].map(|m| m.variance() / m.count() as f64);
     let mut outcome = Difference {
@@ -286,7 +291,7 @@ fn difference(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
         noise_dof: satterthwaite([(va, a.variance_dof()), (vb, b.variance_dof())]),
     }
     .outcome(name, "Welch", ma.count().min(mb.count()), claim);
-    let skewness = skewness_of_sum([a.part(), b.part()]);
+    let skewness = skewness_of_sum([a.skewness_part(), b.skewness_part()]);
     let from = Sigma::Estimated.valid_from(outcome.n, skewness, ALPHA);
     outcome.valid_from = outcome.valid_from.max(from);
     outcome.cells = a.cells("first, ", mb.mean());

@@ -14,7 +14,6 @@
 //! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
 //! | in which precision does it compute, and what does rounding explain? | [`roundoff`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
-//! | can an expensive test stop early? | [`sequential`] |
 //! | how large an effect would be detected, and how surely? | [`power`] |
 //! | is an effect of exactly that size detected? | [`graded`] |
 //! | is it large enough for the error budget? | [`guard`] |
@@ -30,13 +29,14 @@
 //! use whitefurnace::harness::chi_square::sampler_against_partition;
 //! use whitefurnace::harness::domain::{Domain, Partition};
 //! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::{rng, sampling};
+//! use whitefurnace::sampling::rng::{seed_for, stream, uniform2};
+//! use whitefurnace::sampling::warp::cosine_hemisphere;
 //!
-//! let mut rng = rng::stream(rng::seed_for(2019, "my sampler"), 0, 0);
+//! let mut rng = stream(seed_for(2019, "my sampler"), 0, 0);
 //! // Cells of equal probability under cos θ/π.
 //! let cells = Partition::equal(Domain::CosineHemisphere, 3, 4);
 //! let outcome = sampler_against_partition("cells", &cells, 8_000_000, || {
-//!     Some(sampling::cosine_hemisphere(rng::uniform2(&mut rng)))
+//!     Some(cosine_hemisphere(uniform2(&mut rng)))
 //! });
 //! assert_eq!(outcome.verdict(), Verdict::Holds, "{}", outcome.worst);
 //! ```
@@ -56,12 +56,12 @@ mod level;
 pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
+mod parallel;
 pub mod pointwise;
 pub mod power;
 pub mod quadrature;
 mod quantiles;
 pub mod roundoff;
-pub mod sequential;
 pub mod tails;
 pub mod trial;
 pub mod welch_map;

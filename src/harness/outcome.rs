@@ -6,12 +6,12 @@ pub use super::level::{ALPHA, CAPACITY, SUITE_BUDGET};
 use super::power::Sensitivity;
 
 /// Level, 20 standard errors, at which a rejection stands even if the tail at [`ALPHA`] is not
-/// valid, provided that n is at least 1/[`FAR_SHARE`] of the number for which it is: with |γ|
-/// z³/(3√n) of 1.2 at z = 6.1 in place of 0.3, the cubic term of the exponent is 42 at z = 20,
+/// valid, provided that n is at least 1/[`DECISIVE_DIVISOR`] of the number for which it is: with
+/// |γ| z³/(3√n) of 1.2 at z = 6.1 in place of 0.3, the cubic term of the exponent is 42 at z = 20,
 /// against z²/2 = 200.
-pub const FAR_LEVEL: f64 = 1e-90;
-/// Divisor of the number of values that [`FAR_LEVEL`] requires.
-pub const FAR_SHARE: u64 = 16;
+pub const DECISIVE_LEVEL: f64 = 1e-90;
+/// Divisor of the number of values that [`DECISIVE_LEVEL`] requires.
+pub const DECISIVE_DIVISOR: u64 = 16;
 
 /// Claim about an estimate, with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +74,7 @@ pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: 
     } else if within(interval, reference, delta) {
         Verdict::Holds
     } else {
-        undecided(interval, delta, n)
+        undecided_verdict(interval, delta, n)
     }
 }
 
@@ -87,7 +87,7 @@ pub fn approximate_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u
     } else if within(interval, reference, margin) {
         Verdict::Holds
     } else {
-        undecided(interval, margin, n)
+        undecided_verdict(interval, margin, n)
     }
 }
 
@@ -97,7 +97,7 @@ fn within([low, high]: [f64; 2], reference: f64, size: f64) -> bool {
 
 /// Estimates the samples needed: the interval's half-width shrinks as 1/√n, and a claim is decided
 /// almost surely once its size is twice that.
-fn undecided([low, high]: [f64; 2], size: f64, n: u64) -> Verdict {
+fn undecided_verdict([low, high]: [f64; 2], size: f64, n: u64) -> Verdict {
     let needed = n as f64 * ((high - low) / size).powi(2);
     Verdict::Undecided {
         // A float cast saturates: an infinite interval asks for u64::MAX samples.
@@ -189,7 +189,7 @@ impl Outcome {
     /// Makes the outcome undecided because its sample is no evidence (no values, one value, one
     /// cell, no variance). `needed` values might decide; `u64::MAX` if more of the same will not.
     /// NaN still fails.
-    pub(crate) fn without_evidence(mut self, why: &str, needed: u64) -> Self {
+    pub(crate) fn undecided(mut self, why: &str, needed: u64) -> Self {
         let bad = self.estimate.is_nan() && self.n > 0;
         self.p = if bad { f64::NAN } else { 1.0 };
         self.interval = [f64::NEG_INFINITY, f64::INFINITY];
@@ -211,7 +211,7 @@ impl Outcome {
     }
 
     /// Claims equality within ±δ only: for two means one of which is known to be biased.
-    pub fn within_delta(mut self) -> Self {
+    pub fn as_equivalence(mut self) -> Self {
         self.claim = Claim::Approximate {
             margin: self.claim.size(),
         };
@@ -230,11 +230,11 @@ impl Outcome {
             return Verdict::Fails;
         }
         let verdict = self.verdict_of_claim();
-        let far = verdict == Verdict::Fails
-            && self.p < FAR_LEVEL
+        let decisive = verdict == Verdict::Fails
+            && self.p < DECISIVE_LEVEL
             && self.value.is_finite()
-            && self.n >= self.valid_from / FAR_SHARE;
-        if self.n < self.valid_from && !far {
+            && self.n >= self.valid_from / DECISIVE_DIVISOR;
+        if self.n < self.valid_from && !decisive {
             return Verdict::Undecided {
                 needed: self.valid_from,
             };
@@ -262,7 +262,7 @@ impl Outcome {
     }
 
     /// Returns the smallest δ or margin for which the verdict is right with probability at least 1
-    /// − [`ALPHA`]: an effect of that size is rejected, and a right subject holds. For an exact
+    /// − [`ALPHA`]: an effect of that size is rejected, and a correct subject holds. For an exact
     /// identity, its tolerance.
     pub fn minimum_detectable_effect(&self) -> f64 {
         if self.is_random() {
@@ -273,7 +273,7 @@ impl Outcome {
     }
 
     /// Returns 1 − power: the probability that an effect of the claim's size is not rejected, or
-    /// that a right subject does not hold, on either side. Where no size is claimed, that of the
+    /// that a correct subject does not hold, on either side. Where no size is claimed, that of the
     /// minimum detectable effect, which is [`ALPHA`] by definition. 0 for exact identities.
     pub fn miss(&self) -> f64 {
         if self.claim == Claim::Test {
@@ -296,7 +296,7 @@ impl Outcome {
     }
 
     /// Returns the number of sides on which an estimate may leave ±δ or the margin. With both
-    /// counted, a right subject stays undecided with the level's own probability: for an exact
+    /// counted, a correct subject stays undecided with the level's own probability: for an exact
     /// claim that is the very event of a rejection if the minimum detectable effect is δ.
     fn sides(&self) -> f64 {
         match self.claim {
@@ -348,7 +348,7 @@ impl Graded {
     /// Returns whether the verdict is the one that the effect demands: an exact claim fails at δ;
     /// an approximate one, whose value need not be the reference, does not hold where the estimate
     /// lies at its margin, and fails if twice the margin is added.
-    pub fn is_answered(&self) -> bool {
+    pub fn has_required_verdict(&self) -> bool {
         let verdict = self.outcome.verdict();
         match self.outcome.claim {
             Claim::Approximate { margin }

@@ -7,23 +7,23 @@ use crate::sampling::rng::{Stream, uniform};
 use crate::sampling::warp::uniform_hemisphere;
 
 /// Relative tolerance of pointwise identities: a few hundred roundings.
-pub const POINTWISE: f64 = 1e-9;
+pub const POINTWISE_TOLERANCE: f64 = 1e-9;
 /// Cosine below which products of cosines in a BSDF's denominators lose the digits of
-/// [`POINTWISE`].
-pub const LEAST_COSINE: f64 = 1e-4;
+/// [`POINTWISE_TOLERANCE`].
+pub const MIN_COSINE: f64 = 1e-4;
 
 /// Largest error seen, and where.
 #[derive(Default)]
-pub struct Largest {
+pub struct LargestError {
     /// Largest error.
     pub error: f64,
     /// Place of the largest error, in words.
     pub place: String,
 }
 
-impl Largest {
+impl LargestError {
     /// Keeps the error if it is the largest so far; NaN counts as the largest, and stays.
-    pub fn see(&mut self, error: f64, place: impl FnOnce() -> String) {
+    pub fn update(&mut self, error: f64, place: impl FnOnce() -> String) {
         if error.is_nan() || error > self.error {
             (self.error, self.place) = (error, place());
         }
@@ -48,14 +48,14 @@ pub fn uniform3(rng: &mut Stream) -> [f64; 3] {
 pub(crate) fn inner_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
     loop {
         let w = uniform_hemisphere([uniform(rng), uniform(rng)]);
-        if w.z > LEAST_COSINE {
-            return either_side(w, rng, both_sides);
+        if w.z > MIN_COSINE {
+            return random_side(w, rng, both_sides);
         }
     }
 }
 
 /// Returns the direction or, if both sides count, with equal probability its opposite.
-fn either_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
+fn random_side(w: DVec3, rng: &mut Stream, both_sides: bool) -> DVec3 {
     if both_sides && uniform(rng) < 0.5 {
         -w
     } else {
@@ -79,11 +79,11 @@ pub(crate) fn fuzzed_direction(rng: &mut Stream, both_sides: bool) -> DVec3 {
         } else {
             turn
         };
-    either_side(from_spherical(theta, phi), rng, both_sides)
+    random_side(from_spherical(theta, phi), rng, both_sides)
 }
 
 /// Largest number below 1.
-pub(crate) const LAST_NUMBER: f64 = 1.0 - f64::EPSILON / 2.0;
+pub(crate) const ONE_MINUS_EPSILON: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Draws a number of [0, 1), often 0 or the largest.
 pub(crate) fn fuzzed_number(rng: &mut Stream) -> f64 {
@@ -91,7 +91,7 @@ pub(crate) fn fuzzed_number(rng: &mut Stream) -> f64 {
     if pick < 0.1 {
         0.0
     } else if pick < 0.2 {
-        LAST_NUMBER
+        ONE_MINUS_EPSILON
     } else {
         r
     }

@@ -31,7 +31,7 @@ pub enum Sensitivity {
         /// Number of samples in the cells.
         n: f64,
         /// Smallest probability of a cell, in which an effect is hardest to detect.
-        least: f64,
+        min_probability: f64,
         /// Number of tests that share the level (Bonferroni), at least 1: two where losses are
         /// tested, too.
         tests: usize,
@@ -85,7 +85,7 @@ impl Sensitivity {
             Self::Cells {
                 dof,
                 n,
-                least,
+                min_probability,
                 tests,
             } => {
                 let level = alpha / tests as f64;
@@ -95,7 +95,7 @@ impl Sensitivity {
                 }
                 // Of all laws with this relative error in some cell, the one that takes it evenly
                 // from all others has the least Σ (p' − p)²/p.
-                let noncentrality = n * size * size * least / (1.0 - least);
+                let noncentrality = n * size * size * min_probability / (1.0 - min_probability);
                 noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
             }
             Self::Distance { n } => {
@@ -120,14 +120,14 @@ impl Sensitivity {
     /// rejected with at least this probability; 1 if that takes rejecting everything. Found by
     /// bisection, to a relative 1e-9.
     pub fn level_with_power(&self, effect: f64, power: f64) -> f64 {
-        let seen = |level: f64| self.miss_at(effect, level) <= 1.0 - power;
-        if seen(ALPHA) {
+        let detects = |level: f64| self.miss_at(effect, level) <= 1.0 - power;
+        if detects(ALPHA) {
             return ALPHA;
         }
         let (mut low, mut high) = (ALPHA, 1.0);
         while high > low * (1.0 + 1e-9) {
             let middle = (low * high).sqrt();
-            if seen(middle) {
+            if detects(middle) {
                 high = middle;
             } else {
                 low = middle;
@@ -155,7 +155,7 @@ impl Sensitivity {
     /// Returns the smallest effect that is missed with probability at most `chance` at level
     /// `alpha`.
     pub fn smallest_effect_at(&self, chance: f64, alpha: f64) -> f64 {
-        smallest(|size| self.worst_miss_at(size, alpha) <= chance)
+        smallest_detected(|size| self.worst_miss_at(size, alpha) <= chance)
     }
 }
 
@@ -178,29 +178,29 @@ pub fn smallest_effect_in_estimates(dof: f64, level: f64, chance: f64) -> f64 {
             .map(|estimate| noncentral_miss(size * estimate, critical, dof))
             .sum::<f64>()
     };
-    smallest(|size| miss(size) <= chance * quantiles.len() as f64)
+    smallest_detected(|size| miss(size) <= chance * quantiles.len() as f64)
 }
 
 /// Returns the smallest detected size, if larger ones are detected, too; infinite if none is.
-fn smallest(seen: impl Fn(f64) -> bool) -> f64 {
-    if seen(f64::MIN_POSITIVE) {
+fn smallest_detected(detects: impl Fn(f64) -> bool) -> f64 {
+    if detects(f64::MIN_POSITIVE) {
         return 0.0;
     }
     // Powers of two bracket it, bisection narrows it down: misses fall as effects grow.
     let mut high = 1.0;
-    while !seen(high) {
+    while !detects(high) {
         high *= 2.0;
         if high > 1e30 {
             return f64::INFINITY;
         }
     }
-    while seen(0.5 * high) {
+    while detects(0.5 * high) {
         high *= 0.5;
     }
     let mut low = 0.5 * high;
     while high - low > 1e-9 * high {
         let middle = 0.5 * (low + high);
-        if seen(middle) {
+        if detects(middle) {
             high = middle;
         } else {
             low = middle;
@@ -247,9 +247,9 @@ fn binomial_miss(n: u64, null: f64, q: f64, alpha: f64) -> f64 {
         return 0.0;
     }
     // First rejected count above, and number of rejected counts below.
-    let above = first(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
-    let below = first(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
-    accepted(
+    let above = first_true(n + 1, |k| 2.0 * binomial_sf(k, n, null) < alpha);
+    let below = first_true(n + 1, |k| 2.0 * binomial_cdf(k, n, null) >= alpha);
+    acceptance_probability(
         below,
         above,
         |k| binomial_cdf(k, n, q),
@@ -263,10 +263,10 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
     if mean < 0.0 {
         return 0.0;
     }
-    let most = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
-    let above = first(most, |k| 2.0 * poisson_sf(k, null) < alpha);
-    let below = first(most, |k| 2.0 * poisson_cdf(k, null) >= alpha);
-    accepted(
+    let max_count = (null + 100.0 * null.sqrt() + 1000.0).ceil() as u64;
+    let above = first_true(max_count, |k| 2.0 * poisson_sf(k, null) < alpha);
+    let below = first_true(max_count, |k| 2.0 * poisson_cdf(k, null) >= alpha);
+    acceptance_probability(
         below,
         above,
         |k| poisson_cdf(k, mean),
@@ -275,7 +275,12 @@ fn poisson_miss(null: f64, mean: f64, alpha: f64) -> f64 {
 }
 
 /// Returns P(below ≤ K < above), from the tails on the side on which they are small.
-fn accepted(below: u64, above: u64, cdf: impl Fn(u64) -> f64, sf: impl Fn(u64) -> f64) -> f64 {
+fn acceptance_probability(
+    below: u64,
+    above: u64,
+    cdf: impl Fn(u64) -> f64,
+    sf: impl Fn(u64) -> f64,
+) -> f64 {
     if above <= below {
         0.0
     } else if cdf(above - 1) < sf(below) {
@@ -286,7 +291,7 @@ fn accepted(below: u64, above: u64, cdf: impl Fn(u64) -> f64, sf: impl Fn(u64) -
 }
 
 /// Returns the first of 0..end where an increasing condition is true; `end` if there is none.
-fn first(end: u64, holds: impl Fn(u64) -> bool) -> u64 {
+fn first_true(end: u64, holds: impl Fn(u64) -> bool) -> u64 {
     let (mut low, mut high) = (0, end);
     while low < high {
         let middle = low + (high - low) / 2;

@@ -52,11 +52,11 @@ pub struct Integral {
 }
 
 /// Largest number of rectangles, 225 evaluations each.
-const MOST_RECTANGLES: usize = 20_000;
+const MAX_RECTANGLES: usize = 20_000;
 
 /// Largest fraction of the error that four times as many rectangles may leave. Refinement steps
 /// leave a quarter to a half; more is due to rounding, noise, or a pair of rules that disagree.
-const PROGRESS: f64 = 0.9;
+const MAX_REMAINING_ERROR: f64 = 0.9;
 
 /// Integrates f over `domain`, refined where the error is largest until its sum is below
 /// `tolerance` (absolute), refinement gains nothing, or 20 000 rectangles are used; then `error` is
@@ -66,38 +66,38 @@ pub fn integrate(
     tolerance: f64,
     f: &mut dyn FnMut(f64, f64) -> f64,
 ) -> Integral {
-    integrate_within(domain, tolerance, &mut work(), f)
+    integrate_within(domain, tolerance, &mut halving_budget(), f)
 }
 
 /// Returns how often rectangles may be halved in one task.
-pub(super) fn work() -> usize {
-    MOST_RECTANGLES - 1
+pub(super) fn halving_budget() -> usize {
+    MAX_RECTANGLES - 1
 }
 
-/// Integrates f over `domain` as [`integrate`], with `left` halvings shared among several
+/// Integrates f over `domain` as [`integrate`], with `budget` halvings shared among several
 /// integrals.
 pub(super) fn integrate_within(
     domain: Rectangle,
     tolerance: f64,
-    left: &mut usize,
+    budget: &mut usize,
     f: &mut dyn FnMut(f64, f64) -> f64,
 ) -> Integral {
-    let first = Part::new(domain, f);
+    let first = Subrectangle::new(domain, f);
     let mut total = first.integral;
     let mut parts = BinaryHeap::from([first]);
     // Number of parts at the next check of progress, and the error at the last check.
     let (mut look, mut before) = (16, f64::INFINITY);
-    while total.error > tolerance && *left > 0 {
+    while total.error > tolerance && *budget > 0 {
         if parts.len() == look {
-            if total.error > PROGRESS * before {
+            if total.error > MAX_REMAINING_ERROR * before {
                 break;
             }
             (look, before) = (4 * look, total.error);
         }
-        *left -= 1;
+        *budget -= 1;
         let Some(worst) = parts.pop() else { break };
         for half in worst.halves() {
-            parts.push(Part::new(half, f));
+            parts.push(Subrectangle::new(half, f));
         }
         // Sums are recomputed rather than updated, lest rounding accumulates.
         total = parts
@@ -111,14 +111,14 @@ pub(super) fn integrate_within(
 }
 
 /// Rectangle with its integral.
-struct Part {
+struct Subrectangle {
     domain: Rectangle,
     integral: Integral,
     /// Whether the error comes mainly from the first variable.
     along_x: bool,
 }
 
-impl Part {
+impl Subrectangle {
     fn new(domain: Rectangle, f: &mut dyn FnMut(f64, f64) -> f64) -> Self {
         let Rectangle { x, y } = domain;
         // Kronrod in both variables, Gauss in x only, Gauss in y only.
@@ -155,18 +155,18 @@ impl Part {
     }
 }
 
-impl PartialEq for Part {
+impl PartialEq for Subrectangle {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
-impl Eq for Part {}
-impl PartialOrd for Part {
+impl Eq for Subrectangle {}
+impl PartialOrd for Subrectangle {
     fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Part {
+impl Ord for Subrectangle {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.integral.error.total_cmp(&other.integral.error)
     }

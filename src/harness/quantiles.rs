@@ -10,7 +10,7 @@ use crate::math::frame::{azimuth, from_spherical};
 
 /// Returns 1 − z in [0, 2] and the azimuth in turns in [0, 1) of a vector whose length is one up to
 /// rounding.
-pub(super) fn place(w: DVec3) -> [f64; 2] {
+pub(super) fn height_and_turn(w: DVec3) -> [f64; 2] {
     let aside = (w.x * w.x + w.y * w.y) / (1.0 + w.z.abs());
     [
         if w.z > 0.0 { aside } else { 2.0 - aside },
@@ -22,17 +22,17 @@ pub(super) fn place(w: DVec3) -> [f64; 2] {
 #[derive(Clone, Debug)]
 pub(super) struct Quantiles {
     /// Quantiles of 1 − z.
-    polar: Scale,
+    polar: PiecewiseCdf,
     /// Quantiles of the azimuth in turns, for each interval of `polar`.
-    azimuths: Vec<Scale>,
+    azimuths: Vec<PiecewiseCdf>,
 }
 
 impl Quantiles {
     /// Finds rows of about equal probability by the polar angle from 0 to `largest`, radians, and
     /// columns in each by the azimuth. On the sphere the horizon is a border of rows, as densities
     /// of surfaces jump there.
-    pub fn of_pdf([rows, columns]: [usize; 2], largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
-        let blocks = sketch(largest, pdf);
+    pub fn from_pdf([rows, columns]: [usize; 2], largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Self {
+        let blocks = subdivide(largest, pdf);
         let mut theta = borders(
             blocks.iter().map(|block| (block.theta, block.mass)),
             [0.0, largest],
@@ -51,19 +51,19 @@ impl Quantiles {
                     block.mass * (common / (block.theta[1] - block.theta[0])).max(0.0),
                 )
             };
-            Scale::even(borders(blocks.iter().map(inside), [0.0, 1.0], columns))
+            PiecewiseCdf::even(borders(blocks.iter().map(inside), [0.0, 1.0], columns))
         });
         let azimuths = azimuths.collect();
         let height = |theta: f64| 2.0 * (0.5 * theta).sin().powi(2);
         Self {
-            polar: Scale::even(theta.into_iter().map(height).collect()),
+            polar: PiecewiseCdf::even(theta.into_iter().map(height).collect()),
             azimuths,
         }
     }
 
     /// Finds the quantiles of a density that is constant on the cells of a table of equal solid
     /// angles up to 1 − z = `height`.
-    pub fn of_table(height: f64, table: &[Vec<f64>]) -> Self {
+    pub fn from_table(height: f64, table: &[Vec<f64>]) -> Self {
         let even = |count: usize, size: f64| {
             (0..=count)
                 .map(|i| size * i as f64 / count as f64)
@@ -72,10 +72,10 @@ impl Quantiles {
         let sums: Vec<f64> = table.iter().map(|row| row.iter().sum()).collect();
         let azimuths = table
             .iter()
-            .map(|row| Scale::new(even(row.len(), 1.0), row))
+            .map(|row| PiecewiseCdf::new(even(row.len(), 1.0), row))
             .collect();
         Self {
-            polar: Scale::new(even(table.len(), height), &sums),
+            polar: PiecewiseCdf::new(even(table.len(), height), &sums),
             azimuths,
         }
     }
@@ -83,15 +83,15 @@ impl Quantiles {
     /// Returns the probability of smaller polar angles, and that of smaller azimuths within the
     /// row. A direction that rounding moved across the last border counts as on it; `None` for NaN.
     pub fn to_square(&self, w: DVec3) -> Option<[f64; 2]> {
-        let [height, turn] = place(w);
-        let (row, u) = self.polar.share(height)?;
-        let (_, v) = self.azimuths[row].share(turn)?;
+        let [height, turn] = height_and_turn(w);
+        let (row, u) = self.polar.cdf(height)?;
+        let (_, v) = self.azimuths[row].cdf(turn)?;
         Some([u, v])
     }
 
-    /// Returns the ranges of the polar angle, radians, and of the azimuth, turns, of a field of the
+    /// Returns the ranges of the polar angle, radians, and of the azimuth, turns, of a cell of the
     /// grid.
-    pub fn field(&self, [row, column]: [usize; 2]) -> Rectangle {
+    pub fn grid_cell(&self, [row, column]: [usize; 2]) -> Rectangle {
         let turns = &self.azimuths[row].borders;
         Rectangle {
             x: [row, row + 1].map(|i| angle(self.polar.borders[i])),
@@ -100,8 +100,8 @@ impl Quantiles {
     }
 
     /// Returns the polar angle, degrees, below which this fraction of the probability lies.
-    pub fn degrees(&self, share: f64) -> f64 {
-        angle(self.polar.at(share)).to_degrees()
+    pub fn degrees(&self, fraction: f64) -> f64 {
+        angle(self.polar.inverse_cdf(fraction)).to_degrees()
     }
 }
 
@@ -112,19 +112,19 @@ fn angle(height: f64) -> f64 {
 
 /// Piecewise linear distribution function.
 #[derive(Clone, Debug)]
-struct Scale {
+struct PiecewiseCdf {
     /// Borders of the pieces, ascending.
     borders: Vec<f64>,
     /// Values of the function at the borders, from 0 to 1.
-    shares: Vec<f64>,
+    values: Vec<f64>,
 }
 
-impl Scale {
+impl PiecewiseCdf {
     /// Creates intervals of equal probability.
     fn even(borders: Vec<f64>) -> Self {
         let last = (borders.len() - 1) as f64;
         Self {
-            shares: (0..borders.len()).map(|i| i as f64 / last).collect(),
+            values: (0..borders.len()).map(|i| i as f64 / last).collect(),
             borders,
         }
     }
@@ -136,18 +136,18 @@ impl Scale {
         if total == 0.0 {
             return Self::even(borders);
         }
-        let mut shares = vec![0.0];
+        let mut values = vec![0.0];
         let mut sum = 0.0;
         for mass in masses {
             sum += mass;
-            shares.push((sum / total).min(1.0));
+            values.push((sum / total).min(1.0));
         }
-        Self { borders, shares }
+        Self { borders, values }
     }
 
     /// Returns the interval that contains x and the distribution function at x, or the nearer end
     /// if x lies outside; `None` for NaN.
-    fn share(&self, x: f64) -> Option<(usize, f64)> {
+    fn cdf(&self, x: f64) -> Option<(usize, f64)> {
         let last = self.borders.len() - 2;
         if x.is_nan() {
             return None;
@@ -161,19 +161,19 @@ impl Scale {
         let inside = (x - self.borders[i]) / (self.borders[i + 1] - self.borders[i]);
         Some((
             i,
-            self.shares[i] + inside * (self.shares[i + 1] - self.shares[i]),
+            self.values[i] + inside * (self.values[i + 1] - self.values[i]),
         ))
     }
 
     /// Returns where the distribution function has a value in [0, 1].
-    fn at(&self, share: f64) -> f64 {
+    fn inverse_cdf(&self, fraction: f64) -> f64 {
         let i = self
-            .shares
-            .partition_point(|&s| s < share)
-            .clamp(1, self.shares.len() - 1);
-        let size = self.shares[i] - self.shares[i - 1];
+            .values
+            .partition_point(|&s| s < fraction)
+            .clamp(1, self.values.len() - 1);
+        let size = self.values[i] - self.values[i - 1];
         let inside = if size > 0.0 {
-            ((share - self.shares[i - 1]) / size).clamp(0.0, 1.0)
+            ((fraction - self.values[i - 1]) / size).clamp(0.0, 1.0)
         } else {
             0.0
         };
@@ -193,13 +193,14 @@ struct Block {
 }
 
 /// Number of evaluation points along each side of a block.
-const POINTS: usize = 4;
+const POINTS_PER_SIDE: usize = 4;
 
 impl Block {
     fn new(theta: [f64; 2], turn: [f64; 2], pdf: &dyn Fn(DVec3) -> f64) -> Self {
-        let (mut rows, mut columns) = ([0.0; POINTS], [0.0; POINTS]);
-        let at =
-            |[low, high]: [f64; 2], i: usize| low + (high - low) * (i as f64 + 0.5) / POINTS as f64;
+        let (mut rows, mut columns) = ([0.0; POINTS_PER_SIDE], [0.0; POINTS_PER_SIDE]);
+        let at = |[low, high]: [f64; 2], i: usize| {
+            low + (high - low) * (i as f64 + 0.5) / POINTS_PER_SIDE as f64
+        };
         for (i, row) in rows.iter_mut().enumerate() {
             for (j, column) in columns.iter_mut().enumerate() {
                 let theta = at(theta, i);
@@ -208,9 +209,9 @@ impl Block {
                 *column += value;
             }
         }
-        let mean = rows.iter().sum::<f64>() / (POINTS * POINTS) as f64;
+        let mean = rows.iter().sum::<f64>() / (POINTS_PER_SIDE * POINTS_PER_SIDE) as f64;
         let mass = mean * TAU * (theta[1] - theta[0]) * (turn[1] - turn[0]);
-        let range = |sums: [f64; POINTS]| {
+        let range = |sums: [f64; POINTS_PER_SIDE]| {
             sums.iter().fold(f64::MIN, |a, &b| a.max(b))
                 - sums.iter().fold(f64::MAX, |a, &b| a.min(b))
         };
@@ -236,10 +237,10 @@ impl Block {
 
 /// Cuts a density into blocks of little probability each, roughly: it places quantiles, but does
 /// not measure the probability between them.
-fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
+fn subdivide(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
     const SIDES: [usize; 2] = [64, 64];
-    const LARGEST_SHARE: f64 = 1.0 / 8192.0;
-    const MOST_HALVINGS: usize = 60;
+    const MAX_BLOCK_FRACTION: f64 = 1.0 / 8192.0;
+    const MAX_HALVINGS: usize = 60;
     let ends = |i: usize, n: usize, size: f64| {
         [size * i as f64 / n as f64, size * (i + 1) as f64 / n as f64]
     };
@@ -252,11 +253,11 @@ fn sketch(largest: f64, pdf: &dyn Fn(DVec3) -> f64) -> Vec<Block> {
             )
         })
         .collect();
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         let total: f64 = blocks.iter().map(|block| block.mass).sum();
         let (large, small): (Vec<_>, Vec<_>) = blocks
             .into_iter()
-            .partition(|block| block.mass > LARGEST_SHARE * total);
+            .partition(|block| block.mass > MAX_BLOCK_FRACTION * total);
         blocks = small;
         if large.is_empty() {
             break;

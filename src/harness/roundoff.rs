@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::outcome::Outcome;
-use super::pointwise::{POINTWISE, relative};
+use super::pointwise::{POINTWISE_TOLERANCE, relative};
 
 /// Unit roundoff of double precision, 2⁻⁵³: the largest relative error of one rounding.
 pub const DOUBLE: f64 = f64::EPSILON / 2.0;
@@ -18,43 +18,47 @@ pub const DOUBLE: f64 = f64::EPSILON / 2.0;
 pub const SINGLE: f64 = f32::EPSILON as f64 / 2.0;
 
 /// Largest number of roundings of one value.
-const ROUNDINGS: f64 = 64.0;
+const VALUE_ROUNDINGS: f64 = 64.0;
 /// Largest error of components of directions, and of cosines, in roundings of 1.
-const MOVES: f64 = 16.0;
+const DIRECTION_ROUNDINGS: f64 = 16.0;
 /// Half of an error of one percent. Where rounding may explain a larger relative error, nothing is
 /// judged.
-pub(crate) const LARGEST_BOUND: f64 = 5e-3;
+pub(crate) const MAX_ROUNDING_ERROR: f64 = 5e-3;
 /// Relative change of arguments that shows whether a function computes in double precision: less
 /// than single precision can hold.
-pub(crate) const NUDGE: f64 = 1e-11;
+pub(crate) const ARGUMENT_STEP: f64 = 1e-11;
 /// Number of different values that show a precision; fewer may be simple fractions, such as
 /// probabilities.
-const ENOUGH_DIFFERENT: usize = 100;
+const MIN_DISTINCT_VALUES: usize = 100;
 
 /// Returns whether a quantity is computed in single precision, from its values at different
-/// arguments, each with the value for arguments moved by [`NUDGE`]. Either all are numbers of
-/// single precision, or most do not change.
-pub(crate) fn looks_single(values: &[[f64; 2]]) -> bool {
-    let telling = || {
+/// arguments, each with the value for arguments moved by [`ARGUMENT_STEP`]. Either all are numbers
+/// of single precision, or most do not change.
+pub(crate) fn is_single_precision(values: &[[f64; 2]]) -> bool {
+    let nonzero = || {
         values
             .iter()
             .filter(|[value, _]| value.is_finite() && *value != 0.0)
     };
-    let different: BTreeSet<u64> = telling().map(|[value, _]| value.to_bits()).collect();
-    let stored = || telling().all(|[value, _]| f64::from(*value as f32) == *value);
-    let unmoved = || {
-        telling().filter(|[value, nudged]| value == nudged).count() * 10 >= telling().count() * 9
+    let distinct: BTreeSet<u64> = nonzero().map(|[value, _]| value.to_bits()).collect();
+    let stored = || nonzero().all(|[value, _]| f64::from(*value as f32) == *value);
+    let unchanged = || {
+        nonzero()
+            .filter(|[value, stepped]| value == stepped)
+            .count()
+            * 10
+            >= nonzero().count() * 9
     };
-    different.len() >= ENOUGH_DIFFERENT && (stored() || unmoved())
+    distinct.len() >= MIN_DISTINCT_VALUES && (stored() || unchanged())
 }
 
 /// Bounds for the values of a subject that computes in some precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rounding {
+pub(crate) struct RoundoffBounds {
     unit: f64,
 }
 
-impl Rounding {
+impl RoundoffBounds {
     /// Creates bounds for a unit roundoff; at least [`DOUBLE`], also for NaN.
     pub fn new(unit: f64) -> Self {
         Self {
@@ -96,12 +100,12 @@ impl Rounding {
     /// Returns the relative error of a value, or the error of a unit vector's length, that rounding
     /// explains whatever the arguments.
     pub fn tolerance(self) -> f64 {
-        POINTWISE.max(ROUNDINGS * self.unit)
+        POINTWISE_TOLERANCE.max(VALUE_ROUNDINGS * self.unit)
     }
 
     /// Rounds a number of [0, 1) to this precision: down, so that it stays below 1, and above 0 if
     /// it was.
-    pub fn number(self, uniform: f64) -> f64 {
+    pub fn round_down(self, uniform: f64) -> f64 {
         if !self.is_coarse() || uniform <= 0.0 {
             return uniform;
         }
@@ -119,7 +123,7 @@ impl Rounding {
 
     /// Returns errors of a direction by rounding: each component by 16 roundings of 1, up and down.
     pub fn steps(self) -> [DVec3; 6] {
-        let step = MOVES * self.unit;
+        let step = DIRECTION_ROUNDINGS * self.unit;
         [
             DVec3::X,
             DVec3::Y,
@@ -135,9 +139,9 @@ impl Rounding {
     /// by [`steps`](Self::steps), and the cosine to the normal, to the other direction and to its
     /// mirror image by four times as much, as the cosine of a half vector is four times as
     /// sensitive. Infinite if unknown.
-    pub fn spread(self, wo: DVec3, wi: DVec3, value: &dyn Fn(DVec3, DVec3) -> f64) -> f64 {
+    pub fn conditioning(self, wo: DVec3, wi: DVec3, value: &dyn Fn(DVec3, DVec3) -> f64) -> f64 {
         let here = value(wo, wi);
-        let step = MOVES * self.unit;
+        let step = DIRECTION_ROUNDINGS * self.unit;
         let turns = [DVec3::Z, wo, DVec3::new(-wo.x, -wo.y, wo.z)]
             .into_iter()
             .flat_map(|axis| [4.0 * step, -4.0 * step].map(|change| turned(wi, axis, change)));
@@ -157,9 +161,9 @@ impl Rounding {
             })
     }
 
-    /// Scales a relative error so that [`Rounding::tolerance`] is the largest that rounding
+    /// Scales a relative error so that [`RoundoffBounds::tolerance`] is the largest that rounding
     /// explains, given the conditioning there. `None` where rounding might explain more than
-    /// [`LARGEST_BOUND`], so that an error of one percent would not be detected.
+    /// [`MAX_ROUNDING_ERROR`], so that an error of one percent would not be detected.
     pub fn excess(self, error: f64, conditioning: impl FnOnce() -> f64) -> Option<f64> {
         let tolerance = self.tolerance();
         // NaN is judged.
@@ -167,17 +171,17 @@ impl Rounding {
             return Some(error);
         }
         let bound = tolerance + conditioning();
-        (bound <= LARGEST_BOUND).then(|| error * tolerance / bound)
+        (bound <= MAX_ROUNDING_ERROR).then(|| error * tolerance / bound)
     }
 
-    /// Returns an exact outcome, made undecided if most arguments (`left_out`) could not be judged.
-    pub fn outcome(self, outcome: Outcome, left_out: u64) -> Outcome {
-        if outcome.n < left_out && outcome.p > 0.0 {
+    /// Returns an exact outcome, made undecided if most arguments (`skipped`) could not be judged.
+    pub fn outcome(self, outcome: Outcome, skipped: u64) -> Outcome {
+        if outcome.n < skipped && outcome.p > 0.0 {
             let why = format!(
                 "in {} rounding explains more than half a percent at most places",
                 self.words()
             );
-            return outcome.without_evidence(&why, u64::MAX);
+            return outcome.undecided(&why, u64::MAX);
         }
         outcome
     }

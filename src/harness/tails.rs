@@ -12,9 +12,9 @@ use statrs::function::gamma::ln_gamma;
 
 const LN_SQRT_TAU: f64 = 0.918_938_533_204_672_8;
 /// Relative change of the sum at which series and fractions stop.
-const STEP: f64 = 1e-16;
+const SERIES_TOLERANCE: f64 = 1e-16;
 /// Bound that keeps Lentz's denominators from zero.
-const TINY: f64 = 1e-300;
+const MIN_DENOMINATOR: f64 = 1e-300;
 
 /// Returns P(Z ≥ z) of the standard normal law.
 pub fn normal_sf(z: f64) -> f64 {
@@ -80,7 +80,7 @@ pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
         sum += term;
         j += 1.0;
         // The weights fall beyond their mean, the central tails everywhere.
-        if j > half && term <= STEP * sum {
+        if j > half && term <= SERIES_TOLERANCE * sum {
             return sum;
         }
     }
@@ -109,11 +109,11 @@ pub fn kolmogorov_limit_sf(x: f64) -> f64 {
 }
 
 /// Probability below which [`kolmogorov_sf`] is a proved bound.
-pub const KOLMOGOROV_SWITCH: f64 = 1e-4;
+pub const KOLMOGOROV_BOUND_LEVEL: f64 = 1e-4;
 
 /// Returns P(D ≥ d) of Kolmogorov's statistic of n independent values, for n ≥ 100.
 ///
-/// Above [`KOLMOGOROV_SWITCH`] the limit law at √n d + 1/(6√n) + (√n d − 1)/(4n) (Vrbik,
+/// Above [`KOLMOGOROV_BOUND_LEVEL`] the limit law at √n d + 1/(6√n) + (√n d − 1)/(4n) (Vrbik,
 /// "Small-Sample Corrections to Kolmogorov-Smirnov Test Statistic", 2018), with an absolute error
 /// below 1e-3 for n ≥ 100; below it the inequality 2 exp(−2nd²) ≥ P (Massart, Ann. Probab. 18(3),
 /// 1990), which holds for every n: such a p-value is never too small.
@@ -121,15 +121,15 @@ pub fn kolmogorov_sf(n: u64, d: f64) -> f64 {
     let n = n as f64;
     let x = n.sqrt() * d;
     let body = kolmogorov_limit_sf(x + 1.0 / (6.0 * n.sqrt()) + (x - 1.0) / (4.0 * n));
-    if body > KOLMOGOROV_SWITCH {
+    if body > KOLMOGOROV_BOUND_LEVEL {
         body
     } else {
-        (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_SWITCH)
+        (2.0 * (-2.0 * x * x).exp()).min(KOLMOGOROV_BOUND_LEVEL)
     }
 }
 
-/// Returns the d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_SWITCH`]: Massart's inequality solved for
-/// d.
+/// Returns the d with P(D ≥ d) ≤ p, for p ≤ [`KOLMOGOROV_BOUND_LEVEL`]: Massart's inequality solved
+/// for d.
 pub fn kolmogorov_upper(n: u64, p: f64) -> f64 {
     ((2.0 / p).ln() / (2.0 * n as f64)).sqrt()
 }
@@ -248,7 +248,7 @@ pub fn gamma_p(a: f64, x: f64) -> f64 {
 
 fn gamma_series(a: f64, x: f64) -> f64 {
     let (mut term, mut sum, mut k) = (1.0 / a, 1.0 / a, a);
-    while term > STEP * sum {
+    while term > SERIES_TOLERANCE * sum {
         k += 1.0;
         term *= x / k;
         sum += term;
@@ -264,7 +264,13 @@ fn gamma_fraction(a: f64, x: f64) -> f64 {
 
 /// Evaluates b₀ + a₁/(b₁ + a₂/(b₂ + …)) with (aᵢ, bᵢ) = `term(i)`, by the modified Lentz method.
 fn lentz(b0: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
-    let away_from_zero = |x: f64| if x.abs() < TINY { TINY } else { x };
+    let away_from_zero = |x: f64| {
+        if x.abs() < MIN_DENOMINATOR {
+            MIN_DENOMINATOR
+        } else {
+            x
+        }
+    };
     let mut value = away_from_zero(b0);
     let (mut c, mut d, mut i) = (value, 0.0, 0.0);
     loop {
@@ -275,7 +281,7 @@ fn lentz(b0: f64, term: impl Fn(f64) -> (f64, f64)) -> f64 {
         let step = c * d;
         value *= step;
         // The fractions used here converge long before this many steps, or never.
-        if (step - 1.0).abs() <= 4.0 * STEP || step.is_nan() || i > 1e7 {
+        if (step - 1.0).abs() <= 4.0 * SERIES_TOLERANCE || step.is_nan() || i > 1e7 {
             return value;
         }
     }

@@ -1,12 +1,12 @@
-//! Trials as data: a property, a statistic, a size, and functions that run it on the right subject
-//! and on faulty ones.
+//! Trials as data: a property, a statistic, a size, and functions that run it on the correct
+//! subject and on faulty ones.
 
 mod check;
 mod context;
 
 pub use check::{
-    assert_holds, check, check_control, check_subject, command, control_is_green, meant, refused,
-    trial_is_green, write_cells,
+    assert_holds, check, check_control, check_subject, command, control_is_green, power_objections,
+    required_outcomes, trial_is_green, write_cells,
 };
 pub use context::{Context, DEFAULT_SEED, SCALES, shard_from_environment};
 
@@ -16,19 +16,19 @@ use super::outcome::{Outcome, Verdict};
 pub type Run = Box<dyn Fn(&Context) -> Vec<Outcome> + Send + Sync>;
 
 /// Negative control: a faulty subject on which the same trial must fail.
-pub struct Control {
+pub struct NegativeControl {
     /// Short name, unique within its trial.
     pub name: &'static str,
     /// The fault, in one line.
     pub wrong: &'static str,
     /// Names of the outcomes that must all reject it. May be empty where the trial leaves no
-    /// choice: see [`meant`].
+    /// choice: see [`required_outcomes`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function with the faulty subject.
     pub run: Run,
 }
 
-impl Control {
+impl NegativeControl {
     /// Creates a control that the trial's only outcome rejects.
     pub fn new(
         name: &'static str,
@@ -63,10 +63,10 @@ pub struct Trial {
     pub subject: &'static str,
     /// Name of the statistic.
     pub statistic: &'static str,
-    /// Function on the right subject.
+    /// Function on the correct subject.
     pub run: Run,
     /// The trial's function on faulty subjects; at least one.
-    pub controls: Vec<Control>,
+    pub controls: Vec<NegativeControl>,
 }
 
 /// One line of the report: one outcome of a trial.
@@ -129,7 +129,7 @@ pub fn run_trial(trial: &Trial, context: &Context) -> Vec<Row> {
 }
 
 /// Runs a trial on a faulty subject, with its own random numbers.
-pub fn run_control(trial: &Trial, control: &Control, context: &Context) -> Vec<Row> {
+pub fn run_control(trial: &Trial, control: &NegativeControl, context: &Context) -> Vec<Row> {
     rows(trial, control.name, &control.run, context)
 }
 

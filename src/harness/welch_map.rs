@@ -122,7 +122,7 @@ impl PValueMap {
             },
             ..Outcome::exact(name, n, 0.0, 0.0, "")
         }
-        .without_evidence("no tile was judged", u64::MAX)
+        .undecided("no tile was judged", u64::MAX)
     }
 
     fn cells(&self) -> Vec<Cell> {
@@ -170,7 +170,7 @@ fn difference(a: &PixelStatistics, b: &PixelStatistics, pixels: &[usize]) -> Dif
 
 /// One channel of an image of independent pixels, with the skewness of their replications.
 #[derive(Clone, Copy, Debug)]
-pub struct Skewed<'a> {
+pub struct ImageMoments<'a> {
     /// Mean, variance and count of each pixel.
     pub statistics: &'a PixelStatistics<'a>,
     /// Skewness of one replication of each pixel.
@@ -178,15 +178,15 @@ pub struct Skewed<'a> {
 }
 
 /// Tests the means of two images: `delta` is relative to the mean of the second. The claim is
-/// exact, as for two unbiased estimators; [`Outcome::within_delta`] makes it approximate.
-pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
+/// exact, as for two unbiased estimators; [`Outcome::as_equivalence`] makes it approximate.
+pub fn image_mean(name: &str, a: ImageMoments, b: ImageMoments, delta: f64) -> Outcome {
     grade(compare_means(name, a, b, delta), |effect| {
         let mean: Vec<f64> = a.statistics.mean.iter().map(|x| x + effect).collect();
         let wrong = PixelStatistics {
             mean: &mean,
             ..*a.statistics
         };
-        let wrong = Skewed {
+        let wrong = ImageMoments {
             statistics: &wrong,
             ..a
         };
@@ -194,7 +194,7 @@ pub fn image_mean(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
     })
 }
 
-fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
+fn compare_means(name: &str, a: ImageMoments, b: ImageMoments, delta: f64) -> Outcome {
     let skewness = skewness_of_sum([a, b].into_iter().flat_map(|image| {
         let s = image.statistics;
         let part = |(i, &skewness): (usize, &f64)| {
@@ -241,23 +241,23 @@ fn compare_means(name: &str, a: Skewed, b: Skewed, delta: f64) -> Outcome {
             tests: 1,
         },
         worst: format!("image means differ by {t:+.2} standard errors"),
-        cells: stretches(a, b),
+        cells: segments(a, b),
         graded: Vec::new(),
     };
     if outcome.n < 2 {
-        outcome.without_evidence("fewer than two replications", 2)
+        outcome.undecided("fewer than two replications", 2)
     } else if standard_error == 0.0 && d.difference == 0.0 {
-        outcome.without_evidence("no pixel varies", u64::MAX)
+        outcome.undecided("no pixel varies", u64::MAX)
     } else {
         outcome
     }
 }
 
 /// Number of parts of an image kept for the data file of its mean.
-const STRETCHES: usize = 64;
+const MAX_SEGMENTS: usize = 64;
 
 /// Returns the means of consecutive pixels of the first image against the second's.
-fn stretches(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
+fn segments(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
     let pixels: Vec<usize> = (0..a.mean.len()).collect();
     let cell = |part: &[usize]| {
         let d = difference(a, b, part);
@@ -269,7 +269,7 @@ fn stretches(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
             sigmas: d.sigmas(),
         }
     };
-    let length = pixels.len().div_ceil(STRETCHES).max(1);
+    let length = pixels.len().div_ceil(MAX_SEGMENTS).max(1);
     pixels.chunks(length).map(cell).collect()
 }
 
@@ -288,8 +288,8 @@ pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) 
         })
         .collect();
     let p = |d: &Difference| {
-        let says_nothing = d.difference == 0.0 && d.variance == 0.0;
-        (!says_nothing).then(|| student_two_sided(d.sigmas(), d.dof))
+        let is_degenerate = d.difference == 0.0 && d.variance == 0.0;
+        (!is_degenerate).then(|| student_two_sided(d.sigmas(), d.dof))
     };
     PValueMap {
         width: across,

@@ -88,7 +88,7 @@ pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) ->
     let channel = |(name, column)| AnyChannel::new(name, FlatSamples::F32(column));
     let [width, height] = film.size().map(|n| n as usize);
     let [to_camera, to_image] = matrices(film, camera).map(Some);
-    let attributes = attributes(path, [("provenance", provenance)])?;
+    let attributes = text_attributes(path, [("provenance", provenance)])?;
     let image = Image::from_layer(Layer::new(
         (width, height),
         LayerAttributes {
@@ -103,8 +103,8 @@ pub fn write_exr(path: &Path, film: &Film, camera: &Camera, provenance: &str) ->
         },
         AnyChannels::sort(CHANNELS.into_iter().zip(columns).map(channel).collect()),
     ));
-    write_whole(path, |file| {
-        image.write().to_buffered(file).map_err(codec(path))
+    write_atomically(path, |file| {
+        image.write().to_buffered(file).map_err(exr_error(path))
     })
 }
 
@@ -160,7 +160,7 @@ pub(crate) fn values(pixel: &Pixel) -> [f32; CHANNELS.len()] {
 fn matrices(film: &Film, camera: &Camera) -> [[f32; 16]; 2] {
     let ([forward, right, up], half_height) = camera.frame();
     let [right, up, ahead] = [right, up, forward].map(|axis| axis.extend(-axis.dot(camera.eye)));
-    let [width, height] = film.frame().map(f64::from);
+    let [width, height] = film.resolution().map(f64::from);
     let ([left, top], [across, down]) = (
         film.window().corner.map(f64::from),
         film.size().map(f64::from),
@@ -182,7 +182,7 @@ const COMMENTS: &str = "albedo.*, normal.* and depth.Z are means over the camera
                         ray, not its share along the line of sight, in the unit of the world.";
 
 /// Returns text attributes of a file.
-pub(crate) fn attributes<'a>(
+pub(crate) fn text_attributes<'a>(
     path: &Path,
     texts: impl IntoIterator<Item = (&'a str, &'a str)>,
 ) -> Result<LayerAttributes, Error> {
@@ -191,8 +191,9 @@ pub(crate) fn attributes<'a>(
         ..LayerAttributes::default()
     };
     for (name, text) in texts {
-        let fault = || fault(path, format!("the {name} has characters outside Latin-1"));
-        let text = Text::new_or_none(text).ok_or_else(fault)?;
+        let encoding_error =
+            || encoding_error(path, format!("the {name} has characters outside Latin-1"));
+        let text = Text::new_or_none(text).ok_or_else(encoding_error)?;
         attributes
             .other
             .insert(Text::from(name), AttributeValue::Text(text));
@@ -200,7 +201,7 @@ pub(crate) fn attributes<'a>(
     Ok(attributes)
 }
 
-fn fault(path: &Path, message: String) -> Error {
+fn encoding_error(path: &Path, message: String) -> Error {
     Error::Image {
         action: "write",
         path: path.to_owned(),
@@ -208,10 +209,10 @@ fn fault(path: &Path, message: String) -> Error {
     }
 }
 
-pub(crate) fn codec(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
+pub(crate) fn exr_error(path: &Path) -> impl FnOnce(exr::error::Error) -> Error + '_ {
     |error| match error {
         exr::error::Error::Io(error) => Error::file("write", path)(error),
-        other => fault(path, other.to_string()),
+        other => encoding_error(path, other.to_string()),
     }
 }
 
@@ -248,7 +249,7 @@ pub fn write_rgb(path: &Path, size: [u32; 2], rgb: &[u8]) -> Result<(), Error> {
         path: path.to_owned(),
         message: error.to_string(),
     })?;
-    write_whole(path, |file| {
+    write_atomically(path, |file| {
         file.write_all(&bytes).map_err(Error::file("write", path))
     })
 }
@@ -272,11 +273,11 @@ pub fn encode_rgb([width, height]: [u32; 2], rgb: &[u8]) -> Result<Vec<u8>, png:
 ///
 /// # Errors
 /// [`Error::File`] if the file cannot be created or renamed, or the error of `fill`.
-pub fn write_whole(
+pub fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let temporary = temporary_beside(path);
+    let temporary = temporary_path(path);
     let result = File::create(&temporary)
         .map_err(Error::file("create", path))
         .and_then(|file| {
@@ -308,7 +309,7 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;
     }
-    let temporary = temporary_beside(path);
+    let temporary = temporary_path(path);
     File::create(&temporary).map_err(Error::file("create", path))?;
     let folder = temporary
         .parent()
@@ -319,13 +320,13 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
 
 /// Removes the temporary files of this file that killed programs left.
 fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
-    let own = format!(".{}.", path.file_name().unwrap_or_default().display());
+    let prefix = format!(".{}.", path.file_name().unwrap_or_default().display());
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
         if name
             .to_string_lossy()
-            .strip_prefix(&own)
+            .strip_prefix(&prefix)
             .is_some_and(|rest| rest.ends_with(".tmp"))
         {
             std::fs::remove_file(entry.path())?;
@@ -334,7 +335,7 @@ fn remove_temporaries(path: &Path, folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-fn temporary_beside(path: &Path) -> PathBuf {
+fn temporary_path(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}.tmp", std::process::id()));

@@ -8,11 +8,11 @@ mod pfm;
 use std::path::Path;
 
 use crate::error::Error;
-use crate::film::LARGEST_FILM;
+use crate::film::MAX_FILM_PIXELS;
 
 /// Interpretation of an image's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Meaning {
+pub enum ChannelKind {
     /// Linear red, green and blue.
     Rgb,
     /// CIE X, Y, Z, or another vector of that name.
@@ -27,17 +27,17 @@ pub enum Meaning {
 
 /// Channels of an image file: radiance, or others that were chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct LoadedImage {
     /// Width and height, pixels.
     pub size: [usize; 2],
     /// Position of the upper left pixel in the full image.
     pub corner: [i32; 2],
     /// Interpretation of the channels.
-    pub meaning: Meaning,
+    pub kind: ChannelKind,
     /// Names of the channels in the file, including their layer.
     pub channels: Vec<String>,
     /// Channels and layers of the file that were not read.
-    pub left_out: Vec<String>,
+    pub skipped_channels: Vec<String>,
     /// Values of each channel, row by row from the top.
     pub values: Vec<Vec<f64>>,
     /// Standard errors of the values, where the file has them: channels `stderr.R` and so on beside
@@ -54,14 +54,14 @@ pub struct Picture {
 /// Primaries of Rec. 709 and sRGB, the default of an EXR.
 pub const REC_709: [[f32; 2]; 4] = [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]];
 
-impl Picture {
+impl LoadedImage {
     /// Returns the label of each channel: R, G, B; X, Y, Z; Y for luminance or grey; or its name.
     pub fn labels(&self) -> Vec<&str> {
-        match self.meaning {
-            Meaning::Rgb => vec!["R", "G", "B"],
-            Meaning::Xyz => vec!["X", "Y", "Z"],
-            Meaning::Luminance | Meaning::Grey => vec!["Y"],
-            Meaning::Three => self.channels.iter().map(String::as_str).collect(),
+        match self.kind {
+            ChannelKind::Rgb => vec!["R", "G", "B"],
+            ChannelKind::Xyz => vec!["X", "Y", "Z"],
+            ChannelKind::Luminance | ChannelKind::Grey => vec!["Y"],
+            ChannelKind::Three => self.channels.iter().map(String::as_str).collect(),
         }
     }
 
@@ -75,23 +75,23 @@ impl Picture {
     }
 
     /// Describes which channels were read, how they are interpreted, and what else the file holds.
-    pub fn reading(&self) -> String {
-        let meaning = match self.meaning {
-            Meaning::Rgb => "RGB",
-            Meaning::Xyz => "X, Y, Z",
-            Meaning::Luminance => "luminance",
-            Meaning::Grey => "one grey channel",
-            Meaning::Three => "three channels",
+    pub fn describe(&self) -> String {
+        let kind = match self.kind {
+            ChannelKind::Rgb => "RGB",
+            ChannelKind::Xyz => "X, Y, Z",
+            ChannelKind::Luminance => "luminance",
+            ChannelKind::Grey => "one grey channel",
+            ChannelKind::Three => "three channels",
         };
-        let others = if self.left_out.is_empty() {
+        let others = if self.skipped_channels.is_empty() {
             String::new()
         } else {
             "; not read: ".to_owned()
         };
         format!(
-            "{} as {meaning}{others}{}",
+            "{} as {kind}{others}{}",
             self.channels.join(", "),
-            listed(&self.left_out)
+            list_names(&self.skipped_channels)
         )
     }
 
@@ -115,10 +115,10 @@ impl Picture {
             planes(&self.values),
             self.standard_errors.as_ref().map(planes),
         );
-        let (channels, left_out) = (self.channels.clone(), self.left_out.clone());
+        let (channels, skipped_channels) = (self.channels.clone(), self.skipped_channels.clone());
         let &Self {
             corner,
-            meaning,
+            kind,
             rounding,
             primaries,
             is_cube,
@@ -127,9 +127,9 @@ impl Picture {
         Self {
             size,
             corner,
-            meaning,
+            kind,
             channels,
-            left_out,
+            skipped_channels,
             values,
             standard_errors,
             rounding,
@@ -154,21 +154,19 @@ impl Picture {
 }
 
 /// Lists names for a message, the first twenty of them.
-fn listed(names: &[String]) -> String {
-    const MOST: usize = 20;
-    let more = names.len().saturating_sub(MOST);
+fn list_names(names: &[String]) -> String {
+    const MAX_NAMES: usize = 20;
+    let more = names.len().saturating_sub(MAX_NAMES);
     let more = if more > 0 {
         format!(" and {more} more")
     } else {
         String::new()
     };
-    names[..names.len().min(MOST)].join(", ") + &more
+    names[..names.len().min(MAX_NAMES)].join(", ") + &more
 }
 
 /// Largest relative error of sums of many 32-bit floats.
-const FLOAT: f64 = 1e-5;
-/// Half a unit in the last place of a 16-bit float.
-pub(crate) const HALF: f64 = 1.0 / 2048.0;
+const FLOAT_ROUNDING: f64 = 1e-5;
 
 /// Decodes the bytes of a file, whose `path` is for messages. `layer` is the part of the channels'
 /// names before the last dot, or one or three full names of channels with commas; `option` is how a
@@ -186,7 +184,7 @@ pub fn decode(
     bytes: &[u8],
     layer: Option<&str>,
     option: &str,
-) -> Result<Picture, Error> {
+) -> Result<LoadedImage, Error> {
     let decoded = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => layers::exr(bytes, layer, option),
         [b'P', b'F' | b'f', ..] | [b'#', b'?', ..] if layer.is_some() => Err(format!(
@@ -196,15 +194,17 @@ pub fn decode(
         [b'#', b'?', ..] => hdr::hdr(bytes),
         _ => Err("neither EXR nor PFM nor Radiance picture (.hdr)".to_owned()),
     };
-    decoded.and_then(finite).map_err(|message| Error::Image {
-        action: "read",
-        path: path.to_owned(),
-        message,
-    })
+    decoded
+        .and_then(check_finite)
+        .map_err(|message| Error::Image {
+            action: "read",
+            path: path.to_owned(),
+            message,
+        })
 }
 
 /// Checks that all values are finite, and all standard errors at least 0.
-fn finite(mut picture: Picture) -> Result<Picture, String> {
+fn check_finite(mut picture: LoadedImage) -> Result<LoadedImage, String> {
     let width = picture.size[0];
     let fault = |what: &str, planes: &[Vec<f64>], good: fn(&f64) -> bool| {
         let (plane, at) =
@@ -226,12 +226,12 @@ fn finite(mut picture: Picture) -> Result<Picture, String> {
 
 /// Refuses a header that promises too many pixels, as the image is held in memory.
 fn check_size(pixels: Option<usize>) -> Result<(), String> {
-    let fits = pixels.is_some_and(|pixels| (1..=LARGEST_FILM as usize).contains(&pixels));
+    let fits = pixels.is_some_and(|pixels| (1..=MAX_FILM_PIXELS as usize).contains(&pixels));
     if fits {
         Ok(())
     } else {
         Err(format!(
-            "a size that is not from 1 to {LARGEST_FILM} pixels"
+            "a size that is not from 1 to {MAX_FILM_PIXELS} pixels"
         ))
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Lanewise, PathParts, TransportRules, vectors};
 use crate::error::Error;
-use crate::film::{Features, Pixel, features, is_legal_depth};
+use crate::film::{Features, Pixel, features, is_valid_depth};
 use crate::geometry::bvh::PacketHit;
 use crate::geometry::offsets::{RayOrigin, inner_point};
 use crate::geometry::shape::{Hit, Ray, outward};
@@ -328,8 +328,8 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     pub fn push_features(&self, lane: usize, backs: u32, pixel: &mut Pixel) -> Result<(), Error> {
         let depth = self.t.lane(lane);
         match &self.primitives[lane].features {
-            Some(flat) if is_legal_depth(depth) => {
-                pixel.push_flat(flat, backs >> lane & 1 == 1, depth)
+            Some(flat) if is_valid_depth(depth) => {
+                pixel.push_fixed_point(flat, backs >> lane & 1 == 1, depth)
             }
             _ => pixel.push_features(&self.features(lane)),
         }

@@ -48,10 +48,10 @@ pub struct Path<P = DefaultParts> {
 }
 
 impl<P> Path<P> {
-    /// Creates the simplest configuration: points uniform in area, balance heuristic, no early
-    /// hits, no specular next-event estimation, no bounce limit. `render` uses
-    /// [`LightSampling::ByContribution`], [`Heuristic::Power`] and
-    /// [`RR_DEPTH`](crate::sampling::roulette::RR_DEPTH).
+    /// Creates the textbook configuration: points uniform in area, balance heuristic, no early
+    /// hits, no specular next-event estimation, no bounce limit. [`Path::default()`](Default) is
+    /// that of the default strategy. The program `render` has other defaults, which
+    /// `experiments/src/render/defaults.rs` lists.
     pub fn new(parts: P, strategy: Strategy) -> Self {
         Self {
             parts,

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::film::{LARGEST_FILM, check_radiance};
+use crate::film::{MAX_FILM_PIXELS, check_radiance};
 
 /// Radiance of rays that hit nothing.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +73,7 @@ impl EnvironmentMap {
         let [width, height] = size;
         if pixels.is_empty()
             || width.checked_mul(height) != Some(pixels.len())
-            || pixels.len() as u64 > LARGEST_FILM
+            || pixels.len() as u64 > MAX_FILM_PIXELS
         {
             return Err(format!(
                 "{} pixels, which are not {width} × {height}",

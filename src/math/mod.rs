@@ -1,7 +1,12 @@
 //! Numbers, vectors and frames of one ray or of several, exact moments, a kd-tree.
 
 pub mod frame;
+#[cfg(feature = "render")]
 pub mod kd_tree;
 pub mod moments;
 pub mod real;
+#[cfg(feature = "render")]
 pub mod simd;
+
+/// Half a unit in the last place of a 16-bit float.
+pub(crate) const HALF_ROUNDING: f64 = 1.0 / 2048.0;

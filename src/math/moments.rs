@@ -1,6 +1,6 @@
 //! Running moments of the Monte Carlo estimator, in floating point and exactly.
 
-use crate::error::{Error, LARGEST_RADIANCE};
+use crate::error::{Error, MAX_RADIANCE};
 
 /// The estimator of (16), ⟨E⟩ = 1/N Σ f(Xᵢ)/p(Xᵢ), with the running second moment that gives its
 /// standard error (Welford 1962; merging after Chan, Golub and LeVeque 1979).
@@ -92,7 +92,7 @@ pub const FIXED_POINT_UNIT: f64 = 1.0 / 4_294_967_296.0;
 /// and independent of threads, passes and machines.
 ///
 /// A value is rounded to the nearest multiple of [`FIXED_POINT_UNIT`] = 2⁻³² and must not exceed
-/// [`LARGEST_RADIANCE`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸,
+/// [`MAX_RADIANCE`] = 2²⁴ in absolute value. Its square is then a multiple of 2⁻⁶⁴ below 2⁴⁸,
 /// and sums of fewer than 2¹⁵ such squares fit 128 bits even when every value is the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExactMoments {
@@ -115,12 +115,12 @@ impl ExactMoments {
     /// Adds one value; the caller keeps the count (channels of a pixel share it).
     ///
     /// # Errors
-    /// [`Error::Radiance`] if the value is not finite or exceeds [`LARGEST_RADIANCE`];
+    /// [`Error::Radiance`] if the value is not finite or exceeds [`MAX_RADIANCE`];
     /// [`Error::Option`] as [`merge`](Self::merge).
     #[inline]
     pub fn push(&mut self, value: f64) -> Result<(), Error> {
         // The comparison is false for NaN, too.
-        if value.abs() <= LARGEST_RADIANCE {
+        if value.abs() <= MAX_RADIANCE {
             let sum = i128::from(in_units(value));
             self.merge(&Self {
                 sum,
@@ -156,7 +156,7 @@ impl ExactMoments {
     /// Restores the moments of `count` values of at least 0 from their sums; `None` if no such
     /// values have them.
     pub(crate) fn of_sums([sum, squares]: [i128; 2], count: u32) -> Option<Self> {
-        let most = i128::from(count) * i128::from(in_units(LARGEST_RADIANCE));
+        let most = i128::from(count) * i128::from(in_units(MAX_RADIANCE));
         ((0..=most).contains(&sum) && sum <= squares).then_some(Self { sum, squares })
     }
 

@@ -13,21 +13,21 @@ use crate::sampling::sampler::MAX_POINTS;
 /// Number of scrambles of the pilot, whose spread gives the noise.
 pub const REPLICATIONS: u32 = 4;
 
-/// Divisor of the pixel's number of samples that gives the pilot's (`SHARE`), with at least one
-/// point and at most `MOST_POINTS` of each scramble.
-const SHARE: u32 = 32;
-const MOST_POINTS: u32 = 8;
+/// Divisor of the pixel's number of samples that gives the pilot's, with at least one point and at
+/// most [`MAX_PILOT_POINTS`] of each scramble.
+const PILOT_DIVISOR: u32 = 32;
+const MAX_PILOT_POINTS: u32 = 8;
 
 /// Fraction of the samples that is divided evenly, so that pixels where the pilot overlooked the
 /// noise still get samples.
-const EVEN: f64 = 0.2;
+const UNIFORM_FRACTION: f64 = 0.2;
 
 /// Largest noise that counts, in multiples of the mean, so that no pixel takes nearly all samples.
-const MOST: f64 = 8.0;
+const MAX_RELATIVE_NOISE: f64 = 8.0;
 
 /// Radius, pixels, of the box filter that is applied twice to the noise: a pixel's own estimate is
 /// far too noisy.
-const REACH: usize = 3;
+const FILTER_RADIUS: usize = 3;
 
 /// Returns how to draw the [`REPLICATIONS`] of the pilot of an image of `replications`
 /// replications: from other random numbers.
@@ -35,7 +35,7 @@ pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
     let samples = sampling
         .samples_per_replication()
         .saturating_mul(replications);
-    let points = (samples / (SHARE * REPLICATIONS)).clamp(1, MOST_POINTS);
+    let points = (samples / (PILOT_DIVISOR * REPLICATIONS)).clamp(1, MAX_PILOT_POINTS);
     Sampling {
         seed: seed_for(sampling.seed, "adaptive"),
         ..sampling.with_samples(points)
@@ -51,48 +51,53 @@ pub fn counts(pilot: &Film, mean: u32) -> Vec<u32> {
     // Standard deviations are averaged, not variances, lest a few values that are large by chance
     // take all samples.
     let noise: Vec<f64> = pilot.pixels().iter().map(noise).collect();
-    let noise = blurred(&blurred(&noise, width), width);
+    let noise = box_filtered(&box_filtered(&noise, width), width);
     let average = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-    let more = f64::from(mean.saturating_sub(1));
+    let extra = f64::from(mean.saturating_sub(1));
     // A scramble has at most [`MAX_POINTS`] points.
-    let most = MOST.min((f64::from(MAX_POINTS - 1) / more - 1.0) / (1.0 - EVEN));
-    let of_all = average(&noise);
+    let max_relative = MAX_RELATIVE_NOISE
+        .min((f64::from(MAX_POINTS - 1) / extra - 1.0) / (1.0 - UNIFORM_FRACTION));
+    let mean_noise = average(&noise);
     let relative = |noise: f64| {
-        if of_all > 0.0 {
-            (noise / of_all).min(most)
+        if mean_noise > 0.0 {
+            (noise / mean_noise).min(max_relative)
         } else {
             0.0
         }
     };
     let relative: Vec<f64> = noise.into_iter().map(relative).collect();
     let mean_relative = average(&relative);
-    let mut carried = 0.5;
+    let mut remainder = 0.5;
     let count = |relative: f64| {
         // The rounding remainder is carried to the next pixel.
-        carried += more * (1.0 + (1.0 - EVEN) * (relative - mean_relative));
-        let whole = f64::floor(carried);
-        carried -= whole;
+        remainder += extra * (1.0 + (1.0 - UNIFORM_FRACTION) * (relative - mean_relative));
+        let whole = f64::floor(remainder);
+        remainder -= whole;
         1 + whole as u32
     };
     relative.into_iter().map(count).collect()
 }
 
-/// Returns the mean within [`REACH`] columns and rows of each pixel.
-fn blurred(values: &[f64], width: usize) -> Vec<f64> {
+/// Returns the mean within [`FILTER_RADIUS`] columns and rows of each pixel.
+fn box_filtered(values: &[f64], width: usize) -> Vec<f64> {
     let height = values.len() / width;
-    let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
+    let window =
+        |at: usize, end: usize| at.saturating_sub(FILTER_RADIUS)..(at + FILTER_RADIUS + 1).min(end);
     let mean = |sum: f64, of: std::ops::Range<usize>| sum / of.len() as f64;
     let rows: Vec<f64> = (0..values.len())
         .map(|at| {
-            let (row, columns) = (&values[at - at % width..][..width], near(at % width, width));
+            let (row, columns) = (
+                &values[at - at % width..][..width],
+                window(at % width, width),
+            );
             mean(row[columns.clone()].iter().sum(), columns)
         })
         .collect();
     let column = |at: usize| {
-        let near = near(at / width, height);
+        let window = window(at / width, height);
         mean(
-            near.clone().map(|y| rows[y * width + at % width]).sum(),
-            near,
+            window.clone().map(|y| rows[y * width + at % width]).sum(),
+            window,
         )
     };
     (0..values.len()).map(column).collect()

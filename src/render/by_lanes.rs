@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::row::{LaneEstimator, RowRenderer};
 use super::silhouette::Silhouettes;
-use super::{CHUNK_SAMPLES, Prepared, Progress, Renderer, for_each_tile};
+use super::{CHUNK_SAMPLES, PreparedRenderer, Progress, Renderer, for_each_tile};
 use crate::error::Error;
 use crate::film::Film;
 use crate::integrator::Estimator as _;
@@ -24,24 +24,24 @@ pub fn render_lanes(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    done: Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<bool, Error> {
-    ByLanes {
+    LaneRenderer {
         estimator,
         sampling,
         precision: Precision::Double,
     }
-    .add(scene, film, range.clone(), done)
+    .add(scene, film, range.clone(), progress)
 }
 
 /// Refuses scenes in which single precision would be visible: where the largest coordinate lies
-/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_DETAIL`] times the size of a detail (the
-/// radius of a sphere or the height of a zone, or the second largest extent of connected
-/// triangles); and where surfaces [coincide](Scene::coincident_in_singles).
+/// outside [`SINGLE_EXTENTS`] or is more than [`SINGLE_MAX_EXTENT_RATIO`] times the size of a
+/// detail (the radius of a sphere or the height of a zone, or the second largest extent of
+/// connected triangles); and where surfaces [coincide](Scene::coincident_in_singles).
 ///
 /// # Errors
 /// [`Error::Option`] with the reason, and advice.
-pub fn check_singles(scene: &Scene) -> Result<(), Error> {
+pub fn check_single_precision(scene: &Scene) -> Result<(), Error> {
     let extent = scene.extent();
     let [low, high] = SINGLE_EXTENTS;
     if !(low..=high).contains(&extent) {
@@ -50,10 +50,10 @@ pub fn check_singles(scene: &Scene) -> Result<(), Error> {
         )));
     }
     let detail = scene.smallest_detail();
-    if extent > detail * SINGLE_DETAIL {
+    if extent > detail * SINGLE_MAX_EXTENT_RATIO {
         return Err(Error::Option(format!(
             "the scene has something of size {detail:.1e}, too small for single precision where the scene reaches to \
-             {extent:?}, more than {SINGLE_DETAIL} times as far"
+             {extent:?}, more than {SINGLE_MAX_EXTENT_RATIO} times as far"
         )));
     }
     match scene.coincident_in_singles() {
@@ -67,11 +67,11 @@ pub fn check_singles(scene: &Scene) -> Result<(), Error> {
 pub const SINGLE_EXTENTS: [f64; 2] = [1e-6, 1e6];
 /// Largest ratio of a scene's extent to its smallest detail in single precision. The experiment
 /// `single` measures the error below and beyond.
-pub const SINGLE_DETAIL: f64 = 4096.0;
+pub const SINGLE_MAX_EXTENT_RATIO: f64 = 4096.0;
 
-/// Renderer as [`ByRays`](super::ByRays), several paths at a time.
+/// Renderer as [`RayRenderer`](super::RayRenderer), several paths at a time.
 #[derive(Clone, Copy, Debug)]
-pub struct ByLanes {
+pub struct LaneRenderer {
     /// Estimator of the radiance along a ray.
     pub estimator: LaneEstimator,
     /// Sampling settings.
@@ -83,42 +83,43 @@ pub struct ByLanes {
 /// Precision of a lane's numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// Eight paths at a time, to the bytes of [`ByRays`](super::ByRays).
+    /// Eight paths at a time, to the bytes of [`RayRenderer`](super::RayRenderer).
     #[default]
     Double,
     /// Sixteen paths at a time: the same paths by the same random numbers, rounded, in scenes that
-    /// pass [`check_singles`].
+    /// pass [`check_single_precision`].
     Single,
-    /// Single precision in any scene, to measure the errors that [`check_singles`] prevents.
+    /// Single precision in any scene, to measure the errors that [`check_single_precision`]
+    /// prevents.
     UncheckedSingle,
 }
 
-impl Renderer for ByLanes {
+impl Renderer for LaneRenderer {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
     fn prepare<'a>(
         &'a self,
         scene: &'a Scene,
-        frame: [u32; 2],
-    ) -> Result<Box<dyn Prepared + 'a>, Error> {
+        resolution: [u32; 2],
+    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
         if self.precision == Precision::Single {
-            check_singles(scene)?;
+            check_single_precision(scene)?;
         }
         Ok(match self.precision {
-            Precision::Double => Box::new(self.prepared::<Lanes, LANES>(scene, frame)),
+            Precision::Double => Box::new(self.prepared::<Lanes, LANES>(scene, resolution)),
             Precision::Single | Precision::UncheckedSingle => {
-                Box::new(self.prepared::<Singles, SINGLES>(scene, frame))
+                Box::new(self.prepared::<Singles, SINGLES>(scene, resolution))
             }
         })
     }
 }
 
-impl ByLanes {
+impl LaneRenderer {
     fn prepared<'a, R: Wide<N>, const N: usize>(
         &self,
         scene: &'a Scene,
-        frame: [u32; 2],
+        resolution: [u32; 2],
     ) -> RowRenderer<'a, R, N> {
         let Self {
             estimator,
@@ -127,23 +128,31 @@ impl ByLanes {
         } = *self;
         let sees_in_mirrors =
             matches!(estimator, LaneEstimator::Path(path) if path.sees_in_mirrors());
-        let silhouettes = Silhouettes::new(scene, frame, sampling, sees_in_mirrors);
+        let silhouettes = Silhouettes::new(scene, resolution, sampling, sees_in_mirrors);
         RowRenderer {
             scene: LaneScene::new(scene),
             estimator,
             sampling,
-            frame,
+            resolution,
             silhouettes,
         }
     }
 }
 
-impl<R: Wide<N>, const N: usize> Prepared for RowRenderer<'_, R, N> {
-    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        for_each_tile(self.sampling, CHUNK_SAMPLES, film, &range, done, |pieces| {
-            pieces
-                .iter_mut()
-                .try_for_each(|piece| Self::add(self, piece))
-        })
+impl<R: Wide<N>, const N: usize> PreparedRenderer for RowRenderer<'_, R, N> {
+    fn add(
+        &self,
+        film: &mut Film,
+        range: Range<u32>,
+        progress: Progress<'_>,
+    ) -> Result<bool, Error> {
+        for_each_tile(
+            self.sampling,
+            CHUNK_SAMPLES,
+            film,
+            &range,
+            progress,
+            |runs| runs.iter_mut().try_for_each(|run| Self::add(self, run)),
+        )
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Prepared, Progress, Renderer};
+use super::{PreparedRenderer, Progress, Renderer};
 use crate::error::Error;
 use crate::film::{Features, Film, PartialReplication, check_radiance};
 use crate::integrator::{Bdpt, ImageEstimator, LightTracer, Sppm, SurfaceInteraction};
@@ -19,25 +19,25 @@ use crate::scene::Scene;
 use crate::scene::lanes::{IntersectionScratch, LaneScene};
 
 /// Returns the features seen through these points of the image.
-fn features_at(scene: &Scene, frame: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
+fn features_at(scene: &Scene, resolution: [u32; 2], points: &[[f64; 2]]) -> Vec<Option<Features>> {
     let lanes: LaneScene<'_, Lanes, LANES> = LaneScene::new(scene);
     let mut scratch = IntersectionScratch::new();
-    let eight = points.chunks(LANES).flat_map(|points| {
+    let features = points.chunks(LANES).flat_map(|points| {
         let [x, y] =
             [0, 1].map(|axis| Lanes::from_lanes(|i| points.get(i).unwrap_or(&points[0])[axis]));
-        let ray = scene.camera().ray(frame, x, y);
+        let ray = scene.camera().ray(resolution, x, y);
         let found = lanes.closest(&ray, Mask::from_fn(|i| i < points.len()), &mut scratch);
         let hit_bits = found.hit_mask.bits();
         let surface = (hit_bits != 0).then(|| SurfaceInteraction::new(lanes, &ray, &found));
-        let of = move |i: usize| {
+        let features_of_lane = move |i: usize| {
             surface
                 .as_ref()
                 .filter(|_| hit_bits >> i & 1 == 1)
                 .map(|surface| surface.features(i))
         };
-        (0..points.len()).map(of).collect::<Vec<_>>()
+        (0..points.len()).map(features_of_lane).collect::<Vec<_>>()
     });
-    eight.collect()
+    features.collect()
 }
 
 /// Adds the replications `range` of an image estimator to a film of the full image. A replication
@@ -61,8 +61,8 @@ pub fn render_passes<E: ImageEstimator>(
     range: Range<u32>,
     pass_done: &dyn Fn(u64) -> bool,
 ) -> Result<bool, Error> {
-    let frame = film.frame();
-    if film.size() != frame {
+    let resolution = film.resolution();
+    if film.size() != resolution {
         return Err(Error::Option(
             "an estimator of whole images cannot render a window: take the full frame".to_owned(),
         ));
@@ -75,13 +75,13 @@ pub fn render_passes<E: ImageEstimator>(
     };
     super::check(&sampling, range.end, film)?;
     let samples = sampling.samples_per_replication();
-    let width = frame[0] as usize;
+    let width = resolution[0] as usize;
     for replication in range {
-        let begun = film.begun.take();
+        let partial = film.partial.take();
         let PartialReplication {
             passes: done,
             mut sums,
-        } = begun.unwrap_or_else(|| PartialReplication {
+        } = partial.unwrap_or_else(|| PartialReplication {
             passes: 0,
             sums: vec![DVec3::ZERO; film.pixels().len()],
         });
@@ -89,7 +89,7 @@ pub fn render_passes<E: ImageEstimator>(
         for index in passes.clone().skip(done as usize) {
             let image = estimator.image(
                 scene,
-                frame,
+                resolution,
                 ImagePass {
                     numbers,
                     seed,
@@ -104,20 +104,20 @@ pub fn render_passes<E: ImageEstimator>(
                 .enumerate();
             rows.try_for_each(|(y, (pixels, (sums, values)))| {
                 let point = |x: u32| {
-                    let random = uniform2(&mut stream(seed, y as u32 * frame[0] + x, index));
+                    let random = uniform2(&mut stream(seed, y as u32 * resolution[0] + x, index));
                     let offset = PixelSampling::Random.position(0, random);
                     [f64::from(x) + offset[0], y as f64 + offset[1]]
                 };
-                let points: Vec<_> = (0..frame[0]).map(point).collect();
-                let seen = features_at(scene, frame, &points);
-                for (x, (((pixel, sum), value), seen)) in pixels
+                let points: Vec<_> = (0..resolution[0]).map(point).collect();
+                let features = features_at(scene, resolution, &points);
+                for (x, (((pixel, sum), value), features)) in pixels
                     .iter_mut()
                     .zip(sums)
                     .zip(values)
-                    .zip(seen)
+                    .zip(features)
                     .enumerate()
                 {
-                    if let Some(features) = &seen {
+                    if let Some(features) = &features {
                         pixel.push_features(features)?;
                     }
                     *sum += value;
@@ -132,7 +132,7 @@ pub fn render_passes<E: ImageEstimator>(
             })?;
             if !pass_done(image.len() as u64) {
                 if index + 1 < passes.end {
-                    film.begun = Some(PartialReplication {
+                    film.partial = Some(PartialReplication {
                         passes: index + 1 - passes.start,
                         sums,
                     });
@@ -146,7 +146,7 @@ pub fn render_passes<E: ImageEstimator>(
 
 /// Renderer by whole images.
 #[derive(Clone, Copy, Debug)]
-pub struct ByPasses<E> {
+pub struct ImageRenderer<E> {
     /// Estimator of an image.
     pub estimator: E,
     /// Source of the random numbers.
@@ -155,7 +155,7 @@ pub struct ByPasses<E> {
     pub seed: u64,
 }
 
-impl<E: ImageEstimator> Renderer for ByPasses<E> {
+impl<E: ImageEstimator> Renderer for ImageRenderer<E> {
     fn samples_per_replication(&self) -> u32 {
         self.numbers.samples()
     }
@@ -163,8 +163,8 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
         &'a self,
         scene: &'a Scene,
         _: [u32; 2],
-    ) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedPasses {
+    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
+        Ok(Box::new(PreparedImageRenderer {
             scene,
             passes: self,
         }))
@@ -172,19 +172,26 @@ impl<E: ImageEstimator> Renderer for ByPasses<E> {
 }
 
 /// An image renderer prepared for a scene.
-struct PreparedPasses<'a, E> {
+struct PreparedImageRenderer<'a, E> {
     scene: &'a Scene,
-    passes: &'a ByPasses<E>,
+    passes: &'a ImageRenderer<E>,
 }
 
-impl<E: ImageEstimator> Prepared for PreparedPasses<'_, E> {
-    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
-        let ByPasses {
+impl<E: ImageEstimator> PreparedRenderer for PreparedImageRenderer<'_, E> {
+    fn add(
+        &self,
+        film: &mut Film,
+        range: Range<u32>,
+        progress: Progress<'_>,
+    ) -> Result<bool, Error> {
+        let ImageRenderer {
             estimator,
             numbers,
             seed,
         } = self.passes;
-        render_passes(self.scene, estimator, *numbers, *seed, film, range, done)
+        render_passes(
+            self.scene, estimator, *numbers, *seed, film, range, progress,
+        )
     }
 }
 
@@ -200,11 +207,16 @@ pub enum PassEstimator {
 }
 
 impl ImageEstimator for PassEstimator {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
+    fn image(
+        &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error> {
         match self {
-            Self::LightTracer(tracer) => tracer.image(scene, frame, pass),
-            Self::Bdpt(bdpt) => bdpt.image(scene, frame, pass),
-            Self::Sppm(sppm) => sppm.image(scene, frame, pass),
+            Self::LightTracer(tracer) => tracer.image(scene, resolution, pass),
+            Self::Bdpt(bdpt) => bdpt.image(scene, resolution, pass),
+            Self::Sppm(sppm) => sppm.image(scene, resolution, pass),
         }
     }
 }

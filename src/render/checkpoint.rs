@@ -15,17 +15,17 @@ use exr::prelude::{
 };
 use glam::DVec3;
 
-use crate::error::{Error, LARGEST_RADIANCE};
+use crate::error::{Error, MAX_RADIANCE};
 use crate::film::{Film, PartialReplication, Pixel, SUMS, WORDS, Window};
-use crate::image::{CHANNELS, attributes, codec, values, write_whole};
+use crate::image::{CHANNELS, exr_error, text_attributes, values, write_atomically};
 
 /// Text attributes of a file besides the film, by name: short texts of Latin-1.
-pub type Notes = BTreeMap<String, String>;
+pub type Attributes = BTreeMap<String, String>;
 
 /// Channels beyond the sums: a pixel's sums of 64-bit floats over the passes of an unfinished
 /// replication.
-const BEGUN: [&str; 3] = ["begun.R", "begun.G", "begun.B"];
-const ALL_WORDS: usize = WORDS + 2 * BEGUN.len();
+const PARTIAL_SUMS: [&str; 3] = ["begun.R", "begun.G", "begun.B"];
+const ALL_WORDS: usize = WORDS + 2 * PARTIAL_SUMS.len();
 /// Text attribute of the format itself, which describes the film.
 const FILM: &str = "film";
 /// Number of pixels whose words are written at once.
@@ -34,7 +34,7 @@ const CHECKSUM: &str = "checksum";
 
 /// Returns the channel names of a pixel's words, in order.
 fn names() -> impl Iterator<Item = String> {
-    let groups = SUMS.into_iter().chain(BEGUN.map(|name| (name, 2)));
+    let groups = SUMS.into_iter().chain(PARTIAL_SUMS.map(|name| (name, 2)));
     groups.flat_map(|(group, words)| (0..words).map(move |word| format!("sums.{group}.{word}")))
 }
 
@@ -42,8 +42,8 @@ fn names() -> impl Iterator<Item = String> {
 fn words(film: &Film, at: usize) -> [u32; ALL_WORDS] {
     let mut all = [0; ALL_WORDS];
     all[..WORDS].copy_from_slice(&film.pixels()[at].words());
-    if let Some(begun) = &film.begun {
-        let halves = begun.sums[at]
+    if let Some(partial) = &film.partial {
+        let halves = partial.sums[at]
             .to_array()
             .map(f64::to_bits)
             .map(|bits| [bits as u32, (bits >> 32) as u32]);
@@ -57,9 +57,9 @@ fn words(film: &Film, at: usize) -> [u32; ALL_WORDS] {
 struct Checksum(u64);
 
 impl Checksum {
-    fn of(film: &str, notes: &Notes) -> Self {
+    fn of(film: &str, attributes: &Attributes) -> Self {
         let mut checksum = Self(0xcbf2_9ce4_8422_2325);
-        for text in notes
+        for text in attributes
             .iter()
             .flat_map(|(name, text)| [name.as_str(), text])
             .chain([film])
@@ -89,7 +89,7 @@ impl Checksum {
     }
 }
 
-/// Writes a film with its exact sums, so that [`read_unfinished`] restores the identical film.
+/// Writes a film with its exact sums, so that [`read_checkpoint`] restores the identical film.
 ///
 /// The file is one EXR part without compression. Viewers show the channels of
 /// [`write_exr`](crate::image::write_exr), for the samples so far. The others are 32-bit unsigned
@@ -102,24 +102,24 @@ impl Checksum {
 ///
 /// The text attribute `film` holds seven numbers: width and height of the full image, x and y of
 /// the window's first pixel, samples per replication, passes done of an unfinished replication,
-/// pixels. `checksum` covers texts and sums. The other text attributes are the `notes`.
+/// pixels. `checksum` covers texts and sums. The other text attributes are `attributes`.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Image`]; no file is left behind then, and an existing file stays as
 /// it was.
-pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), Error> {
-    let [width, height] = film.frame();
+pub fn write_checkpoint(path: &Path, film: &Film, attributes: &Attributes) -> Result<(), Error> {
+    let [width, height] = film.resolution();
     let [x, y] = film.window().corner;
-    let begun = film.begun.as_ref();
+    let partial = film.partial.as_ref();
     let (samples, passes) = (
         film.samples_per_replication(),
-        begun.map_or(0, |begun| begun.passes),
+        partial.map_or(0, |partial| partial.passes),
     );
-    let own = format!(
+    let film_text = format!(
         "{width} {height} {x} {y} {samples} {passes} {}",
         film.pixels().len()
     );
-    let (mut checksum, mut used) = (Checksum::of(&own, notes), [0; ALL_WORDS]);
+    let (mut checksum, mut used) = (Checksum::of(&film_text, attributes), [0; ALL_WORDS]);
     for at in 0..film.pixels().len() {
         let words = words(film, at);
         checksum.add_pixel(&words);
@@ -146,8 +146,8 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
     channels.sort_by(|(a, _), (b, _)| a.name.cmp(&b.name));
     let (channels, columns): (_, Vec<usize>) = channels.into_iter().unzip();
 
-    let (notes, checksum) = (
-        notes
+    let (attributes, checksum) = (
+        attributes
             .iter()
             .map(|(name, text)| (name.as_str(), text.as_str())),
         checksum.text(),
@@ -159,9 +159,9 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
             BlockDescription::ScanLines,
             LineOrder::Increasing,
         )
-        .with_attributes(attributes(
+        .with_attributes(text_attributes(
             path,
-            notes.chain([(FILM, own.as_str()), (CHECKSUM, &checksum)]),
+            attributes.chain([(FILM, film_text.as_str()), (CHECKSUM, &checksum)]),
         )?);
     let row = |y: usize| {
         let mut bytes = vec![0; 4 * width * columns.len()];
@@ -193,7 +193,7 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
             compressed_pixels_le: bytes,
         }
     };
-    write_whole(path, |file| {
+    write_atomically(path, |file| {
         let rows = |_, writer: &mut ChunkWriter<_>| {
             (0..height).try_for_each(|y| {
                 let compressed_block = CompressedBlock::ScanLine(row(y));
@@ -206,17 +206,17 @@ pub fn write_unfinished(path: &Path, film: &Film, notes: &Notes) -> Result<(), E
                 )
             })
         };
-        exr::block::write(file, [header].into_iter().collect(), true, rows).map_err(codec(path))
+        exr::block::write(file, [header].into_iter().collect(), true, rows).map_err(exr_error(path))
     })
 }
 
-/// Reads a film written by [`write_unfinished`].
+/// Reads a film written by [`write_checkpoint`].
 ///
 /// # Errors
 /// [`Error::File`]; [`Error::Image`] for any other file, and for one that is damaged or truncated.
-pub fn read_unfinished(path: &Path) -> Result<(Film, Notes), Error> {
+pub fn read_checkpoint(path: &Path) -> Result<(Film, Attributes), Error> {
     let bytes = std::fs::read(path).map_err(Error::file("read", path))?;
-    decode_unfinished(&bytes).map_err(|message| Error::Image {
+    decode_checkpoint(&bytes).map_err(|message| Error::Image {
         action: "read",
         path: path.to_owned(),
         message,
@@ -226,8 +226,8 @@ pub fn read_unfinished(path: &Path) -> Result<(Film, Notes), Error> {
 /// Decodes a file's bytes; the error is a message.
 ///
 /// # Errors
-/// A message where [`read_unfinished`] returns [`Error::Image`].
-pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
+/// A message where [`read_checkpoint`] returns [`Error::Image`].
+pub fn decode_checkpoint(bytes: &[u8]) -> Result<(Film, Attributes), String> {
     let damaged = |what: &str| format!("damaged or truncated: {what}");
     let codec = |error: exr::error::Error| damaged(&error.to_string());
     let foreign = || "no film with sums, as render writes of unfinished work and shards".to_owned();
@@ -245,11 +245,15 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
             AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
             _ => None,
         });
-    let mut notes: Notes = texts.collect();
-    let (Some(own), Some(expected)) = (notes.remove(FILM), notes.remove(CHECKSUM)) else {
+    let mut attributes: Attributes = texts.collect();
+    let (Some(film_text), Some(expected)) = (attributes.remove(FILM), attributes.remove(CHECKSUM))
+    else {
         return Err(foreign());
     };
-    let numbers: Option<Vec<u32>> = own.split(' ').map(|number| number.parse().ok()).collect();
+    let numbers: Option<Vec<u32>> = film_text
+        .split(' ')
+        .map(|number| number.parse().ok())
+        .collect();
     let Some(&[width, height, x, y, samples, passes, pixels]) = numbers
         .as_deref()
         .and_then(|all| <&[u32; 7]>::try_from(all).ok())
@@ -295,14 +299,14 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
                 .unwrap_or(0)
         })
     };
-    let mut checksum = Checksum::of(&own, &notes);
+    let mut checksum = Checksum::of(&film_text, &attributes);
     (0..film.pixels().len()).for_each(|at| checksum.add_pixel(&words(at)));
     if checksum.text() != expected {
         return Err(damaged("its sums and texts have another checksum"));
     }
     for (at, pixel) in film.pixels_mut().iter_mut().enumerate() {
         let words = words(at);
-        let sums = words.first_chunk().and_then(Pixel::of_words);
+        let sums = words.first_chunk().and_then(Pixel::from_words);
         *pixel = sums.ok_or_else(|| damaged("sums that no samples have"))?;
     }
     if passes > 0 {
@@ -314,16 +318,16 @@ pub fn decode_unfinished(bytes: &[u8]) -> Result<(Film, Notes), String> {
             DVec3::from_array([0, 2, 4].map(float))
         };
         let sums: Vec<DVec3> = (0..film.pixels().len()).map(sum).collect();
-        let most = LARGEST_RADIANCE * f64::from(passes);
-        let legal = |sum: &DVec3| {
+        let max_sum = MAX_RADIANCE * f64::from(passes);
+        let is_valid = |sum: &DVec3| {
             sum.to_array()
                 .iter()
-                .all(|value| (-1.0..=most).contains(value))
+                .all(|value| (-1.0..=max_sum).contains(value))
         };
-        if passes >= samples || !sums.iter().all(legal) {
+        if passes >= samples || !sums.iter().all(is_valid) {
             return Err(damaged("passes that no replication has"));
         }
-        film.begun = Some(PartialReplication { passes, sums });
+        film.partial = Some(PartialReplication { passes, sums });
     }
-    Ok((film, notes))
+    Ok((film, attributes))
 }

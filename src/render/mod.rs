@@ -3,6 +3,7 @@
 pub mod adaptive;
 mod by_lanes;
 mod by_passes;
+#[cfg(feature = "files")]
 pub mod checkpoint;
 mod row;
 pub mod silhouette;
@@ -25,9 +26,10 @@ use crate::scene::Scene;
 use silhouette::{Silhouettes, with_supersampled_emission};
 
 pub use by_lanes::{
-    ByLanes, Precision, SINGLE_DETAIL, SINGLE_EXTENTS, check_singles, render_lanes,
+    LaneRenderer, Precision, SINGLE_EXTENTS, SINGLE_MAX_EXTENT_RATIO, check_single_precision,
+    render_lanes,
 };
-pub use by_passes::{ByPasses, PassEstimator, render_passes};
+pub use by_passes::{ImageRenderer, PassEstimator, render_passes};
 pub use row::LaneEstimator;
 
 /// Callback, from any thread, with a number of samples that are done; it returns false to stop. The
@@ -42,14 +44,16 @@ pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 /// many as the film has; for different numbers per pixel, except with Sobol' points without
 /// sub-pixels.
 fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Error> {
-    let own = sampling.samples_per_replication();
+    let per_replication = sampling.samples_per_replication();
     let counts = film
         .sample_counts()
         .unwrap_or(&[])
         .iter()
         .copied()
-        .chain([own]);
-    let (fewest, samples) = counts.fold((own, own), |(low, high), n| (low.min(n), high.max(n)));
+        .chain([per_replication]);
+    let (fewest, samples) = counts.fold((per_replication, per_replication), |(low, high), n| {
+        (low.min(n), high.max(n))
+    });
     let refuse = |why: String| {
         Err(Error::Option(format!(
             "{samples} samples in a replication: {why}"
@@ -85,9 +89,9 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
             "outlines need samples anywhere in a pixel, not at its centre or on a grid".to_owned(),
         ));
     }
-    if film.samples_per_replication() != own {
+    if film.samples_per_replication() != per_replication {
         return Err(Error::Option(format!(
-            "a film of {} samples per replication cannot take {own}",
+            "a film of {} samples per replication cannot take {per_replication}",
             film.samples_per_replication()
         )));
     }
@@ -99,7 +103,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
 /// Sample k of pixel (x, y) of the full image draws from the stream (seed, pixel, k) and sums are
 /// exact, so neither threads nor the order or division of the ranges change the result.
 ///
-/// `done` is called after each part of the film, of about [`Estimator::BATCH_SIZE`] samples or
+/// `progress` is called after each part of the film, of about [`Estimator::BATCH_SIZE`] samples or
 /// less, with their number, from any thread; when it returns false, the rest is left out and
 /// `Ok(false)` is returned: see [`Progress`].
 ///
@@ -113,9 +117,13 @@ pub fn render<E: Estimator>(
     sampling: Sampling,
     film: &mut Film,
     range: &Range<u32>,
-    done: Progress<'_>,
+    progress: Progress<'_>,
 ) -> Result<bool, Error> {
-    PreparedRays::new(scene, estimator, sampling, film.frame()).add(film, range.clone(), done)
+    PreparedRayRenderer::new(scene, estimator, sampling, film.resolution()).add(
+        film,
+        range.clone(),
+        progress,
+    )
 }
 
 /// Approximate largest number of samples that a thread takes in lanes between two calls of
@@ -127,80 +135,83 @@ pub(crate) struct PixelRun<'a> {
     /// Position of the first pixel in the full image.
     pub corner: [u32; 2],
     /// Replications to add.
-    pub missing: Range<u32>,
+    pub replications: Range<u32>,
     pub pixels: &'a mut [Pixel],
     /// Number of samples in a replication of each pixel.
     pub counts: &'a [u32],
 }
 
-/// Calls `add` with parts of the film's window: pieces of its rows, of about `together` samples or
-/// less.
+/// Calls `add` with parts of the film's window: pieces of its rows, of about `batch_size` samples
+/// or less.
 fn for_each_tile(
     sampling: Sampling,
-    together: u32,
+    batch_size: u32,
     film: &mut Film,
     range: &Range<u32>,
-    done: Progress<'_>,
+    progress: Progress<'_>,
     add: impl Fn(&mut [PixelRun<'_>]) -> Result<(), Error> + Sync,
 ) -> Result<bool, Error> {
     check(&sampling, range.end, film)?;
     let window = film.window();
     let [width, height] = window.size.map(|n| n as usize);
-    let least = film.replications();
+    let min_replications = film.replications();
     let per_replication = sampling.samples_per_replication();
-    let of_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
-    let at_once = (u64::from(together) / of_pixel.max(1)).max(1) as usize;
+    let samples_per_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
+    let pixels_per_run = (u64::from(batch_size) / samples_per_pixel.max(1)).max(1) as usize;
     // Several rows at once for estimators that gain by it, but enough parts for all threads.
-    let most = height / (PARTS_PER_THREAD * rayon::current_num_threads());
-    let rows = if together > CHUNK_SAMPLES {
-        (at_once / width).min(most).max(1)
+    let max_rows = height / (PARTS_PER_THREAD * rayon::current_num_threads());
+    let rows = if batch_size > CHUNK_SAMPLES {
+        (pixels_per_run / width).min(max_rows).max(1)
     } else {
         1
     };
     let stopped = AtomicBool::new(false);
     let (pixels, counts) = film.pixels_and_counts_mut();
-    let alike = vec![per_replication; width];
+    let uniform_counts = vec![per_replication; width];
     pixels
         .par_chunks_mut(width * rows)
         .enumerate()
         .try_for_each(|(band, pixels)| {
-            let mut pieces = Vec::new();
+            let mut runs = Vec::new();
             for (row, at) in pixels.chunks_mut(width).zip(band * rows..) {
-                let mut counts =
-                    counts.map_or(&*alike, |counts| &counts[at * width..(at + 1) * width]);
+                let mut counts = counts.map_or(&*uniform_counts, |counts| {
+                    &counts[at * width..(at + 1) * width]
+                });
                 let [mut x, y] = [window.corner[0], window.corner[1] + at as u32];
                 let same = |a: &Pixel, b: &Pixel| a.replications() == b.replications();
                 for pixels in row
-                    .chunks_mut(at_once)
+                    .chunks_mut(pixels_per_run)
                     .flat_map(|pixels| pixels.chunk_by_mut(same))
                 {
-                    let had = range.start.saturating_add(pixels[0].replications() - least);
-                    let missing = had.min(range.end)..range.end;
-                    let (own, others) = counts.split_at(pixels.len());
-                    counts = others;
+                    let start = range
+                        .start
+                        .saturating_add(pixels[0].replications() - min_replications);
+                    let replications = start.min(range.end)..range.end;
+                    let (run_counts, rest) = counts.split_at(pixels.len());
+                    counts = rest;
                     let corner = [x, y];
                     x += pixels.len() as u32;
-                    if !missing.is_empty() {
-                        pieces.push(PixelRun {
+                    if !replications.is_empty() {
+                        runs.push(PixelRun {
                             corner,
-                            missing,
+                            replications,
                             pixels,
-                            counts: own,
+                            counts: run_counts,
                         });
                     }
                 }
             }
-            let together = if rows > 1 { pieces.len() } else { 1 };
-            for pieces in pieces.chunks_mut(together.max(1)) {
+            let runs_per_call = if rows > 1 { runs.len() } else { 1 };
+            for runs in runs.chunks_mut(runs_per_call.max(1)) {
                 if stopped.load(Ordering::Relaxed) {
                     break;
                 }
-                add(pieces)?;
-                let of = |piece: &PixelRun<'_>| {
-                    let samples: u64 = piece.counts.iter().copied().map(u64::from).sum();
-                    samples * u64::from(piece.missing.end - piece.missing.start)
+                add(runs)?;
+                let of = |run: &PixelRun<'_>| {
+                    let samples: u64 = run.counts.iter().copied().map(u64::from).sum();
+                    samples * u64::from(run.replications.end - run.replications.start)
                 };
-                if !done(pieces.iter().map(of).sum()) {
+                if !progress(runs.iter().map(of).sum()) {
                     stopped.store(true, Ordering::Relaxed);
                 }
             }
@@ -222,36 +233,37 @@ fn add_samples<E: Estimator>(
     estimator: &E,
     sampling: Sampling,
     silhouettes: &Silhouettes,
-    frame: [u32; 2],
-    pieces: &mut [PixelRun<'_>],
+    resolution: [u32; 2],
+    runs: &mut [PixelRun<'_>],
 ) -> Result<(), Error> {
     let camera_ray = |[x, y]: [u32; 2], [u, v]: [f64; 2]| {
         let ray = scene
             .camera()
-            .ray(frame, f64::from(x) + u, f64::from(y) + v);
+            .ray(resolution, f64::from(x) + u, f64::from(y) + v);
         (ray, scene.intersect(&ray))
     };
     let (mut places, mut pixels) = (Vec::new(), Vec::new());
     for PixelRun {
         corner: [x, y],
-        missing,
-        pixels: own,
+        replications,
+        pixels: run_pixels,
         counts,
-    } in pieces
+    } in runs
     {
         places.extend(
             (*x..)
                 .zip(*counts)
-                .map(|(x, &samples)| ([x, *y], &*missing, sampling.with_samples(samples))),
+                .map(|(x, &samples)| ([x, *y], &*replications, sampling.with_samples(samples))),
         );
-        pixels.extend(own.iter_mut());
+        pixels.extend(run_pixels.iter_mut());
     }
-    let samples_of = |(i, &(_, missing, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
-        let samples = sampling.samples_per_replication();
-        missing
-            .clone()
-            .flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
-    };
+    let samples_of =
+        |(i, &(_, replications, sampling)): (usize, &([u32; 2], &Range<u32>, Sampling))| {
+            let samples = sampling.samples_per_replication();
+            replications
+                .clone()
+                .flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
+        };
     let names: Vec<SampleName> = places.iter().enumerate().flat_map(samples_of).collect();
     let error_of = |(i, replication, _): SampleName, error: Error| {
         let [x, y] = places[i].0;
@@ -259,7 +271,7 @@ fn add_samples<E: Estimator>(
     };
     let points_of = |(i, replication, index): SampleName| {
         let [x, y] = places[i].0;
-        silhouettes.points(y * frame[0] + x, replication, index)
+        silhouettes.points(y * resolution[0] + x, replication, index)
     };
     let mut refused = None;
     // For each sample, the weight of its radiance, and the emission seen along its ray.
@@ -267,7 +279,7 @@ fn add_samples<E: Estimator>(
     let samples = names.iter().map(|&name| {
         let (i, replication, index) = name;
         let ([x, y], _, sampling) = places[i];
-        let mut rng = sampling.source(y * frame[0] + x, replication, index);
+        let mut rng = sampling.source(y * resolution[0] + x, replication, index);
         let cell = index % sampling.pixel.samples_per_replication();
         let (ray, hit) = camera_ray([x, y], sampling.pixel.position(cell, uniform2(&mut rng)));
         if let Some(hit) = &hit
@@ -288,18 +300,18 @@ fn add_samples<E: Estimator>(
         return Err(error);
     }
     let mut sum = DVec3::ZERO;
-    for (name, ((weight, own), radiance)) in
+    for (name, ((weight, emission), radiance)) in
         names.iter().copied().zip(views.into_iter().zip(radiances))
     {
         let mut radiance = weight * radiance;
         let (i, _, index) = name;
         let (at, _, sampling) = places[i];
         if let Some(points) = points_of(name) {
-            let shown = points.map(|point| {
+            let visible = points.map(|point| {
                 let (ray, hit) = camera_ray(at, point);
                 silhouettes.view(scene, ray, hit).emitted(scene)
             });
-            radiance = with_supersampled_emission(radiance, own, shown);
+            radiance = with_supersampled_emission(radiance, emission, visible);
         }
         // Checked here, as the mean of several could hide an invalid one.
         check_radiance(radiance).map_err(|error| error_of(name, error))?;
@@ -337,73 +349,80 @@ pub trait Renderer: Sync {
     fn prepare<'a>(
         &'a self,
         scene: &'a Scene,
-        frame: [u32; 2],
-    ) -> Result<Box<dyn Prepared + 'a>, Error>;
+        resolution: [u32; 2],
+    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error>;
 
     /// Adds the replications `range` to every pixel of the film, as [`render`] and
     /// [`render_passes`] do.
     ///
     /// # Errors
-    /// Those of [`prepare`](Self::prepare) and of [`Prepared::add`].
+    /// Those of [`prepare`](Self::prepare) and of [`PreparedRenderer::add`].
     fn add(
         &self,
         scene: &Scene,
         film: &mut Film,
         range: Range<u32>,
-        done: Progress<'_>,
+        progress: Progress<'_>,
     ) -> Result<bool, Error> {
-        self.prepare(scene, film.frame())?.add(film, range, done)
+        self.prepare(scene, film.resolution())?
+            .add(film, range, progress)
     }
 }
 
 /// A renderer prepared for a scene and an image size.
-pub trait Prepared: Sync {
+pub trait PreparedRenderer: Sync {
     /// Adds the replications `range` to every pixel of the film, as [`render`] and
     /// [`render_passes`] do.
     ///
     /// # Errors
     /// Those of [`render`] or [`render_passes`].
-    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error>;
+    fn add(
+        &self,
+        film: &mut Film,
+        range: Range<u32>,
+        progress: Progress<'_>,
+    ) -> Result<bool, Error>;
 }
 
 /// Renderer by single rays.
 #[derive(Clone, Copy, Debug)]
-pub struct ByRays<E> {
+pub struct RayRenderer<E> {
     /// Estimator of the radiance along a ray.
     pub estimator: E,
     /// Sampling settings.
     pub sampling: Sampling,
 }
 
-impl<E: Estimator> Renderer for ByRays<E> {
+impl<E: Estimator> Renderer for RayRenderer<E> {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
     fn prepare<'a>(
         &'a self,
         scene: &'a Scene,
-        frame: [u32; 2],
-    ) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedRays::new(
+        resolution: [u32; 2],
+    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
+        Ok(Box::new(PreparedRayRenderer::new(
             scene,
             &self.estimator,
             self.sampling,
-            frame,
+            resolution,
         )))
     }
 }
 
 /// A ray renderer prepared for a scene.
-struct PreparedRays<'a, E> {
+struct PreparedRayRenderer<'a, E> {
     scene: &'a Scene,
     estimator: &'a E,
     sampling: Sampling,
     silhouettes: Silhouettes,
 }
 
-impl<'a, E: Estimator> PreparedRays<'a, E> {
-    fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, frame: [u32; 2]) -> Self {
-        let silhouettes = Silhouettes::new(scene, frame, sampling, estimator.sees_in_mirrors());
+impl<'a, E: Estimator> PreparedRayRenderer<'a, E> {
+    fn new(scene: &'a Scene, estimator: &'a E, sampling: Sampling, resolution: [u32; 2]) -> Self {
+        let silhouettes =
+            Silhouettes::new(scene, resolution, sampling, estimator.sees_in_mirrors());
         Self {
             scene,
             estimator,
@@ -413,45 +432,50 @@ impl<'a, E: Estimator> PreparedRays<'a, E> {
     }
 }
 
-impl<E: Estimator> Prepared for PreparedRays<'_, E> {
-    fn add(&self, film: &mut Film, range: Range<u32>, done: Progress<'_>) -> Result<bool, Error> {
+impl<E: Estimator> PreparedRenderer for PreparedRayRenderer<'_, E> {
+    fn add(
+        &self,
+        film: &mut Film,
+        range: Range<u32>,
+        progress: Progress<'_>,
+    ) -> Result<bool, Error> {
         let Self {
             scene,
             estimator,
             sampling,
             silhouettes,
         } = self;
-        let frame = film.frame();
-        for_each_tile(*sampling, E::BATCH_SIZE, film, &range, done, |pieces| {
-            add_samples(scene, *estimator, *sampling, silhouettes, frame, pieces)
+        let resolution = film.resolution();
+        for_each_tile(*sampling, E::BATCH_SIZE, film, &range, progress, |runs| {
+            add_samples(scene, *estimator, *sampling, silhouettes, resolution, runs)
         })
     }
 }
 
 /// Renderer by photon mapping along single rays, with one photon map.
 #[derive(Debug)]
-pub struct ByPhotons {
+pub struct PhotonRenderer {
     /// Photon mapping estimator.
     pub photons: PhotonMapping<DefaultParts>,
     /// Sampling settings.
     pub sampling: Sampling,
 }
 
-// Not [`ByRays`], whose code is compiled where it is used, and is slower there.
-impl Renderer for ByPhotons {
+// Not [`RayRenderer`], whose code is compiled where it is used, and is slower there.
+impl Renderer for PhotonRenderer {
     fn samples_per_replication(&self) -> u32 {
         self.sampling.samples_per_replication()
     }
     fn prepare<'a>(
         &'a self,
         scene: &'a Scene,
-        frame: [u32; 2],
-    ) -> Result<Box<dyn Prepared + 'a>, Error> {
-        Ok(Box::new(PreparedRays::new(
+        resolution: [u32; 2],
+    ) -> Result<Box<dyn PreparedRenderer + 'a>, Error> {
+        Ok(Box::new(PreparedRayRenderer::new(
             scene,
             &self.photons,
             self.sampling,
-            frame,
+            resolution,
         )))
     }
 }

@@ -5,7 +5,7 @@ use std::array::from_fn;
 use glam::DVec3;
 
 use super::PixelRun;
-use super::silhouette::{MIRRORS, POINTS, Silhouettes, with_supersampled_emission};
+use super::silhouette::{MAX_MIRRORS, POINTS_PER_SAMPLE, Silhouettes, with_supersampled_emission};
 use crate::error::Error;
 use crate::film::check_radiance;
 use crate::geometry::shape::Ray;
@@ -33,23 +33,23 @@ pub enum LaneEstimator {
 
 /// State of the replication that a lane computes.
 #[derive(Clone, Copy, Default)]
-struct Work {
+struct LaneReplication {
     /// Column of its pixel in the row.
     column: usize,
     sample: SampleId,
     /// Sum of the radiances of its finished samples.
     sum: DVec3,
     /// Radiance of an emitter seen by the camera ray, directly or through mirrors.
-    own: DVec3,
+    emitter_radiance: DVec3,
     /// Product of the reflectances of the mirrors that the camera ray has followed, and their
     /// number, as in [`MirroredRay`](crate::render::silhouette::MirroredRay).
     weight: DVec3,
     mirrors: u32,
 }
 
-impl Work {
-    /// Adds this replication and its pixel to an error; the row starts at `corner` of the frame.
-    fn place(&self, corner: [u32; 2], error: Error) -> Error {
+impl LaneReplication {
+    /// Adds this replication and its pixel to an error; the row starts at `corner` of the image.
+    fn locate(&self, corner: [u32; 2], error: Error) -> Error {
         let (x, y) = (corner[0] + self.column as u32, corner[1]);
         error.at(|| {
             format!(
@@ -65,35 +65,35 @@ pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
     pub scene: LaneScene<'a, R, N>,
     pub estimator: LaneEstimator,
     pub sampling: Sampling,
-    pub frame: [u32; 2],
+    pub resolution: [u32; 2],
     pub silhouettes: Silhouettes,
 }
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     /// Adds the missing replications to the pixels of a piece.
-    pub fn add(&self, piece: &mut PixelRun<'_>) -> Result<(), Error> {
+    pub fn add(&self, run: &mut PixelRun<'_>) -> Result<(), Error> {
         match &self.estimator {
-            LaneEstimator::Path(path) => self.add_by(path, piece),
-            LaneEstimator::Report(report) => self.add_by(report, piece),
-            LaneEstimator::Whitted(whitted) => self.add_by(whitted, piece),
+            LaneEstimator::Path(path) => self.add_with(path, run),
+            LaneEstimator::Report(report) => self.add_with(report, run),
+            LaneEstimator::Whitted(whitted) => self.add_with(whitted, run),
         }
     }
 
-    fn add_by<E: Integrator>(&self, estimator: &E, piece: &mut PixelRun<'_>) -> Result<(), Error> {
+    fn add_with<E: Integrator>(&self, estimator: &E, run: &mut PixelRun<'_>) -> Result<(), Error> {
         match self.sampling.numbers {
-            SamplerKind::Independent => row::<E, R, LaneStreams<N>, N>(self, estimator, piece),
-            SamplerKind::Sobol(_) => row::<E, R, LaneSobol<N>, N>(self, estimator, piece),
+            SamplerKind::Independent => render_run::<E, R, LaneStreams<N>, N>(self, estimator, run),
+            SamplerKind::Sobol(_) => render_run::<E, R, LaneSobol<N>, N>(self, estimator, run),
         }
     }
 }
 
 /// Adds the missing replications to the pixels of a piece with one kind of estimator and sampler.
-fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
+fn render_run<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     renderer: &RowRenderer<'_, R, N>,
     estimator: &E,
     PixelRun {
         corner,
-        missing,
+        replications,
         pixels,
         counts,
     }: &mut PixelRun<'_>,
@@ -102,18 +102,18 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     let RowRenderer {
         scene,
         sampling,
-        frame,
+        resolution,
         silhouettes,
         ..
     } = renderer;
-    let (scene, frame) = (*scene, *frame);
+    let (scene, resolution) = (*scene, *resolution);
     let mut next = (0..columns).flat_map(|column| {
-        missing
+        replications
             .clone()
             .map(move |replication| (column, replication))
     });
     let mut random = S::new(sampling.seed);
-    let mut work = [Work::default(); N];
+    let mut states = [LaneReplication::default(); N];
     let mut paths: PathState<R, N> = PathState::new();
     let mut scratch = IntersectionScratch::new();
     // Bits of the lanes that need a replication, that start a sample, and whose path is under way.
@@ -121,16 +121,16 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     loop {
         for lane in lanes_of(idle) {
             if let Some((column, replication)) = next.next() {
-                let pixel = corner[1] * frame[0] + corner[0] + column as u32;
+                let pixel = corner[1] * resolution[0] + corner[0] + column as u32;
                 let sample = SampleId {
                     pixel,
                     replication,
                     index: 0,
                 };
-                work[lane] = Work {
+                states[lane] = LaneReplication {
                     column,
                     sample,
-                    ..Work::default()
+                    ..LaneReplication::default()
                 };
                 idle &= !(1 << lane);
                 fresh |= 1 << lane;
@@ -138,14 +138,17 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         }
         if fresh != 0 {
             for lane in lanes_of(fresh) {
-                let Work { column, sample, .. } = work[lane];
+                let LaneReplication { column, sample, .. } = states[lane];
                 random.start(lane, &sampling.with_samples(counts[column]), sample);
-                (work[lane].own, work[lane].weight, work[lane].mirrors) =
-                    (DVec3::ZERO, DVec3::ONE, 0);
+                (
+                    states[lane].emitter_radiance,
+                    states[lane].weight,
+                    states[lane].mirrors,
+                ) = (DVec3::ZERO, DVec3::ONE, 0);
             }
             let starting = R::Mask::from_bits(fresh);
             LaneSampler::<R>::start_blocks(&mut random, starting, &[0; N]);
-            let ray = renderer.camera_rays(corner, &work, starting, &mut random);
+            let ray = renderer.camera_rays(corner, &states, starting, &mut random);
             paths.start(&ray, starting);
             busy |= fresh;
             fresh = 0;
@@ -159,7 +162,7 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         estimator.escape(scene.scene, &mut paths, R::Mask::from_bits(ended));
         if hit_bits != 0 {
             let surface = SurfaceInteraction::new(scene, &paths.ray, &found);
-            let mirrors = if silhouettes.in_mirrors {
+            let mirrors = if silhouettes.follows_mirrors {
                 surface.dark_mirror().bits()
             } else {
                 0
@@ -168,17 +171,17 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
             let (shining, backs) = (surface.shows_emitter().bits(), surface.backs());
             let first = hit_bits & R::Mask::from_fn(|i| paths.hits[i] == 0).bits();
             for lane in lanes_of(first) {
-                let work = &mut work[lane];
-                if work.mirrors == 0 {
-                    let pushed = surface.push_features(lane, backs, &mut pixels[work.column]);
-                    pushed.map_err(|error| work.place(corner, error))?;
+                let state = &mut states[lane];
+                if state.mirrors == 0 {
+                    let pushed = surface.push_features(lane, backs, &mut pixels[state.column]);
+                    pushed.map_err(|error| state.locate(corner, error))?;
                 }
-                if mirrors >> lane & 1 == 1 && work.mirrors < MIRRORS {
-                    work.weight *= surface.reflectance(lane);
-                    work.mirrors += 1;
+                if mirrors >> lane & 1 == 1 && state.mirrors < MAX_MIRRORS {
+                    state.weight *= surface.reflectance(lane);
+                    state.mirrors += 1;
                     followed |= 1 << lane;
                 } else if shining >> lane & 1 == 1 {
-                    work.own = work.weight * surface.emitter_radiance(lane);
+                    state.emitter_radiance = state.weight * surface.emitter_radiance(lane);
                 }
             }
             for (lane, hits) in paths.hits.iter_mut().enumerate() {
@@ -205,28 +208,29 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
         busy &= !ended;
         let radiances = paths.radiance.components().map(R::lanes);
         for lane in lanes_of(ended) {
-            let work = &mut work[lane];
+            let state = &mut states[lane];
             let mut radiance =
-                work.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
+                state.weight * DVec3::from_array(radiances.map(|channel| channel[lane].into()));
             let SampleId {
                 pixel,
                 replication,
                 index,
-            } = work.sample;
+            } = state.sample;
             if let Some(points) = silhouettes.points(pixel, replication, index) {
-                let first = [corner[0] + work.column as u32, corner[1]];
-                let shown = renderer.shown(first, points, &mut scratch);
-                radiance = with_supersampled_emission(radiance, work.own, shown);
+                let first = [corner[0] + state.column as u32, corner[1]];
+                let visible_emission = renderer.visible_emission(first, points, &mut scratch);
+                radiance =
+                    with_supersampled_emission(radiance, state.emitter_radiance, visible_emission);
             }
-            check_radiance(radiance).map_err(|error| work.place(corner, error))?;
-            work.sum += radiance;
-            work.sample.index += 1;
-            let samples = counts[work.column];
-            if work.sample.index < samples {
+            check_radiance(radiance).map_err(|error| state.locate(corner, error))?;
+            state.sum += radiance;
+            state.sample.index += 1;
+            let samples = counts[state.column];
+            if state.sample.index < samples {
                 fresh |= 1 << lane;
             } else {
-                let pushed = pixels[work.column].push(work.sum / f64::from(samples), samples);
-                pushed.map_err(|error| work.place(corner, error))?;
+                let pushed = pixels[state.column].push(state.sum / f64::from(samples), samples);
+                pushed.map_err(|error| state.locate(corner, error))?;
                 idle |= 1 << lane;
             }
         }
@@ -235,51 +239,55 @@ fn row<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     /// Returns the emitted radiance seen through these points of a pixel.
-    fn shown(
+    fn visible_emission(
         &self,
         pixel: [u32; 2],
-        points: [[f64; 2]; POINTS],
+        points: [[f64; 2]; POINTS_PER_SAMPLE],
         scratch: &mut IntersectionScratch<R, N>,
-    ) -> [DVec3; POINTS] {
-        let (scene, frame) = (self.scene, self.frame);
-        let [x, y] =
-            from_fn(|axis| R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS][axis]));
-        let mut ray = scene.scene.camera().ray(frame, x, y);
-        let (mut shown, mut weights) = ([DVec3::ZERO; POINTS], [DVec3::ONE; POINTS]);
-        let mut looking = R::Mask::from_fn(|i| i < POINTS);
-        for mirror in 0..=MIRRORS {
-            let found = scene.closest(&ray, looking, scratch);
+    ) -> [DVec3; POINTS_PER_SAMPLE] {
+        let (scene, resolution) = (self.scene, self.resolution);
+        let [x, y] = from_fn(|axis| {
+            R::from_lanes(|i| f64::from(pixel[axis]) + points[i % POINTS_PER_SAMPLE][axis])
+        });
+        let mut ray = scene.scene.camera().ray(resolution, x, y);
+        let (mut visible_emission, mut weights) = (
+            [DVec3::ZERO; POINTS_PER_SAMPLE],
+            [DVec3::ONE; POINTS_PER_SAMPLE],
+        );
+        let mut active = R::Mask::from_fn(|i| i < POINTS_PER_SAMPLE);
+        for mirror in 0..=MAX_MIRRORS {
+            let found = scene.closest(&ray, active, scratch);
             if !found.hit_mask.any() {
                 break;
             }
             let surface = SurfaceInteraction::new(scene, &ray, &found);
-            let follows = self.silhouettes.in_mirrors && mirror < MIRRORS;
-            looking = if follows {
+            let follows = self.silhouettes.follows_mirrors && mirror < MAX_MIRRORS;
+            active = if follows {
                 found.hit_mask & surface.dark_mirror()
             } else {
                 R::Mask::splat(false)
             };
             let shining = surface.shows_emitter().bits();
             for lane in lanes_of(found.hit_mask.bits()) {
-                if looking.bits() >> lane & 1 == 1 {
+                if active.bits() >> lane & 1 == 1 {
                     weights[lane] *= surface.reflectance(lane);
                 } else if shining >> lane & 1 == 1 {
-                    shown[lane] = weights[lane] * surface.emitter_radiance(lane);
+                    visible_emission[lane] = weights[lane] * surface.emitter_radiance(lane);
                 }
             }
-            if !looking.any() {
+            if !active.any() {
                 break;
             }
             ray = surface.spawn_ray(surface.mirrored());
         }
-        shown
+        visible_emission
     }
 
     /// Generates the camera rays of samples that start in the lanes of the mask.
     fn camera_rays<S: PixelSampler<R>>(
         &self,
         corner: [u32; 2],
-        work: &[Work; N],
+        states: &[LaneReplication; N],
         starting: R::Mask,
         random: &mut S,
     ) -> Ray<R::Vector> {
@@ -289,13 +297,13 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
             numbers
         } else {
             let positions: [[f64; 2]; N] = from_fn(|i| {
-                let cell = work[i].sample.index % sampling.pixel.samples_per_replication();
+                let cell = states[i].sample.index % sampling.pixel.samples_per_replication();
                 sampling.pixel.position(cell, numbers.map(|r| r.lane(i)))
             });
             [0, 1].map(|axis| R::from_lanes(|i| positions[i][axis]))
         };
-        let x = R::from_lanes(|i| f64::from(corner[0] + work[i].column as u32)) + positions[0];
+        let x = R::from_lanes(|i| f64::from(corner[0] + states[i].column as u32)) + positions[0];
         let y = R::splat(f64::from(corner[1])) + positions[1];
-        self.scene.scene.camera().ray(self.frame, x, y)
+        self.scene.scene.camera().ray(self.resolution, x, y)
     }
 }

@@ -23,16 +23,21 @@ use crate::sampling::sampler::{MAX_POINTS, Sobol, scramble};
 use crate::scene::Scene;
 
 /// Number of points that replace that of a sample.
-pub const POINTS: usize = 8;
+pub const POINTS_PER_SAMPLE: usize = 8;
 
 /// Number of corners of the polygon that approximates the silhouette of a sphere.
-const CORNERS: u32 = 64;
+const SPHERE_CORNERS: u32 = 64;
 
 /// Returns the points for sample `index` of a replication of a pixel, in [0, 1)²: the next ones of
 /// an Owen-scrambled sequence; each replication has its own.
-pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2]; POINTS] {
+pub fn points(
+    seed: u64,
+    pixel: u32,
+    replication: u32,
+    index: u32,
+) -> [[f64; 2]; POINTS_PER_SAMPLE] {
     let seed = seed_for(seed, "outlines");
-    let first = u64::from(index) * POINTS as u64;
+    let first = u64::from(index) * POINTS_PER_SAMPLE as u64;
     // A sequence that ends continues in another scramble.
     let (part, first) = (first / u64::from(MAX_POINTS), first % u64::from(MAX_POINTS));
     let scramble = scramble(seed ^ part, pixel, replication);
@@ -46,22 +51,26 @@ pub fn points(seed: u64, pixel: u32, replication: u32, index: u32) -> [[f64; 2];
     })
 }
 
-/// Returns the radiance of a sample after its `own` direct emission is replaced by the mean of the
-/// points' emission, `shown`.
-pub fn with_supersampled_emission(radiance: DVec3, own: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
-    let sum = shown.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
-    (radiance - own) + sum * (1.0 / POINTS as f64)
+/// Returns the radiance of a sample after its own `emission` is replaced by the mean of the
+/// points' emission, `visible`.
+pub fn with_supersampled_emission(
+    radiance: DVec3,
+    emission: DVec3,
+    visible: [DVec3; POINTS_PER_SAMPLE],
+) -> DVec3 {
+    let sum = visible.into_iter().fold(DVec3::ZERO, |sum, one| sum + one);
+    (radiance - emission) + sum * (1.0 / POINTS_PER_SAMPLE as f64)
 }
 
 /// Largest number of mirrors that a camera ray follows before an estimator begins.
-pub const MIRRORS: u32 = 8;
+pub const MAX_MIRRORS: u32 = 8;
 
 /// A camera ray after it has followed mirrors.
 #[derive(Clone, Copy, Debug)]
 pub struct MirroredRay {
     /// Ray after the last mirror.
     pub ray: Ray,
-    /// Hit of the ray: no mirror, except one that emits and one after [`MIRRORS`].
+    /// Hit of the ray: no mirror, except one that emits and one after [`MAX_MIRRORS`].
     pub hit: Option<Hit>,
     /// Product of the mirrors' reflectances.
     pub weight: DVec3,
@@ -81,11 +90,11 @@ impl MirroredRay {
         }
     }
 
-    /// Follows mirrors, up to [`MIRRORS`].
-    pub fn in_mirrors(mut self, scene: &Scene) -> Self {
+    /// Follows mirrors, up to [`MAX_MIRRORS`].
+    pub fn follow_mirrors(mut self, scene: &Scene) -> Self {
         while let Some((here, reflectance)) =
             self.hit.and_then(|hit| Some((hit, mirror(scene, &hit)?)))
-            && self.mirrors < MIRRORS
+            && self.mirrors < MAX_MIRRORS
         {
             let at = Vertex::new(&here, &self.ray);
             (self.ray, self.hit) =
@@ -115,31 +124,36 @@ fn mirror(scene: &Scene, hit: &Hit) -> Option<DVec3> {
 
 /// Silhouette pixels of an image; empty if silhouettes are not supersampled.
 pub(crate) struct Silhouettes {
-    crossed: Vec<bool>,
+    is_silhouette: Vec<bool>,
     seed: u64,
     /// Whether camera rays follow mirrors.
-    pub in_mirrors: bool,
+    pub follows_mirrors: bool,
 }
 
 impl Silhouettes {
     /// Finds the silhouette pixels, for an estimator that sees in mirrors or not.
-    pub fn new(scene: &Scene, frame: [u32; 2], sampling: Sampling, sees_in_mirrors: bool) -> Self {
-        let mut crossed = if sampling.silhouettes {
-            crossed(scene, frame)
+    pub fn new(
+        scene: &Scene,
+        resolution: [u32; 2],
+        sampling: Sampling,
+        sees_in_mirrors: bool,
+    ) -> Self {
+        let mut is_silhouette = if sampling.silhouettes {
+            silhouette_pixels(scene, resolution)
         } else {
             Vec::new()
         };
-        let in_mirrors = sees_in_mirrors && sampling.silhouettes && has_mirrors(scene);
-        if in_mirrors {
-            crossed
+        let follows_mirrors = sees_in_mirrors && sampling.silhouettes && has_mirrors(scene);
+        if follows_mirrors {
+            is_silhouette
                 .iter_mut()
-                .zip(crossed_in_mirrors(scene, frame))
-                .for_each(|(crossed, here)| *crossed |= here);
+                .zip(mirrored_silhouette_pixels(scene, resolution))
+                .for_each(|(marked, here)| *marked |= here);
         }
         Self {
-            crossed,
+            is_silhouette,
             seed: sampling.seed,
-            in_mirrors,
+            follows_mirrors,
         }
     }
 
@@ -147,8 +161,8 @@ impl Silhouettes {
     #[inline]
     pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> MirroredRay {
         let view = MirroredRay::new(ray, hit);
-        if self.in_mirrors {
-            view.in_mirrors(scene)
+        if self.follows_mirrors {
+            view.follow_mirrors(scene)
         } else {
             view
         }
@@ -156,9 +170,14 @@ impl Silhouettes {
 
     /// Returns the [`points`] for a sample of a silhouette pixel; `None` in other pixels.
     #[inline]
-    pub fn points(&self, pixel: u32, replication: u32, index: u32) -> Option<[[f64; 2]; POINTS]> {
+    pub fn points(
+        &self,
+        pixel: u32,
+        replication: u32,
+        index: u32,
+    ) -> Option<[[f64; 2]; POINTS_PER_SAMPLE]> {
         let crosses = self
-            .crossed
+            .is_silhouette
             .get(pixel as usize)
             .is_some_and(|&crosses| crosses);
         crosses.then(|| points(self.seed, pixel, replication, index))
@@ -167,20 +186,23 @@ impl Silhouettes {
 
 /// Returns for the pixels of an image, row by row, whether an emitter's silhouette crosses them,
 /// occluded or not.
-pub fn crossed(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
-    let mut crossed = vec![false; frame[0] as usize * frame[1] as usize];
+pub fn silhouette_pixels(scene: &Scene, resolution: [u32; 2]) -> Vec<bool> {
+    let mut marked = vec![false; resolution[0] as usize * resolution[1] as usize];
     for emitter in scene.emitters() {
-        let corners = clipped(scene.camera(), &corners(&emitter.shape, scene.camera().eye));
+        let corners = clip_ahead(
+            scene.camera(),
+            &silhouette_polygon(&emitter.shape, scene.camera().eye),
+        );
         let corners: Vec<_> = corners
             .iter()
-            .filter_map(|&c| scene.camera().image_point(frame, c))
+            .filter_map(|&c| scene.camera().image_point(resolution, c))
             .collect();
         for (i, &to) in corners.iter().enumerate() {
             let from = corners[(i + corners.len() - 1) % corners.len()];
-            mark([from, to], frame, &mut crossed);
+            mark_segment([from, to], resolution, &mut marked);
         }
     }
-    crossed
+    marked
 }
 
 fn has_mirrors(scene: &Scene) -> bool {
@@ -193,11 +215,11 @@ fn has_mirrors(scene: &Scene) -> bool {
 /// Returns for the pixels of an image whether an emitter's silhouette seen in mirrors crosses them:
 /// those whose corners do not all show the same emission there. Silhouettes smaller than a pixel
 /// are not found.
-pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
-    let [width, height] = frame.map(|n| n as usize);
-    let shown = |x: usize, y: usize| {
-        let ray = scene.camera().ray(frame, x as f64, y as f64);
-        let view = MirroredRay::new(ray, scene.intersect(&ray)).in_mirrors(scene);
+pub fn mirrored_silhouette_pixels(scene: &Scene, resolution: [u32; 2]) -> Vec<bool> {
+    let [width, height] = resolution.map(|n| n as usize);
+    let visible_emission = |x: usize, y: usize| {
+        let ray = scene.camera().ray(resolution, x as f64, y as f64);
+        let view = MirroredRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene);
         if view.mirrors > 0 {
             view.emitted(scene)
         } else {
@@ -206,9 +228,9 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
     };
     // Some rows at a time, to save memory for their corners.
     let rows = |first: usize| {
-        let last = height.min(first + ROWS);
+        let last = height.min(first + CORNER_ROWS);
         let corners: Vec<DVec3> = (first..=last)
-            .flat_map(|y| (0..=width).map(move |x| shown(x, y)))
+            .flat_map(|y| (0..=width).map(move |x| visible_emission(x, y)))
             .collect();
         let differ = move |at: usize| {
             let next = at + width + 1;
@@ -220,17 +242,17 @@ pub fn crossed_in_mirrors(scene: &Scene, frame: [u32; 2]) -> Vec<bool> {
             .flat_map(move |y| (0..width).map(move |x| y * (width + 1) + x))
             .map(differ)
     };
-    (0..height.div_ceil(ROWS))
+    (0..height.div_ceil(CORNER_ROWS))
         .into_par_iter()
-        .flat_map_iter(|part| rows(part * ROWS))
+        .flat_map_iter(|part| rows(part * CORNER_ROWS))
         .collect()
 }
 
 /// Number of rows of pixels whose corners are traced together.
-const ROWS: usize = 16;
+const CORNER_ROWS: usize = 16;
 
 /// Returns the silhouette of a shape seen from the eye, as a polygon.
-fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
+fn silhouette_polygon(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
     match *shape {
         EmitterShape::Triangle(corners) => corners.to_vec(),
         EmitterShape::Rectangle {
@@ -247,44 +269,45 @@ fn corners(shape: &EmitterShape, eye: DVec3) -> Vec<DVec3> {
             let frame = Frame::new(to_eye.normalize());
             let sine = (1.0 - cosine * cosine).sqrt();
             let corner = |i: u32| {
-                let (s, c) = (f64::from(i) * std::f64::consts::TAU / f64::from(CORNERS)).sin_cos();
+                let (s, c) =
+                    (f64::from(i) * std::f64::consts::TAU / f64::from(SPHERE_CORNERS)).sin_cos();
                 sphere.centre + sphere.radius * frame.world(DVec3::new(sine * c, sine * s, cosine))
             };
-            (0..CORNERS).map(corner).collect()
+            (0..SPHERE_CORNERS).map(corner).collect()
         }
     }
 }
 
 /// Returns the part of a polygon that is ahead of the eye, by a millionth of its distance at least.
-fn clipped(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
+fn clip_ahead(camera: &Camera, corners: &[DVec3]) -> Vec<DVec3> {
     let farthest = corners
         .iter()
         .map(|c| c.distance(camera.eye))
         .fold(0.0, f64::max);
     let ahead = |corner: DVec3| camera.depth(corner) - 1e-6 * farthest;
-    let mut kept = Vec::new();
+    let mut clipped = Vec::new();
     for (i, &to) in corners.iter().enumerate() {
         let from = corners[(i + corners.len() - 1) % corners.len()];
         let (a, b) = (ahead(from), ahead(to));
         if (a > 0.0) != (b > 0.0) {
-            kept.push(from.lerp(to, a / (a - b)));
+            clipped.push(from.lerp(to, a / (a - b)));
         }
         if b > 0.0 {
-            kept.push(to);
+            clipped.push(to);
         }
     }
-    kept
+    clipped
 }
 
 /// Marks the pixels that a segment crosses.
-fn mark([from, to]: [[f64; 2]; 2], frame: [u32; 2], crossed: &mut [bool]) {
+fn mark_segment([from, to]: [[f64; 2]; 2], resolution: [u32; 2], marked: &mut [bool]) {
     let range = |axis: usize| {
         let (low, high) = (from[axis].min(to[axis]), from[axis].max(to[axis]));
-        let pixel = |at: f64| at.clamp(0.0, f64::from(frame[axis])) as u32;
-        if high < 0.0 || low > f64::from(frame[axis]) {
+        let pixel = |at: f64| at.clamp(0.0, f64::from(resolution[axis])) as u32;
+        if high < 0.0 || low > f64::from(resolution[axis]) {
             0..0
         } else {
-            pixel(low)..(pixel(high) + 1).min(frame[axis])
+            pixel(low)..(pixel(high) + 1).min(resolution[axis])
         }
     };
     let normal = [from[1] - to[1], to[0] - from[0]];
@@ -293,7 +316,7 @@ fn mark([from, to]: [[f64; 2]; 2], frame: [u32; 2], crossed: &mut [bool]) {
         for x in range(0) {
             let [dx, dy] = [f64::from(x) + 0.5 - from[0], f64::from(y) + 0.5 - from[1]];
             if (normal[0] * dx + normal[1] * dy).abs() <= reach {
-                crossed[y as usize * frame[0] as usize + x as usize] = true;
+                marked[y as usize * resolution[0] as usize + x as usize] = true;
             }
         }
     }

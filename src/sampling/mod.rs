@@ -1,65 +1,16 @@
 //! Random numbers, low-discrepancy points, and the distributions drawn with them.
 
+#[cfg(feature = "render")]
 pub(crate) mod lanes;
 pub mod mis;
 pub mod pixel;
 pub mod rng;
 pub mod roulette;
+#[cfg(feature = "render")]
 pub mod sampler;
+#[cfg(feature = "render")]
+mod settings;
 pub mod warp;
 
-use pixel::PixelSampling;
-use sampler::{ImagePass, SampleStream, SamplerKind};
-
-/// Sampling settings: with scene and estimator, they decide every sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sampling {
-    /// Sampling of the pixel.
-    pub pixel: PixelSampling,
-    /// Source of the random numbers.
-    pub numbers: SamplerKind,
-    /// Master seed.
-    pub seed: u64,
-    /// Whether emitter silhouettes, seen directly or in mirrors, are supersampled as in
-    /// [`outline`](crate::render::silhouette); only where samples lie anywhere in a pixel.
-    pub silhouettes: bool,
-}
-
-impl Sampling {
-    /// Returns the number of samples of one replication: the smallest number that is independent of
-    /// the next.
-    pub fn samples_per_replication(&self) -> u32 {
-        self.pixel
-            .samples_per_replication()
-            .saturating_mul(self.numbers.samples())
-    }
-
-    /// Returns the settings with another number of samples in a replication; for independent
-    /// numbers it is always one.
-    pub(crate) fn with_samples(self, samples: u32) -> Self {
-        match self.numbers {
-            SamplerKind::Independent => self,
-            SamplerKind::Sobol(_) => Self {
-                numbers: SamplerKind::Sobol(samples / self.pixel.samples_per_replication()),
-                ..self
-            },
-        }
-    }
-
-    /// Returns the random numbers of sample `index` of a replication of a pixel.
-    #[inline]
-    pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> SampleStream {
-        let samples = self.samples_per_replication();
-        let numbers = match self.numbers {
-            SamplerKind::Independent => SamplerKind::Independent,
-            // One sequence for all positions of the pixel.
-            SamplerKind::Sobol(_) => SamplerKind::Sobol(samples),
-        };
-        ImagePass {
-            numbers,
-            seed: self.seed,
-            index: replication * samples + index,
-        }
-        .pixel(pixel)
-    }
-}
+#[cfg(feature = "render")]
+pub use settings::Sampling;

@@ -9,7 +9,7 @@ use super::detail::smallest_detail;
 use super::solids::Shapes;
 use super::specular_casters::SpecularCasters;
 use super::{PrimitiveShape, Scene, ScenePrimitive, Surface};
-use crate::camera::{Camera, WIDEST};
+use crate::camera::{Camera, MAX_HALF_HEIGHT};
 use crate::error::Error;
 use crate::geometry::bvh::{Bvh, Primitive};
 use crate::geometry::hull::Hull;
@@ -414,7 +414,7 @@ fn check_camera(scene: &str, camera: &Camera) -> Result<(), Error> {
     }
     let needs = format!(
         "its camera needs numbers up to {LARGEST:?}, a target away from the eye, an upright that is not the line of \
-         sight, and half of a height above 0 and up to {WIDEST:?}"
+         sight, and half of a height above 0 and up to {MAX_HALF_HEIGHT:?}"
     );
     Err(invalid(scene, needs))
 }

@@ -44,7 +44,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::geometry::shape::Sphere;
 use crate::light::environment::Environment;
-use crate::suggest::hint;
+use crate::suggest::did_you_mean;
 use reader::{Source, quote};
 use schema::Reading;
 
@@ -196,7 +196,7 @@ impl Description {
         format!(
             "there is no material {}{}",
             quote(material),
-            hint(material, names)
+            did_you_mean(material, names)
         )
     }
 

@@ -3,9 +3,12 @@
 mod builder;
 mod coincident;
 mod detail;
+#[cfg(feature = "files")]
 pub mod file;
 pub mod lanes;
+#[cfg(feature = "files")]
 pub mod room;
+#[cfg(feature = "files")]
 pub mod simple;
 mod solids;
 pub mod specular_casters;

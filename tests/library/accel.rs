@@ -5,7 +5,7 @@ use whitefurnace::geometry::watertight::Shear;
 use whitefurnace::math::real::{Mask as _, Vector as _};
 use whitefurnace::math::simd::{LANES, LaneMask, Lanes, Lanes3};
 
-use crate::budget::enough;
+use crate::budget::assert_enough_compared;
 use crate::prelude::*;
 
 /// Returns the nearest hit with 0 < t < `t_max`; of several at the same distance, the first.
@@ -173,7 +173,7 @@ fn spheres_among_triangles() {
         let hits = check_all(&mixed, &rays(&mut rng, 3000));
         // Two small primitives may be missed by all rays; a hundred may not.
         if count == 100 {
-            enough("mixed", hits);
+            assert_enough_compared("mixed", hits);
         }
     }
 }
@@ -192,7 +192,7 @@ fn flat_and_axis_aligned_geometry() {
             flat.push(Primitive::Triangle([corner, corner + x, corner + x + y]));
             flat.push(Primitive::Triangle([corner, corner + x + y, corner + y]));
         }
-        enough("flat", check_all(&flat, &rays(&mut rng, 4000)));
+        assert_enough_compared("flat", check_all(&flat, &rays(&mut rng, 4000)));
         // Rays within the plane of the faces, aimed at their corners.
         let bvh = Bvh::new(&flat);
         let corners = flat.iter().filter_map(|primitive| match primitive {
@@ -264,7 +264,7 @@ fn scales_and_offsets() {
                     Ray::new((ray.origin + offset) * scale, ray.direction * length)
                 })
                 .collect();
-            enough("scales", check_all(&mesh, &rays));
+            assert_enough_compared("scales", check_all(&mesh, &rays));
         }
     }
 }
@@ -352,7 +352,7 @@ fn hundred_thousand_triangles() {
     let bvh = Bvh::new(&primitives);
     let rays = rays(&mut rng, 400);
     check_together(&bvh, &rays);
-    enough(
+    assert_enough_compared(
         "large mesh",
         rays.iter()
             .filter(|ray| check(&bvh, &primitives, ray, f64::INFINITY))

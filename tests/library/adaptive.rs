@@ -164,7 +164,7 @@ fn pixels_have_the_samples_that_they_are_given() {
         let mut film = Film::new(frame, None, 3 * scale).expect("a film");
         film.set_sample_counts(given.clone());
         assert_eq!(
-            (film.sample_counts(), film.missing(2)),
+            (film.sample_counts(), film.missing_samples(2)),
             (Some(&*given), 2 * all)
         );
         let done = AtomicU64::new(0);
@@ -183,7 +183,11 @@ fn pixels_have_the_samples_that_they_are_given() {
             );
         }
         assert_eq!(
-            (film.missing(2), film.missing(3), done.into_inner()),
+            (
+                film.missing_samples(2),
+                film.missing_samples(3),
+                done.into_inner()
+            ),
             (0, all, 2 * all)
         );
         for points in (1..=5).map(|i| i * scale) {

@@ -170,13 +170,13 @@ fn sampling(pixel: PixelSampling, numbers: SamplerKind) -> Sampling {
 }
 
 /// Returns 1, except in one of its calls.
-struct Once {
+struct OneBadSample {
     calls: AtomicU32,
     at: u32,
     value: f64,
 }
 
-impl Estimator for Once {
+impl Estimator for OneBadSample {
     fn radiance<R: Sampler>(&self, _: &Scene, _: &Ray, _: Option<Hit>, _: &mut R) -> DVec3 {
         let call = self.calls.fetch_add(1, Ordering::Relaxed);
         DVec3::new(1.0, 1.0, if call == self.at { self.value } else { 1.0 })
@@ -196,7 +196,7 @@ fn one_bad_sample_ends_a_render() {
             let sampling = sampling(pixel, numbers);
             let samples = sampling.samples_per_replication();
             for at in [0, 7 * samples - 1] {
-                let once = Once {
+                let once = OneBadSample {
                     calls: AtomicU32::new(0),
                     at,
                     value,
@@ -229,7 +229,7 @@ fn one_bad_pixel_ends_the_passes() {
 
 /// The standard parts, one of which returns an invalid value.
 #[derive(Clone, Copy)]
-enum Bad {
+enum BadParts {
     /// The BRDF.
     Brdf(f64),
     /// The flux of photons.
@@ -244,7 +244,7 @@ enum Bad {
     Endless,
 }
 
-impl Scattering for Bad {
+impl Scattering for BadParts {
     fn brdf(&self, bsdf: &Bsdf, wo: DVec3, wi: DVec3) -> DVec3 {
         if let Self::Brdf(value) = self {
             DVec3::new(0.1, 0.1, *value)
@@ -254,13 +254,13 @@ impl Scattering for Bad {
     }
 }
 
-impl Roulette for Bad {
+impl Roulette for BadParts {
     fn survives(&self, r: f64, survival: f64) -> bool {
         matches!(self, Self::Endless) || DefaultParts.survives(r, survival)
     }
 }
 
-impl Photons for Bad {
+impl Photons for BadParts {
     fn photon_flux(&self, flux: DVec3, emitted: u32, stored: usize) -> DVec3 {
         if let Self::Flux(value) = self {
             DVec3::new(0.1, *value, 0.1)
@@ -270,7 +270,7 @@ impl Photons for Bad {
     }
 }
 
-impl Bidirectional for Bad {
+impl Bidirectional for BadParts {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
         if let Self::Importance(value) = self {
             *value
@@ -280,7 +280,7 @@ impl Bidirectional for Bad {
     }
 }
 
-impl FiniteElements for Bad {
+impl FiniteElements for BadParts {
     fn form_factor(&self, normal: DVec3, corners: &[DVec3]) -> f64 {
         if let Self::FormFactor = self {
             f64::NAN
@@ -304,7 +304,7 @@ impl FiniteElements for Bad {
     }
 }
 
-impl NextEvent for Bad {}
+impl NextEvent for BadParts {}
 
 /// Number of replications. If a BRDF is -1 in one channel, some path must show it: at least one
 /// path in 64 is reflected exactly once, so that all 2000 look right with a probability below
@@ -326,14 +326,14 @@ fn passes<E: ImageEstimator>(scene: &Scene, estimator: &E) -> Result<Film, Error
 }
 
 /// Renders with photon mapping, if the map can be built.
-fn photons(scene: &Scene, parts: Bad, lookup: Lookup) -> Result<Film, Error> {
+fn photons(scene: &Scene, parts: BadParts, lookup: Lookup) -> Result<Film, Error> {
     rays(
         scene,
         &PhotonMapping::new(parts, scene, lookup, 50, 0.5, (master(), 0))?,
     )
 }
 
-fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
+fn sppm(scene: &Scene, parts: BadParts) -> Result<Film, Error> {
     passes(
         scene,
         &Sppm {
@@ -345,7 +345,7 @@ fn sppm(scene: &Scene, parts: Bad) -> Result<Film, Error> {
 }
 
 /// Renders with every estimator that traces random walks.
-fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> {
+fn walks(scene: &Scene, parts: BadParts) -> Vec<(&'static str, Result<Film, Error>)> {
     let path = |strategy| rays(scene, &Path::new(parts, strategy));
     let gather = Lookup::FinalGather {
         caustic_particles: 200,
@@ -370,12 +370,12 @@ fn walks(scene: &Scene, parts: Bad) -> Vec<(&'static str, Result<Film, Error>)> 
 fn bad_parts_surface_through_every_estimator() {
     let scene = furnace(0.5);
     for value in [f64::NAN, f64::INFINITY, -1.0] {
-        for (name, found) in walks(&scene, Bad::Brdf(value)) {
+        for (name, found) in walks(&scene, BadParts::Brdf(value)) {
             let by_pixel = name.starts_with("path") || ["light tracer", "bdpt"].contains(&name);
             let place = if by_pixel { "at pixel (" } else { "" };
             assert_surfaces(found, place, &format!("{name} with a BRDF of {value}"));
         }
-        let parts = Bad::Flux(value);
+        let parts = BadParts::Flux(value);
         let place = "the flux of a photon of pass 0";
         assert_surfaces(
             photons(&scene, parts, Lookup::DirectVisualization),
@@ -387,7 +387,7 @@ fn bad_parts_surface_through_every_estimator() {
             place,
             &format!("flux {value} in passes"),
         );
-        let parts = Bad::Importance(value);
+        let parts = BadParts::Importance(value);
         assert_surfaces(
             passes(&scene, &LightTracer { parts }),
             "at pixel (",
@@ -408,7 +408,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
         patches: 40,
         halvings: 0,
     };
-    for parts in [Bad::FormFactor, Bad::Exchanged, Bad::Leaving] {
+    for parts in [BadParts::FormFactor, BadParts::Exchanged, BadParts::Leaving] {
         let solved = Radiosity::new(parts, &scene, resolution, &|_| true);
         assert_surfaces(solved.map(|_| ()), "as the irradiance at", "radiosity");
     }
@@ -418,7 +418,7 @@ fn bad_parts_do_not_pass_for_a_solution() {
 /// traces random walks.
 #[test]
 fn paths_without_end_are_errors() {
-    for (name, found) in walks(&furnace(0.9), Bad::Endless) {
+    for (name, found) in walks(&furnace(0.9), BadParts::Endless) {
         let by_pixel = name.starts_with("path") || name == "bdpt";
         let place = if by_pixel { "at pixel (" } else { "of pass 0" };
         assert_surfaces(found, place, name);

@@ -47,8 +47,8 @@ fn densities_in_a_sphere_are_uniform() {
     let found = paths(&scene.with_camera(camera).expect("a scene"));
     for length in 1..=4 {
         for s in 0..=length {
-            let made = |(path, by): &&(Vec<Density>, usize)| path.len() == length && *by == s;
-            assert!(found.iter().any(|path| made(&path)), "{s} of {length}");
+            let is_by = |(path, by): &&(Vec<Density>, usize)| path.len() == length && *by == s;
+            assert!(found.iter().any(|path| is_by(&path)), "{s} of {length}");
         }
     }
     let uniform = 0.25 / PI;
@@ -65,15 +65,15 @@ fn densities_in_a_sphere_are_uniform() {
 
 /// Records paths, which go straight on through every surface.
 #[derive(Default)]
-struct Straight(Recorder);
+struct StraightThrough(Recorder);
 
-impl Bidirectional for Straight {
+impl Bidirectional for StraightThrough {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         self.0.strategy_weight(path, s)
     }
 }
 
-impl Scattering for Straight {
+impl Scattering for StraightThrough {
     fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
         0.0
     }
@@ -82,8 +82,8 @@ impl Scattering for Straight {
     }
 }
 
-impl Roulette for Straight {}
-impl NextEvent for Straight {}
+impl Roulette for StraightThrough {}
+impl NextEvent for StraightThrough {}
 
 /// From a lamp in glass straight up to paper in air, the densities at the glass, which stand for
 /// Dirac distributions, have the ratio of n² on its two sides, whichever end a path starts from.
@@ -95,7 +95,7 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
         square(scene, 9.0, 1.0, true, glass(1.5));
         square(scene, 9.0, 2.0, false, diffuse(0.9));
     });
-    let bdpt = Bdpt::new(Straight::default());
+    let bdpt = Bdpt::new(StraightThrough::default());
     // The camera sees the end of about one light path in a hundred.
     for index in 0..200 {
         bdpt.pass(&scene, FRAME, master(), index)
@@ -103,9 +103,9 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
     }
     let found = bdpt.parts.0.0.into_inner().expect("no thread has panicked");
     for by in [0, 3] {
-        let made = |(path, s): &&(Vec<Density>, usize)| path.len() == 3 && *s == by;
+        let is_by = |(path, s): &&(Vec<Density>, usize)| path.len() == 3 && *s == by;
         let mut count = 0;
-        for (path, _) in found.iter().filter(made) {
+        for (path, _) in found.iter().filter(is_by) {
             assert_relative_eq!(path[2].light / path[0].eye, 1.0 / 2.25, max_relative = 1e-9);
             // At a distance of 1 the cosine's density 1/π is that of the area.
             assert_relative_eq!(path[1].light, FRAC_1_PI, max_relative = 1e-9);
@@ -126,7 +126,7 @@ fn densities_at_glass_have_the_ratio_of_squared_indices() {
 }
 
 /// Vertices of one path, from a point of a lamp to the camera.
-const WAY: [DVec3; 5] = [
+const PATH: [DVec3; 5] = [
     DVec3::new(0.0, 0.0, 0.0),
     DVec3::new(0.5, 0.3, 1.0),
     DVec3::new(1.4, -0.2, 0.0),
@@ -134,24 +134,24 @@ const WAY: [DVec3; 5] = [
     DVec3::new(2.3, 0.1, 0.4),
 ];
 
-/// Makes walks follow [`WAY`] in either direction, and lets one strategy count it in full and no
+/// Makes walks follow [`PATH`] in either direction, and lets one strategy count it in full and no
 /// other path.
-struct OneWay(Recorder, usize);
+struct FixedPath(Recorder, usize);
 
-impl Bidirectional for OneWay {
+impl Bidirectional for FixedPath {
     fn strategy_weight(&self, path: &[Density], s: usize) -> f64 {
         self.0.strategy_weight(path, s);
         f64::from(path.len() == 4 && s == self.1)
     }
 }
 
-impl Scattering for OneWay {
+impl Scattering for FixedPath {
     fn cosine_hemisphere(&self, _: [f64; 2]) -> DVec3 {
-        (WAY[1] - WAY[0]).normalize()
+        (PATH[1] - PATH[0]).normalize()
     }
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, _: &mut R) -> Option<BsdfSample> {
-        let i = (1..4).find(|&i| at.point.distance(WAY[i]) < 1e-3)?;
-        let ways = [i - 1, i + 1].map(|j| (WAY[j] - at.point).normalize());
+        let i = (1..4).find(|&i| at.point.distance(PATH[i]) < 1e-3)?;
+        let ways = [i - 1, i + 1].map(|j| (PATH[j] - at.point).normalize());
         let direction = ways[usize::from(ways[0].dot(at.direction) < -0.99)];
         if matches!(bsdf, Bsdf::Mirror { .. }) {
             return Some(BsdfSample {
@@ -169,7 +169,7 @@ impl Scattering for OneWay {
     }
 }
 
-impl Roulette for OneWay {
+impl Roulette for FixedPath {
     fn survives(&self, _: f64, _: f64) -> bool {
         true
     }
@@ -178,10 +178,10 @@ impl Roulette for OneWay {
     }
 }
 
-impl NextEvent for OneWay {
+impl NextEvent for FixedPath {
     fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
         EmitterPoint {
-            point: WAY[0],
+            point: PATH[0],
             normal: DVec3::Z,
         }
     }
@@ -206,10 +206,10 @@ impl Model for Skewed {
     }
 }
 
-/// A lamp and three surfaces where [`WAY`] turns, seen by a pixel so small that all its rays are
+/// A lamp and three surfaces where [`PATH`] turns, seen by a pixel so small that all its rays are
 /// one; optionally with a screen in the middle of the path.
-fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
-    scene_from(Camera::new(WAY[4], WAY[3], DVec3::Y, 1e-4), |scene| {
+fn along_the_path(surfaces: [Bsdf; 4], screen: bool) -> Scene {
+    scene_from(Camera::new(PATH[4], PATH[3], DVec3::Y, 1e-4), |scene| {
         let mut level = |centre: DVec3, up: bool, surface: Surface| {
             let [x, y] = [0.2 * DVec3::X, 0.2 * DVec3::Y];
             panel(
@@ -225,10 +225,10 @@ fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
             } else {
                 DVec3::ZERO
             };
-            level(WAY[i], i % 2 == 0, Surface::new(bsdf).emitting(emission));
+            level(PATH[i], i % 2 == 0, Surface::new(bsdf).emitting(emission));
         }
         if screen {
-            level(0.5 * (WAY[1] + WAY[2]), true, Surface::new(Bsdf::Black));
+            level(0.5 * (PATH[1] + PATH[2]), true, Surface::new(Bsdf::Black));
         }
     })
 }
@@ -236,7 +236,7 @@ fn along_the_way(surfaces: [Bsdf; 4], screen: bool) -> Scene {
 /// No strategy connects through a screen.
 #[test]
 fn nothing_is_connected_through_a_screen() {
-    let scene = along_the_way(
+    let scene = along_the_path(
         [
             Bsdf::Black,
             Bsdf::model(Skewed),
@@ -245,7 +245,7 @@ fn nothing_is_connected_through_a_screen() {
         ],
         true,
     );
-    let bdpt = Bdpt::new(OneWay(Recorder::default(), 2));
+    let bdpt = Bdpt::new(FixedPath(Recorder::default(), 2));
     assert_eq!(
         bdpt.pass(&scene, [1, 1], master(), 0)
             .expect("legal values"),
@@ -280,14 +280,14 @@ fn strategies_of_one_path_agree() {
         [Bsdf::Black, skewed(), mirror(), skewed()],
         [Bsdf::Black, lambert(), skewed(), mirror()],
     ] {
-        let scene = along_the_way(surfaces, false);
-        let distance = |i: usize, j: usize| WAY[i].distance(WAY[j]);
-        let cosine = |i: usize, j: usize| (WAY[j] - WAY[i]).z.abs() / distance(i, j);
+        let scene = along_the_path(surfaces, false);
+        let distance = |i: usize, j: usize| PATH[i].distance(PATH[j]);
+        let cosine = |i: usize, j: usize| (PATH[j] - PATH[i]).z.abs() / distance(i, j);
         let per_area = |i: usize, j: usize| cosine(j, i) / distance(i, j).powi(2);
         let specular = |i: usize| i > 0 && matches!(surfaces[i], Bsdf::Mirror { .. });
         // Normals are ±z, so angles are the same after reflection in the surface.
         let local = |i: usize, j: usize| {
-            let way = (WAY[j] - WAY[i]).normalize();
+            let way = (PATH[j] - PATH[i]).normalize();
             way.with_z(way.z.abs())
         };
         // Pdf of the direction from i to j for a path that came from k.
@@ -315,7 +315,7 @@ fn strategies_of_one_path_agree() {
         for s in 0..=4 {
             for connections in [Connections::All, Connections::Endpoints] {
                 let bdpt = Bdpt {
-                    parts: OneWay(Recorder::default(), s),
+                    parts: FixedPath(Recorder::default(), s),
                     connections,
                 };
                 let image = bdpt
@@ -363,12 +363,12 @@ fn strategies_of_one_path_agree() {
                     (0..4).map(|i| cosine(i, i + 1) * if i < 3 { per_area(i, i + 1) } else { 1.0 });
                 let last = importance / distance(3, 4).powi(2);
                 let measured = 2.0 * f(1) * f(2) * f(3) * geometry.product::<f64>() * last;
-                let made: f64 = path
+                let pdf: f64 = path
                     .iter()
                     .enumerate()
                     .map(|(i, v)| if i < s { v.light } else { v.eye })
                     .product();
-                assert_relative_eq!(image[0].x, measured / made, max_relative = 1e-3);
+                assert_relative_eq!(image[0].x, measured / pdf, max_relative = 1e-3);
             }
         }
     }
@@ -391,7 +391,7 @@ fn weights_sum_to_one_on_real_paths() {
         );
         let sum: f64 = weights.iter().sum();
         // Each ratio of a path of up to fifty vertices rounds twice.
-        assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * U);
+        assert_abs_diff_eq!(sum, 1.0, epsilon = 400.0 * UNIT_ROUNDOFF);
         specular += usize::from(path.iter().any(|vertex| vertex.connectible == 0.0));
     }
     assert!(specular > 100, "{specular} paths meet mirror or glass");

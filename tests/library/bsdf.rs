@@ -34,14 +34,14 @@ pub fn directional_albedo(bsdf: &Bsdf, theta_out: f64) -> f64 {
 
 /// Bound on the quadrature error: values of at most A + B/2 ≤ 1.2 in sums of 15 times 15, each term
 /// with some 16 roundings.
-const QUADRATURE: f64 = 128.0 * U;
+const QUADRATURE: f64 = 128.0 * UNIT_ROUNDOFF;
 
 #[test]
 fn lambert_reflects_its_albedo() {
     let albedo = DVec3::new(0.1, 0.5, 1.0);
     let bsdf = Bsdf::Lambert { albedo };
     assert_eq!(lambert(albedo), albedo * (1.0 / PI));
-    assert_abs_diff_eq!(lambert(albedo).y * PI, 0.5, epsilon = 2.0 * U);
+    assert_abs_diff_eq!(lambert(albedo).y * PI, 0.5, epsilon = 2.0 * UNIT_ROUNDOFF);
     property("lambert", 200, &(upper(1e-9), upper(1e-9)), |(wo, wi)| {
         assert_eq!(bsdf.eval(wo, wi), lambert(albedo));
     });
@@ -56,8 +56,8 @@ fn constants_are_those_of_the_1994_model() {
     for [sigma, a, b, ..] in reference::oren_nayar_average() {
         let constants = OrenNayar::new(sigma);
         // Five roundings of terms of at most 1.
-        assert_abs_diff_eq!(constants.a, a, epsilon = 5.0 * U);
-        assert_abs_diff_eq!(constants.b, b, epsilon = 5.0 * U);
+        assert_abs_diff_eq!(constants.a, a, epsilon = 5.0 * UNIT_ROUNDOFF);
+        assert_abs_diff_eq!(constants.b, b, epsilon = 5.0 * UNIT_ROUNDOFF);
     }
     assert_eq!(OrenNayar::new(0.0), OrenNayar { a: 1.0, b: 0.0 });
 }
@@ -92,7 +92,8 @@ fn angles_and_vectors_give_the_same() {
                     OrenNayarForm::Corrected => theta_in.min(theta_out).tan(),
                     OrenNayarForm::Printed => theta_in.min(theta_out).sin(),
                 };
-                let bound = 32.0 * U * constants.b * alpha.sin() * last + 4.0 * U * readable;
+                let bound = 32.0 * UNIT_ROUNDOFF * constants.b * alpha.sin() * last
+                    + 4.0 * UNIT_ROUNDOFF * readable;
                 assert_abs_diff_eq!(readable, fast, epsilon = bound);
             }
         },
@@ -108,19 +109,19 @@ fn known_values() {
         assert_abs_diff_eq!(
             white(0.5, form).eval(w, w).x * PI,
             expected,
-            epsilon = 32.0 * U
+            epsilon = 32.0 * UNIT_ROUNDOFF
         );
         // On the other side of the normal only A remains.
         let across = from_spherical(PI / 3.0, 1.0 + PI);
         assert_abs_diff_eq!(
             white(0.5, form).eval(w, across).x * PI,
             a,
-            epsilon = 8.0 * U
+            epsilon = 8.0 * UNIT_ROUNDOFF
         );
         assert_abs_diff_eq!(
             white(0.5, form).eval(w, DVec3::Z).x * PI,
             a,
-            epsilon = 8.0 * U
+            epsilon = 8.0 * UNIT_ROUNDOFF
         );
     }
 }
@@ -142,7 +143,7 @@ fn both_forms_are_symmetric() {
                 assert_abs_diff_eq!(
                     f.x,
                     bsdf.eval(turn * wo, turn * wi).x,
-                    epsilon = 12.0 * U / wo.z.max(wi.z)
+                    epsilon = 12.0 * UNIT_ROUNDOFF / wo.z.max(wi.z)
                 );
             }
             let albedo = DVec3::new(0.2, 0.4, 0.9);
@@ -181,7 +182,7 @@ fn albedo_scales_the_model() {
             (coloured - albedo * white(0.4, form).eval(wo, wi))
                 .abs()
                 .max_element()
-                <= 4.0 * U
+                <= 4.0 * UNIT_ROUNDOFF
         );
     }
 }

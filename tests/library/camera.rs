@@ -71,7 +71,10 @@ fn the_room_is_where_the_figure_shows_it() {
         let ([x, y], place) = ([pixel[0], pixel[1]], DVec3::from_slice(&place));
         if row[0] == "wall" {
             let off = scene.surface(&at(&scene, x, y)).bsdf.albedo() / 0.75 - place;
-            assert!(off.abs().max_element() <= 4.0 * U, "{row:?}: {off}");
+            assert!(
+                off.abs().max_element() <= 4.0 * UNIT_ROUNDOFF,
+                "{row:?}: {off}"
+            );
             continue;
         }
         // In 64ths of a pixel.
@@ -164,7 +167,7 @@ fn the_tetrahedron_shows_its_slanted_face() {
     let scene = published();
     let hit = at(&scene, 260.0, 560.0);
     assert!(matches!(scene.surface(&hit).bsdf, Bsdf::Mirror { .. }));
-    assert!((hit.normal - DVec3::ONE / 3f64.sqrt()).length() <= 4.0 * U);
+    assert!((hit.normal - DVec3::ONE / 3f64.sqrt()).length() <= 4.0 * UNIT_ROUNDOFF);
 }
 
 #[test]

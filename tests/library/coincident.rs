@@ -7,35 +7,35 @@ use whitefurnace::scene::file::Description;
 
 use crate::prelude::*;
 
-/// Something that can be added to a scene, turned and scaled.
+/// A shape that can be added to a scene, rotated and scaled.
 #[derive(Clone, Copy, Debug)]
-enum Thing {
+enum Shape {
     /// A horizontal square around (x, y, z), by half its side and whether its front faces up.
-    Sheet([f64; 3], f64, bool),
+    Square([f64; 3], f64, bool),
     /// A horizontal triangle, half of such a square.
     Triangle([f64; 3], f64, bool),
     /// A closed box, by two opposite corners and whether its fronts face inwards.
-    Block([f64; 3], [f64; 3], bool),
+    Cuboid([f64; 3], [f64; 3], bool),
     /// A closed box of six rectangles, by two opposite corners.
-    Panels([f64; 3], [f64; 3]),
+    SixRectangles([f64; 3], [f64; 3]),
     /// A ball, by centre and radius.
     Ball([f64; 3], f64),
     /// The part of a ball between two heights.
     Zone([f64; 3], f64, [f64; 2]),
 }
-use Thing::{Ball, Block, Panels, Sheet, Triangle, Zone};
+use Shape::{Ball, Cuboid, SixRectangles, Square, Triangle, Zone};
 
 /// A rotation that changes every coordinate.
 fn askew() -> DQuat {
     DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.7).normalize(), 0.83)
 }
 
-/// Builds a scene of things in order, seen from (0.3, −2.1, 0.4), rotated, then scaled; the largest
+/// Builds a scene of shapes in order, seen from (0.3, −2.1, 0.4), rotated, then scaled; the largest
 /// coordinate is about 3.
-fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<Scene, Error> {
+fn build_placed(shapes: &[(Shape, Surface)], turn: DQuat, scale: f64) -> Result<Scene, Error> {
     let mut s = SceneBuilder::new("things");
     let at = |p: [f64; 3]| turn * DVec3::from_array(p) * scale;
-    for &(thing, surface) in things {
+    for &(shape, surface) in shapes {
         let surface = s.surface(surface);
         let square = |[x, y, z]: [f64; 3], half: f64, up: bool| {
             let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -46,13 +46,13 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
                 [corners[0], corners[3], corners[2], corners[1]]
             }
         };
-        match thing {
-            Sheet(centre, half, up) => {
+        match shape {
+            Square(centre, half, up) => {
                 let [a, b, _, d] = square(centre, half, up);
                 s.rectangle(a, [b - a, d - a], surface);
             }
             Triangle(centre, half, up) => s.mesh(&square(centre, half, up), &[[0, 1, 2]], surface),
-            Block(low, high, inward) => {
+            Cuboid(low, high, inward) => {
                 let corner =
                     |i: usize| at([0, 1, 2].map(|k| if i >> k & 1 > 0 { high[k] } else { low[k] }));
                 let corners: [DVec3; 8] = std::array::from_fn(corner);
@@ -70,7 +70,7 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
                     quads.into_iter().flat_map(halves).map(turned).collect();
                 s.mesh(&corners, &triangles, surface);
             }
-            Panels(low, high) => {
+            SixRectangles(low, high) => {
                 let [x, y, z] = [0, 1, 2].map(|k| {
                     let mut edge = [0.0; 3];
                     edge[k] = high[k] - low[k];
@@ -106,23 +106,23 @@ fn build_placed(things: &[(Thing, Surface)], turn: DQuat, scale: f64) -> Result<
     ))
 }
 
-/// Whether things can be built, in either order, however they are rotated and scaled.
-fn is_built(things: &[(Thing, Surface)]) -> bool {
-    let reversed: Vec<_> = things.iter().rev().copied().collect();
+/// Returns whether shapes can be built, in either order, however they are rotated and scaled.
+fn is_built(shapes: &[(Shape, Surface)]) -> bool {
+    let reversed: Vec<_> = shapes.iter().rev().copied().collect();
     let mut found = Vec::new();
-    for things in [things, &reversed] {
+    for shapes in [shapes, &reversed] {
         for turn in [DQuat::IDENTITY, askew()] {
             // Zones cannot be rotated.
-            if turn != DQuat::IDENTITY && things.iter().any(|(thing, _)| matches!(thing, Zone(..)))
+            if turn != DQuat::IDENTITY && shapes.iter().any(|(shape, _)| matches!(shape, Zone(..)))
             {
                 continue;
             }
-            found.extend([1.0, 1e-6, 1e6].map(|scale| build_placed(things, turn, scale).is_ok()));
+            found.extend([1.0, 1e-6, 1e6].map(|scale| build_placed(shapes, turn, scale).is_ok()));
         }
     }
     assert!(
         found.iter().all(|ok| *ok == found[0]),
-        "{found:?} of {things:?}"
+        "{found:?} of {shapes:?}"
     );
     found[0]
 }
@@ -149,7 +149,7 @@ fn glass() -> Surface {
     Surface::new(Bsdf::Glass { index: 1.5 })
 }
 
-fn frosted() -> Surface {
+fn rough_glass() -> Surface {
     Surface::new(Bsdf::RoughGlass(RoughGlass {
         index: 1.5,
         alpha: 0.3,
@@ -157,164 +157,164 @@ fn frosted() -> Surface {
 }
 
 /// A closed room around the camera.
-const ROOM: Thing = Block([-2.5, -2.5, -1.0], [2.5, 2.5, 1.0], true);
-const DIM: [f64; 3] = [0.1, 0.2, 1.0];
+const ROOM: Shape = Cuboid([-2.5, -2.5, -1.0], [2.5, 2.5, 1.0], true);
+const CENTRE: [f64; 3] = [0.1, 0.2, 1.0];
 
 #[test]
 fn what_light_could_meet_by_chance_is_refused() {
     let refused = [
         (
             "a lamp in the ceiling",
-            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), lamp())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), lamp())],
         ),
         (
             "a lamp larger than the ceiling",
-            vec![(ROOM, clay()), (Sheet(DIM, 3.0, false), lamp())],
+            vec![(ROOM, clay()), (Square(CENTRE, 3.0, false), lamp())],
         ),
         (
             "a lamp half in the ceiling's plane",
             vec![
-                (Sheet(DIM, 1.0, false), clay()),
-                (Triangle(DIM, 0.3, true), lamp()),
+                (Square(CENTRE, 1.0, false), clay()),
+                (Triangle(CENTRE, 0.3, true), lamp()),
             ],
         ),
         (
             "two lamps back to back",
             vec![
-                (Sheet(DIM, 0.3, false), lamp()),
-                (Sheet(DIM, 0.3, true), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, true), lamp()),
             ],
         ),
         (
             "a lamp twice",
             vec![
-                (Sheet(DIM, 0.3, false), lamp()),
-                (Sheet(DIM, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
+                (Square(CENTRE, 0.3, false), lamp()),
             ],
         ),
         (
             "a mirror in the wall",
-            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), mirror())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), mirror())],
         ),
         (
             "a mirror of both windings",
             vec![
-                (Sheet(DIM, 0.3, false), mirror()),
-                (Sheet(DIM, 0.3, true), mirror()),
+                (Square(CENTRE, 0.3, false), mirror()),
+                (Square(CENTRE, 0.3, true), mirror()),
             ],
         ),
         (
             "a poster in the wall",
-            vec![(ROOM, clay()), (Sheet(DIM, 0.3, false), chalk())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, false), chalk())],
         ),
         (
             "a poster that faces the wall",
-            vec![(ROOM, clay()), (Sheet(DIM, 0.3, true), chalk())],
+            vec![(ROOM, clay()), (Square(CENTRE, 0.3, true), chalk())],
         ),
         (
             "a card of two colours",
             vec![
-                (Sheet(DIM, 0.3, true), clay()),
-                (Sheet(DIM, 0.3, false), chalk()),
+                (Square(CENTRE, 0.3, true), clay()),
+                (Square(CENTRE, 0.3, false), chalk()),
             ],
         ),
         (
             "a small overlap",
             vec![
-                (Sheet(DIM, 0.5, true), clay()),
-                (Sheet([1.09, 1.19, 1.0], 0.5, true), chalk()),
+                (Square(CENTRE, 0.5, true), clay()),
+                (Square([1.09, 1.19, 1.0], 0.5, true), chalk()),
             ],
         ),
         (
             "three sheets",
             vec![
-                (Sheet(DIM, 0.5, true), clay()),
-                (Sheet(DIM, 0.4, true), clay()),
-                (Sheet(DIM, 0.3, true), chalk()),
+                (Square(CENTRE, 0.5, true), clay()),
+                (Square(CENTRE, 0.4, true), clay()),
+                (Square(CENTRE, 0.3, true), chalk()),
             ],
         ),
         (
             "glass on a table",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), glass()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), glass()),
             ],
         ),
         (
             "frosted glass on it",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), frosted()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), rough_glass()),
             ],
         ),
         (
             "a block over the edge of a sheet",
             vec![
-                (Sheet([0.0; 3], 1.0, true), clay()),
-                (Block([0.5, -0.5, 0.0], [1.5, 0.5, 0.5], false), chalk()),
+                (Square([0.0; 3], 1.0, true), clay()),
+                (Cuboid([0.5, -0.5, 0.0], [1.5, 0.5, 0.5], false), chalk()),
             ],
         ),
         (
             "a box of light on a sheet",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), lamp()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), lamp()),
             ],
         ),
         (
             "a box flush with a wall",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, 1.0], [0.5, 0.5, 1.5], false), chalk()),
+                (Cuboid([-0.5, -0.5, 1.0], [0.5, 0.5, 1.5], false), chalk()),
             ],
         ),
         (
             "a box open above",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Sheet([0.0; 3], 0.5, false), chalk()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Square([0.0; 3], 0.5, false), chalk()),
             ],
         ),
         (
             "three sheets, two of them back to back",
             vec![
-                (Sheet(DIM, 0.5, true), clay()),
-                (Sheet(DIM, 0.3, true), chalk()),
-                (Sheet(DIM, 0.3, false), chalk()),
+                (Square(CENTRE, 0.5, true), clay()),
+                (Square(CENTRE, 0.3, true), chalk()),
+                (Square(CENTRE, 0.3, false), chalk()),
             ],
         ),
         (
             "a closed body twice",
             vec![
-                (Block([-0.5; 3], [0.5; 3], false), clay()),
-                (Block([-0.5; 3], [0.5; 3], false), chalk()),
+                (Cuboid([-0.5; 3], [0.5; 3], false), clay()),
+                (Cuboid([-0.5; 3], [0.5; 3], false), chalk()),
             ],
         ),
         (
             "two balls of glass",
-            vec![(Ball(DIM, 0.5), glass()), (Ball(DIM, 0.5), glass())],
+            vec![(Ball(CENTRE, 0.5), glass()), (Ball(CENTRE, 0.5), glass())],
         ),
         (
             "two balls of two colours",
-            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), chalk())],
+            vec![(Ball(CENTRE, 0.5), clay()), (Ball(CENTRE, 0.5), chalk())],
         ),
         (
             "a ball and a zone of it",
             vec![
-                (Ball(DIM, 0.5), mirror()),
-                (Zone(DIM, 0.5, [0.1, 0.2]), clay()),
+                (Ball(CENTRE, 0.5), mirror()),
+                (Zone(CENTRE, 0.5, [0.1, 0.2]), clay()),
             ],
         ),
         (
             "zones that overlap",
             vec![
-                (Zone(DIM, 0.5, [-1.0, 0.2]), lamp()),
-                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+                (Zone(CENTRE, 0.5, [-1.0, 0.2]), lamp()),
+                (Zone(CENTRE, 0.5, [0.1, 1.0]), clay()),
             ],
         ),
     ];
-    for (what, things) in refused {
-        assert!(!is_built(&things), "{what}");
+    for (what, shapes) in refused {
+        assert!(!is_built(&shapes), "{what}");
     }
 }
 
@@ -324,133 +324,136 @@ fn what_no_light_can_tell_apart_is_built() {
         (
             "the same clay twice",
             vec![
-                (Sheet(DIM, 0.3, true), clay()),
-                (Sheet(DIM, 0.3, false), clay()),
+                (Square(CENTRE, 0.3, true), clay()),
+                (Square(CENTRE, 0.3, false), clay()),
             ],
         ),
         (
             "a ball of clay twice",
-            vec![(Ball(DIM, 0.5), clay()), (Ball(DIM, 0.5), clay())],
+            vec![(Ball(CENTRE, 0.5), clay()), (Ball(CENTRE, 0.5), clay())],
         ),
         (
             "a block on the floor",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), chalk()),
+                (Cuboid([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), chalk()),
             ],
         ),
         (
             "a mirror on the floor",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), mirror()),
+                (Cuboid([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0], false), mirror()),
             ],
         ),
         (
             "a lamp at the ceiling",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], false), lamp()),
+                (Cuboid([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], false), lamp()),
             ],
         ),
         (
             "with its fronts inside",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], true), chalk()),
+                (Cuboid([-0.5, -0.5, 0.9], [0.5, 0.5, 1.0], true), chalk()),
             ],
         ),
         (
             "of six rectangles",
             vec![
                 (ROOM, clay()),
-                (Panels([-0.53, -0.51, -1.0], [0.47, 0.59, 0.13]), chalk()),
+                (
+                    SixRectangles([-0.53, -0.51, -1.0], [0.47, 0.59, 0.13]),
+                    chalk(),
+                ),
             ],
         ),
         (
             "in a corner",
             vec![
                 (ROOM, clay()),
-                (Block([1.5, 1.5, -1.0], [2.5, 2.5, 0.0], false), chalk()),
+                (Cuboid([1.5, 1.5, -1.0], [2.5, 2.5, 0.0], false), chalk()),
             ],
         ),
         (
             "as high as the room",
             vec![
                 (ROOM, clay()),
-                (Block([1.5, 1.5, -1.0], [2.5, 2.5, 1.0], false), chalk()),
+                (Cuboid([1.5, 1.5, -1.0], [2.5, 2.5, 1.0], false), chalk()),
             ],
         ),
         (
             "a block on a sheet",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
             ],
         ),
         (
             "a mirror on a sheet",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), mirror()),
+                (Square([0.0; 3], 2.0, true), clay()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), mirror()),
             ],
         ),
         (
             "on two tiles",
             vec![
-                (Sheet([-1.0, 0.0, 0.0], 1.0, true), clay()),
-                (Sheet([1.0, 0.0, 0.0], 1.0, true), chalk()),
-                (Block([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
+                (Square([-1.0, 0.0, 0.0], 1.0, true), clay()),
+                (Square([1.0, 0.0, 0.0], 1.0, true), chalk()),
+                (Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false), chalk()),
             ],
         ),
         (
             "a tower, which hangs over",
             vec![
                 (ROOM, clay()),
-                (Block([-0.5, -0.5, -1.0], [0.5, 0.5, -0.5], false), chalk()),
-                (Block([-0.5, -0.5, -0.5], [0.5, 0.5, 0.0], false), clay()),
-                (Block([-0.3, -0.8, 0.0], [0.7, 0.2, 0.5], false), mirror()),
+                (Cuboid([-0.5, -0.5, -1.0], [0.5, 0.5, -0.5], false), chalk()),
+                (Cuboid([-0.5, -0.5, -0.5], [0.5, 0.5, 0.0], false), clay()),
+                (Cuboid([-0.3, -0.8, 0.0], [0.7, 0.2, 0.5], false), mirror()),
             ],
         ),
         (
             "lamps side by side",
             vec![
-                (Sheet([-0.5, 0.0, 1.0], 0.5, true), lamp()),
-                (Sheet([0.5, 0.0, 1.0], 0.5, true), mirror()),
+                (Square([-0.5, 0.0, 1.0], 0.5, true), lamp()),
+                (Square([0.5, 0.0, 1.0], 0.5, true), mirror()),
             ],
         ),
         (
             "a ball on a sheet",
             vec![
-                (Sheet([0.0; 3], 2.0, true), clay()),
+                (Square([0.0; 3], 2.0, true), clay()),
                 (Ball([0.0, 0.0, 0.5], 0.5), glass()),
             ],
         ),
         (
             "balls in a ball",
             vec![
-                (Ball(DIM, 0.5), glass()),
-                (Ball(DIM, 0.49), lamp()),
+                (Ball(CENTRE, 0.5), glass()),
+                (Ball(CENTRE, 0.49), lamp()),
                 (Ball([0.1, 0.2, 1.25], 0.25), mirror()),
             ],
         ),
         (
             "zones that touch",
             vec![
-                (Zone(DIM, 0.5, [-1.0, 0.1]), lamp()),
-                (Zone(DIM, 0.5, [0.1, 1.0]), clay()),
+                (Zone(CENTRE, 0.5, [-1.0, 0.1]), lamp()),
+                (Zone(CENTRE, 0.5, [0.1, 1.0]), clay()),
             ],
         ),
         (
             "sheets that cross",
             vec![
-                (Sheet([0.0; 3], 1.0, true), lamp()),
-                (Block([-0.5; 3], [0.5; 3], false), mirror()),
+                (Square([0.0; 3], 1.0, true), lamp()),
+                (Cuboid([-0.5; 3], [0.5; 3], false), mirror()),
             ],
         ),
     ];
-    for (what, things) in built {
-        assert!(is_built(&things), "{what}");
+    for (what, shapes) in built {
+        assert!(is_built(&shapes), "{what}");
     }
 }
 
@@ -474,16 +477,16 @@ fn a_pair_coincides_up_to_the_tolerance() {
         ] {
             let apart = share * COINCIDENCE_TOLERANCE * extent;
             let sheets = [
-                (Sheet([0.1, 0.2, 0.0], 0.3, true), surface),
-                (Sheet([0.1, 0.2, apart], 0.3, true), other),
+                (Square([0.1, 0.2, 0.0], 0.3, true), surface),
+                (Square([0.1, 0.2, apart], 0.3, true), other),
             ];
             let balls = [
                 (Ball([0.1, 0.2, 0.0], 0.3), surface),
                 (Ball([0.1, 0.2, 0.0], 0.3 + apart), other),
             ];
-            for things in [sheets, balls] {
-                let found = build_placed(&things, DQuat::IDENTITY, 1.0);
-                assert_eq!(found.is_ok(), built, "{share} of {things:?}");
+            for shapes in [sheets, balls] {
+                let found = build_placed(&shapes, DQuat::IDENTITY, 1.0);
+                assert_eq!(found.is_ok(), built, "{share} of {shapes:?}");
             }
         }
     }
@@ -493,8 +496,8 @@ fn a_pair_coincides_up_to_the_tolerance() {
 #[test]
 fn a_scene_tells_what_coincides_farther_apart() {
     let apart = [
-        (Sheet([0.1, 0.2, 0.0], 0.3, true), clay()),
-        (Sheet([0.1, 0.2, 1e-8], 0.3, false), lamp()),
+        (Square([0.1, 0.2, 0.0], 0.3, true), clay()),
+        (Square([0.1, 0.2, 1e-8], 0.3, false), lamp()),
     ];
     let scene = build_placed(&apart, askew(), 1.0).expect("a scene");
     assert_eq!(scene.coincident(0.9e-8), None);
@@ -521,20 +524,20 @@ fn a_scene_tells_what_coincides_farther_apart() {
 /// the camera has moved.
 #[test]
 fn a_sheet_is_seen_where_it_covers_a_block() {
-    let floor = (Sheet([0.0; 3], 2.0, true), clay());
+    let floor = (Square([0.0; 3], 2.0, true), clay());
     for block in [
-        Block([-0.5, -0.5, 0.0], [0.5; 3], false),
-        Block([-0.5, -0.5, 0.0], [0.5; 3], true),
+        Cuboid([-0.5, -0.5, 0.0], [0.5; 3], false),
+        Cuboid([-0.5, -0.5, 0.0], [0.5; 3], true),
     ] {
-        for things in [[floor, (block, chalk())], [(block, chalk()), floor]] {
-            let scene = build_placed(&things, askew(), 1.0).expect("a scene");
+        for shapes in [[floor, (block, chalk())], [(block, chalk()), floor]] {
+            let scene = build_placed(&shapes, askew(), 1.0).expect("a scene");
             let camera = Camera::new(
                 askew() * DVec3::new(0.0, 0.5, -1.0),
                 DVec3::ZERO,
                 DVec3::Z,
                 0.5,
             );
-            let below = build_placed(&things, askew(), 1.0)
+            let below = build_placed(&shapes, askew(), 1.0)
                 .expect("a scene")
                 .with_camera(camera)
                 .expect("a scene");
@@ -557,8 +560,8 @@ fn a_sheet_is_seen_where_it_covers_a_block() {
 #[test]
 fn another_camera_asks_again() {
     let tower = [
-        (Block([-0.5, -0.5, -1.0], [0.5, 0.5, -0.5], false), chalk()),
-        (Block([-0.3, -0.8, -0.5], [0.7, 0.2, 0.0], false), clay()),
+        (Cuboid([-0.5, -0.5, -1.0], [0.5, 0.5, -0.5], false), chalk()),
+        (Cuboid([-0.3, -0.8, -0.5], [0.7, 0.2, 0.0], false), clay()),
     ];
     let scene = build_placed(&tower, askew(), 1.0).expect("a scene");
     let from = |z| {

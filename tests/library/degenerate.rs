@@ -25,13 +25,13 @@ m6 = { model = "oren-nayar", albedo = 0.5, sigma = 1.5 }
 "#;
 
 /// An object: index of its kind, index of its material, and nine numbers.
-type Part = (usize, usize, [f64; 9]);
+type RandomObject = (usize, usize, [f64; 9]);
 
 /// A random scene. The builder alone takes its emission, background and image height; a scene file
 /// has values of its own.
 #[derive(Clone, Debug)]
-struct Drawn {
-    parts: Vec<Part>,
+struct RandomScene {
+    objects: Vec<RandomObject>,
     eye: [f64; 3],
     target: [f64; 3],
     emission: f64,
@@ -47,13 +47,13 @@ fn toml(x: &[f64]) -> String {
 }
 
 /// Writes the scene file of these parts.
-fn text(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> String {
+fn text(objects: &[RandomObject], eye: &[f64; 3], target: &[f64; 3]) -> String {
     let mut text = format!(
         "background = 0.25\ncamera = {{ eye = {}, target = {}, up = [0.1, 0.2, 1], fov_deg = 60 }}\n{MATERIALS}",
         toml(eye),
         toml(target)
     );
-    for (kind, material, x) in parts {
+    for (kind, material, x) in objects {
         let [a, b, c] = [&x[..3], &x[3..6], &x[6..]].map(toml);
         let object = match kind {
             0 => format!("shape = 'rectangle'\nmaterial = 'm{material}'\ncorner = {a}\nedges = [{b}, {c}]"),
@@ -73,16 +73,16 @@ fn text(parts: &[Part], eye: &[f64; 3], target: &[f64; 3]) -> String {
 }
 
 /// Builds the scene with the builder, which checks numbers by itself.
-fn built(drawn: &Drawn) -> Result<Scene, Error> {
+fn build(random: &RandomScene) -> Result<Scene, Error> {
     let head = text(&[], &[0.0; 3], &[1.0; 3]);
     let mut scene = SceneBuilder::new("built");
     let surfaces: Vec<_> = Description::parse("head", &head)?
         .materials
         .iter()
-        .map(|(_, surface)| scene.surface(surface.emitting(drawn.emission * surface.emission)))
+        .map(|(_, surface)| scene.surface(surface.emitting(random.emission * surface.emission)))
         .collect();
-    scene.background(DVec3::splat(drawn.background));
-    for (kind, material, x) in &drawn.parts {
+    scene.background(DVec3::splat(random.background));
+    for (kind, material, x) in &random.objects {
         let ([a, b, c], surface) = (
             [0, 3, 6].map(|i| DVec3::from_slice(&x[i..])),
             surfaces[*material],
@@ -109,10 +109,10 @@ fn built(drawn: &Drawn) -> Result<Scene, Error> {
     }
     let up = DVec3::new(0.1, 0.2, 1.0);
     scene.build(Camera::new(
-        DVec3::from_array(drawn.eye),
-        DVec3::from_array(drawn.target),
+        DVec3::from_array(random.eye),
+        DVec3::from_array(random.target),
         up,
-        drawn.half_height,
+        random.half_height,
     ))
 }
 
@@ -134,11 +134,11 @@ fn number(wild: bool) -> impl Strategy<Value = f64> {
 
 /// Generates parts, some of them twice, with eye and target, all multiplied by a factor that is
 /// usually 1.
-fn parts() -> impl Strategy<Value = Drawn> {
+fn random_scenes() -> impl Strategy<Value = RandomScene> {
     let scene = |wild: bool| {
-        let part = (0..4_usize, 0..7_usize, prop::array::uniform9(number(wild)));
+        let object = (0..4_usize, 0..7_usize, prop::array::uniform9(number(wild)));
         let again = (
-            prop::collection::vec(part, 1..4),
+            prop::collection::vec(object, 1..4),
             prop::bool::weighted(0.25),
             0..7_usize,
             0..3_usize,
@@ -155,25 +155,25 @@ fn parts() -> impl Strategy<Value = Drawn> {
         1e-300, 1e-100, 1e-40, 1e-30, 1e-29, 1e-15, 1e-9, 1e7, 1e9, 1e29, 1e30, 1e100, 1e300,
     ];
     prop_oneof![3 => scene(false), 2 => scene(true)].prop_map(
-        move |((mut parts, twice, material, kind), eye, target, others, (scale, wild))| {
+        move |((mut objects, twice, material, kind), eye, target, others, (scale, wild))| {
             if twice {
-                let (old, _, x) = parts[0];
+                let (old, _, x) = objects[0];
                 // Repeated as it is, with another material, or at the camera's position.
-                parts.push((
+                objects.push((
                     if kind == 2 { 3 } else { old },
-                    if kind == 0 { parts[0].1 } else { material },
+                    if kind == 0 { objects[0].1 } else { material },
                     x,
                 ));
             }
             let scale = scales.get(scale).copied().unwrap_or(1.0);
             let scaled = |x: [f64; 9]| x.map(|x| x * scale);
-            let parts = parts
+            let objects = objects
                 .into_iter()
                 .map(|(kind, material, x)| (kind, material, scaled(x)))
                 .collect();
             let [emission, background, half_height] = others.map(f64::abs);
-            Drawn {
-                parts,
+            RandomScene {
+                objects,
                 eye: eye.map(|x| x * scale),
                 target: target.map(|x| x * scale),
                 emission,
@@ -187,7 +187,7 @@ fn parts() -> impl Strategy<Value = Drawn> {
 
 /// Returns a film, or `None` if its refusal says in one line that a light is too bright or a thing
 /// too far away.
-fn fits(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
+fn film_unless_refused(film: Result<Film, Error>, what: &str, scene: &str) -> Option<Film> {
     match film {
         Ok(film) => Some(film),
         Err(Error::Radiance { value, .. }) if value > LARGEST && value.is_finite() => None,
@@ -215,9 +215,9 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         };
         let alone = Path {
             specular_nee,
-            ..Path::new(OneByOne, strategy)
+            ..Path::new(ScalarParts, strategy)
         };
-        let one_by_one = fits(
+        let one_by_one = film_unless_refused(
             rendered(scene, &alone, FRAME, sampling, &[0..1]),
             "path",
             text,
@@ -231,7 +231,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
             &(0..1),
             &|_| true,
         );
-        let eight = fits(lanes.map(|_| film), "lanes", text);
+        let eight = film_unless_refused(lanes.map(|_| film), "lanes", text);
         // Where rounding is as large as the objects, the engines may disagree on hits.
         assert!(
             far_apart || one_by_one == eight,
@@ -242,12 +242,12 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         lights: LightSampling::SolidAngle,
         ..Path::<DefaultParts>::new(DefaultParts, Finds::Mis)
     };
-    fits(
+    film_unless_refused(
         rendered(scene, &area, FRAME, sampling, &[0..1]),
         "solid angles",
         text,
     );
-    fits(
+    film_unless_refused(
         rendered(
             scene,
             &Whitted::new(TransportRules::PHYSICAL),
@@ -262,7 +262,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         silhouettes: false,
         ..sampling
     };
-    fits(
+    film_unless_refused(
         rendered(scene, &Report::default(), FRAME, plain, &[0..1]),
         "report",
         text,
@@ -275,17 +275,17 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         0.1,
         (1, 0),
     );
-    fits(
+    film_unless_refused(
         photons.and_then(|photons| rendered(scene, &photons, FRAME, sampling, &[0..1])),
         "photons",
         text,
     );
-    fits(
+    film_unless_refused(
         passes(scene, &Bdpt::new(DefaultParts), FRAME, &[0..1]),
         "bdpt",
         text,
     );
-    fits(
+    film_unless_refused(
         passes(
             scene,
             &LightTracer::<DefaultParts>::default(),
@@ -295,7 +295,7 @@ fn renders(scene: &Scene, text: &str, far_apart: bool) {
         "light tracer",
         text,
     );
-    fits(
+    film_unless_refused(
         passes(
             scene,
             &Sppm {
@@ -325,23 +325,23 @@ fn degenerate_scenes_are_refused_or_rendered() {
     let counts = [0; 4].map(AtomicU32::new);
     let count = |i: usize| counts[i].fetch_add(1, Ordering::Relaxed);
     let cases = context("").arguments(4000) as u32;
-    property("degenerate", cases, &parts(), |drawn| {
-        let text = text(&drawn.parts, &drawn.eye, &drawn.target);
+    property("degenerate", cases, &random_scenes(), |random| {
+        let text = text(&random.objects, &random.eye, &random.target);
         let begun = std::time::Instant::now();
         match Description::parse("drawn", &text).and_then(|scene| scene.build()) {
             Ok(scene) => {
                 count(0);
-                renders(&scene, &text, drawn.far_apart);
+                renders(&scene, &text, random.far_apart);
             }
             Err(error) => {
                 count(1);
                 refused(&error, &text);
             }
         }
-        match built(&drawn) {
+        match build(&random) {
             Ok(scene) => {
                 count(2);
-                renders(&scene, &format!("{text}\n{drawn:?}"), drawn.far_apart);
+                renders(&scene, &format!("{text}\n{random:?}"), random.far_apart);
             }
             Err(error) => {
                 count(3);
@@ -374,8 +374,8 @@ fn an_eye_within_a_light_sees_it_by_every_estimator() {
         -1e-15,
         1e-15,
     ];
-    let drawn = Drawn {
-        parts: vec![(1, 0, vertices)],
+    let random = RandomScene {
+        objects: vec![(1, 0, vertices)],
         eye: [-5e-16, -5e-16, 1e-15],
         target: [1e-15, -5e-16, -1.2511715515027689e-15],
         emission: 0.5,
@@ -384,7 +384,7 @@ fn an_eye_within_a_light_sees_it_by_every_estimator() {
         far_apart: false,
     };
     renders(
-        &built(&drawn).expect("a scene"),
+        &build(&random).expect("a scene"),
         "an eye within a light",
         false,
     );

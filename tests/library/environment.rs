@@ -4,7 +4,7 @@
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::integrator::{Path, Strategy};
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 
 use crate::prelude::*;
 
@@ -25,7 +25,7 @@ fn uneven() -> EnvironmentMap {
 
 /// Returns the direction of a place in an image whose top is z and whose middle is x; to the right
 /// is −y.
-fn towards(u: f64, v: f64) -> DVec3 {
+fn direction_at(u: f64, v: f64) -> DVec3 {
     let (azimuth, inclination) = (TAU * (u - 0.5), PI * v);
     DVec3::new(
         inclination.sin() * azimuth.cos(),
@@ -39,7 +39,7 @@ fn centres_show_their_pixels_and_what_is_between_is_linear() {
     let map = uneven();
     let pixel =
         |x: usize, y: usize| DVec3::new((4 * y + x) as f64, 1.0, 0.5) * ((4 * y + x) % 5) as f64;
-    let shown = |u: f64, v: f64| map.radiance(towards(u, v));
+    let shown = |u: f64, v: f64| map.radiance(direction_at(u, v));
     for (u, v, expected) in [
         (0.125, 0.5, pixel(0, 1)),
         (0.625, 1.0 / 6.0, pixel(2, 0)),
@@ -174,12 +174,12 @@ fn lanes_follow_a_map() {
             film
         };
         let estimator = LaneEstimator::Path(Path::new(DefaultParts, strategy));
-        let rays = film(&ByRays {
-            estimator: Path::new(OneByOne, strategy),
+        let rays = film(&RayRenderer {
+            estimator: Path::new(ScalarParts, strategy),
             sampling,
         });
         assert_eq!(
-            film(&ByLanes {
+            film(&LaneRenderer {
                 estimator,
                 sampling,
                 precision: Precision::Double

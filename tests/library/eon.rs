@@ -13,7 +13,7 @@ use crate::reference;
 
 /// Bound on the quadrature error: values of at most 2 in sums of 15 times 15, each term with some
 /// 40 roundings.
-const QUADRATURE: f64 = 256.0 * U;
+const QUADRATURE: f64 = 256.0 * UNIT_ROUNDOFF;
 
 /// Compares both lobes, in closed form and by quadrature, and the first alone with each reference
 /// value: white EON reflects all light, where both forms of (14) fail to.
@@ -24,10 +24,10 @@ fn directional_albedos_meet_the_reference() {
     for [roughness, rho, degrees, single, both] in rows {
         let theta = degrees.to_radians();
         let first = rho * albedo(roughness, theta.cos());
-        assert_abs_diff_eq!(first, single, epsilon = 16.0 * U);
+        assert_abs_diff_eq!(first, single, epsilon = 16.0 * UNIT_ROUNDOFF);
         let colour = DVec3::splat(rho);
         let second = multiple_albedo(colour, roughness).x * (1.0 - albedo(roughness, theta.cos()));
-        assert_abs_diff_eq!(first + second, both, epsilon = 32.0 * U);
+        assert_abs_diff_eq!(first + second, both, epsilon = 32.0 * UNIT_ROUNDOFF);
         let found = directional_albedo(
             &Bsdf::Eon {
                 albedo: colour,
@@ -43,12 +43,20 @@ fn directional_albedos_meet_the_reference() {
 fn averages_are_the_integrals_of_the_albedo() {
     let average =
         |f: &dyn Fn(f64) -> f64| integral(0.0, FRAC_PI_2, |t| 2.0 * f(t.cos()) * t.sin() * t.cos());
-    assert_abs_diff_eq!(average(&g_over_pi), AVERAGE_G_OVER_PI, epsilon = 64.0 * U);
+    assert_abs_diff_eq!(
+        average(&g_over_pi),
+        AVERAGE_G_OVER_PI,
+        epsilon = 64.0 * UNIT_ROUNDOFF
+    );
     for roughness in [0.0, 0.3, 1.0] {
         let found = average(&|cos| albedo(roughness, cos));
-        assert_abs_diff_eq!(found, average_albedo(roughness), epsilon = 128.0 * U);
+        assert_abs_diff_eq!(
+            found,
+            average_albedo(roughness),
+            epsilon = 128.0 * UNIT_ROUNDOFF
+        );
     }
-    assert_abs_diff_eq!(g_over_pi(0.0), MAX_G_OVER_PI, epsilon = 2.0 * U);
+    assert_abs_diff_eq!(g_over_pi(0.0), MAX_G_OVER_PI, epsilon = 2.0 * UNIT_ROUNDOFF);
     assert_eq!(g_over_pi(1.0), 0.0);
 }
 
@@ -98,7 +106,7 @@ fn eon_is_reciprocal_never_negative_and_lambert_where_smooth() {
                 - lambert(albedo))
             .abs()
             .max_element();
-            assert!(off <= 2.0 * U, "{off:e}");
+            assert!(off <= 2.0 * UNIT_ROUNDOFF, "{off:e}");
         },
     );
 }
@@ -112,7 +120,7 @@ fn the_roughness_of_the_same_shape() {
     for wi in [from_spherical(0.2, 0.1), from_spherical(1.4, -0.5)] {
         let ratio = single_scattering(roughness, wo, wi) / coefficient_a(roughness);
         let known = oren_nayar(constants, OrenNayarForm::Corrected, wo, wi) / constants.a;
-        assert_relative_eq!(ratio, known, max_relative = 16.0 * U);
+        assert_relative_eq!(ratio, known, max_relative = 16.0 * UNIT_ROUNDOFF);
     }
     assert!(OrenNayar::new(FRAC_PI_2).roughness() < 0.9);
 }

@@ -3,7 +3,7 @@
 use whitefurnace::integrator::{Heuristic, Path, Quirks, Strategy};
 use whitefurnace::sampling::roulette::{REFERENCE_THROUGHPUT, by_throughput};
 
-use crate::budget::enough;
+use crate::budget::assert_enough_compared;
 use crate::prelude::*;
 
 const LIGHTS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
@@ -37,14 +37,14 @@ fn values<E: Estimator>(name: &str, scene: &Scene, estimator: &E, count: usize) 
 /// Asserts that every value is 0 or `expected`, and more than half are the latter. A path of up to
 /// fifty bounces rounds its throughput eight times per bounce.
 fn assert_all_or_nothing(name: &str, values: &[DVec3], expected: f64) {
-    let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * U * expected;
+    let full = |v: &DVec3| (*v - expected).abs().max_element() <= 400.0 * UNIT_ROUNDOFF * expected;
     for value in values {
         assert!(
             *value == DVec3::ZERO || full(value),
             "{value} is not {expected}"
         );
     }
-    enough(name, values.iter().filter(|v| full(v)).count());
+    assert_enough_compared(name, values.iter().filter(|v| full(v)).count());
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn whitted_trees_lose_only_what_the_limit_cuts() {
         ] {
             let found = Whitted::new(rules).radiance(&scene, &ray, scene.intersect(&ray), &mut rng);
             let expected = factor * (1.0 - r.powi(6));
-            assert!((found - expected).abs().max_element() <= 100.0 * U * factor);
+            assert!((found - expected).abs().max_element() <= 100.0 * UNIT_ROUNDOFF * factor);
         }
     }
 }
@@ -186,7 +186,7 @@ fn direct_light_of_whitted_is_f_cos_over_pdf() {
         let y = DVec3::new(-1.0 + 2.0 * t, -1.0 + 2.0 * s, 2.0);
         let d2 = (y - hit.point).length_squared();
         let expected = albedo / PI * 3.0 * 4.0 * (2.0 * 2.0) / (d2 * d2);
-        assert!((found - expected).abs().max_element() <= 64.0 * U);
+        assert!((found - expected).abs().max_element() <= 64.0 * UNIT_ROUNDOFF);
     }
 }
 
@@ -435,8 +435,8 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
         let sampled = value(&open, report(false, true));
         // Shadow rays that pass through glass have seen the light: hits through it do not count
         // again.
-        assert!((passing - sampled).abs() <= 64.0 * U * sampled);
-        assert!((passing_caustics - sampled).abs() <= 64.0 * U * sampled);
+        assert!((passing - sampled).abs() <= 64.0 * UNIT_ROUNDOFF * sampled);
+        assert!((passing_caustics - sampled).abs() <= 64.0 * UNIT_ROUNDOFF * sampled);
         // Shadow rays that stop at glass have not: hits through it count, each 2 cos θ L / 0.75 of
         // a sample ray.
         let through = caustics - blocked;
@@ -446,6 +446,6 @@ fn the_report_counts_light_behind_index_matched_glass_once() {
         let _ = uniform2(&mut rng);
     }
     for count in kinds {
-        enough("behind nothing", count);
+        assert_enough_compared("behind nothing", count);
     }
 }

@@ -1,7 +1,7 @@
 //! Tests of the film's accumulators: exact, mergeable in any order, strict about sizes.
 
 use rayon::prelude::*;
-use whitefurnace::film::LARGEST_FILM;
+use whitefurnace::film::MAX_FILM_PIXELS;
 use whitefurnace::film::splat::Splats;
 
 use crate::prelude::*;
@@ -25,7 +25,7 @@ fn pixels_hold_mean_and_standard_error_and_merge_exactly() {
         assert_eq!(all.replications(), values.len() as u32);
         let moments = [0, 1, 2].map(|i| values.iter().map(|v| v[i].abs()).collect::<Moments>());
         // Values of at most 10 move by half a unit; 40 of them are summed.
-        let bound = FIXED_POINT_UNIT + 4000.0 * U;
+        let bound = FIXED_POINT_UNIT + 4000.0 * UNIT_ROUNDOFF;
         assert_abs_diff_eq!(
             all.mean(),
             DVec3::from(moments.map(|m| m.mean())),
@@ -81,7 +81,7 @@ fn features_are_means_over_the_hits() {
 
 #[test]
 fn films_have_possible_sizes() {
-    const TOO_MANY: u32 = LARGEST_FILM as u32 + 1;
+    const TOO_MANY: u32 = MAX_FILM_PIXELS as u32 + 1;
     let window = |x, y, width, height| {
         Some(Window {
             corner: [x, y],
@@ -112,7 +112,7 @@ fn films_have_possible_sizes() {
         assert_option_refused(Film::new(frame, window, 1), hint);
     }
     let film = Film::new([8, 6], window(5, 4, 3, 2), 4).expect("the last pixels");
-    assert_eq!((film.frame(), film.size()), ([8, 6], [3, 2]));
+    assert_eq!((film.resolution(), film.size()), ([8, 6], [3, 2]));
     assert_eq!(film.samples_per_replication(), 4);
     assert_eq!(film.pixels().len(), 6);
     assert!(
@@ -175,7 +175,7 @@ fn averages_run_over_pixels_and_channels() {
     }
     // Means 2, 2, 2 and 6, 0, 0; standard errors 1, 1, 1 and 0, 0, 0.
     assert_eq!(film.mean(), 2.0);
-    assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * U);
+    assert_abs_diff_eq!(film.relative_error(), 0.25, epsilon = 4.0 * UNIT_ROUNDOFF);
     assert_eq!(Film::new([1, 1], None, 1).expect("a film").mean(), 0.0);
 }
 

@@ -13,7 +13,7 @@ fn normals() -> impl Strategy<Value = DVec3> {
 
 /// Bound on the error of entries of at most 2 with some six roundings, for normals that are unit to
 /// 3 U, which the denominator 1 + |z| ≥ 1 does not enlarge.
-const BOUND: f64 = 16.0 * U;
+const BOUND: f64 = 16.0 * UNIT_ROUNDOFF;
 
 fn check(n: DVec3) {
     let Frame { x, y, z } = Frame::new(n);
@@ -56,7 +56,7 @@ fn spherical_coordinates_undo_each_other() {
         let (theta, phi) = to_spherical(w);
         assert!((0.0..=PI).contains(&theta) && (0.0..TAU).contains(&phi));
         // Angles of up to 2π are rounded by U of themselves, in either direction.
-        assert!((from_spherical(theta, phi) - w).length() <= 16.0 * U);
+        assert!((from_spherical(theta, phi) - w).length() <= 16.0 * UNIT_ROUNDOFF);
     });
     property(
         "to vector and back",
@@ -64,10 +64,10 @@ fn spherical_coordinates_undo_each_other() {
         &(0.0..=PI, 0.0..TAU),
         |(theta, phi)| {
             let (theta_back, phi_back) = to_spherical(from_spherical(theta, phi));
-            assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * U);
+            assert_abs_diff_eq!(theta_back, theta, epsilon = 8.0 * UNIT_ROUNDOFF);
             if theta.sin() > 1e-3 {
                 let d = (phi_back - phi).abs();
-                assert!(d.min(TAU - d) <= 16.0 * U);
+                assert!(d.min(TAU - d) <= 16.0 * UNIT_ROUNDOFF);
             }
         },
     );

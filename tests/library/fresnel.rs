@@ -11,8 +11,8 @@ use crate::reference;
 /// and that of cos θ₁; the root divides that by 2 cos θ₂, and the error is at most the root of the
 /// square's.
 fn cosine_error(cos_2: f64, n1: f64, n2: f64) -> f64 {
-    let square = 4.0 * U * (1.0 + (n1 / n2).powi(2));
-    (square / (2.0 * cos_2)).min(square.sqrt()) + U * cos_2
+    let square = 4.0 * UNIT_ROUNDOFF * (1.0 + (n1 / n2).powi(2));
+    (square / (2.0 * cos_2)).min(square.sqrt()) + UNIT_ROUNDOFF * cos_2
 }
 
 /// Bound on the errors of R_s, R_p and R: |dR_s/dcos θ₂| ≤ 4 n₂/(n₁ cos θ₁ + n₂ cos θ₂), likewise
@@ -21,7 +21,7 @@ fn reflectance_error(cos_1: f64, n1: f64, n2: f64) -> f64 {
     let cos_2 = squared_cos_refracted(cos_1, n1, n2).max(0.0).sqrt();
     let slope_s = 4.0 * n2 / (n1 * cos_1 + n2 * cos_2);
     let slope_p = 4.0 * n1 / (n1 * cos_2 + n2 * cos_1);
-    16.0 * U + slope_s.max(slope_p) * cosine_error(cos_2, n1, n2)
+    16.0 * UNIT_ROUNDOFF + slope_s.max(slope_p) * cosine_error(cos_2, n1, n2)
 }
 
 fn indices() -> impl Strategy<Value = (f64, f64)> {
@@ -71,16 +71,16 @@ fn refraction_obeys_snell() {
             // Within 16 U of the critical angle rounding decides.
             let Some(t) = refract(d, n, n1, n2) else {
                 assert!(
-                    n1 * sin_1 > n2 * (1.0 - 16.0 * U),
+                    n1 * sin_1 > n2 * (1.0 - 16.0 * UNIT_ROUNDOFF),
                     "refracted light is lost"
                 );
                 return;
             };
             assert!(
-                n1 * sin_1 < n2 * (1.0 + 16.0 * U),
+                n1 * sin_1 < n2 * (1.0 + 16.0 * UNIT_ROUNDOFF),
                 "past the critical angle"
             );
-            assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * U);
+            assert_abs_diff_eq!(t.length(), 1.0, epsilon = 4.0 * UNIT_ROUNDOFF);
             assert!(t.dot(n) <= 0.0, "on the other side");
             // Snell's law with its plane: n₁ d × n = n₂ t × n. Both d and n are unit to 3 U, which
             // enters the square of cos θ₂ with the factor (1 + ρ²), and the normalisation of t with
@@ -88,7 +88,7 @@ fn refraction_obeys_snell() {
             let ratio = n1 / n2;
             assert!(
                 (n1 * d.cross(n) - n2 * t.cross(n)).length()
-                    <= 32.0 * U * (1.0 + ratio * ratio) * n1.max(n2)
+                    <= 32.0 * UNIT_ROUNDOFF * (1.0 + ratio * ratio) * n1.max(n2)
             );
         },
     );
@@ -99,7 +99,7 @@ fn mirror_law() {
     property("mirror", 1000, &(unit(), unit()), |(d, n)| {
         let m = mirror(d, n);
         // Unit vectors are unit to 3 U; six roundings of terms of at most 2.
-        let bound = 24.0 * U;
+        let bound = 24.0 * UNIT_ROUNDOFF;
         assert_abs_diff_eq!(m.length(), 1.0, epsilon = bound);
         assert_abs_diff_eq!(m.dot(n), -d.dot(n), epsilon = bound);
         assert!((m.cross(n) - d.cross(n)).length() <= bound);

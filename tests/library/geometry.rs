@@ -45,18 +45,18 @@ fn aimed() -> impl Strategy<Value = (Ray, [DVec3; 3], [f64; 2])> {
         })
 }
 
-/// Bounds on the errors of t, u, v of (4), to first order in `U` with the constant rounded up from
-/// 10 to 12 for the rest: a cross product of differences is off by 4√2 U, its scalar product by 4 U
-/// more, relative to the product of the lengths.
+/// Bounds on the errors of t, u, v of (4), to first order in `UNIT_ROUNDOFF` with the constant
+/// rounded up from 10 to 12 for the rest: a cross product of differences is off by 4√2 U, its
+/// scalar product by 4 U more, relative to the product of the lengths.
 fn cramer_error(ray: &Ray, [a, b, c]: [DVec3; 3], [t, u, v]: [f64; 3]) -> [f64; 3] {
     let (e1, e2, to) = (b - a, c - a, ray.origin - a);
     let [l1, l2, lt, ld] = [e1, e2, to, ray.direction].map(DVec3::length);
     let det = ray.direction.cross(e2).dot(e1).abs();
-    let relative = 12.0 * U * ld * l1 * l2 / det + U;
+    let relative = 12.0 * UNIT_ROUNDOFF * ld * l1 * l2 / det + UNIT_ROUNDOFF;
     [
-        12.0 * U * lt * l1 * l2 / det + relative * t.abs(),
-        12.0 * U * ld * l2 * lt / det + relative * u.abs(),
-        12.0 * U * ld * l1 * lt / det + relative * v.abs(),
+        12.0 * UNIT_ROUNDOFF * lt * l1 * l2 / det + relative * t.abs(),
+        12.0 * UNIT_ROUNDOFF * ld * l2 * lt / det + relative * u.abs(),
+        12.0 * UNIT_ROUNDOFF * ld * l1 * lt / det + relative * v.abs(),
     ]
 }
 
@@ -69,7 +69,7 @@ fn shear_error(ray: &Ray, triangle: [DVec3; 3]) -> (f64, f64) {
     let [a, b, c] = triangle;
     let depth = ray.direction.abs().max_element();
     let det = ray.direction.dot((b - a).cross(c - a)).abs() / depth;
-    let weight = 4.0 * 56.0 * U * length * length / det + 4.0 * U;
+    let weight = 4.0 * 56.0 * UNIT_ROUNDOFF * length * length / det + 4.0 * UNIT_ROUNDOFF;
     (weight, 3.0 * weight * length / depth)
 }
 
@@ -104,7 +104,7 @@ fn solution_has_no_residual() {
             .fold(ray.origin.length(), |s, v| s + v.length());
         // Errors of the solution, then rounding of the residual: six operations on each term.
         let terms = t + l1 + l2 + (ray.origin - a).length();
-        let bound = et + eu * l1 + ev * l2 + 6.0 * U * terms;
+        let bound = et + eu * l1 + ev * l2 + 6.0 * UNIT_ROUNDOFF * terms;
         let residual = triangle_residual(&ray, triangle, t, found_u, found_v).length();
         assert!(
             residual <= bound,
@@ -113,11 +113,11 @@ fn solution_has_no_residual() {
         // (2) meets (1): the same error, and rounding of the coordinates themselves.
         let apart = (triangle_point(triangle, found_u, found_v) - ray.at(t)).length();
         assert!(
-            apart <= bound + 6.0 * U * (size + t),
+            apart <= bound + 6.0 * UNIT_ROUNDOFF * (size + t),
             "(1) and (2) are {apart:e} apart"
         );
         // The target and the direction are themselves rounded.
-        let aim = 6.0 * U * (size + t) / ray.direction.dot((b - a).cross(c - a)).abs();
+        let aim = 6.0 * UNIT_ROUNDOFF * (size + t) / ray.direction.dot((b - a).cross(c - a)).abs();
         assert_abs_diff_eq!(found_u, u, epsilon = eu + aim * l2);
         assert_abs_diff_eq!(found_v, v, epsilon = ev + aim * l1);
     });

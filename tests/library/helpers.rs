@@ -8,7 +8,7 @@ use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use crate::prelude::*;
 
 /// Unit roundoff: one operation has a relative error of at most this.
-pub const U: f64 = f64::EPSILON / 2.0;
+pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// Draws a uniform number in [low, high).
 pub fn between<R: Rng>(rng: &mut R, low: f64, high: f64) -> f64 {
@@ -318,10 +318,10 @@ pub fn assert_option_refused<T>(result: Result<T, Error>, hint: &str) {
 
 /// The standard parts as another type, so that their scalar functions are called lane by lane.
 #[derive(Clone, Copy, Debug)]
-pub struct OneByOne;
+pub struct ScalarParts;
 
-impl Scattering for OneByOne {}
-impl Roulette for OneByOne {}
-impl NextEvent for OneByOne {}
-impl Photons for OneByOne {}
-impl Bidirectional for OneByOne {}
+impl Scattering for ScalarParts {}
+impl Roulette for ScalarParts {}
+impl NextEvent for ScalarParts {}
+impl Photons for ScalarParts {}
+impl Bidirectional for ScalarParts {}

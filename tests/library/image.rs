@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{AttributeValue, FlatSamples, read_all_flat_layers_from_file};
-use whitefurnace::image::{Display, check_writable, srgb, write_exr, write_png, write_whole};
+use whitefurnace::image::{Display, check_writable, srgb, write_atomically, write_exr, write_png};
 
 use crate::prelude::*;
 
@@ -324,7 +324,7 @@ fn displays_encode_as_they_say() {
         (0.75, 0.8808250210902998),
         (1.0, 1.0),
     ] {
-        assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * U);
+        assert_abs_diff_eq!(srgb(linear), encoded, epsilon = 8.0 * UNIT_ROUNDOFF);
         let display = Display::Srgb { exposure: 0.0 };
         assert_eq!(f64::from(display.encode(linear)), (255.0 * encoded).round());
         // One stop doubles the value.
@@ -357,7 +357,7 @@ fn nothing_is_left_behind_on_failure() {
         for result in [
             write_exr(&path, &film, &camera, ""),
             write_png(&path, &film, Display::Truncated, 1),
-            write_whole(&path, |_| Ok(())),
+            write_atomically(&path, |_| Ok(())),
         ] {
             let error = result.expect_err("cannot be written");
             assert!(matches!(error, Error::File { .. }), "{error}");
@@ -370,7 +370,7 @@ fn nothing_is_left_behind_on_failure() {
     assert_eq!(found, ["file", "taken"]);
     assert!(names(&taken).is_empty());
     // A failed write leaves the earlier file as it was.
-    assert!(write_whole(&file, |_| Err(Error::Option("no".to_owned()))).is_err());
+    assert!(write_atomically(&file, |_| Err(Error::Option("no".to_owned()))).is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");
     assert!(write_exr(&file, &film, &camera, "not Latin-1: \u{4e00}").is_err());
     assert_eq!(fs::read_to_string(&file).expect("a file"), "kept");

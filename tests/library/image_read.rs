@@ -7,11 +7,11 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, WritableImage as _, f16,
 };
-use whitefurnace::image::read::{Meaning, Picture, decode};
+use whitefurnace::image::read::{ChannelKind, LoadedImage, decode};
 
 use crate::prelude::*;
 
-fn read(bytes: &[u8], layer: Option<&str>) -> Result<Picture, String> {
+fn read(bytes: &[u8], layer: Option<&str>) -> Result<LoadedImage, String> {
     decode(Path::new("a.any"), bytes, layer, "--layer").map_err(|error| error.to_string())
 }
 
@@ -41,13 +41,13 @@ fn pfm_is_read_from_the_bottom_in_both_orders() {
         ("1", f32::to_be_bytes),
     ] {
         let colour = read(&pfm("PF", scale, bytes, &values), None).expect("a PFM");
-        assert_eq!((colour.size, colour.meaning), ([2, 3], Meaning::Rgb));
+        assert_eq!((colour.size, colour.kind), ([2, 3], ChannelKind::Rgb));
         assert_eq!(colour.values[0], [11.5, 14.5, 5.5, 8.5, -0.5, 2.5]);
         assert_eq!(colour.values[2], [13.5, 16.5, 7.5, 10.5, 1.5, 4.5]);
         let grey = read(&pfm("Pf", scale, bytes, &values[..6]), None).expect("a PFM");
         assert_eq!(
-            (grey.meaning, &grey.values[0][..]),
-            (Meaning::Grey, &[3.5, 4.5, 1.5, 2.5, -0.5, 0.5][..])
+            (grey.kind, &grey.values[0][..]),
+            (ChannelKind::Grey, &[3.5, 4.5, 1.5, 2.5, -0.5, 0.5][..])
         );
     }
 }
@@ -126,8 +126,8 @@ fn radiance_pictures_are_read() {
         ];
         let right = right.map(|plane| order.map(|i| plane[i]).to_vec());
         assert_eq!(
-            (picture.size, picture.meaning, &picture.values[..]),
-            ([2, 2], Meaning::Rgb, &right[..]),
+            (picture.size, picture.kind, &picture.values[..]),
+            ([2, 2], ChannelKind::Rgb, &right[..]),
             "{size}"
         );
     }
@@ -260,23 +260,23 @@ fn the_image_is_found_by_the_names_that_programs_use() {
         "ViewLayer.Combined.A",
     ];
     for (names, meaning, first) in [
-        (&["R", "G", "B", "A"][..], Meaning::Rgb, "R"),
-        (&["b", "g", "r"], Meaning::Rgb, "r"),
-        (&["red", "green", "blue"], Meaning::Rgb, "red"),
-        (&[".R", ".G", ".B"], Meaning::Rgb, ".R"),
+        (&["R", "G", "B", "A"][..], ChannelKind::Rgb, "R"),
+        (&["b", "g", "r"], ChannelKind::Rgb, "r"),
+        (&["red", "green", "blue"], ChannelKind::Rgb, "red"),
+        (&[".R", ".G", ".B"], ChannelKind::Rgb, ".R"),
         (
             &["beauty.[red]", "beauty.[green]", "beauty.[blue]"],
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "beauty.[red]",
         ),
         (
             &["rgb.blue", "rgb.green", "rgb.red"],
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "rgb.red",
         ),
         (
             &["rgba.Red", "rgba.Green", "rgba.Blue", "rgba.Alpha", "Z"],
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "rgba.Red",
         ),
         (
@@ -291,29 +291,29 @@ fn the_image_is_found_by_the_names_that_programs_use() {
                 "Variance.G",
                 "Variance.B",
             ],
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "R",
         ),
         (
             &["R", "G", "B", "left.R", "left.G", "left.B"],
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "R",
         ),
         (
             &[&combined[..], &beside].concat(),
-            Meaning::Rgb,
+            ChannelKind::Rgb,
             "ViewLayer.Combined.R",
         ),
-        (&["Y"], Meaning::Luminance, "Y"),
-        (&["Y", "A", "Z"], Meaning::Luminance, "Y"),
+        (&["Y"], ChannelKind::Luminance, "Y"),
+        (&["Y", "A", "Z"], ChannelKind::Luminance, "Y"),
         (
             &[
                 "Y", "albedo.R", "albedo.G", "albedo.B", "Normal.X", "Normal.Y", "Normal.Z",
             ],
-            Meaning::Luminance,
+            ChannelKind::Luminance,
             "Y",
         ),
-        (&["X", "Y", "Z", "A"], Meaning::Xyz, "X"),
+        (&["X", "Y", "Z", "A"], ChannelKind::Xyz, "X"),
         (
             &[
                 "X",
@@ -323,27 +323,31 @@ fn the_image_is_found_by_the_names_that_programs_use() {
                 "crypto_object00.g",
                 "crypto_object00.b",
             ],
-            Meaning::Xyz,
+            ChannelKind::Xyz,
             "X",
         ),
     ] {
         let picture = read(&named(names), None).expect("an image");
         let place = names.iter().position(|name| *name == first).expect("there");
         assert_eq!(
-            (picture.meaning, &picture.channels[0][..]),
+            (picture.kind, &picture.channels[0][..]),
             (meaning, first),
             "{names:?}"
         );
         assert_eq!(picture.values[0][0], 1.0 + place as f64, "{names:?}");
         assert_eq!(
             picture.channels.len(),
-            if meaning == Meaning::Luminance { 1 } else { 3 }
+            if meaning == ChannelKind::Luminance {
+                1
+            } else {
+                3
+            }
         );
     }
     let picture = read(&named(&[&combined[..], &beside].concat()), None).expect("an image");
     let reading = "ViewLayer.Combined.R, ViewLayer.Combined.G, ViewLayer.Combined.B as RGB; not read: \
                    ViewLayer.Combined.A, ViewLayer.Depth, ViewLayer.Normal";
-    assert_eq!(picture.reading(), reading);
+    assert_eq!(picture.describe(), reading);
 }
 
 /// Ambiguous images are refused with a list of all that could be read by name.
@@ -421,16 +425,16 @@ fn what_may_be_another_image_is_refused() {
         "X", "Y", "Z", "beauty.R", "beauty.G", "beauty.B", "depth.Z", "ao.Y",
     ];
     for (layer, meaning, first) in [
-        ("X,Y,Z", Meaning::Xyz, 1.0),
-        ("beauty", Meaning::Rgb, 4.0),
-        ("ao", Meaning::Luminance, 8.0),
-        ("depth.Z", Meaning::Grey, 7.0),
-        ("ao.Y, X, Z", Meaning::Three, 8.0),
-        ("beauty.B,beauty.G,beauty.R", Meaning::Three, 6.0),
+        ("X,Y,Z", ChannelKind::Xyz, 1.0),
+        ("beauty", ChannelKind::Rgb, 4.0),
+        ("ao", ChannelKind::Luminance, 8.0),
+        ("depth.Z", ChannelKind::Grey, 7.0),
+        ("ao.Y, X, Z", ChannelKind::Three, 8.0),
+        ("beauty.B,beauty.G,beauty.R", ChannelKind::Three, 6.0),
     ] {
         let picture = read(&named(&layered), Some(layer)).expect(layer);
         assert_eq!(
-            (picture.meaning, picture.values[0][0]),
+            (picture.kind, picture.values[0][0]),
             (meaning, first),
             "{layer}"
         );
@@ -470,14 +474,14 @@ fn layers_are_found_by_their_names() {
     let picture = read(&layered, Some("view")).expect("a layer");
     assert_eq!(picture.values, [[1.0, 0.5], [2.0, 1.0], [3.0, 1.5]]);
     assert_eq!((picture.size, picture.rounding), ([2, 1], 1.0 / 2048.0));
-    assert_eq!(picture.left_out, ["far", "far.C", "view.a"]);
+    assert_eq!(picture.skipped_channels, ["far", "far.C", "view.a"]);
     // The only part has a name, by which it may be selected; standard errors belong to it.
     let errors = [("Y", 1.0), ("stderr.Y", 0.25)];
     for layer in [None, Some("beauty"), Some("Y")] {
         let picture = read(&exr(&errors, Some("beauty")), layer).expect("a layer");
         assert_eq!(
-            (picture.meaning, picture.standard_errors),
-            (Meaning::Luminance, Some(vec![vec![0.25, 0.125]]))
+            (picture.kind, picture.standard_errors),
+            (ChannelKind::Luminance, Some(vec![vec![0.25, 0.125]]))
         );
     }
     refused(&exr(&[("depth.Z", 1.0)], None), None, "among: depth.Z");

@@ -14,7 +14,7 @@ use whitefurnace::math::simd::{LANES, Lanes3};
 use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::lanes::EightRays;
 
-use scenes::{crowded, scenes};
+use scenes::{room_of_all_materials, scenes};
 
 use crate::prelude::*;
 
@@ -54,7 +54,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 ..
             }) => {
                 let path = Path {
-                    parts: OneByOne,
+                    parts: ScalarParts,
                     strategy,
                     lights,
                     heuristic,
@@ -71,7 +71,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 ..
             }) => {
                 let report = Report {
-                    parts: OneByOne,
+                    parts: ScalarParts,
                     rays,
                     segments,
                     rules,
@@ -82,7 +82,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
                 segments, rules, ..
             }) => {
                 let whitted = Whitted {
-                    parts: OneByOne,
+                    parts: ScalarParts,
                     segments,
                     rules,
                 };
@@ -100,7 +100,7 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     );
     // A window may be black.
     assert!(
-        alone.size() != alone.frame() || alone.mean() > 0.0,
+        alone.size() != alone.resolution() || alone.mean() > 0.0,
         "{} by {lanes:?}, {sampling:?}",
         scene.name()
     );
@@ -345,7 +345,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
 #[test]
 fn rows_are_reported() {
     let (scene, path) = (
-        crowded(),
+        room_of_all_materials(),
         LaneEstimator::Path(Path::new(DefaultParts, Finds::Mis)),
     );
     let sampling = Sampling {

@@ -18,10 +18,10 @@ mod accel;
 mod adaptive;
 mod bad_values; // invalid radiance is an error, wherever it is accumulated
 mod bidirectional;
-mod bodies;
 mod bsdf;
 mod camera;
 mod channels; // red stays red, in every estimator
+mod checkpoints; // interrupted work, and its files
 mod coincident;
 mod corner_cases; // lights without solid angle, scenes without light, limits of zero, refusals
 mod degenerate; // flat, coincident, nested, tiny, huge, not finite
@@ -37,12 +37,10 @@ mod ggx;
 mod image;
 mod image_read; // EXR of other programs, PFM, and refusals
 mod lanes; // eight paths at a time, with the bits of one
-mod light_pick;
+mod light_sampler;
 mod meshes; // OBJ files and meshes as other programs write them
 mod models; // reflection models from outside the library
 mod moments;
-mod near_in_singles; // single precision where surfaces are near to each other
-mod outline; // silhouettes of lights that the camera sees
 mod photon;
 mod pixel;
 mod radiometry;
@@ -57,12 +55,14 @@ mod sampling;
 mod scene;
 mod scene_file; // scenes as data
 mod scene_tables; // every built-in scene against its table
-mod single_kernels; // functions of single-precision lanes
-mod singles; // sixteen paths at a time in single precision
+mod silhouettes; // silhouettes of lights that the camera sees
+mod single_precision; // sixteen paths at a time in single precision
+mod single_precision_coincidence; // single precision where surfaces are near to each other
+mod single_precision_kernels; // functions of single-precision lanes
 mod sizes; // wide, tall, odd, one, and beyond each threshold
 mod solid_angle;
 mod specular; // paths through mirrors and glass
+mod specular_connections;
 mod sphere;
-mod unfinished; // interrupted work, and its files
 mod walks; // particles and paths in lanes, with the bits of one
 mod watertight;

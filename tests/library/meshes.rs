@@ -13,7 +13,7 @@ const HEAD: &str = "camera = { eye = [0, -4, 0], target = [0, 0, 0], up = [0, 0,
                     materials.lamp = { model = \"black\", emission = 1 }\n\
                     materials.\"dark red\" = { model = \"lambert\", albedo = [0.5, 0.1, 0.1] }\n";
 const SQUARE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\n";
-const U: &str =
+const CONCAVE: &str =
     "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv 0.5 0 1\nv 0.5 0 -0.5\nv -0.5 0 -0.5\nv -0.5 0 1\nv -1 0 1\n";
 
 fn folder(test: &str) -> PathBuf {
@@ -64,7 +64,7 @@ fn areas(description: &Description, material: &str) -> (DVec3, f64) {
 #[test]
 fn faces_have_their_area_and_side() {
     let square = |rest: &str| format!("{SQUARE}{rest}");
-    let u = |rest: &str| format!("{U}{rest}");
+    let u = |rest: &str| format!("{CONCAVE}{rest}");
     // A frame: a square of side 2 whose hole of side 1 is joined by an edge traversed both ways.
     let frame =
         square("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4 1 5 8 7 6 5\n");
@@ -195,7 +195,7 @@ fn what_is_no_face_and_no_obj_is_refused() {
             "line 5: the face crosses itself or folds back on itself",
         ),
         (
-            format!("{U}f 1 2 3 4 6 5 7 8").into_bytes(),
+            format!("{CONCAVE}f 1 2 3 4 6 5 7 8").into_bytes(),
             "line 9: the face crosses itself or folds back on itself",
         ),
         (

@@ -26,7 +26,10 @@ fn error(values: &[f64]) -> (f64, f64) {
     let (mean, variance) = two_pass(values);
     let largest = values.iter().fold(0f64, |m, x| m.max(x.abs()));
     let kappa = (1.0 + mean * mean / variance).sqrt();
-    (4.0 * n * U * largest, 4.0 * n * U * kappa * variance)
+    (
+        4.0 * n * UNIT_ROUNDOFF * largest,
+        4.0 * n * UNIT_ROUNDOFF * kappa * variance,
+    )
 }
 
 fn exact(values: &[f64]) -> ExactMoments {
@@ -197,7 +200,7 @@ fn constants_have_no_variance() {
             assert_abs_diff_eq!(
                 moments.mean(n),
                 value,
-                epsilon = 0.5 * FIXED_POINT_UNIT + 2.0 * U * value.abs()
+                epsilon = 0.5 * FIXED_POINT_UNIT + 2.0 * UNIT_ROUNDOFF * value.abs()
             );
         },
     );
@@ -213,7 +216,7 @@ fn large_offsets_do_not_cancel() {
     assert_relative_eq!(
         moments.variance(n),
         f64::from(n) / 4.0 / f64::from(n - 1),
-        max_relative = 4.0 * U
+        max_relative = 4.0 * UNIT_ROUNDOFF
     );
     // The smallest difference that the unit resolves, on top of the largest value.
     let two = exact(&[LARGEST, LARGEST - FIXED_POINT_UNIT * 8.0]);
@@ -227,7 +230,11 @@ fn large_offsets_do_not_cancel() {
         let n = units.len() as u32;
         let scaled: Vec<f64> = units.iter().map(|x| x * FIXED_POINT_UNIT).collect();
         let found = exact(&scaled).variance(n) / (FIXED_POINT_UNIT * FIXED_POINT_UNIT);
-        assert_relative_eq!(found, squares / f64::from(n - 1), max_relative = 4.0 * U);
+        assert_relative_eq!(
+            found,
+            squares / f64::from(n - 1),
+            max_relative = 4.0 * UNIT_ROUNDOFF
+        );
     }
 }
 

@@ -208,9 +208,9 @@ fn the_radius_of_a_pass_is_a_quotient_of_gamma_functions() {
 /// One particle, from the middle of a lamp: all directions follow the normal, and glass reflects
 /// nothing. The field says whether final gathering counts emitters.
 #[derive(Clone, Copy)]
-struct Lone(bool);
+struct SinglePhoton(bool);
 
-impl Scattering for Lone {
+impl Scattering for SinglePhoton {
     fn fresnel(&self, _: f64, _: f64, _: f64) -> f64 {
         0.0
     }
@@ -219,7 +219,7 @@ impl Scattering for Lone {
     }
 }
 
-impl Roulette for Lone {
+impl Roulette for SinglePhoton {
     fn survives(&self, _: f64, _: f64) -> bool {
         true
     }
@@ -228,7 +228,7 @@ impl Roulette for Lone {
     }
 }
 
-impl NextEvent for Lone {
+impl NextEvent for SinglePhoton {
     fn sample_emitter(&self, _: &Emitter, _: [f64; 2]) -> EmitterPoint {
         EmitterPoint {
             point: DVec3::ZERO,
@@ -237,7 +237,7 @@ impl NextEvent for Lone {
     }
 }
 
-impl Photons for Lone {
+impl Photons for SinglePhoton {
     fn gathers_emission(&self) -> bool {
         self.0 || DefaultParts.gathers_emission()
     }
@@ -278,7 +278,7 @@ fn one_photon_is_seen_in_every_way() {
         caustic_particles: 1,
         caustic_radius,
     };
-    let seen = |scene: &Scene, parts: Lone, lookup: Lookup, ray: &Ray| {
+    let seen = |scene: &Scene, parts: SinglePhoton, lookup: Lookup, ray: &Ray| {
         let photons = PhotonMapping::new(parts, scene, lookup, 1, radius, (1, 0)).expect("a map");
         photons
             .radiance(scene, ray, scene.intersect(ray), &mut stream(1, 0, 0))
@@ -305,14 +305,19 @@ fn one_photon_is_seen_in_every_way() {
     ] {
         let ray = Ray::new(DVec3::new(0.05, 0.0, 0.6), direction);
         assert_relative_eq!(
-            seen(scene, Lone(false), lookup, &ray),
+            seen(scene, SinglePhoton(false), lookup, &ray),
             known,
             max_relative = 1e-9
         );
     }
     let behind = Ray::new(DVec3::new(0.05, 0.0, 1.5), down);
     assert_eq!(
-        seen(&plain, Lone(false), Lookup::DirectVisualization, &behind),
+        seen(
+            &plain,
+            SinglePhoton(false),
+            Lookup::DirectVisualization,
+            &behind
+        ),
         0.0
     );
     // The radius of a pass, and a pixel so small that all its rays are one.
@@ -325,7 +330,7 @@ fn one_photon_is_seen_in_every_way() {
     let scene = plain.with_camera(camera).expect("a scene");
     for index in 0..3 {
         let sppm = Sppm {
-            parts: Lone(false),
+            parts: SinglePhoton(false),
             particles: 1,
             radius,
         };
@@ -335,6 +340,7 @@ fn one_photon_is_seen_in_every_way() {
     }
     // From the ceiling straight down to the lamp.
     let ray = Ray::new(DVec3::new(0.005, 0.0, 0.6), up);
-    let [without, with] = [false, true].map(|gathers| seen(&scene, Lone(gathers), gather, &ray));
+    let [without, with] =
+        [false, true].map(|gathers| seen(&scene, SinglePhoton(gathers), gather, &ray));
     assert_relative_eq!(with - without, rho * 2.0, max_relative = 1e-9);
 }

@@ -3,7 +3,7 @@
 use crate::prelude::*;
 
 /// Largest number that the generator returns.
-const LAST: f64 = 1.0 - U;
+const LAST: f64 = 1.0 - UNIT_ROUNDOFF;
 
 #[test]
 fn samples_per_replication() {
@@ -32,7 +32,7 @@ fn each_sub_pixel_has_one_sample() {
                     assert!((0.0..=1.0).contains(&x));
                     // Three roundings of at most n parts, so that a sample may lie on the border.
                     let inside = x * side - cell[axis];
-                    let rounding = 3.0 * U * side;
+                    let rounding = 3.0 * UNIT_ROUNDOFF * side;
                     assert!(
                         inside >= -rounding && inside <= 1.0 + rounding,
                         "{strategy:?} {x}"

@@ -8,7 +8,7 @@ pub use proptest::prelude::*;
 pub use rand::Rng;
 pub use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 pub use whitefurnace::camera::Camera;
-pub use whitefurnace::error::{Error, LARGEST_RADIANCE as LARGEST};
+pub use whitefurnace::error::{Error, MAX_RADIANCE as LARGEST};
 pub use whitefurnace::film::{Features, Film, Pixel, Window};
 pub use whitefurnace::geometry::offsets::EDGE_MARGIN;
 pub use whitefurnace::geometry::shape::{Hit, Ray, Sphere, SurfacePoint};

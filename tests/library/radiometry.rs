@@ -19,7 +19,7 @@ fn cosine_is_zero_below_the_surface() {
         assert_abs_diff_eq!(
             cosine(n, w),
             (n.x * w.x + n.y * w.y + n.z * w.z).max(0.0),
-            epsilon = 3.0 * U
+            epsilon = 3.0 * UNIT_ROUNDOFF
         );
         assert!(cosine(n, w) >= 0.0);
         assert_eq!(cosine(n, w) * cosine(n, -w), 0.0);
@@ -37,14 +37,14 @@ fn geometry_term_is_symmetric() {
             let (there, back) = (geometry_term(x, nx, y, ny), geometry_term(y, ny, x, nx));
             // The differences are exactly opposite; four roundings of products differ in each
             // direction.
-            assert_relative_eq!(there, back, max_relative = 8.0 * U);
+            assert_relative_eq!(there, back, max_relative = 8.0 * UNIT_ROUNDOFF);
             assert!(there >= 0.0);
             // By definition: cosines of unnormalised differences over the fourth power of distance.
             let d = y - x;
             let d2 = d.length_squared();
             let expected = nx.dot(d).max(0.0) * ny.dot(-d).max(0.0) / (d2 * d2);
             // A scalar product near zero is off by 3 U of its terms, on both sides.
-            assert_abs_diff_eq!(there, expected, epsilon = 24.0 * U / d2);
+            assert_abs_diff_eq!(there, expected, epsilon = 24.0 * UNIT_ROUNDOFF / d2);
         },
     );
 }
@@ -60,7 +60,11 @@ fn area_becomes_solid_angle() {
     );
     let (x, y) = (DVec3::ZERO, DVec3::new(6.0, 3.0, 2.0));
     let g = geometry_term(x, DVec3::Z, y, -DVec3::Z);
-    assert_abs_diff_eq!(g, (2.0 / 7.0) * (2.0 / 7.0) / 49.0, epsilon = 8.0 * U * g);
+    assert_abs_diff_eq!(
+        g,
+        (2.0 / 7.0) * (2.0 / 7.0) / 49.0,
+        epsilon = 8.0 * UNIT_ROUNDOFF * g
+    );
 }
 
 #[test]
@@ -71,8 +75,16 @@ fn weights_are_shares_of_densities_and_of_their_squares() {
         &(1e-6..1e6, 1e-6..1e6),
         |(p, q): (f64, f64)| {
             // By definition; the squares do not overflow or underflow here.
-            assert_relative_eq!(balance(p, q), p / (p + q), max_relative = 8.0 * U);
-            assert_relative_eq!(power(p, q), p * p / (p * p + q * q), max_relative = 8.0 * U);
+            assert_relative_eq!(
+                balance(p, q),
+                p / (p + q),
+                max_relative = 8.0 * UNIT_ROUNDOFF
+            );
+            assert_relative_eq!(
+                power(p, q),
+                p * p / (p * p + q * q),
+                max_relative = 8.0 * UNIT_ROUNDOFF
+            );
             assert_eq!((balance(p, 0.0), balance(0.0, q)), (1.0, 0.0));
         },
     );
@@ -91,7 +103,7 @@ fn weights_sum_to_one_for_extreme_densities() {
             for weight in [balance, power] {
                 let (a, b) = (weight(p, q), weight(q, p));
                 assert!((0.0..=1.0).contains(&a), "{a} for {p} and {q}");
-                assert_abs_diff_eq!(a + b, 1.0, epsilon = 4.0 * U);
+                assert_abs_diff_eq!(a + b, 1.0, epsilon = 4.0 * UNIT_ROUNDOFF);
             }
             if p > q {
                 assert!(

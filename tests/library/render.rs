@@ -4,7 +4,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use whitefurnace::integrator::Path;
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+};
 
 use crate::prelude::*;
 
@@ -310,16 +312,16 @@ fn features_are_the_same_for_every_estimator() {
 fn renderers_fill_films_as_the_functions_do() {
     let scene = report_room();
     let tracer = LightTracer::<DefaultParts>::default();
-    let by_rays = ByRays {
+    let by_rays = RayRenderer {
         estimator: path(),
         sampling: sampling(Jitter(2)),
     };
-    let by_lanes = ByLanes {
+    let by_lanes = LaneRenderer {
         estimator: LaneEstimator::Path(path()),
         sampling: sampling(Jitter(2)),
         precision: Precision::Double,
     };
-    let by_passes = ByPasses {
+    let by_passes = ImageRenderer {
         estimator: tracer,
         numbers: SamplerKind::Independent,
         seed: master(),

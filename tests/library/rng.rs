@@ -99,7 +99,12 @@ impl TryRng for Constant {
 #[test]
 fn uniform_numbers_are_in_the_half_open_interval() {
     // 53 bits.
-    for (bits, expected) in [(0, 0.0), (u64::MAX, 1.0 - U), (1 << 63, 0.5), (1 << 11, U)] {
+    for (bits, expected) in [
+        (0, 0.0),
+        (u64::MAX, 1.0 - UNIT_ROUNDOFF),
+        (1 << 63, 0.5),
+        (1 << 11, UNIT_ROUNDOFF),
+    ] {
         assert_eq!(
             uniform(&mut Constant {
                 bits,

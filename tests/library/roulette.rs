@@ -12,7 +12,11 @@ use crate::prelude::*;
 #[test]
 fn survivors_stand_for_all() {
     property("weight", 1000, &(1e-6..=1.0), |survival| {
-        assert_abs_diff_eq!(weight(survival) * survival, 1.0, epsilon = 2.0 * U);
+        assert_abs_diff_eq!(
+            weight(survival) * survival,
+            1.0,
+            epsilon = 2.0 * UNIT_ROUNDOFF
+        );
     });
     assert_eq!(weight(0.25), 4.0);
 }
@@ -31,7 +35,10 @@ fn the_share_of_survivors_is_the_survival() {
         );
     }
     assert!(!survives(0.0, 0.0), "survival 0 is certain death");
-    assert!(survives(1.0 - U, 1.0), "survival 1 is certain life");
+    assert!(
+        survives(1.0 - UNIT_ROUNDOFF, 1.0),
+        "survival 1 is certain life"
+    );
 }
 
 #[test]
@@ -59,9 +66,9 @@ thread_local! {
 }
 
 /// A policy that records its arguments, and ends paths at their fifth hit.
-struct Asking;
+struct PolicyRecorder;
 
-impl Roulette for Asking {
+impl Roulette for PolicyRecorder {
     fn survival_by_throughput(&self, throughput: DVec3, early: bool) -> f64 {
         ASKED.with_borrow_mut(|asked| asked.push((throughput.x, early)));
         1.0
@@ -71,8 +78,8 @@ impl Roulette for Asking {
     }
 }
 
-impl Scattering for Asking {}
-impl NextEvent for Asking {}
+impl Scattering for PolicyRecorder {}
+impl NextEvent for PolicyRecorder {}
 
 #[test]
 fn the_first_hits_of_a_path_are_early() {
@@ -82,7 +89,7 @@ fn the_first_hits_of_a_path_are_early() {
         ASKED.take();
         let path = Path {
             rr_depth: early,
-            ..Path::new(Asking, Finds::Bsdf)
+            ..Path::new(PolicyRecorder, Finds::Bsdf)
         };
         path.radiance(
             &scene,

@@ -241,9 +241,9 @@ fn independent_passes_draw_from_streams() {
 
 /// Roulette that ends paths only when they are faint, never by chance.
 #[derive(Clone, Copy)]
-struct Endless;
+struct EndOnlyIfFaint;
 
-impl Roulette for Endless {
+impl Roulette for EndOnlyIfFaint {
     fn survival_by_throughput(&self, throughput: DVec3, _: bool) -> f64 {
         throughput.max_element()
     }
@@ -255,9 +255,9 @@ impl Roulette for Endless {
     }
 }
 
-impl Scattering for Endless {}
-impl NextEvent for Endless {}
-impl Photons for Endless {}
+impl Scattering for EndOnlyIfFaint {}
+impl NextEvent for EndOnlyIfFaint {}
+impl Photons for EndOnlyIfFaint {}
 
 /// Returns a cavity of mirrors that emit 1, and a ray in it.
 fn mirrors(reflectance: f64) -> (Scene, Ray) {
@@ -278,9 +278,16 @@ fn every_vertex_has_a_block_of_its_own() {
         recorder.blocks
     };
     let hit = scene.intersect(&ray);
-    let path = Path::new(Endless, Strategy::Bsdf);
+    let path = Path::new(EndOnlyIfFaint, Strategy::Bsdf);
     let by_path = blocks(&|rng| path.radiance(&scene, &ray, hit, rng));
-    let photons = PhotonMapping::new(Endless, &scene, Lookup::DirectVisualization, 1, 0.1, (1, 0));
+    let photons = PhotonMapping::new(
+        EndOnlyIfFaint,
+        &scene,
+        Lookup::DirectVisualization,
+        1,
+        0.1,
+        (1, 0),
+    );
     let photons = photons.expect("a map");
     let by_photons = blocks(&|rng| photons.radiance(&scene, &ray, hit, rng));
     assert!(by_path.len() > 1400);
@@ -298,7 +305,8 @@ fn final_gathering_takes_the_next_block() {
         caustic_particles: 1,
         caustic_radius: 0.1,
     };
-    let photons = PhotonMapping::new(Endless, &scene, lookup, 1, 0.1, (1, 0)).expect("a map");
+    let photons =
+        PhotonMapping::new(EndOnlyIfFaint, &scene, lookup, 1, 0.1, (1, 0)).expect("a map");
     let mut recorder = Constant::default();
     let ray = Ray::new(DVec3::ZERO, DVec3::X);
     photons.radiance(&scene, &ray, scene.intersect(&ray), &mut recorder);

@@ -16,7 +16,7 @@ fn random() -> impl Strategy<Value = f64> {
         1 => 0u64..1000,
         1 => (1u64 << 53) - 1000..1 << 53,
     ]
-    .prop_map(|n| n as f64 * U)
+    .prop_map(|n| n as f64 * UNIT_ROUNDOFF)
 }
 
 fn square() -> impl Strategy<Value = Square> {
@@ -53,12 +53,15 @@ fn fast_map_is_equations_18_and_19() {
     property("angles", 2000, &square(), |[r1, r2]| {
         let (theta, phi) = (uniform_theta(r1), uniform_phi(r2));
         assert!((0.0..=PI / 2.0).contains(&theta) && (0.0..TAU).contains(&phi));
-        assert_abs_diff_eq!(theta.cos(), 1.0 - r1, epsilon = 4.0 * U);
+        assert_abs_diff_eq!(theta.cos(), 1.0 - r1, epsilon = 4.0 * UNIT_ROUNDOFF);
         assert_eq!(phi, TAU * r2);
         // 1 − r is exact for the generator's numbers; arc cosine, sine and root each lose at most
         // 2 U of a value of at most 1, the products 1 U.
         let difference = uniform_hemisphere([r1, r2]) - from_spherical(theta, phi);
-        assert!(difference.abs().max_element() <= 8.0 * U, "{difference}");
+        assert!(
+            difference.abs().max_element() <= 8.0 * UNIT_ROUNDOFF,
+            "{difference}"
+        );
     });
     assert_eq!(uniform_hemisphere([0.0, 0.3]), DVec3::Z);
     assert_eq!(uniform_hemisphere([1.0, 0.0]), DVec3::X);
@@ -82,17 +85,20 @@ fn inverses_undo_the_maps() {
         for (map, inverse) in maps {
             let w = map([r1, r2]);
             let [s1, s2] = inverse(w);
-            assert_abs_diff_eq!(s1, r1, epsilon = 8.0 * U);
+            assert_abs_diff_eq!(s1, r1, epsilon = 8.0 * UNIT_ROUNDOFF);
             assert!((0.0..1.0).contains(&s2), "azimuth {s2}");
             // The azimuth is undefined at the pole. Elsewhere its error is that of a quotient of
             // components, and of sine and cosine near zero: TAU r₂ is rounded by U of up to a full
             // turn.
             if r1 > 0.0 {
-                assert!(apart(s2, r2) <= 8.0 * U, "{s2} for {r2}");
+                assert!(apart(s2, r2) <= 8.0 * UNIT_ROUNDOFF, "{s2} for {r2}");
             }
             // The inverse maps back to the direction: the roots of r₁ near 0 and 1 divide its error
             // by themselves.
-            assert!((map([s1, s2]) - w).length() <= 64.0 * U / r1.min(1.0 - r1).max(U).sqrt());
+            assert!(
+                (map([s1, s2]) - w).length()
+                    <= 64.0 * UNIT_ROUNDOFF / r1.min(1.0 - r1).max(UNIT_ROUNDOFF).sqrt()
+            );
         }
     });
 }
@@ -125,14 +131,18 @@ fn pdfs_belong_to_their_maps() {
                 1.0,
                 epsilon = DIFFERENCES
             );
-            assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * U);
+            assert_abs_diff_eq!(map(any).length(), 1.0, epsilon = 6.0 * UNIT_ROUNDOFF);
             assert!(map(any).z > 0.0);
         }
     });
     for (_, pdf) in maps {
         assert_eq!((pdf(-0.5), pdf(-f64::MIN_POSITIVE)), (0.0, 0.0));
     }
-    assert_abs_diff_eq!(cosine_hemisphere_pdf(1.0), 1.0 / PI, epsilon = U);
+    assert_abs_diff_eq!(
+        cosine_hemisphere_pdf(1.0),
+        1.0 / PI,
+        epsilon = UNIT_ROUNDOFF
+    );
     assert_eq!(uniform_hemisphere_pdf(1.0), uniform_hemisphere_pdf(0.1));
 }
 
@@ -140,10 +150,10 @@ fn pdfs_belong_to_their_maps() {
 fn one_number_for_both_angles_is_a_spiral() {
     property("spiral", 500, &random(), |r| {
         let w = hemisphere_printed(r);
-        assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * U);
+        assert_abs_diff_eq!(w.z, 1.0 - r, epsilon = 4.0 * UNIT_ROUNDOFF);
         if r > 0.0 {
             // The azimuth depends on the inclination: a curve, not a surface.
-            assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * U);
+            assert!(apart(uniform_hemisphere_inverse(w)[1], 1.0 - w.z) <= 16.0 * UNIT_ROUNDOFF);
         }
     });
 }
@@ -158,13 +168,16 @@ fn zone_points_are_uniform_on_their_zone() {
         |(random, r, h)| {
             let heights = h.map(|z| z * r);
             let p = sphere_zone(random, r, heights);
-            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * U * r);
-            assert!(p.z >= heights[0] - 2.0 * U * r && p.z <= heights[1] + 2.0 * U * r);
+            assert_abs_diff_eq!(p.length(), r, epsilon = 8.0 * UNIT_ROUNDOFF * r);
+            assert!(
+                p.z >= heights[0] - 2.0 * UNIT_ROUNDOFF * r
+                    && p.z <= heights[1] + 2.0 * UNIT_ROUNDOFF * r
+            );
             // By Archimedes' theorem the height and the azimuth are uniform.
             assert_abs_diff_eq!(
                 p.z,
                 heights[0] + random[0] * (heights[1] - heights[0]),
-                epsilon = 4.0 * U * r
+                epsilon = 4.0 * UNIT_ROUNDOFF * r
             );
         },
     );
@@ -224,8 +237,12 @@ fn emitter_points_lie_on_the_emitter() {
         ..Sphere::new(DVec3::new(1.0, -2.0, 3.0), 5.0)
     };
     let cap = Emitter::new(EmitterShape::Sphere(sphere), DVec3::ONE);
-    assert_relative_eq!(cap.area, 50.0 * PI, max_relative = 4.0 * U);
-    assert_relative_eq!(cap.pdf_area(), 1.0 / (50.0 * PI), max_relative = 4.0 * U);
+    assert_relative_eq!(cap.area, 50.0 * PI, max_relative = 4.0 * UNIT_ROUNDOFF);
+    assert_relative_eq!(
+        cap.pdf_area(),
+        1.0 / (50.0 * PI),
+        max_relative = 4.0 * UNIT_ROUNDOFF
+    );
     let inward = Emitter::new(
         EmitterShape::Sphere(Sphere {
             inward: true,
@@ -238,6 +255,6 @@ fn emitter_points_lie_on_the_emitter() {
         -cap.sample([0.6, 0.0]).normal
     );
     let sample = cap.sample([0.6, 0.0]);
-    assert!(sample.point.distance(DVec3::new(5.0, -2.0, 6.0)) <= 16.0 * U);
-    assert!(sample.normal.distance(DVec3::new(0.8, 0.0, 0.6)) <= 16.0 * U);
+    assert!(sample.point.distance(DVec3::new(5.0, -2.0, 6.0)) <= 16.0 * UNIT_ROUNDOFF);
+    assert!(sample.normal.distance(DVec3::new(0.8, 0.0, 0.6)) <= 16.0 * UNIT_ROUNDOFF);
 }

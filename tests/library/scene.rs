@@ -82,13 +82,13 @@ fn rays_meet_what_they_are_aimed_at() {
                     "{}: {hit:?}",
                     scene.name()
                 );
-                assert_abs_diff_eq!(hit.t, 1e-4, epsilon = 256.0 * U);
+                assert_abs_diff_eq!(hit.t, 1e-4, epsilon = 256.0 * UNIT_ROUNDOFF);
                 if hit.primitive != i {
                     hidden += 1;
                     continue;
                 }
                 assert!(
-                    (hit.normal - normal).length() <= 64.0 * U,
+                    (hit.normal - normal).length() <= 64.0 * UNIT_ROUNDOFF,
                     "{}: {hit:?}",
                     scene.name()
                 );
@@ -128,7 +128,7 @@ fn hit_points_keep_off_edges() {
         // The face's own coordinate is exact up to rounding; the others stay inside: a margin of
         // 2⁻³² of each weight moves a face of width 2 by at least half of that.
         let axis = hit.normal.abs().max_position();
-        assert_abs_diff_eq!(hit.point[axis].abs(), 1.0, epsilon = 8.0 * U);
+        assert_abs_diff_eq!(hit.point[axis].abs(), 1.0, epsilon = 8.0 * UNIT_ROUNDOFF);
         for other in [(axis + 1) % 3, (axis + 2) % 3] {
             assert!(hit.point[other].abs() <= 1.0 - EDGE_MARGIN, "{}", hit.point);
         }
@@ -359,7 +359,7 @@ fn meshes_keep_their_own_vertices() {
         let hit = scene
             .intersect(&Ray::new(DVec3::new(0.25, 0.25, z), direction))
             .expect("a triangle");
-        assert_abs_diff_eq!(hit.t, 1.0, epsilon = 8.0 * U);
+        assert_abs_diff_eq!(hit.t, 1.0, epsilon = 8.0 * UNIT_ROUNDOFF);
         assert_eq!(hit.normal, DVec3::Z);
     }
 }
@@ -439,7 +439,7 @@ fn rays_leave_spheres_by_their_extent() {
     assert_relative_eq!(
         left(300.0) / left(-100.0),
         350.0 / 150.0,
-        max_relative = 4.0 * U
+        max_relative = 4.0 * UNIT_ROUNDOFF
     );
 }
 

@@ -13,7 +13,7 @@ use whitefurnace::light::environment::{Environment, EnvironmentMap};
 use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
-use whitefurnace::suggest::hint;
+use whitefurnace::suggest::did_you_mean;
 
 use crate::prelude::*;
 
@@ -739,14 +739,14 @@ fn the_page_has_every_key() {
 #[test]
 fn a_near_name_is_suggested_and_a_far_one_is_not() {
     assert_eq!(
-        hint("fresnell", ["fresnel", "sphere"]),
+        did_you_mean("fresnell", ["fresnel", "sphere"]),
         "; did you mean \"fresnel\"?"
     );
-    assert_eq!(hint("xyz", ["fresnel"]), "; there is fresnel");
-    assert_eq!(hint("xyz", [""; 0]), "; there are none yet");
-    assert_eq!(hint("xyz", ["long name"; 13]), "");
+    assert_eq!(did_you_mean("xyz", ["fresnel"]), "; there is fresnel");
+    assert_eq!(did_you_mean("xyz", [""; 0]), "; there are none yet");
+    assert_eq!(did_you_mean("xyz", ["long name"; 13]), "");
     assert_eq!(
-        hint(&"x".repeat(10_000_000), ["fresnel"]),
+        did_you_mean(&"x".repeat(10_000_000), ["fresnel"]),
         "; there is fresnel"
     );
 }

@@ -4,7 +4,7 @@
 /// Tests with random arguments that compare only where a ray hits or a path arrives: name, count to
 /// be exceeded, and number of checks. Each has a share of the budget, although the counts are far
 /// exceeded.
-pub const ENOUGH: [(&str, usize, usize); 9] = [
+pub const MIN_COMPARISONS: [(&str, usize, usize); 9] = [
     ("mixed", 100, 1),
     ("flat", 100, 3),
     ("scales", 200, 4),
@@ -17,7 +17,7 @@ pub const ENOUGH: [(&str, usize, usize); 9] = [
 ];
 
 /// Number of random assertions among the library's tests, by module.
-pub const OUTSIDE: [(&str, usize); 8] = [
+pub const RANDOM_ASSERTIONS: [(&str, usize); 8] = [
     ("directions", 31),
     ("images", 31),
     ("lobes", 50),

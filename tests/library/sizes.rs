@@ -5,7 +5,9 @@ use std::ops::Range;
 use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+};
 use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use crate::prelude::*;
@@ -62,13 +64,13 @@ fn every_shape_is_its_pixels() {
     for frame in FRAMES {
         for numbers in [SamplerKind::Independent, SamplerKind::Sobol(3)] {
             let sampling = sampling(numbers);
-            let lanes = ByLanes {
+            let lanes = LaneRenderer {
                 estimator: LaneEstimator::Path(path),
                 sampling,
                 precision: Precision::Double,
             };
-            let alone = ByRays {
-                estimator: Path::new(OneByOne, Finds::Mis),
+            let alone = RayRenderer {
+                estimator: Path::new(ScalarParts, Finds::Mis),
                 sampling,
             };
             let film = |window| Film::new(frame, window, numbers.samples()).expect("a legal size");
@@ -137,7 +139,7 @@ fn particles_reach_their_pixels_in_every_shape() {
         let passes = |threads| {
             on_threads(threads, || {
                 let mut film = Film::new(frame, None, 1).expect("a legal size");
-                let by = ByPasses {
+                let by = ImageRenderer {
                     estimator: tracer,
                     numbers: SamplerKind::Independent,
                     seed: master(),
@@ -183,7 +185,7 @@ fn many_samples_are_the_sum_of_their_parts() {
         (SamplerKind::Sobol(MAX_POINTS), 2),
     ] {
         let sampling = sampling(numbers);
-        let by = ByLanes {
+        let by = LaneRenderer {
             estimator: LaneEstimator::Path(path),
             sampling,
             precision: Precision::Double,
@@ -261,7 +263,7 @@ fn differences_are_found_where_they_are() {
         assert_eq!(pixels.grid, [width, height]);
         for kind in &found.kinds {
             let mut covered = vec![0; count];
-            for place in &kind.places {
+            for place in &kind.tests {
                 let [x0, y0, x1, y1] = place.area;
                 let inside = || (y0..y1).flat_map(|y| (x0..x1).map(move |x| y * width + x));
                 inside().for_each(|i| covered[i] += 1);

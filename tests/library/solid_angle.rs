@@ -121,10 +121,10 @@ fn points_lie_on_the_emitter_and_its_front_is_seen() {
                 "{emitter:?} from {from} at {random:?}"
             );
             let scale = light.point.length() + from.length() + emitter.area.sqrt();
-            let oriented = light.normal.dot(from - light.point);
+            let height = light.normal.dot(from - light.point);
             assert!(
-                oriented > -1e-12 * scale,
-                "{emitter:?} from {from} at {random:?}: {oriented}"
+                height > -1e-12 * scale,
+                "{emitter:?} from {from} at {random:?}: {height}"
             );
             let (off, [u, v]) = match emitter.shape {
                 EmitterShape::Rectangle { corner, edges } => {

@@ -41,7 +41,8 @@ fn ray_and_sphere(
 fn sphere_bound(ray: &Ray, centre: DVec3, radius: f64) -> f64 {
     let distance = (ray.origin - centre).length() + radius;
     let coordinates = ray.origin.length() + centre.length() + distance;
-    64.0 * U * radius * (distance + coordinates) + 16.0 * U * radius * radius
+    64.0 * UNIT_ROUNDOFF * radius * (distance + coordinates)
+        + 16.0 * UNIT_ROUNDOFF * radius * radius
 }
 
 #[test]
@@ -102,7 +103,7 @@ fn known_sphere_roots() {
         assert_eq!(found.is_some(), expected.is_some(), "{ray:?}");
         // The stable form takes the square root of the distance: four roundings of at most 15.
         for (t, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
-            assert_abs_diff_eq!(t, expected, epsilon = 4.0 * U * 15.0);
+            assert_abs_diff_eq!(t, expected, epsilon = 4.0 * UNIT_ROUNDOFF * 15.0);
         }
     }
     let nearest = |ray: &Ray| Sphere::new(DVec3::ZERO, 5.0).intersect(ray, f64::INFINITY);
@@ -154,7 +155,7 @@ fn zones_divide_the_sphere() {
             // Each zone has its own side: a point's height has three roundings of its terms.
             let above = |t: Option<f64>| t.map(|t| ray.at(t).z - c.z - height);
             let distance = (ray.origin - c).length() + r;
-            let rounding = 8.0 * U * (ray.origin.length() + c.length() + distance);
+            let rounding = 8.0 * UNIT_ROUNDOFF * (ray.origin.length() + c.length() + distance);
             assert!(above(lower).is_none_or(|z| z < rounding));
             assert!(above(upper).is_none_or(|z| z > -rounding));
         },
@@ -181,10 +182,10 @@ fn zones_divide_the_sphere() {
     assert!(cap.intersect(&level, 10.0).is_some());
     assert_eq!(below.intersect(&level, 10.0), None);
     assert_eq!(cap.heights(), [0.5, 1.0]);
-    assert_abs_diff_eq!(cap.area(), PI, epsilon = 4.0 * U * 4.0);
+    assert_abs_diff_eq!(cap.area(), PI, epsilon = 4.0 * UNIT_ROUNDOFF * 4.0);
     let larger = Sphere { radius: 3.0, ..cap };
     let area = 15.0 * PI;
-    assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * U * area);
+    assert_abs_diff_eq!(larger.area(), area, epsilon = 4.0 * UNIT_ROUNDOFF * area);
 }
 
 #[test]
@@ -204,9 +205,12 @@ fn sphere_normals_are_unit_and_on_their_side() {
                 .normal(c + r * n),
                 -outward
             );
-            assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * U);
+            assert_abs_diff_eq!(outward.length(), 1.0, epsilon = 6.0 * UNIT_ROUNDOFF);
             // The point is rounded relative to its coordinates, the normal relative to the radius.
-            assert!((outward - n).length() <= 4.0 * U * (c.length() + r) / r + 8.0 * U);
+            assert!(
+                (outward - n).length()
+                    <= 4.0 * UNIT_ROUNDOFF * (c.length() + r) / r + 8.0 * UNIT_ROUNDOFF
+            );
         },
     );
 }

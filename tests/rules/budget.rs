@@ -5,12 +5,12 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use trials::{all, equivalents};
-use whitefurnace::harness::guard::FAR_MISS;
+use whitefurnace::harness::guard::MAX_FAULT_MISS;
 use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
 use crate::calibration;
-use crate::shares::{ENOUGH, OUTSIDE};
+use crate::shares::{MIN_COMPARISONS, RANDOM_ASSERTIONS};
 
 /// Counts the tests of identities with random arguments, by their calls in the sources of the
 /// tests: a share each.
@@ -29,7 +29,7 @@ fn identities(folder: &Path) -> usize {
         .sum()
 }
 
-/// Returns the outcomes of a trial on its right subject. Their number is the same at every scale,
+/// Returns the outcomes of a trial on its correct subject. Their number is the same at every scale,
 /// so the smallest is used.
 fn outcomes(trial: &Trial) -> Vec<Outcome> {
     let context = Context::new(DEFAULT_SEED, *SCALES.start()).expect("a legal scale");
@@ -64,7 +64,7 @@ fn the_error_budget_is_kept() {
     let rejections: usize = controls
         .map(|control| control.rejected_by.len().max(1))
         .sum();
-    let faults = (rejections as f64 * FAR_MISS / ALPHA).ceil() as usize;
+    let faults = (rejections as f64 * MAX_FAULT_MISS / ALPHA).ceil() as usize;
     // The verdict on cells does not imply that of their graded control, on either side.
     let cells = |outcome: &&Outcome| outcome.statistic.contains("chi-square");
     let graded = 2 * found.values().flatten().filter(cells).count();
@@ -72,15 +72,19 @@ fn the_error_budget_is_kept() {
         .iter()
         .map(|pair| shares(&found[pair.trial.as_str()]))
         .sum();
-    let enough: usize = ENOUGH.iter().map(|(.., times)| times).sum();
-    let elsewhere =
-        OUTSIDE.iter().map(|(_, count)| count).sum::<usize>() + enough + calibration::assertions();
+    let enough: usize = MIN_COMPARISONS.iter().map(|(.., times)| times).sum();
+    let elsewhere = RANDOM_ASSERTIONS
+        .iter()
+        .map(|(_, count)| count)
+        .sum::<usize>()
+        + enough
+        + calibration::assertions();
     let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
     let used = right + faults + graded + accepted + elsewhere + identities;
     let table = format!(
-        "{used} shares of {CAPACITY}: {right} of the registry's right subjects, {faults} of {rejections} \
+        "{used} shares of {CAPACITY}: {right} of the registry's correct subjects, {faults} of {rejections} \
          rejections of its faults, {graded} of graded controls of cells, {accepted} of equivalent mutants, \
-         {identities} of identities in the tests, {elsewhere} elsewhere: calibration, {OUTSIDE:?}"
+         {identities} of identities in the tests, {elsewhere} elsewhere: calibration, {RANDOM_ASSERTIONS:?}"
     );
     println!("{table}");
     assert!(used <= CAPACITY, "{table}");

@@ -3,9 +3,9 @@
 //! statistics are detected.
 
 use rayon::prelude::*;
-use trials::statistics::{LEVEL, N, continuous, promises};
+use trials::statistics::{LEVEL, N, continuous, error_rate_bounds};
 use whitefurnace::harness::chi_square::binomial;
-use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::guard::{fault_objection, power_objection};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::{ALPHA, Claim, Outcome, Verdict};
@@ -35,15 +35,15 @@ fn planned() -> bool {
 }
 
 /// Effect on a distribution or a rate that this many replications detect with certainty.
-const SEEN: f64 = 0.15;
+const DETECTED_EFFECT: f64 = 0.15;
 
 /// Asserts that an outcome at this size holds, and, where sizes are planned, that the guard passes
 /// it.
 fn assert_holds(outcome: &Outcome) {
     assert!(
-        !planned() || may_not_hold(outcome).is_none(),
+        !planned() || power_objection(outcome).is_none(),
         "{:?}",
-        may_not_hold(outcome)
+        power_objection(outcome)
     );
     assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
 }
@@ -51,13 +51,18 @@ fn assert_holds(outcome: &Outcome) {
 /// Tests whether p-values are uniform, as those of a true hypothesis are, up to the statistic's own
 /// approximations.
 fn uniformity(name: &str, run: impl Fn(&mut Stream) -> Outcome + Sync) -> Outcome {
-    kolmogorov_smirnov(name, &mut replicate(name, |rng| run(rng).p), |p| p, SEEN)
+    kolmogorov_smirnov(
+        name,
+        &mut replicate(name, |rng| run(rng).p),
+        |p| p,
+        DETECTED_EFFECT,
+    )
 }
 
 /// Compares the frequency of an event with a rate.
 fn rate(name: &str, happened: &[bool], rate: f64) -> Outcome {
     let k = happened.iter().filter(|&&h| h).count() as u64;
-    binomial(name, k, happened.len() as u64, rate, SEEN)
+    binomial(name, k, happened.len() as u64, rate, DETECTED_EFFECT)
 }
 
 #[test]
@@ -70,21 +75,25 @@ fn p_values_of_true_hypotheses_are_uniform() {
 
 #[test]
 fn statistics_that_only_promise_a_bound_keep_it() {
-    for promise in promises() {
+    for bound in error_rate_bounds() {
         let found = rate(
-            promise.name,
-            &replicate(promise.name, promise.happened),
-            promise.rate,
+            bound.name,
+            &replicate(bound.name, bound.happened),
+            bound.rate,
         );
         // A lower rate is no fault: only the upper side is tested, where an effect is detected as
         // well.
-        assert!(found.sensitivity.miss(SEEN) <= ALPHA, "{}", promise.name);
-        let p = binomial_sf(found.value as u64, found.n, promise.rate);
+        assert!(
+            found.sensitivity.miss(DETECTED_EFFECT) <= ALPHA,
+            "{}",
+            bound.name
+        );
+        let p = binomial_sf(found.value as u64, found.n, bound.rate);
         assert!(
             p >= ALPHA,
             "{}, at most {} claimed",
             found.worst,
-            promise.rate
+            bound.rate
         );
     }
 }
@@ -94,7 +103,7 @@ const POWERS: [f64; 2] = [0.5, 0.9];
 
 /// Number of random assertions of this module.
 pub fn assertions() -> usize {
-    continuous().len() + promises().len() + POWERS.len() + 1
+    continuous().len() + error_rate_bounds().len() + POWERS.len() + 1
 }
 
 /// The rate of rejections of a wrong mean follows the normal distribution at powers 0.5 and 0.9.
@@ -132,9 +141,9 @@ fn a_wrong_statistic_is_seen() {
     for outcome in [law, rate("repeated values reject", &happened, LEVEL)] {
         assert_eq!(outcome.verdict(), Verdict::Fails, "{outcome}");
         assert!(
-            !planned() || may_hold(&outcome).is_none(),
+            !planned() || fault_objection(&outcome).is_none(),
             "{:?}",
-            may_hold(&outcome)
+            fault_objection(&outcome)
         );
     }
 }

@@ -98,8 +98,8 @@ fn moments_of(a: &[f64], b: &[f64], keep: fn(f64) -> bool) -> Moments {
 
 fn faults() -> Vec<Fault<Summary>> {
     let fault = |name, wrong, summary: Summary| {
-        let caught_by: &[&str] = &["accumulator/known-values"];
-        fault(name, &ESTIMATOR, wrong, summary, caught_by)
+        let rejected_by: &[&str] = &["accumulator/known-values"];
+        fault(name, &ESTIMATOR, wrong, summary, rejected_by)
     };
     vec![
         fault(

@@ -24,7 +24,7 @@ pub struct Adaptation {
     pub value: fn(&Pixel, &Pixel) -> DVec3,
 }
 
-const RIGHT: Adaptation = Adaptation {
+const CORRECT: Adaptation = Adaptation {
     pilot: adaptive::pilot,
     counts: adaptive::counts,
     value: |_, pixel| pixel.mean(),
@@ -138,18 +138,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         )],
         faults: vec![
             fault!("pilot-kept", ADAPTIVE, "the pilot's samples enter the mean, weighted by their number",
-                = Adaptation { value: together, ..RIGHT },
+                = Adaptation { value: together, ..CORRECT },
                 "convergence/adaptive: rare"),
             fault!("pilot-of-the-same-samples", ADAPTIVE, "the pilot's samples are the first of the image",
-                = Adaptation { pilot: |own, n| Sampling { seed: own.seed, ..adaptive::pilot(own, n) }, ..RIGHT },
+                = Adaptation { pilot: |own, n| Sampling { seed: own.seed, ..adaptive::pilot(own, n) }, ..CORRECT },
                 "convergence/adaptive: rare"),
             fault!("by-mean-number", ADAPTIVE, "the sum of a pixel's samples is divided by the mean number of all pixels",
                 = Adaptation {
                     value: |_, own| own.mean() * (f64::from(own.samples()) / f64::from(REPLICATIONS * SAMPLES)),
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/adaptive: rare | even"),
         ],
-        ..Family::new("adaptation", RIGHT)
+        ..Family::new("adaptation", CORRECT)
     })]
 }

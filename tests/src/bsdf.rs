@@ -162,7 +162,7 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
 
 fn trials() -> Vec<FamilyTrial<PartTable>> {
     // Weights are constant at these inclinations, so the furnace is exact, without chance.
-    let own = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
+    let family_trial = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
         let subject = "material::Scattering::sample_rough, sample_uniform";
         trial(
             format!("bsdf/{name}"),
@@ -173,13 +173,13 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "lambert",
             "Lambert passes the check-up and its directional albedo is ρ",
             &LAMBERT,
             |c, parts| lambert_check(c, as_rendered(parts, lambert(RHO)), &CheckUp::default()),
         ),
-        own(
+        family_trial(
             "cosine",
             "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
             &COSINE,
@@ -192,13 +192,13 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
                 lambert_check(c, uniform_sampled(parts, lambert(RHO)), &size)
             },
         ),
-        own(
+        family_trial(
             "oren-nayar",
             "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
             &OREN_NAYAR,
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
-        own(
+        family_trial(
             "oren-nayar-printed",
             "the printed form has its own closed-form albedo: it is not Oren-Nayar",
             &OREN_NAYAR_CONSTANTS,

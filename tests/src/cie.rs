@@ -1,7 +1,7 @@
 //! Rooms in the manner of CIE 171:2006 (test cases to assess the accuracy of lighting computer
 //! programs), with closed forms derived here: a luminous rectangle over a floor and beside a wall,
 //! a roof opening and a window under a uniform sky, an obstruction before the window. The CIE
-//! overcast sky is in the module `sky`.
+//! overcast sky is in the module `environment_map`.
 
 use crate::prelude::*;
 use crate::scenes::{FLOOR, LIGHT, floor, lambert, light, panel, scene};
@@ -27,13 +27,17 @@ pub fn upright_corner(a: f64, b: f64, c: f64) -> f64 {
 
 /// Extends a quantity of rectangles with one corner at the origin, odd in each side, to rectangles
 /// anywhere: `x` and `y` are the ranges of its sides.
-fn anywhere([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], corner: impl Fn(f64, f64) -> f64) -> f64 {
+fn sum_over_corners(
+    [x0, x1]: [f64; 2],
+    [y0, y1]: [f64; 2],
+    corner: impl Fn(f64, f64) -> f64,
+) -> f64 {
     let odd = |x: f64, y: f64| corner(x.abs(), y.abs()) * x.signum() * y.signum();
     odd(x1, y1) - odd(x0, y1) - odd(x1, y0) + odd(x0, y0)
 }
 
 /// Returns a ray to a point of a surface from 25° off its normal.
-fn towards(point: DVec3, normal: DVec3) -> Ray {
+fn ray_to(point: DVec3, normal: DVec3) -> Ray {
     let aside = normal.any_orthonormal_vector();
     let (sin, cos) = 25f64.to_radians().sin_cos();
     let w = cos * normal + sin * aside;
@@ -62,12 +66,15 @@ const HALF: f64 = 1.2;
 
 /// Adds a black sheet in the plane z = `height` with a square opening around the z axis.
 fn sheet(s: &mut SceneBuilder, height: f64) {
-    const FAR: f64 = 50.0;
-    let rest = FAR - HALF;
+    const SHEET_HALF_WIDTH: f64 = 50.0;
+    let rest = SHEET_HALF_WIDTH - HALF;
     for (corner, [x, y]) in [
-        ([-FAR, -FAR], [2.0 * FAR, rest]),
-        ([-FAR, HALF], [2.0 * FAR, rest]),
-        ([-FAR, -HALF], [rest, 2.0 * HALF]),
+        (
+            [-SHEET_HALF_WIDTH, -SHEET_HALF_WIDTH],
+            [2.0 * SHEET_HALF_WIDTH, rest],
+        ),
+        ([-SHEET_HALF_WIDTH, HALF], [2.0 * SHEET_HALF_WIDTH, rest]),
+        ([-SHEET_HALF_WIDTH, -HALF], [rest, 2.0 * HALF]),
         ([HALF, -HALF], [rest, 2.0 * HALF]),
     ] {
         let corner = DVec3::new(corner[0], corner[1], height);
@@ -109,14 +116,14 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
         radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
             .says(property)
-            .by_points(reference, SINGLE, n)
+            .by_scrambles(reference, SINGLE, n)
     };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
     // The obstruction's edge, projected from the origin onto the plane of the opening.
     let [height, edge] = OBSTRUCTION;
     let shadow = edge * SILL / height;
-    let opening = |x| anywhere(x, whole, |a, b| parallel_corner(a, b, SILL));
+    let opening = |x| sum_over_corners(x, whole, |a, b| parallel_corner(a, b, SILL));
     vec![
         family_trial(
             "cie/panel-floor",
@@ -126,9 +133,9 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
                 DVec3::new(0.0, -4.0, 0.0),
                 [4.0 * DVec3::X, 8.0 * DVec3::Y],
             ),
-            |_| towards(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
+            |_| ray_to(DVec3::new(1.0, 0.0, 0.0), DVec3::Z),
             LIGHT,
-            anywhere([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
+            sum_over_corners([x[0] - 1.0, x[1] - 1.0], y, |a, b| {
                 parallel_corner(a, b, CEILING)
             }),
             83_000,
@@ -141,16 +148,16 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
                 DVec3::new(0.0, -4.0, 0.0),
                 [8.0 * DVec3::Y, CEILING * DVec3::Z],
             ),
-            |_| towards(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
+            |_| ray_to(DVec3::new(0.0, 0.0, 1.5), DVec3::X),
             LIGHT,
-            anywhere(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
+            sum_over_corners(x, y, |a, b| upright_corner(a, b, CEILING - 1.5)),
             67_000,
         ),
         family_trial(
             "cie/roof-opening",
             "a roof opening under a uniform sky",
             &roof("roof opening", false),
-            |_| towards(DVec3::ZERO, DVec3::Z),
+            |_| ray_to(DVec3::ZERO, DVec3::Z),
             1.0,
             opening(whole),
             67_000,
@@ -159,7 +166,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "cie/obstruction",
             "an opening before which an obstruction hides a part of a uniform sky",
             &roof("obstructed roof opening", true),
-            |_| towards(DVec3::ZERO, DVec3::Z),
+            |_| ray_to(DVec3::ZERO, DVec3::Z),
             1.0,
             opening([shadow, HALF]),
             280_000,

@@ -2,7 +2,7 @@
 //! converge on an edge of known coverage.
 
 use whitefurnace::harness::convergence::{slope, variance_ratio};
-use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::warp::{
     cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere, uniform_hemisphere_pdf,
@@ -16,7 +16,7 @@ const RATIO_SAMPLES: u64 = 16_000_000;
 const VARIANCE_DELTA: f64 = 0.01;
 const EDGE_SAMPLES: u64 = 8_000_000;
 /// Number of groups of replications from which a slope is estimated.
-const GROUPS: u64 = 2 * NEARLY_SYMMETRIC;
+const GROUPS: u64 = 2 * MIN_SYMMETRIC_VALUES;
 /// Squared errors averaged per group and size.
 const REPLICATIONS: u32 = 20;
 /// Δ of slopes. A logarithm of a mean of 20 squared errors is biased a little differently at small

@@ -57,7 +57,7 @@ fn cells(context: &Context, domain: Domain, map: Map) -> Vec<Outcome> {
 }
 
 fn trials() -> Vec<FamilyTrial<Points>> {
-    let own = |name: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
+    let family_trial = |name: &str, equation: &'static Equation, subject, on: TrialFn<Points>| {
         let property = format!("points of a {name} are uniform in area");
         trial(
             format!("emitter/{name}"),
@@ -68,19 +68,19 @@ fn trials() -> Vec<FamilyTrial<Points>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "triangle",
             &TRIANGLE_POINT,
             "sampling::warp::triangle",
             |c, p| cells(c, Domain::Triangle, p.triangle),
         ),
-        own(
+        family_trial(
             "rectangle",
             &GEOMETRY,
             "light::emitter::Emitter::sample",
             |c, p| cells(c, Domain::Square, p.rectangle),
         ),
-        own(
+        family_trial(
             "sphere",
             &GEOMETRY,
             "sampling::warp::sphere_zone",

@@ -78,11 +78,11 @@ fn reflected(roughness: f64, wo: DVec3) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<EonParts>> {
-    let own = |name: &str,
-               property: &str,
-               equation: &'static Equation,
-               subject,
-               on: TrialFn<EonParts>| {
+    let family_trial = |name: &str,
+                        property: &str,
+                        equation: &'static Equation,
+                        subject,
+                        on: TrialFn<EonParts>| {
         trial(
             format!("bsdf/{name}"),
             property,
@@ -113,7 +113,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
                 check_up(&subject, &CheckUp::default(), context)
             },
         ),
-        own(
+        family_trial(
             "eon-white",
             "white EON reflects all light, at every angle and roughness",
             &EON_MULTIPLE,
@@ -127,7 +127,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
                 )
             },
         ),
-        own(
+        family_trial(
             "eon-coloured",
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
             &EON_MULTIPLE,
@@ -141,10 +141,10 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
                 )
             },
         ),
-        own("eon-single", grazes, &EON_SINGLE, single, |_, parts| {
+        family_trial("eon-single", grazes, &EON_SINGLE, single, |_, parts| {
             grazing(parts)
         }),
-        own(
+        family_trial(
             "eon-albedo",
             is_integral,
             &EON_ALBEDO,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use whitefurnace::equation::Equation;
 use whitefurnace::harness::guard;
 use whitefurnace::harness::outcome::Outcome;
-use whitefurnace::harness::trial::{Context, Control, Run, Trial, meant};
+use whitefurnace::harness::trial::{Context, NegativeControl, Run, Trial, required_outcomes};
 
 /// A trial's function, for any subject of the family's type.
 pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
@@ -63,21 +63,22 @@ pub struct Fault<S> {
     /// The faulty subject.
     pub subject: S,
     /// The trials that must reject it, each alone or with the outcomes that must: "trial: outcome |
-    /// outcome" (see [`meant`]). For an equivalent mutant, the trials that must accept it.
-    pub caught_by: &'static [&'static str],
+    /// outcome" (see [`required_outcomes`]). For an equivalent mutant, the trials that must accept
+    /// it.
+    pub rejected_by: &'static [&'static str],
 }
 
-/// Splits an entry of [`Fault::caught_by`] into the trial and its outcomes.
-fn entry(caught_by: &'static str) -> (&'static str, Vec<&'static str>) {
-    match caught_by.split_once(": ") {
+/// Splits an entry of [`Fault::rejected_by`] into the trial and its outcomes.
+fn entry(rejected_by: &'static str) -> (&'static str, Vec<&'static str>) {
+    match rejected_by.split_once(": ") {
         Some((trial, outcomes)) => (trial, outcomes.split(" | ").collect()),
-        None => (caught_by, Vec::new()),
+        None => (rejected_by, Vec::new()),
     }
 }
 
-/// Returns the outcomes of a trial that `caught_by` names; `None` if it does not name the trial.
-fn outcomes_of(caught_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
-    let mut entries = caught_by
+/// Returns the outcomes of a trial that `rejected_by` names; `None` if it does not name the trial.
+fn outcomes_of(rejected_by: &[&'static str], trial: &str) -> Option<Vec<&'static str>> {
+    let mut entries = rejected_by
         .iter()
         .map(|text| entry(text))
         .filter(|(name, _)| *name == trial)
@@ -92,14 +93,14 @@ pub fn fault<S>(
     equation: &'static Equation,
     wrong: &'static str,
     subject: S,
-    caught_by: &'static [&'static str],
+    rejected_by: &'static [&'static str],
 ) -> Fault<S> {
     Fault {
         name,
         equation,
         wrong,
         subject,
-        caught_by,
+        rejected_by,
     }
 }
 
@@ -110,7 +111,7 @@ pub struct Family<S> {
     /// Whether its subjects act through a whole estimator.
     pub whole_estimator: bool,
     /// The correct subject.
-    pub right: S,
+    pub correct: S,
     /// The trials.
     pub trials: Vec<FamilyTrial<S>>,
     /// The faults.
@@ -131,7 +132,7 @@ pub struct FaultData {
     /// The error in one line; for an equivalent mutant, the reason why there is none.
     pub wrong: &'static str,
     /// The trials that must reject it (accept it, if it is equivalent), without duplicates.
-    pub caught_by: Vec<&'static str>,
+    pub rejected_by: Vec<&'static str>,
     /// Whether it acts through a whole estimator.
     pub whole_estimator: bool,
     /// Whether it is a mutant that no trial can or should reject.
@@ -146,7 +147,7 @@ pub struct Pair {
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
     pub named: bool,
-    /// The outcomes that must reject it, as in [`Control::rejected_by`].
+    /// The outcomes that must reject it, as in [`NegativeControl::rejected_by`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function on the fault: at growing sizes if it must be rejected, else at the
     /// trial's size.
@@ -164,12 +165,12 @@ pub trait AnyFamily {
 }
 
 impl<S: Copy + Send + Sync + 'static> Family<S> {
-    /// Returns a family with the correct subject `right` and no trials or faults.
-    pub fn new(name: &'static str, right: S) -> Self {
+    /// Returns a family with the correct subject `correct` and no trials or faults.
+    pub fn new(name: &'static str, correct: S) -> Self {
         Self {
             name,
             whole_estimator: false,
-            right,
+            correct,
             trials: Vec::new(),
             faults: Vec::new(),
             equivalents: Vec::new(),
@@ -177,10 +178,10 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
     }
 
     /// Returns a family without trials or faults whose subjects act through a whole estimator.
-    pub fn whole(name: &'static str, right: S) -> Self {
+    pub fn whole(name: &'static str, correct: S) -> Self {
         Self {
             whole_estimator: true,
-            ..Self::new(name, right)
+            ..Self::new(name, correct)
         }
     }
 
@@ -195,9 +196,12 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
             name: mutant.name,
             equation: mutant.equation,
             wrong: mutant.wrong,
-            caught_by: {
-                let mut trials: Vec<_> =
-                    mutant.caught_by.iter().map(|text| entry(text).0).collect();
+            rejected_by: {
+                let mut trials: Vec<_> = mutant
+                    .rejected_by
+                    .iter()
+                    .map(|text| entry(text).0)
+                    .collect();
                 trials.dedup();
                 trials
             },
@@ -208,7 +212,7 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 
     /// Returns a trial's function on a fault that these outcomes must reject. Most effects are many
     /// times δ, so the fault runs at a fraction of the trial's size first, and at a larger one only
-    /// if that does not [settle](guard::settled) it.
+    /// if it is not [clearly rejected](guard::is_clearly_rejected).
     fn reject(
         family_trial: &FamilyTrial<S>,
         mutant: &Fault<S>,
@@ -222,11 +226,12 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
                     ..context.clone()
                 };
                 let outcomes = on(&part, subject);
-                let meant = meant(&rejected_by, &outcomes);
-                let settled = !meant.is_empty() && meant.into_iter().all(guard::settled);
+                let required = required_outcomes(&rejected_by, &outcomes);
+                let settled =
+                    !required.is_empty() && required.into_iter().all(guard::is_clearly_rejected);
                 settled.then_some(outcomes)
             };
-            let early = LOOKS.iter().find_map(settled);
+            let early = TRIAL_FRACTIONS.iter().find_map(settled);
             early.unwrap_or_else(|| on(context, subject))
         })
     }
@@ -239,22 +244,22 @@ impl<S: Copy + Send + Sync + 'static> Family<S> {
 }
 
 /// Fractions of a trial's size at which a fault runs before the whole.
-const LOOKS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
+const TRIAL_FRACTIONS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
 
 impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
     fn trials(&self) -> Vec<Trial> {
         let trial = |family_trial: &FamilyTrial<S>| {
-            let (on, right) = (Arc::clone(&family_trial.on), self.right);
+            let (on, correct) = (Arc::clone(&family_trial.on), self.correct);
             let data = &family_trial.trial;
             let named = self.faults.iter().filter_map(|fault| {
-                outcomes_of(fault.caught_by, &data.name).map(|outcomes| (fault, outcomes))
+                outcomes_of(fault.rejected_by, &data.name).map(|outcomes| (fault, outcomes))
             });
             Trial {
                 name: data.name.clone(),
                 property: data.property.clone(),
-                run: Box::new(move |context| on(context, right)),
+                run: Box::new(move |context| on(context, correct)),
                 controls: named
-                    .map(|(fault, rejected_by)| Control {
+                    .map(|(fault, rejected_by)| NegativeControl {
                         name: fault.name,
                         wrong: fault.wrong,
                         run: Self::reject(family_trial, fault, rejected_by.clone()),
@@ -277,7 +282,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
         self.all()
             .flat_map(|(mutant, equivalent)| {
                 self.trials.iter().map(move |family_trial| {
-                    let outcomes = outcomes_of(mutant.caught_by, &family_trial.trial.name);
+                    let outcomes = outcomes_of(mutant.rejected_by, &family_trial.trial.name);
                     let run = match &outcomes {
                         Some(outcomes) if !equivalent => {
                             Self::reject(family_trial, mutant, outcomes.clone())

@@ -43,7 +43,7 @@ fn lit(name: &str, light: impl FnOnce(&mut SceneBuilder)) -> Arc<Scene> {
 
 /// Samples a ray to a point uniform on the reflecting square, from the side on which no light is in
 /// the way.
-fn anywhere(rng: &mut Stream) -> Ray {
+fn ray_to_square(rng: &mut Stream) -> Ray {
     let [x, y] = uniform2(rng);
     let w = from_spherical(0.5, 0.3);
     Ray::new(DVec3::new(x, y, 0.0) + 0.5 * w, -w)
@@ -64,10 +64,10 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             &GEOMETRY,
             scene,
             EstimatorKind::Path,
-            anywhere as Rays,
+            ray_to_square as Rays,
         )
         .says(property)
-        .is(reference, SINGLE, samples)
+        .by_rays(reference, SINGLE, samples)
     };
     vec![
         family_trial(

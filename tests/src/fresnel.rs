@@ -1,7 +1,7 @@
 //! Fresnel reflectance (10)-(12): identities that need no reference values, and hemispherical
 //! averages.
 
-use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::harness::pointwise::LargestError;
 use whitefurnace::material::fresnel::{
     reflectance, reflectance_p, reflectance_s, squared_cos_refracted,
 };
@@ -29,9 +29,9 @@ fn indices(rng: &mut Stream) -> [f64; 2] {
 /// conditioning.
 fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) -> f64) -> Outcome {
     let mut rng = context.rng(name);
-    let mut largest = Largest {
+    let mut largest = LargestError {
         place: String::from("no error"),
-        ..Largest::default()
+        ..LargestError::default()
     };
     for _ in 0..context.arguments(ARGUMENTS) {
         let [n1, n2] = indices(&mut rng);
@@ -39,7 +39,7 @@ fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) ->
         let Some(cos_2) = snell(cos_1, n1, n2).filter(|&c| c > 1e-3) else {
             continue;
         };
-        largest.see(error(cos_1, cos_2, n1, n2), || {
+        largest.update(error(cos_1, cos_2, n1, n2), || {
             format!("cos θ = {cos_1}, n = {n1} to {n2}")
         });
     }
@@ -227,7 +227,7 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Reflectances>> {
-    let own = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
+    let family_trial = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
         let subject = "material::fresnel::reflectance, reflectance_s, reflectance_p";
         trial(
             format!("fresnel/{name}"),
@@ -238,31 +238,31 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "energy",
             "reflected and transmitted flux sum to one for each polarisation",
             &FRESNEL_S,
             energy,
         ),
-        own(
+        family_trial(
             "brewster",
             "R_p vanishes at Brewster's angle and R_s has its closed form",
             &FRESNEL_P,
             brewster,
         ),
-        own(
+        family_trial(
             "reversible",
             "R is the same from both sides along one ray",
             &FRESNEL,
             reversible,
         ),
-        own(
+        family_trial(
             "limits",
             "R at normal and at grazing incidence",
             &FRESNEL,
             limits,
         ),
-        own(
+        family_trial(
             "critical",
             "reflection is total past the critical angle and not before",
             &FRESNEL,

@@ -40,7 +40,7 @@ pub fn off_cap_radiance(rho: f64, cap: Cap) -> f64 {
     }
 }
 
-const LONG: u32 = 60;
+const MANY_SEGMENTS: u32 = 60;
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mut trials = closed();
@@ -93,7 +93,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             "furnace/path/early",
             "spherical furnace without early roulette",
             0.9,
-            sphere(EstimatorKind::PathEarly),
+            sphere(EstimatorKind::PathWithRrDepth),
             1_700_000,
         ),
     ]
@@ -103,7 +103,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
         radiance(name, &RENDERING, &scene, kind, ray)
             .says(property)
-            .is(m, BOUNCES, samples)
+            .by_rays(m, BOUNCES, samples)
     })
     .collect()
 }
@@ -125,7 +125,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         let kind = by(strategy, LightSampling::SolidAngle);
         radiance(name, &RENDERING, scene, kind, in_box)
             .says(property)
-            .is(2.0, BOUNCES, samples)
+            .by_rays(2.0, BOUNCES, samples)
     })
     .collect()
 }
@@ -136,9 +136,27 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = |a: f64, segments: u32| (1.0 - a.powi(segments as i32 + 1)) / (1.0 - a);
     [
-        ("furnace/report/absorption-0.25", 0.5, 0.25, LONG, 700_000),
-        ("furnace/report/absorption-0.1", 0.5, 0.1, LONG, 380_000),
-        ("furnace/report/albedo-0.65", 0.65, 0.05, LONG, 1_300_000),
+        (
+            "furnace/report/absorption-0.25",
+            0.5,
+            0.25,
+            MANY_SEGMENTS,
+            700_000,
+        ),
+        (
+            "furnace/report/absorption-0.1",
+            0.5,
+            0.1,
+            MANY_SEGMENTS,
+            380_000,
+        ),
+        (
+            "furnace/report/albedo-0.65",
+            0.65,
+            0.05,
+            MANY_SEGMENTS,
+            1_300_000,
+        ),
         ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
         ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),
     ]
@@ -146,7 +164,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, a, absorption, segments, samples)| {
         let scene = sphere_furnace(lambert(a), absorption);
         let m = cut(a, segments);
-        let (property, equation) = if segments == LONG {
+        let (property, equation) = if segments == MANY_SEGMENTS {
             let property = format!("at absorption {absorption} and albedo {a} the mean is {m:.6}");
             (property, &ROULETTE)
         } else {
@@ -163,7 +181,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             inside as Rays,
         )
         .says(property)
-        .is(m, BOUNCES, samples)
+        .by_rays(m, BOUNCES, samples)
     })
     .collect()
 }
@@ -179,13 +197,13 @@ fn within() -> FamilyTrial<EstimatorSubject> {
         "furnace/path/three-segments",
         &PATH_LENGTH,
         &sphere_furnace(lambert(a), 0.0),
-        EstimatorKind::PathWithin(segments),
+        EstimatorKind::PathWithMaxSegments(segments),
         inside,
     )
     .says(format!(
         "light of at most {segments} segments in a furnace of albedo {a} is {m}"
     ))
-    .is(m, BOUNCES, 1_400_000)
+    .by_rays(m, BOUNCES, 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -212,7 +230,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"
         ))
-        .is(reference, BOUNCES, samples)
+        .by_rays(reference, BOUNCES, samples)
     })
     .collect()
 }
@@ -234,7 +252,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says(property.clone())
-        .by_points(visible, SINGLE, 140_000),
+        .by_scrambles(visible, SINGLE, 140_000),
         radiance(
             "furnace/sky/report",
             &HEMISPHERE_PHI,
@@ -243,7 +261,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says(property)
-        .by_points(visible, SINGLE, 330_000),
+        .by_scrambles(visible, SINGLE, 330_000),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,
@@ -254,7 +272,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"
         ))
-        .by_points(albedo, SINGLE, 38_000),
+        .by_scrambles(albedo, SINGLE, 38_000),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,
@@ -263,7 +281,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             |_| at_origin(),
         )
         .says("a white floor of EON with roughness 1 reflects all of a white sky")
-        .is(1.0, SINGLE, 2_400_000),
+        .by_rays(1.0, SINGLE, 2_400_000),
     ]
 }
 
@@ -271,7 +289,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let reflectance = 0.75;
     let hall = sphere_furnace(mirror(reflectance), 0.0);
-    let oriented = scene("facing mirrors", |s| {
+    let facing_mirrors = scene("facing mirrors", |s| {
         s.background(DVec3::ONE);
         for z in [-1.0, 1.0] {
             ball(
@@ -293,11 +311,11 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
         ))
-        .is(hall_mean, BOUNCES, 1_700_000),
+        .by_rays(hall_mean, BOUNCES, 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
-            &oriented,
+            &facing_mirrors,
             EstimatorKind::Path,
             |rng| {
                 let w = any_direction(rng);
@@ -308,6 +326,6 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
         )
-        .is(1.0, BOUNCES, 1_200_000),
+        .by_rays(1.0, BOUNCES, 1_200_000),
     ]
 }

@@ -77,7 +77,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             probe,
         )
         .says("a small light lies where the law of reflection says, and is seen in the mirror")
-        .is(0.9 * LIGHT, 0.0, 1000),
+        .by_rays(0.9 * LIGHT, 0.0, 1000),
         radiance(
             "glass/snell-aim",
             &REFRACTION,
@@ -86,7 +86,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             probe,
         )
         .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
-        .is(transmitted, 0.0, 1000),
+        .by_rays(transmitted, 0.0, 1000),
         radiance(
             "glass/lit-from-below",
             &REFRACTION,
@@ -95,7 +95,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             probe,
         )
         .says("light from within glass arrives as (1 − R)/n² of its radiance")
-        .is(transmitted / LIGHT, SINGLE, 2_400_000),
+        .by_rays(transmitted / LIGHT, SINGLE, 2_400_000),
     ]
 }
 
@@ -181,7 +181,7 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
         up,
     )
     .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
-    .is(1.0, 0.0, 2_000_000)
+    .by_rays(1.0, 0.0, 2_000_000)
 }
 
 /// Samples a ray from within a glass cube whose largest cosine with the faces' normals is `wanted`.
@@ -224,7 +224,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             from_outside,
         )
         .says("a glass cube under a white sky shows 1 from outside")
-        .is(1.0, BOUNCES, 1_000_000),
+        .by_rays(1.0, BOUNCES, 1_000_000),
         radiance(
             "glass/cube-inside",
             &REFRACTION,
@@ -233,7 +233,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             leaving,
         )
         .says("from inside it a glass cube under a white sky shows n² in directions that can leave")
-        .is(n2, BOUNCES, 2_400_000),
+        .by_rays(n2, BOUNCES, 2_400_000),
         radiance(
             "glass/cube-trapped",
             &FRESNEL,
@@ -242,7 +242,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             trapped,
         )
         .says("from inside it a glass cube shows nothing in directions that total reflection traps")
-        .is(0.0, 0.0, 1_600_000),
+        .by_rays(0.0, 0.0, 1_600_000),
     ]
 }
 
@@ -267,5 +267,5 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
         |_| at_origin(),
     )
     .says("a sphere of index 1 before a light changes nothing")
-    .is(reference, IMAGE, 5_800_000)
+    .by_rays(reference, IMAGE, 5_800_000)
 }

@@ -92,7 +92,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
                  anew for light without polarisation at each face, as (12) has it",
             through(r)
         ))
-        .by_points(through(r), SINGLE, 170_000),
+        .by_scrambles(through(r), SINGLE, 170_000),
         radiance(
             "glass/prism",
             &FRESNEL,
@@ -104,7 +104,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
             through(r0)
         ))
-        .by_points(through(r0) * LIGHT, SINGLE, 160_000),
+        .by_scrambles(through(r0) * LIGHT, SINGLE, 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",

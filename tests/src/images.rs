@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::harness::welch_map::{PixelStatistics, Skewed, image_mean, map};
+use whitefurnace::harness::welch_map::{ImageMoments, PixelStatistics, image_mean, map};
 use whitefurnace::integrator::{Report, Whitted};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
@@ -50,17 +50,17 @@ pub(super) fn film<E: Estimator>(
 
 /// Weights of the channels in the one number that stands for a pixel: unequal, so that exchanged or
 /// mixed channels change it.
-pub(super) const SHARES: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
+pub(super) const CHANNEL_WEIGHTS: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
 
-/// Statistics of each pixel's value, in which the channels are weighted by [`SHARES`].
-pub(super) struct Levels {
+/// Statistics of each pixel's value, in which the channels are weighted by [`CHANNEL_WEIGHTS`].
+pub(super) struct PixelMoments {
     mean: Vec<f64>,
     variance: Vec<f64>,
     count: Vec<u64>,
     skewness: Vec<f64>,
 }
 
-impl Levels {
+impl PixelMoments {
     /// Renders replication by replication, because a film keeps neither covariances of channels nor
     /// third moments.
     pub fn render<E: Estimator>(
@@ -78,7 +78,7 @@ impl Levels {
             };
             let film = film(context, part, &one, estimator)?;
             for (values, pixel) in pixels.iter_mut().zip(film.pixels()) {
-                values.push(pixel.mean().dot(SHARES));
+                values.push(pixel.mean().dot(CHANNEL_WEIGHTS));
             }
         }
         let column = |of: fn(&Values) -> f64| pixels.iter().map(of).collect();
@@ -105,18 +105,18 @@ fn with_path<E: Estimator>(
     part: &str,
     frames: &Frames,
     estimator: &E,
-) -> Option<[Levels; 2]> {
-    let image = Levels::render(context, part, frames, estimator)?;
+) -> Option<[PixelMoments; 2]> {
+    let image = PixelMoments::render(context, part, frames, estimator)?;
     Some([
         image,
-        Levels::render(context, "path", frames, &Path::<DefaultParts>::default())?,
+        PixelMoments::render(context, "path", frames, &Path::<DefaultParts>::default())?,
     ])
 }
 
 /// Tests the means of two images for equality within a relative margin.
-pub(super) fn same_mean(name: &str, a: &Levels, b: &Levels, margin: f64) -> Outcome {
-    let statistics = [a, b].map(Levels::statistics);
-    let side = |i: usize| Skewed {
+pub(super) fn same_mean(name: &str, a: &PixelMoments, b: &PixelMoments, margin: f64) -> Outcome {
+    let statistics = [a, b].map(PixelMoments::statistics);
+    let side = |i: usize| ImageMoments {
         statistics: &statistics[i],
         skewness: &[a, b][i].skewness,
     };
@@ -231,7 +231,7 @@ impl Property for SameImage {
             let [a, b] = with_path(context, "report", &frames, &report)?;
             let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // The bias of the limit on segments must not fail the test.
-            let mean = same_mean("image mean", &a, &b, IMAGE).within_delta();
+            let mean = same_mean("image mean", &a, &b, IMAGE).as_equivalence();
             Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
         };
         outcomes().unwrap_or_else(not_a_film)
@@ -303,7 +303,7 @@ impl Property for SameStrategies {
         };
         let [bsdf, light, mis] = [Strategy::Bsdf, Strategy::Light, Strategy::Mis].map(|strategy| {
             let path = Path::new(setup.parts, strategy);
-            Levels::render(context, &format!("{strategy:?}"), &frames, &path)
+            PixelMoments::render(context, &format!("{strategy:?}"), &frames, &path)
         });
         let (Some(bsdf), Some(light), Some(mis)) = (bsdf, light, mis) else {
             return not_a_film();

@@ -9,7 +9,7 @@
 
 use whitefurnace::harness::chi_square::{CELL_DELTA, Counts, chi_square};
 use whitefurnace::harness::mean::bounded_mean;
-use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::harness::pointwise::LargestError;
 
 use crate::furnace::inside;
 use crate::prelude::*;
@@ -97,7 +97,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
     let last = CELLS as u32 - 1;
     let masses = (0..last).map(|k| LAW.probability(k));
     let places = (0..last).map(|k| format!("{k} bounces"));
-    let partition = Partition::of_masses(
+    let partition = Partition::from_masses(
         masses.chain([LAW.at_least(last)]).collect(),
         places.chain([format!("{last} bounces or more")]).collect(),
     );
@@ -125,11 +125,11 @@ fn law(context: &Context, parts: WalkParts) -> Vec<Outcome> {
 }
 
 /// Survivals, in units of the squared albedo, on both sides of the boundary.
-const SIDES: [f64; 3] = [0.95, 1.0, 1.1];
+const SURVIVALS: [f64; 3] = [0.95, 1.0, 1.1];
 /// Number of terms of the sums over the law: the remainder is about 1.1^-400 = 3e-17 of the whole.
 const TERMS: u32 = 400;
 /// Relative tolerance of those sums.
-const SUMMED: f64 = 1e-9;
+const SUM_TOLERANCE: f64 = 1e-9;
 
 /// Compares the mean and the second moment with closed forms, by summation over the number of
 /// bounces of their probabilities and of the values that walks return. The mean is 1/(1 − a) on
@@ -137,10 +137,10 @@ const SUMMED: f64 = 1e-9;
 /// squared albedo, and elsewhere its terms never fall.
 fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
     let mut rng = context.rng("walks of given length");
-    let [mut mean_error, mut moment_error] = [Largest::default(), Largest::default()];
+    let [mut mean_error, mut moment_error] = [LargestError::default(), LargestError::default()];
     let mut pairs = 0;
     for a in [0.5, 0.75, 0.9] {
-        for q in SIDES.map(|side| side * a * a) {
+        for q in SURVIVALS.map(|side| side * a * a) {
             pairs += 1;
             let mut value = |bounces| {
                 let certain = WalkParts {
@@ -158,7 +158,7 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
             };
             let mean = 1.0 / (1.0 - a);
             let place = || format!("albedo {a}, survival {q}");
-            mean_error.see((weighted(1).sum::<f64>() / mean - 1.0).abs(), place);
+            mean_error.update((weighted(1).sum::<f64>() / mean - 1.0).abs(), place);
             let second = variance(a, q) + mean * mean;
             let error = if second.is_finite() {
                 (weighted(2).sum::<f64>() / second - 1.0).abs()
@@ -167,11 +167,12 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
                 let falls = |pair: &[f64]| 1.0 - pair[1] / pair[0];
                 terms.windows(2).map(falls).fold(0.0, f64::max)
             };
-            moment_error.see(error, place);
+            moment_error.update(error, place);
         }
     }
-    let exact =
-        |name, worst: Largest| Outcome::exact(name, pairs, worst.error, SUMMED, worst.place);
+    let exact = |name, worst: LargestError| {
+        Outcome::exact(name, pairs, worst.error, SUM_TOLERANCE, worst.place)
+    };
     vec![
         exact("mean by summation", mean_error),
         exact("second moment by summation", moment_error),

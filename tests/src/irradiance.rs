@@ -63,7 +63,7 @@ pub(super) fn lit(
     let property = format!("a floor reflects {reference:.6} of {}", light.what);
     radiance(name, equation, &light.scene, kind, ray)
         .says(property)
-        .drawn(reference, SINGLE, draws)
+        .by_draws(reference, SINGLE, draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -312,7 +312,7 @@ impl Property for Picks {
 }
 
 fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
-    const SHARES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
+    const PROBABILITIES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
     const FLUXES: [f64; 4] = [3.0, 2.0, 0.0, 3.0];
     let picks = |name, of, equation, part, picks| {
         let property = format!(
@@ -338,7 +338,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
         by_flux: Some(PowerLightSampler::new(&FLUXES)),
     };
     let by_share = Picks {
-        shares: SHARES,
+        shares: PROBABILITIES,
         by_flux: None,
     };
     vec![

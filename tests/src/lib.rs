@@ -5,15 +5,16 @@
 
 mod accumulators;
 mod adaptive;
+mod bdpt_densities;
 mod bidirectional;
 pub mod bsdf;
-mod chains;
+mod certain_paths;
 pub mod cie;
 pub mod convergence;
 mod emitters;
+mod environment_map;
 mod eon;
 mod estimator;
-mod exact_walks;
 pub mod faults;
 pub mod form_factors;
 pub mod fresnel;
@@ -23,7 +24,7 @@ pub mod ggx;
 mod glass;
 mod glass_bodies;
 mod hemisphere;
-mod image_means;
+mod image_mean;
 mod images;
 mod infinite_variance;
 mod irradiance;
@@ -41,17 +42,16 @@ pub mod roulette;
 pub mod scenes;
 mod script;
 mod silhouettes;
-mod singles;
-mod sky;
+mod single_precision;
 mod sobol;
 mod solid_angle;
+mod specular_chains;
 mod specular_nee;
 pub mod statistics;
 pub mod strategies;
 mod streams;
 mod subject;
 mod survival;
-mod whole_paths;
 
 use crate::faults::{AnyFamily, FaultData, Pair};
 use whitefurnace::harness::trial::Trial;
@@ -73,18 +73,18 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         convergence::families(),
         adaptive::families(),
         silhouettes::families(),
-        singles::families(),
+        single_precision::families(),
         geometry::families(),
         emitters::families(),
         solid_angle::families(),
         accumulators::families(),
         estimator::families(),
-        exact_walks::families(),
+        certain_paths::families(),
         path_weights::families(),
         published::families(),
         photon::families(),
         bidirectional::families(),
-        whole_paths::families(),
+        bdpt_densities::families(),
         radiosity::families(),
     ]
     .into_iter()

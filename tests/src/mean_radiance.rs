@@ -8,7 +8,7 @@ use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{Sobol, scramble};
 
 use crate::prelude::*;
-use crate::scenes::level;
+use crate::scenes::mean_channel;
 
 /// Relative δ of single estimators with closed forms.
 pub const SINGLE: f64 = 0.003;
@@ -58,7 +58,7 @@ pub fn means<S: AsRef<str>, const N: usize>(
     about.into_iter().zip(&all).map(outcome).collect()
 }
 
-/// Compares the mean [`level`] along probe rays with a closed form.
+/// Compares the mean [`mean_channel`] along probe rays with a closed form.
 pub struct MeanRadiance {
     /// Scene, estimator and rays.
     pub probe: Probe,
@@ -97,7 +97,7 @@ impl Property for MeanRadiance {
             Draws::Rays(n) => {
                 let mut radiance = self.probe.radiances(setup, context.seed_of("radiance"));
                 mean_of("radiance", self.reference, self.delta, context.n(n), || {
-                    level(scene, radiance())
+                    mean_channel(scene, radiance())
                 })
             }
             Draws::Scrambles(n) => {
@@ -117,7 +117,10 @@ impl Property for MeanRadiance {
                         });
                         let radiances = kind.radiances(setup, scene, rays);
                         let mean = |points: &[DVec3]| {
-                            points.iter().map(|point| level(scene, *point)).sum::<f64>()
+                            points
+                                .iter()
+                                .map(|point| mean_channel(scene, *point))
+                                .sum::<f64>()
                                 / f64::from(POINTS)
                         };
                         means = radiances
@@ -139,10 +142,10 @@ impl Property for MeanRadiance {
 pub fn path(kind: EstimatorKind) -> &'static str {
     match kind {
         EstimatorKind::Path
-        | EstimatorKind::PathEarly
-        | EstimatorKind::PathBy(..)
+        | EstimatorKind::PathWithRrDepth
+        | EstimatorKind::PathWith(..)
         | EstimatorKind::PathSpecularNee(..)
-        | EstimatorKind::PathWithin(..) => "integrator::Path",
+        | EstimatorKind::PathWithMaxSegments(..) => "integrator::Path",
         EstimatorKind::Report(_) => "integrator::Report",
         EstimatorKind::Whitted(_) => "integrator::Whitted",
     }
@@ -172,7 +175,7 @@ pub fn radiance(
 }
 
 /// A trial of a mean radiance that still lacks its [property](Self::says) and its
-/// [reference](Self::is).
+/// [reference](Self::by_rays).
 pub struct Radiance {
     name: &'static str,
     equation: &'static Equation,
@@ -191,22 +194,27 @@ impl Radiance {
 
     /// Returns the trial by independent rays: reference and relative δ as in [`mean_of`], and the
     /// number of rays at scale 1.
-    pub fn is(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(reference, delta, Draws::Rays(rays))
+    pub fn by_rays(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
+        self.by_draws(reference, delta, Draws::Rays(rays))
     }
 
     /// Returns the trial by this many [scrambles](Draws::Scrambles) at scale 1.
-    pub fn by_points(
+    pub fn by_scrambles(
         self,
         reference: f64,
         delta: f64,
         scrambles: u64,
     ) -> FamilyTrial<EstimatorSubject> {
-        self.drawn(reference, delta, Draws::Scrambles(scrambles))
+        self.by_draws(reference, delta, Draws::Scrambles(scrambles))
     }
 
     /// Returns the trial with this design and number of values.
-    pub fn drawn(self, reference: f64, delta: f64, draws: Draws) -> FamilyTrial<EstimatorSubject> {
+    pub fn by_draws(
+        self,
+        reference: f64,
+        delta: f64,
+        draws: Draws,
+    ) -> FamilyTrial<EstimatorSubject> {
         let Self {
             name,
             equation,

@@ -173,7 +173,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
         ))
-        .by_points(in_mirror, SINGLE, 59_000),
+        .by_scrambles(in_mirror, SINGLE, 59_000),
     ]
 }
 

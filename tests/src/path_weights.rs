@@ -1,7 +1,7 @@
 //! The MIS weights of BSDF and light samples in the path tracer, taken from its own estimates: one
 //! path at a time, with chosen random numbers, against densities in closed form.
 
-use whitefurnace::harness::pointwise::Largest;
+use whitefurnace::harness::pointwise::LargestError;
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::{Emitter, EmitterShape, LightSampling};
 use whitefurnace::light::light_sampler::UNIFORM_FRACTION;
@@ -11,14 +11,14 @@ use whitefurnace::sampling::warp::cosine_hemisphere_inverse;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, ball, lambert, light, panel, scene, shares_of_picks, square, triangle,
+    FLOOR, LIGHT, NEAR, ball, lambert, light, panel, pick_probabilities, scene, square, triangle,
 };
 use crate::script::Scripted;
 
 /// A path tracer from which weights are taken: its components, and the heuristic and light sampling
 /// that it uses when these are asked for.
 #[derive(Clone, Copy)]
-pub struct Side {
+pub struct Tracer {
     parts: PartTable,
     heuristic: fn(Heuristic) -> Heuristic,
     lights: fn(LightSampling) -> LightSampling,
@@ -27,21 +27,21 @@ pub struct Side {
 /// The path tracers that give the weights of hits and of shadow rays: one and the same, or two that
 /// differ.
 #[derive(Clone, Copy)]
-pub struct Sides {
+pub struct Tracers {
     /// The weights of hits.
-    pub hits: Side,
+    pub hits: Tracer,
     /// The weights of shadow rays.
-    pub shadows: Side,
+    pub shadows: Tracer,
 }
 
-const SIDE: Side = Side {
+const TRACER: Tracer = Tracer {
     parts: CORRECT,
     heuristic: |heuristic| heuristic,
     lights: |lights| lights,
 };
-const SIDES: Sides = Sides {
-    hits: SIDE,
-    shadows: SIDE,
+const TRACERS: Tracers = Tracers {
+    hits: TRACER,
+    shadows: TRACER,
 };
 
 /// A floor that emits, a square so near that most directions hit it, and farther lights of every
@@ -107,7 +107,7 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
             .iter()
             .map(|emitter| area(&emitter.shape) * emitter.radiance.element_sum())
             .collect();
-        return shares_of_picks(&fluxes);
+        return pick_probabilities(&fluxes);
     }
     let irradiance = |emitter: &Emitter| {
         let flat = |middle: DVec3, across: DVec3, area: f64| {
@@ -120,7 +120,7 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
                 0.0
             }
         };
-        let of_one = match emitter.shape {
+        let per_radiance = match emitter.shape {
             EmitterShape::Rectangle {
                 corner,
                 edges: [a, b],
@@ -133,14 +133,14 @@ pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: D
                 emitter.area / (4.0 * sphere.centre.distance_squared(from))
             }
         };
-        of_one * emitter.radiance.element_sum()
+        per_radiance * emitter.radiance.element_sum()
     };
     let each: Vec<f64> = emitters.iter().map(irradiance).collect();
     let sum: f64 = each.iter().sum();
-    let oriented = each.iter().filter(|&&one| one > 0.0).count() as f64;
-    let probability = |one| {
-        if one > 0.0 {
-            (1.0 - UNIFORM_FRACTION) * one / sum + UNIFORM_FRACTION / oriented
+    let contributing = each.iter().filter(|&&incident| incident > 0.0).count() as f64;
+    let probability = |incident| {
+        if incident > 0.0 {
+            (1.0 - UNIFORM_FRACTION) * incident / sum + UNIFORM_FRACTION / contributing
         } else {
             0.0
         }
@@ -205,9 +205,9 @@ struct Found {
 
 /// Samples a path to a random point of a random light and takes both weights from estimates; `None`
 /// if the point is not visible from the floor.
-fn one(
+fn weights_of_path(
     scene: &Scene,
-    sides: &Sides,
+    tracers: &Tracers,
     heuristic: Heuristic,
     lights: LightSampling,
     rng: &mut Stream,
@@ -234,34 +234,35 @@ fn one(
         SurfacePoint::new(point.point, point.normal),
         false,
     );
-    let towards = (point.point - first.point).normalize();
-    if !free || towards.z < 1e-3 || towards.dot(point.normal) > -1e-3 {
+    let wi = (point.point - first.point).normalize();
+    if !free || wi.z < 1e-3 || wi.dot(point.normal) > -1e-3 {
         return None;
     }
-    let local = Frame::new(first.normal).local(towards);
+    let local = Frame::new(first.normal).local(wi);
     let onward = cosine_hemisphere_inverse(local);
     // Numbers follow in this order: the light's, the direction's, the roulette's. `ENDS` ends the
     // path, 0 does not.
     let direction = |roulette: f64| [onward[0], onward[1], roulette];
     let shadow = [pick, random[0], random[1]];
     const ENDS: f64 = 0.999;
-    let estimate = |side: &Side, strategy, numbers: &[f64]| {
-        let path = Path::new(side.parts, strategy);
+    let estimate = |tracer: &Tracer, strategy, numbers: &[f64]| {
+        let path = Path::new(tracer.parts, strategy);
         Path {
-            lights: (side.lights)(lights),
-            heuristic: (side.heuristic)(heuristic),
+            lights: (tracer.lights)(lights),
+            heuristic: (tracer.heuristic)(heuristic),
             ..path
         }
         .radiance(scene, &ray, Some(first), &mut Scripted(numbers.iter()))
         .x - scene.emitted(&first, ray.direction).x
     };
     let both = |roulette| [shadow, direction(roulette)].concat();
-    let shadows = |strategy| estimate(&sides.shadows, strategy, &both(ENDS));
+    let shadows = |strategy| estimate(&tracers.shadows, strategy, &both(ENDS));
     let hits = |strategy| {
-        estimate(&sides.hits, strategy, &both(0.0)) - estimate(&sides.hits, strategy, &both(ENDS))
+        estimate(&tracers.hits, strategy, &both(0.0))
+            - estimate(&tracers.hits, strategy, &both(ENDS))
     };
     Some(Found {
-        hit: hits(Strategy::Mis) / estimate(&sides.hits, Strategy::Bsdf, &direction(0.0)),
+        hit: hits(Strategy::Mis) / estimate(&tracers.hits, Strategy::Bsdf, &direction(0.0)),
         shadow: shadows(Strategy::Mis) / shadows(Strategy::Light),
         bsdf: local.z * FRAC_1_PI,
         light: density(
@@ -274,7 +275,7 @@ fn one(
     })
 }
 
-const WAYS: [LightSampling; 4] = [
+const LIGHT_SAMPLINGS: [LightSampling; 4] = [
     LightSampling::Area,
     LightSampling::SolidAngle,
     LightSampling::ByShape,
@@ -286,15 +287,19 @@ const PATHS: u64 = 4000;
 /// weight of at most half the cosine by 5·10⁻⁹.
 const TOLERANCE: f64 = 1e-8;
 
-fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
+fn weights(context: &Context, scene: &Scene, tracers: &Tracers) -> Vec<Outcome> {
     let mut rng = context.rng("paths");
-    let (mut sum, mut hits, mut shadows) =
-        (Largest::default(), Largest::default(), Largest::default());
+    let (mut sum, mut hits, mut shadows) = (
+        LargestError::default(),
+        LargestError::default(),
+        LargestError::default(),
+    );
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
-        for lights in WAYS {
+        for lights in LIGHT_SAMPLINGS {
             let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
             for _ in 0..PATHS {
-                let Some(found) = one(scene, sides, heuristic, lights, &mut rng) else {
+                let Some(found) = weights_of_path(scene, tracers, heuristic, lights, &mut rng)
+                else {
                     continue;
                 };
                 let ratio = found.light / found.bsdf;
@@ -302,21 +307,22 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
                 let power = if heuristic == Heuristic::Power { 2 } else { 1 };
                 let known = 1.0 / (1.0 + ratio.powi(power));
                 let place = || format!("{heuristic:?}, {lights:?}, light over BSDF {ratio:.4}");
-                sum.see((found.hit + found.shadow - 1.0).abs(), place);
-                hits.see((found.hit - known).abs(), place);
-                shadows.see((found.shadow - (1.0 - known)).abs(), place);
+                sum.update((found.hit + found.shadow - 1.0).abs(), place);
+                hits.update((found.hit - known).abs(), place);
+                shadows.update((found.shadow - (1.0 - known)).abs(), place);
             }
             // Weights near a half would prove nothing.
             if least > 1.0 / 3.0 || most < 3.0 {
-                sum.see(1.0, || {
+                sum.update(1.0, || {
                     format!("{heuristic:?}, {lights:?}: ratios only from {least:.3} to {most:.3}")
                 });
             }
         }
     }
-    let n = 2 * WAYS.len() as u64 * PATHS;
-    let exact =
-        |name, largest: Largest| Outcome::exact(name, n, largest.error, TOLERANCE, largest.place);
+    let n = 2 * LIGHT_SAMPLINGS.len() as u64 * PATHS;
+    let exact = |name, largest: LargestError| {
+        Outcome::exact(name, n, largest.error, TOLERANCE, largest.place)
+    };
     vec![
         exact("weight of a hit", hits),
         exact("weight of a shadow ray", shadows),
@@ -327,27 +333,27 @@ fn weights(context: &Context, scene: &Scene, sides: &Sides) -> Vec<Outcome> {
 /// Trial and faults of the path tracer's MIS weights.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = lights();
-    let on = move |context: &Context, sides: Sides| weights(context, &scene, &sides);
-    let hits = |side| Sides {
-        hits: side,
-        ..SIDES
+    let on = move |context: &Context, tracers: Tracers| weights(context, &scene, &tracers);
+    let hits = |tracer| Tracers {
+        hits: tracer,
+        ..TRACERS
     };
-    let shadows = |side| Sides {
-        shadows: side,
-        ..SIDES
+    let shadows = |tracer| Tracers {
+        shadows: tracer,
+        ..TRACERS
     };
-    let both = |side| Sides {
-        hits: side,
-        shadows: side,
+    let both = |tracer| Tracers {
+        hits: tracer,
+        shadows: tracer,
     };
-    let with = |parts| Side { parts, ..SIDE };
+    let with = |parts| Tracer { parts, ..TRACER };
     let other = |lights| match lights {
         LightSampling::Area => LightSampling::SolidAngle,
         _ => LightSampling::Area,
     };
-    let balance = Side {
+    let balance = Tracer {
         heuristic: |_| Heuristic::Balance,
-        ..SIDE
+        ..TRACER
     };
     const BY_HIT: &str = "irradiance/path-weights: weight of a hit | sum of both";
     const BY_SHADOW: &str = "irradiance/path-weights: weight of a shadow ray | sum of both";
@@ -367,7 +373,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 = shadows(balance), BY_SHADOW),
             fault!("density-of-the-other-light-sampling", SOLID_ANGLE,
                 "hits are weighted by area where shadow rays pick by solid angle, and the reverse",
-                = hits(Side { lights: other, ..SIDE }), BY_HIT),
+                = hits(Tracer { lights: other, ..TRACER }), BY_HIT),
             fault!("number-of-lights-forgotten", MIS,
                 "the density of a shadow ray ignores at a hit that one of six lights was picked",
                 = hits(with(PartTable { pdf_of_pick: |pdf, _| pdf, ..CORRECT })), BY_HIT),
@@ -393,6 +399,6 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "a shadow ray is weighted by the uniform density of directions, not the cosine's",
                 = shadows(with(PartTable { cosine_hemisphere_pdf: |_| 0.5 * FRAC_1_PI, ..CORRECT })), BY_SHADOW),
         ],
-        ..Family::whole("path weights", SIDES)
+        ..Family::whole("path weights", TRACERS)
     })]
 }

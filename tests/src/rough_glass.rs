@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
 use whitefurnace::harness::domain::MASS_TOLERANCE;
-use whitefurnace::harness::pointwise::{Largest, POINTWISE, relative, uniform3};
+use whitefurnace::harness::pointwise::{LargestError, POINTWISE_TOLERANCE, relative, uniform3};
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::fresnel::{mirror, reflectance, refract};
@@ -15,11 +15,11 @@ use whitefurnace::material::rough_glass::{RoughGlass, refracting, smith_g2_trans
 use whitefurnace::math::frame::from_spherical;
 use whitefurnace::sampling::warp::uniform_hemisphere;
 
+use crate::environment_map::sky;
 use crate::ggx::lambda;
 use crate::glass::INDEX;
 use crate::prelude::*;
 use crate::scenes::{LIGHT, floor, hollow, light, scene, towards_origin};
-use crate::sky::sky;
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
@@ -189,7 +189,7 @@ fn above(rng: &mut Stream) -> DVec3 {
 /// on one side.
 fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("pairs");
-    let mut largest = [Largest::default(), Largest::default()];
+    let mut largest = [LargestError::default(), LargestError::default()];
     for _ in 0..context.arguments(PAIRS) {
         let (wo, wi) = (above(&mut rng), above(&mut rng));
         let back = flipped(wi);
@@ -210,13 +210,13 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
                 .zip(pairs)
                 .take(if critical { 1 } else { 2 })
         {
-            largest.see(relative(there, back), || {
+            largest.update(relative(there, back), || {
                 format!("f = {there} and {back} with wo = {wo}, wi = {wi}")
             });
         }
     }
-    let outcome = |(name, found): (&str, Largest)| {
-        Outcome::exact(name, PAIRS, found.error, POINTWISE, found.place)
+    let outcome = |(name, found): (&str, LargestError)| {
+        Outcome::exact(name, PAIRS, found.error, POINTWISE_TOLERANCE, found.place)
     };
     ["reflection", "transmission"]
         .into_iter()
@@ -235,7 +235,7 @@ const SMOOTH_TOLERANCE: f64 = 1e-4;
 /// weight is 1.
 fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
     let mut rng = context.rng("directions");
-    let [mut direction, mut weight] = [(); 2].map(|()| Largest::default());
+    let [mut direction, mut weight] = [(); 2].map(|()| LargestError::default());
     for _ in 0..context.arguments(PAIRS) {
         let wo = above(&mut rng);
         let [r1, r2, r3] = uniform3(&mut rng);
@@ -262,7 +262,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         // 0.99 leaves out the few microfacets that are steep even at this α.
         let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
         let place = || format!("{found:?} for {expected} from {wo}, {outside}");
-        direction.see(
+        direction.update(
             found.map_or(f64::INFINITY, |wi| wi.distance(expected)),
             place,
         );
@@ -272,7 +272,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
                 (parts.pdf)(&glass, wo, wi),
             )
         };
-        weight.see(found.map_or(f64::INFINITY, error), place);
+        weight.update(found.map_or(f64::INFINITY, error), place);
     }
     vec![
         Outcome::exact(
@@ -348,7 +348,7 @@ fn share(glass: &RoughGlass, cosine: f64, wi: DVec3) -> f64 {
 }
 
 /// The f for which this pdf would be the exact sampling density, but for masking.
-fn of_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
+fn f_from_pdf(glass: &RoughGlass, wo: DVec3, wi: DVec3, pdf: f64) -> f64 {
     if pdf == 0.0 {
         return 0.0;
     }
@@ -409,17 +409,17 @@ fn faults() -> Vec<Fault<RoughGlassParts>> {
         fault!("jacobian-of-the-mirror", ROUGH_GLASS_REFRACTION, "f and pdf with 1/(4 o · m) for refraction, too",
             RoughGlassParts: {
                 pdf: mirror_jacobian,
-                eval: |glass, wo, wi| of_pdf(glass, wo, wi, mirror_jacobian(glass, wo, wi))
+                eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, mirror_jacobian(glass, wo, wi))
             },
             "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 10 degrees | directional albedo at 165 degrees"),
         fault!("index-on-the-wrong-side", ROUGH_GLASS_REFRACTION, "n ω_o + ω_i for the half vector of refraction",
             RoughGlassParts: {
                 pdf: index_on_the_wrong_side,
-                eval: |glass, wo, wi| of_pdf(glass, wo, wi, index_on_the_wrong_side(glass, wo, wi))
+                eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, index_on_the_wrong_side(glass, wo, wi))
             },
             "bsdf/rough-glass: chi-square of samples at 10 degrees | chi-square of samples at 165 degrees", "bsdf/rough-glass: directional albedo at 40 degrees"),
         fault!("half-vector-of-one-sign", ROUGH_GLASS_REFRACTION, "−(ω_o + n ω_i) for the normal, whichever side is denser",
-            RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| of_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
+            RoughGlassParts: { pdf: one_sign, eval: |glass, wo, wi| f_from_pdf(glass, wo, wi, one_sign(glass, wo, wi)) },
             "bsdf/rough-glass: directional albedo at 165 degrees"),
         fault!("fresnel-of-the-surface", ROUGH_GLASS, "F at the surface's normal, not at the microfacet's",
             RoughGlassParts: { eval: |glass, wo, wi| facet(glass, wo, wi).map_or(0.0, |m| {
@@ -508,7 +508,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         floor(s, rough);
         sky(s, [1, 1], vec![DVec3::splat(LIGHT)]);
     });
-    let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
+    let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
     let from_outside: Rays = |_| towards_origin(INCLINATION);
     let from_within: Rays = |_| {
         let Ray {
@@ -525,7 +525,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             from_outside,
         )
         .says("under a sky rough glass loses the light that meets a second microfacet, and no more")
-        .is(seen_from_outside, BOUNCES, 3_000_000),
+        .by_rays(seen_from_outside, BOUNCES, 3_000_000),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,
@@ -536,7 +536,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(
             "from within, directions and shadow rays find the light before and behind rough glass",
         )
-        .is(LIGHT * seen_from_within, IMAGE, 1_400_000),
+        .by_rays(LIGHT * seen_from_within, IMAGE, 1_400_000),
         radiance(
             "sky/rough-glass",
             &ROUGH_GLASS,
@@ -545,7 +545,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             from_outside,
         )
         .says("directions and shadow rays find an environment map before and behind rough glass")
-        .is(LIGHT * seen_from_outside, IMAGE, 350_000),
+        .by_rays(LIGHT * seen_from_outside, IMAGE, 350_000),
     ]
 }
 

@@ -26,7 +26,7 @@ pub struct WalkParts {
     /// Factor of emission, from the survival probability that follows it.
     pub emission: fn(f64) -> f64,
     /// Bounces that a cut path makes beyond `longest`.
-    pub slip: u32,
+    pub extra_bounces: u32,
 }
 
 /// The correct functions.
@@ -35,17 +35,17 @@ pub const CORRECT: WalkParts = WalkParts {
     weight: roulette::weight,
     longest: None,
     emission: |_| 1.0,
-    slip: 0,
+    extra_bounces: 0,
 };
 
 /// Bounces after which a walk is abandoned as endless, a fault of roulette: no correct walk is so
 /// long (0.95^2000 = 3e-45).
-const GIVE_UP: u32 = 2_000;
+const MAX_BOUNCES: u32 = 2_000;
 
 /// Returns one estimate of the furnace's radiance.
 pub fn walk(rng: &mut Stream, parts: WalkParts, albedo: f64, survival: f64) -> f64 {
     let (mut radiance, mut throughput) = ((parts.emission)(survival), 1.0);
-    for _ in 0..parts.longest.unwrap_or(GIVE_UP) {
+    for _ in 0..parts.longest.unwrap_or(MAX_BOUNCES) {
         if !(parts.survives)(uniform(rng), survival) {
             break;
         }
@@ -109,12 +109,12 @@ fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> V
 }
 
 /// Compares the means of paths that are cut after b bounces with (1 − a^(b+1))/(1 − a), for b from
-/// 1 to 12. The path is cut after b + `slip` bounces: 0 is correct.
+/// 1 to 12. The path is cut after b + `extra_bounces` bounces: 0 is correct.
 fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
     let cut = |b: u32| {
         let reference = (1.0 - a.powi(b as i32 + 1)) / (1.0 - a);
         let parts = WalkParts {
-            longest: Some(b + parts.slip),
+            longest: Some(b + parts.extra_bounces),
             ..parts
         };
         let name = format!("{b} bounces");
@@ -243,7 +243,7 @@ fn faults() -> Vec<Fault<WalkParts>> {
             WalkParts: { longest: Some(7) }, "roulette/albedo-0.75/survival-0.75/mean",
             "roulette/albedo-0.75/survival-0.9/mean", "roulette/infinite-variance/law: radiance"),
         fault!("off-by-one", PATH_LENGTH, "a cut path makes one bounce more than said",
-            WalkParts: { slip: 1 }, "roulette/albedo-0.5/cut: 1 bounces", "roulette/albedo-0.75/cut: 1 bounces",
+            WalkParts: { extra_bounces: 1 }, "roulette/albedo-0.5/cut: 1 bounces", "roulette/albedo-0.75/cut: 1 bounces",
             "roulette/albedo-0.9/cut: 1 bounces"),
     ]
 }

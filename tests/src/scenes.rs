@@ -41,7 +41,7 @@ pub fn light(radiance: f64) -> Surface {
 /// Reduces a radiance (or flux) to one number that depends on every channel: the mean of the
 /// channels in units of the colour of the scene's first emitter, white if there is none. Exchanged
 /// or mixed channels raise it.
-pub fn level(scene: &Scene, radiance: DVec3) -> f64 {
+pub fn mean_channel(scene: &Scene, radiance: DVec3) -> f64 {
     let tint = |emitter: &Emitter| emitter.radiance / emitter.radiance.x;
     let tint = scene.emitters().first().map_or(DVec3::ONE, tint);
     (radiance / tint).element_sum() / 3.0
@@ -210,7 +210,7 @@ pub fn three_lights() -> Arc<Scene> {
 
 /// Returns the probabilities with which white lights of these fluxes are picked: one half of the
 /// picks by flux, the other uniformly.
-pub fn shares_of_picks(fluxes: &[f64]) -> Vec<f64> {
+pub fn pick_probabilities(fluxes: &[f64]) -> Vec<f64> {
     let (sum, count) = (fluxes.iter().sum::<f64>(), fluxes.len() as f64);
     fluxes
         .iter()

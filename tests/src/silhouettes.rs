@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use whitefurnace::render::silhouette;
-use whitefurnace::render::silhouette::{MirroredRay, POINTS};
+use whitefurnace::render::silhouette::{MirroredRay, POINTS_PER_SAMPLE};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -14,18 +14,18 @@ use crate::prelude::*;
 #[derive(Clone, Copy)]
 pub struct OutlinePoints {
     /// The points within the pixel, from seed, pixel, replication and sample.
-    pub points: fn(u64, u32, u32, u32) -> [[f64; 2]; POINTS],
+    pub points: fn(u64, u32, u32, u32) -> [[f64; 2]; POINTS_PER_SAMPLE],
     /// The pixel's value, from the radiance of the sample, its own direct emission and that of the
     /// points.
-    pub with_supersampled_emission: fn(DVec3, DVec3, [DVec3; POINTS]) -> DVec3,
+    pub with_supersampled_emission: fn(DVec3, DVec3, [DVec3; POINTS_PER_SAMPLE]) -> DVec3,
     /// The view after the mirrors that the camera ray meets, from the camera's view and the scene.
-    pub in_mirrors: fn(MirroredRay, &Scene) -> MirroredRay,
+    pub follow_mirrors: fn(MirroredRay, &Scene) -> MirroredRay,
 }
 
-const RIGHT: OutlinePoints = OutlinePoints {
+const CORRECT: OutlinePoints = OutlinePoints {
     points: silhouette::points,
     with_supersampled_emission: silhouette::with_supersampled_emission,
-    in_mirrors: MirroredRay::in_mirrors,
+    follow_mirrors: MirroredRay::follow_mirrors,
 };
 
 /// Emitted radiance at a point of the pixel, where three lights are seen, one in each channel: a
@@ -110,7 +110,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
     let path = Path::new(DefaultParts, Strategy::Mis);
     let view = |[x, y]: [f64; 2]| {
         let ray = scene.camera().ray([1, 1], x, y);
-        (subject.in_mirrors)(MirroredRay::new(ray, scene.intersect(&ray)), &scene)
+        (subject.follow_mirrors)(MirroredRay::new(ray, scene.intersect(&ray)), &scene)
     };
     let mean =
         |reflectance: f64| reflectance * (AREA_IN_MIRROR * RADIANCE + (1.0 - AREA_IN_MIRROR));
@@ -134,7 +134,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
 }
 
 /// Replaces a sample's own emission by the sum over the points, divided by `number`.
-fn mean_over(number: f64, radiance: DVec3, shown: [DVec3; POINTS]) -> DVec3 {
+fn mean_over(number: f64, radiance: DVec3, shown: [DVec3; POINTS_PER_SAMPLE]) -> DVec3 {
     radiance + shown.into_iter().sum::<DVec3>() / number
 }
 
@@ -159,35 +159,35 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         ],
         faults: vec![
             fault!("own-kept", RANDOMISATION, "the sample's own direct emission is counted as well",
-                = OutlinePoints { with_supersampled_emission: |radiance, _, shown| mean_over(POINTS as f64, radiance, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, _, shown| mean_over(POINTS_PER_SAMPLE as f64, radiance, shown), ..CORRECT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("by-seven", RANDOMISATION, "the sum over eight points is divided by seven",
-                = OutlinePoints { with_supersampled_emission: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..RIGHT },
+                = OutlinePoints { with_supersampled_emission: |radiance, own, shown| mean_over(7.0, radiance - own, shown), ..CORRECT },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("towards-corner", RANDOMISATION, "the points are not uniform: their coordinates are squared",
                 = OutlinePoints {
                     points: |seed, pixel, replication, index| {
                         silhouette::points(seed, pixel, replication, index).map(|point| point.map(|x| x * x))
                     },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("mirror-without-loss", RANDOMISATION, "a mirror that camera rays follow reflects all light",
                 = OutlinePoints {
-                    in_mirrors: |view, scene| MirroredRay { weight: DVec3::ONE, ..view.in_mirrors(scene) },
-                    ..RIGHT
+                    follow_mirrors: |view, scene| MirroredRay { weight: DVec3::ONE, ..view.follow_mirrors(scene) },
+                    ..CORRECT
                 },
                 "convergence/in-mirrors: red | green"),
             fault!("mirror-passed", RANDOMISATION, "camera rays go straight on behind a mirror",
                 = OutlinePoints {
-                    in_mirrors: |view, scene| {
+                    follow_mirrors: |view, scene| {
                         let (ray, hit) = scene.spawn_and_trace(&view.hit.expect("a mirror"), view.ray.direction);
-                        MirroredRay { ray, hit, ..view.in_mirrors(scene) }
+                        MirroredRay { ray, hit, ..view.follow_mirrors(scene) }
                     },
-                    ..RIGHT
+                    ..CORRECT
                 },
                 "convergence/in-mirrors: red | green | blue"),
         ],
-        ..Family::new("outlines", RIGHT)
+        ..Family::new("outlines", CORRECT)
     })]
 }

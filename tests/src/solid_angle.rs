@@ -159,7 +159,7 @@ fn seen(context: &Context, subject: Sample, shape: &Shape) -> Vec<Outcome> {
     }
     let places =
         (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
-    let partition = Partition::of_masses(masses(shape), places.collect());
+    let partition = Partition::from_masses(masses(shape), places.collect());
     let claim = Claim::Exact {
         delta: DELTA * expected,
     };

@@ -67,13 +67,13 @@ fn with_mirrors() -> Arc<Scene> {
 pub(super) fn add_lens(s: &mut SceneBuilder) {
     square(s, DVec3::ZERO, 1e-3, true, Surface::new(lambert(FLOOR)));
     ball(s, lens(), Surface::new(GLASS));
-    let zone = [ABOVE * CAP.cos(), f64::INFINITY];
+    let zone = [CAP_DISTANCE * CAP_HALF_ANGLE.cos(), f64::INFINITY];
     ball(
         s,
         Sphere {
             zone,
             inward: true,
-            ..Sphere::new(lens().centre, ABOVE)
+            ..Sphere::new(lens().centre, CAP_DISTANCE)
         },
         light(LIGHT),
     );
@@ -81,14 +81,14 @@ pub(super) fn add_lens(s: &mut SceneBuilder) {
 
 /// The ball of [`add_lens`].
 pub(super) fn lens() -> Sphere {
-    Sphere::new(DVec3::new(0.0, 0.0, BELOW), 1.0)
+    Sphere::new(DVec3::new(0.0, 0.0, PATCH_DISTANCE), 1.0)
 }
 
 /// Distance of the patch below the ball's centre, distance of the cap above it, and half angle of
 /// the cap.
-const BELOW: f64 = 1.3;
-const ABOVE: f64 = 2.0;
-const CAP: f64 = 0.4;
+const PATCH_DISTANCE: f64 = 1.3;
+const CAP_DISTANCE: f64 = 2.0;
+const CAP_HALF_ANGLE: f64 = 0.4;
 
 /// Irradiance of the patch, divided by π and by the radiance of the cap: the sum over angles of
 /// incidence at the ball, and over these numbers of reflections within it, of the light that
@@ -101,15 +101,23 @@ fn through_lens(reflections: Range<i32>) -> f64 {
         let (sin, cos) = alpha.sin_cos();
         let reflected = reflectance(cos, 1.0, INDEX);
         let within = (sin / INDEX).asin();
-        let turned = 2.0 * alpha - 2.0 * within - (sin / BELOW).asin() - (sin / ABOVE).asin();
+        let turned = 2.0 * alpha
+            - 2.0 * within
+            - (sin / PATCH_DISTANCE).asin()
+            - (sin / CAP_DISTANCE).asin();
         let arrives = |reflections: i32| {
             let angle = turned + f64::from(reflections) * (PI - 2.0 * within);
             let from_top = (angle + PI).rem_euclid(TAU) - PI;
             let passed = (1.0 - reflected).powi(2) * reflected.powi(reflections);
-            if from_top.abs() <= CAP { passed } else { 0.0 }
+            if from_top.abs() <= CAP_HALF_ANGLE {
+                passed
+            } else {
+                0.0
+            }
         };
         // sin ψ d(sin ψ), where sin ψ = sin α / BELOW.
-        reflections.clone().map(arrives).sum::<f64>() * sin * cos / (BELOW * BELOW)
+        reflections.clone().map(arrives).sum::<f64>() * sin * cos
+            / (PATCH_DISTANCE * PATCH_DISTANCE)
     };
     2.0 * (0..STEPS).map(arriving).sum::<f64>() * FRAC_PI_2 / f64::from(STEPS)
 }
@@ -121,7 +129,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, scene, kind, ray)
             .says(property)
-            .is(level, BOUNCES, samples)
+            .by_rays(level, BOUNCES, samples)
     };
     let (glass, mirrors, lens) = (
         with_glass(),
@@ -141,18 +149,18 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         .says(format!(
             "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
         ))
-        .by_points(lit, BOUNCES, 140_000),
+        .by_scrambles(lit, BOUNCES, 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
             &lens,
-            EstimatorKind::PathWithin(4),
+            EstimatorKind::PathWithMaxSegments(4),
             near_origin,
         )
         .says(format!(
             "without reflections within the ball of glass the patch reflects {straight:.6}"
         ))
-        .by_points(straight, BOUNCES, 140_000),
+        .by_scrambles(straight, BOUNCES, 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "balls of glass",
@@ -188,20 +196,20 @@ pub fn faults() -> Vec<Fault<EstimatorSubject>> {
             { connection: |_, number, connection| (number > 0).then_some(connection) },
             "furnace/by-bodies/glass", "furnace/by-bodies/mirrors", "irradiance/after-mirror/by-bodies"),
         fault!("enters-and-stays", FRESNEL, "light is weakened where it enters a ball of glass, but not where it leaves",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
-                (if body.kind == CasterKind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
+                (if caster.kind == CasterKind::Refraction { DVec3::splat(passed.x.sqrt()) } else { passed }, chance)
             } },
             "irradiance/by-bodies/lens"),
         fault!("glint-of-a-mirror", FRESNEL, "a ball of glass reflects as a mirror does",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
-                (if body.kind == CasterKind::Reflection { DVec3::ONE } else { passed }, chance)
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
+                (if caster.kind == CasterKind::Reflection { DVec3::ONE } else { passed }, chance)
             } },
             "furnace/by-bodies/glass"),
         fault!("mirror-twice", RENDERING, "specular connections are multiplied by the body's reflectance or transmittance twice",
-            { caster_throughput: |body, cosine| {
-                let (passed, chance) = DefaultParts.caster_throughput(body, cosine);
+            { caster_throughput: |caster, cosine| {
+                let (passed, chance) = DefaultParts.caster_throughput(caster, cosine);
                 (passed * passed, chance)
             } },
             "irradiance/after-mirror/by-bodies", "irradiance/by-bodies/lens"),

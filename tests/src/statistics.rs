@@ -9,7 +9,6 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
 use whitefurnace::harness::outcome::{ALPHA, Verdict};
 use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 
 use crate::prelude::*;
 
@@ -18,9 +17,9 @@ pub const N: u64 = 4000;
 /// Cells of the chi-square test; the effect makes the first heavier and the others evenly lighter.
 const CELLS: usize = 4;
 /// Probability under the binomial test's hypothesis.
-const SHARE: f64 = 0.3;
+const PROBABILITY: f64 = 0.3;
 /// Mean under the Poisson test's hypothesis.
-const EVENTS: f64 = 30.0;
+const POISSON_MEAN: f64 = 30.0;
 
 const ANY: Claim = Claim::Exact { delta: 1.0 };
 
@@ -124,7 +123,7 @@ pub fn continuous() -> [Statistic; 6] {
                 let places = (0..CELLS).map(|i| format!("cell {i}")).collect();
                 chi_square(
                     "cells",
-                    &Partition::of_masses(vec![1.0 / CELLS as f64; CELLS], places),
+                    &Partition::from_masses(vec![1.0 / CELLS as f64; CELLS], places),
                     &counts,
                     1.0,
                 )
@@ -133,14 +132,15 @@ pub fn continuous() -> [Statistic; 6] {
             sensitivity: |_| Sensitivity::Cells {
                 dof: CELLS as f64 - 1.0,
                 n: N as f64,
-                least: 1.0 / CELLS as f64,
+                min_probability: 1.0 / CELLS as f64,
                 tests: 1,
             },
         },
         Statistic {
             name: "Kolmogorov-Smirnov",
             run: |rng, effect| {
-                let mut values: Vec<f64> = (0..N).map(|_| bent(uniform(rng), effect)).collect();
+                let mut values: Vec<f64> =
+                    (0..N).map(|_| two_step_law(uniform(rng), effect)).collect();
                 kolmogorov_smirnov("law", &mut values, |x| x.clamp(0.0, 1.0), 1.0)
             },
             unit: 1.0 / (N as f64).sqrt(),
@@ -162,36 +162,38 @@ pub fn continuous() -> [Statistic; 6] {
 }
 
 /// The binomial test of a share.
-fn shares() -> Statistic {
+fn binomial_test() -> Statistic {
     Statistic {
         name: "binomial",
         run: |rng, effect| {
-            let k = (0..N).filter(|_| uniform(rng) < SHARE + effect).count() as u64;
-            binomial("share", k, N, SHARE, 1.0)
+            let k = (0..N)
+                .filter(|_| uniform(rng) < PROBABILITY + effect)
+                .count() as u64;
+            binomial("share", k, N, PROBABILITY, 1.0)
         },
-        unit: (SHARE * (1.0 - SHARE) / N as f64).sqrt(),
+        unit: (PROBABILITY * (1.0 - PROBABILITY) / N as f64).sqrt(),
         sensitivity: |_| Sensitivity::Binomial {
             n: N,
-            probability: SHARE,
+            probability: PROBABILITY,
         },
     }
 }
 
-fn events() -> Statistic {
+fn poisson_test() -> Statistic {
     Statistic {
         name: "Poisson",
         run: |rng, effect| {
             // A positive mean is legal; NaN would fail instead of being rejected by mistake.
-            let count = Poisson::new(EVENTS + effect).map_or(f64::NAN, |law| law.sample(rng));
-            poisson("events", count as u64, N, EVENTS, 1.0)
+            let count = Poisson::new(POISSON_MEAN + effect).map_or(f64::NAN, |law| law.sample(rng));
+            poisson("events", count as u64, N, POISSON_MEAN, 1.0)
         },
-        unit: EVENTS.sqrt(),
-        sensitivity: |_| Sensitivity::Poisson { mean: EVENTS },
+        unit: POISSON_MEAN.sqrt(),
+        sensitivity: |_| Sensitivity::Poisson { mean: POISSON_MEAN },
     }
 }
 
 /// The empirical Bernstein test of values in [0, 1].
-fn bounded() -> Statistic {
+fn bernstein_test() -> Statistic {
     Statistic {
         name: "empirical Bernstein",
         run: |rng, effect| {
@@ -214,16 +216,16 @@ pub fn with_power() -> Vec<Statistic> {
         t,
         welch,
         ratio,
-        bounded(),
+        bernstein_test(),
         cells,
         distance,
-        shares(),
-        events(),
+        binomial_test(),
+        poisson_test(),
     ]
 }
 
 /// An event with a promised upper bound of its probability.
-pub struct Promise {
+pub struct ErrorRateBound {
     /// The event that must be rare.
     pub name: &'static str,
     /// Upper bound of its probability.
@@ -232,8 +234,8 @@ pub struct Promise {
     pub happened: fn(&mut Stream) -> bool,
 }
 
-fn promise(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> Promise {
-    Promise {
+fn bound(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> ErrorRateBound {
+    ErrorRateBound {
         name,
         rate,
         happened,
@@ -243,29 +245,17 @@ fn promise(name: &'static str, rate: f64, happened: fn(&mut Stream) -> bool) -> 
 /// Level at which promises are checked.
 pub const LEVEL: f64 = 0.05;
 
-/// One-sided, discrete, sequential and equivalence statistics, which promise a bound.
-pub fn promises() -> [Promise; 6] {
+/// One-sided, discrete and equivalence statistics, of which only a bound of the error rate is
+/// stated.
+pub fn error_rate_bounds() -> [ErrorRateBound; 3] {
     [
-        promise("empirical Bernstein rejects a true mean", LEVEL, |rng| {
+        bound("empirical Bernstein rejects a true mean", LEVEL, |rng| {
             bounded_mean("b", &uniforms(rng, 500, 0.0), 0.5, [0.0, 1.0], ANY).p < LEVEL
         }),
-        promise("binomial test rejects a true share", LEVEL, |rng| {
-            (shares().run)(rng, 0.0).p < LEVEL
+        bound("binomial test rejects a true share", LEVEL, |rng| {
+            (binomial_test().run)(rng, 0.0).p < LEVEL
         }),
-        promise("confidence sequence ever excludes the mean", LEVEL, |rng| {
-            let mut sequence = ConfidenceSequence::new(LEVEL, [0.0, 1.0]);
-            (0..1000).any(|_| {
-                sequence.push(uniform(rng));
-                sequence.decide(0.5, 0.0) == Decision::Alternative
-            })
-        }),
-        promise("SPRT rejects a true hypothesis", LEVEL, |rng| {
-            sprt(rng, 0.5) == Decision::Alternative
-        }),
-        promise("SPRT accepts a false hypothesis", LEVEL, |rng| {
-            sprt(rng, 0.6) == Decision::Null
-        }),
-        promise("equivalence concluded at the very margin", ALPHA, |rng| {
+        bound("equivalence concluded at the very margin", ALPHA, |rng| {
             mean(
                 "e",
                 &uniforms(rng, N, 0.0),
@@ -282,16 +272,10 @@ fn uniforms(rng: &mut Stream, n: u64, shift: f64) -> Values {
     Values::collect(0.5, n, || uniform(rng) + shift)
 }
 
-fn sprt(rng: &mut Stream, truth: f64) -> Decision {
-    let mut test = Sprt::new(LEVEL, LEVEL);
-    while test.bernoulli(uniform(rng) < truth, 0.5, 0.6) == Decision::Continue {}
-    test.decision()
-}
-
 /// Maps a uniform number to a distribution that is uniform on either half of [0, 1] and has
 /// probability 1/2 + effect in the lower: its distribution function is farthest off at the middle
 /// alone.
-fn bent(u: f64, effect: f64) -> f64 {
+fn two_step_law(u: f64, effect: f64) -> f64 {
     let lower = 0.5 + effect;
     if u < lower {
         0.5 * u / lower

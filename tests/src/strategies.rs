@@ -15,14 +15,14 @@ use crate::irradiance::{Light, Weights, lit, reflected, three};
 use crate::mean_radiance::Draws;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, level, light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, light, mean_channel,
     near_light, origin_from, panel, polygon_irradiance, rectangle_light, scene, sphere_irradiance,
     sphere_light, square, three_lights, triangle, triangle_light,
 };
 
 /// Returns a path tracer with a strategy, a light sampling and the balance heuristic.
 pub const fn by(strategy: Strategy, lights: LightSampling) -> EstimatorKind {
-    EstimatorKind::PathBy(strategy, lights, Heuristic::Balance)
+    EstimatorKind::PathWith(strategy, lights, Heuristic::Balance)
 }
 
 const BSDF: EstimatorKind = by(Strategy::Bsdf, LightSampling::Area);
@@ -335,7 +335,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
             .says(property)
-            .by_points(reference, SINGLE, scrambles)
+            .by_scrambles(reference, SINGLE, scrambles)
     };
     vec![
         family_trial(
@@ -371,12 +371,12 @@ impl Property for SameMean {
         let [balance, power] = [Heuristic::Balance, Heuristic::Power].map(|heuristic| {
             let probe = Probe {
                 scene: Arc::clone(&self.scene),
-                kind: EstimatorKind::PathBy(Strategy::Mis, LightSampling::SolidAngle, heuristic),
+                kind: EstimatorKind::PathWith(Strategy::Mis, LightSampling::SolidAngle, heuristic),
                 ray: near_origin,
             };
             let mut radiance = probe.radiances(setup, context.seed_of(&format!("{heuristic:?}")));
             Values::collect(reference, context.n(self.samples), || {
-                level(&self.scene, radiance())
+                mean_channel(&self.scene, radiance())
             })
         });
         let claim = Claim::Exact {

@@ -9,8 +9,8 @@ use crate::prelude::*;
 /// Returns a number of [0, 1) from (seed, pixel, sample, draw).
 pub type Numbers = fn(u64, u32, u32, u32) -> f64;
 
-const DISTINCT: u64 = 1_000_000;
-const GAPS: u64 = 4_000_000;
+const DISTINCT_STREAMS: u64 = 1_000_000;
+const GAP_SAMPLES: u64 = 4_000_000;
 const PAIRS: u64 = 12_000_000;
 /// δ of correlations.
 const CORRELATION_DELTA: f64 = 0.005;
@@ -37,7 +37,7 @@ fn equal_pairs(n: u64, bits: i32) -> f64 {
 /// Tests that first numbers of different pixels are distinct.
 pub fn distinct(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("distinct");
-    let pixels = 0..context.n(DISTINCT);
+    let pixels = 0..context.n(DISTINCT_STREAMS);
     vec![collisions(pixels.map(|i| numbers(seed, i as u32, 0, 0)))]
 }
 
@@ -60,7 +60,7 @@ pub fn collisions(numbers: impl Iterator<Item = f64>) -> Outcome {
 /// or more with probabilities 1/2, 1/4, 1/8, 1/8.
 pub fn gaps(context: &Context, numbers: Numbers) -> Vec<Outcome> {
     let seed = context.seed_of("gaps");
-    let n = context.n(GAPS);
+    let n = context.n(GAP_SAMPLES);
     let mut observed = vec![0; 4];
     let mut length = 0;
     let mut found = 0;
@@ -168,7 +168,7 @@ pub fn frequencies(
     let places = (0..masses.len()).map(place).collect();
     chi_square(
         name,
-        &Partition::of_masses(masses, places),
+        &Partition::from_masses(masses, places),
         counts,
         CELL_DELTA,
     )
@@ -195,7 +195,7 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Numbers>> {
-    let own = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
+    let family_trial = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
         let subject = "sampling::rng::stream, sampling::rng::uniform";
         trial(
             format!("streams/{name}"),
@@ -206,19 +206,19 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
         )
     };
     vec![
-        own(
+        family_trial(
             "distinct",
             "numbers of different pixels are distinct: 53 random bits",
             "Poisson",
             distinct,
         ),
-        own(
+        family_trial(
             "gaps",
             "gaps between visits of [0, 1/2) are geometric",
             "chi-square",
             gaps,
         ),
-        own(
+        family_trial(
             "neighbours",
             "neighbouring pixels, samples and draws are independent",
             "chi-square and t",

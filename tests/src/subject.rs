@@ -214,14 +214,14 @@ pub enum EstimatorKind {
     Path,
     /// [`Path`] by BSDF sampling alone, with the relaxed roulette at the first [`RR_DEPTH`] hits of
     /// the program `render`.
-    PathEarly,
+    PathWithRrDepth,
     /// [`Path`] with another strategy, light sampling and heuristic for direct light.
-    PathBy(Strategy, LightSampling, Heuristic),
+    PathWith(Strategy, LightSampling, Heuristic),
     /// [`Path`] with specular next-event estimation.
     PathSpecularNee(Heuristic),
     /// [`Path`] with specular next-event estimation, the balance heuristic and at most this many
     /// segments, which is one more than its bounces.
-    PathWithin(u32),
+    PathWithMaxSegments(u32),
     /// [`Report`] with one sample ray and at most this many segments.
     Report(u32),
     /// [`Whitted`] with at most this many segments.
@@ -245,7 +245,7 @@ impl EstimatorKind {
         let path = |strategy| Path::new(parts, strategy);
         match self {
             Self::Path => path(Strategy::Mis).radiances(scene, samples),
-            Self::PathBy(strategy, lights, heuristic) => Path {
+            Self::PathWith(strategy, lights, heuristic) => Path {
                 lights,
                 heuristic,
                 ..path(strategy)
@@ -257,7 +257,7 @@ impl EstimatorKind {
                 ..path(Strategy::Mis)
             }
             .radiances(scene, samples),
-            Self::PathWithin(segments) => {
+            Self::PathWithMaxSegments(segments) => {
                 let bounces = Some(setup.segments.unwrap_or(segments) - 1);
                 Path {
                     specular_nee: true,
@@ -266,7 +266,7 @@ impl EstimatorKind {
                 }
                 .radiances(scene, samples)
             }
-            Self::PathEarly => Path {
+            Self::PathWithRrDepth => Path {
                 rr_depth: RR_DEPTH,
                 ..path(Strategy::Bsdf)
             }

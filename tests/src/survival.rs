@@ -35,14 +35,14 @@ const COLOURS: [DVec3; 2] = [DVec3::new(1.0, 0.4, 0.0), DVec3::new(0.2, 0.8, 0.6
 const RR_DEPTH: u32 = 2;
 
 /// Hits after which a walk is abandoned as endless, which is a fault.
-const GIVE_UP: u32 = 2_000;
+const MAX_BOUNCES: u32 = 2_000;
 
 /// Returns the radiance of a walk between surfaces that emit 1, the throughput handled as by
 /// [`whitefurnace::integrator::Path`]. Calls `see` at every decision with the throughput before it,
 /// the highest survival allowed, the survival, and the throughput of a survivor.
 fn walk(rng: &mut Stream, policy: Policy, mut see: impl FnMut(DVec3, f64, f64, DVec3)) -> DVec3 {
     let (mut radiance, mut throughput) = (DVec3::ONE, DVec3::ONE);
-    for hit in 0..GIVE_UP {
+    for hit in 0..MAX_BOUNCES {
         let early = hit < RR_DEPTH;
         let before = throughput * COLOURS[usize::from(uniform(rng) < 0.5)];
         let survival = (policy.survival)(before, early);
@@ -169,7 +169,7 @@ const PATHS: u64 = 3_700_000;
 
 /// Policies that must give the same mean as [`roulette::by_throughput`] in the cavity, with their
 /// numbers of paths: a constant, and the report's 1 − α, where the walls absorb α = 1 − ρ.
-const OTHERS: [(&str, Survival, u64); 2] = [
+const OTHER_POLICIES: [(&str, Survival, u64); 2] = [
     ("survival 0.9", |_, _| 0.9, 780_000),
     (
         "survival 1 − α",
@@ -182,13 +182,13 @@ const OTHERS: [(&str, Survival, u64); 2] = [
 /// the subject's components.
 fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec<Outcome> {
     let reference = off_cap_radiance(RHO, Cap::Black);
-    let own = STANDARD.with(DefaultParts);
-    let mut radiance = probe.radiances(own, context.seed_of("survival by throughput"));
-    let own = Values::collect(reference, context.n(PATHS), || radiance().x);
+    let by_throughput = STANDARD.with(DefaultParts);
+    let mut radiance = probe.radiances(by_throughput, context.seed_of("survival by throughput"));
+    let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Exact {
         delta: BOUNCES * reference,
     };
-    OTHERS
+    OTHER_POLICIES
         .iter()
         .map(|&(name, survival_by_throughput, paths)| {
             let setup = subject.with(PartTable {
@@ -197,7 +197,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
             });
             let mut radiance = probe.radiances(setup, context.seed_of(name));
             let other = Values::collect(reference, context.n(paths), || radiance().x);
-            welch(name, &own, &other, claim)
+            welch(name, &by_throughput, &other, claim)
         })
         .collect()
 }

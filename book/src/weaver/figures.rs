@@ -1,12 +1,12 @@
 //! Figures: their pictures, captions, numbers and sources.
 
-use super::{CurrentPage, Weaver, replace};
+use super::{BookBuilder, CurrentPage, replace};
 use crate::links::to_root;
 use crate::mathml::escape;
 use crate::results::ExperimentResult;
 use crate::{directives, scan};
 
-impl<'a> Weaver<'a> {
+impl<'a> BookBuilder<'a> {
     pub(super) fn figure(
         &mut self,
         current: &mut CurrentPage<'_>,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use book::{Error, Options, weave};
+use book::{Error, Options, build};
 use tempfile::TempDir;
 
 mod real;
@@ -47,8 +47,8 @@ impl Small {
         fs::write(path, text).expect("file");
     }
 
-    fn weave(&self) -> Result<PathBuf, Error> {
-        weave(&Options {
+    fn build(&self) -> Result<PathBuf, Error> {
+        build(&Options {
             book: self.path("book"),
             sources: self.folder.path().to_owned(),
             results: self.path("recorded"),
@@ -59,7 +59,7 @@ impl Small {
 
     /// Returns the page's HTML.
     fn html(&self) -> String {
-        self.weave().expect("this book is sound");
+        self.build().expect("this book is sound");
         fs::read_to_string(self.path("out/page.html")).expect("the page")
     }
 
@@ -74,7 +74,7 @@ impl Small {
 
     /// Asserts that the message has all of these parts, and returns it.
     fn says(&self, parts: &[&str]) -> String {
-        let message = self.weave().expect_err("this book is faulty").to_string();
+        let message = self.build().expect_err("this book is faulty").to_string();
         for part in parts {
             assert!(message.contains(part), "no {part:?} in: {message}");
         }
@@ -240,7 +240,7 @@ fn every_fault_of_a_book_is_told_at_once() {
 fn a_folder_of_something_else_is_not_emptied() {
     let book = Small::new("# Page\n");
     book.write("out/precious.txt", "x");
-    assert!(matches!(book.weave(), Err(Error::Occupied(_))));
+    assert!(matches!(book.build(), Err(Error::Occupied(_))));
     assert!(book.path("out/precious.txt").exists());
 }
 
@@ -316,7 +316,7 @@ fn with_run(record: &str, run: &str) -> Small {
 /// Returns the page that compares the run with the record.
 fn run_page(record: &str, run: &str) -> String {
     let book = with_run(record, run);
-    book.weave().expect("this book is sound");
+    book.build().expect("this book is sound");
     fs::read_to_string(book.path("out/run.html")).expect("the page of the run")
 }
 

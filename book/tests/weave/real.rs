@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use book::{Options, check, weave};
+use book::{Options, build, check};
 
 #[test]
 fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let bytes = |name: &str| {
         let out = folder.path().join(name);
-        let first = weave(&Options {
+        let first = build(&Options {
             out: out.clone(),
             ..Options::default()
         });

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use experiments::render::unfinished::{Part, Unfinished, difference};
+use experiments::print_line;
+use experiments::render::unfinished::{Checkpoint, ReplicationRange, difference};
 use experiments::run::cli::{self, Ending};
-use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 
@@ -48,12 +48,12 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     let Some(first) = paths.next() else {
         return Ok(Ending::Done);
     };
-    let mut whole = Unfinished::read(first)?;
-    let mut read: Vec<(&Path, Part)> = Vec::new();
+    let mut whole = Checkpoint::read(first)?;
+    let mut read: Vec<(&Path, ReplicationRange)> = Vec::new();
     add(&mut read, first, &whole)?;
     for path in paths {
-        let part = Unfinished::read(path)?;
-        let total = (whole.part.of != part.part.of)
+        let part = Checkpoint::read(path)?;
+        let total = (whole.part.total != part.part.total)
             .then(|| format!("{} there, {} here", part.part, whole.part));
         if let Some(difference) = difference(&part.job, &whole.job).or(total) {
             return refuse(format!(
@@ -67,17 +67,17 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
     }
     read.sort_by_key(|(_, part)| part.range.start);
     let mut end = 0;
-    for (_, Part { range, .. }) in read.iter().chain([&(
+    for (_, ReplicationRange { range, .. }) in read.iter().chain([&(
         first.as_path(),
-        Part {
-            range: whole.part.of..0,
-            of: 0,
+        ReplicationRange {
+            range: whole.part.total..0,
+            total: 0,
         },
     )]) {
         if range.start > end {
             return refuse(format!(
                 "no part has the replications {end}..{} of {}",
-                range.start, whole.part.of
+                range.start, whole.part.total
             ));
         }
         end = range.end;
@@ -89,7 +89,7 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
         &whole.job.replace("\ncomplete=no\n", "\ncomplete=yes\n"),
     )?;
     write_png(&png, &whole.film, whole.display, 1)?;
-    say!(
+    print_line!(
         "{} and {}: {} parts",
         out.display(),
         png.display(),
@@ -100,9 +100,9 @@ fn merge(Merge { out, parts }: &Merge) -> Result<Ending, Error> {
 
 /// Adds a part to the film; refuses one that is unfinished or overlaps another.
 fn add<'a>(
-    read: &mut Vec<(&'a Path, Part)>,
+    read: &mut Vec<(&'a Path, ReplicationRange)>,
     path: &'a Path,
-    Unfinished { film, part, .. }: &Unfinished,
+    Checkpoint { film, part, .. }: &Checkpoint,
 ) -> Result<(), Error> {
     if !film.has_exactly(part.range.end - part.range.start) {
         return refuse(format!(
@@ -110,8 +110,9 @@ fn add<'a>(
             path.display()
         ));
     }
-    let overlaps =
-        |other: &Part| other.range.start < part.range.end && part.range.start < other.range.end;
+    let overlaps = |other: &ReplicationRange| {
+        other.range.start < part.range.end && part.range.start < other.range.end
+    };
     if let Some((other, _)) = read.iter().find(|(_, other)| overlaps(other)) {
         return refuse(format!(
             "{} and {} have the same replications",

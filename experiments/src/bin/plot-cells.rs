@@ -1,6 +1,6 @@
 //! Plots the data file that a failing trial wrote.
 
-use experiments::say;
+use experiments::print_line;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -47,6 +47,6 @@ fn run(options: &PlotCells) -> Result<Ending, Error> {
             .to_string_lossy(),
         &out,
     )?;
-    say!("{} cells: {}", cells.len(), out.display());
+    print_line!("{} cells: {}", cells.len(), out.display());
     Ok(Ending::Done)
 }

@@ -1,6 +1,6 @@
 //! Records the results of cargo-mutants in the book's folder.
 
-use experiments::say;
+use experiments::print_line;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -110,12 +110,12 @@ fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
 
 fn report(known: &Record, folder: &Path) {
     for (file, counts) in &known.files {
-        say!("{file}: {} of {} killed", counts.killed(), counts.viable());
+        print_line!("{file}: {} of {} killed", counts.killed(), counts.viable());
     }
     let total = known.total();
-    say!("all: {} of {} killed", total.killed(), total.viable());
+    print_line!("all: {} of {} killed", total.killed(), total.viable());
     for survivor in known.survivors.iter().filter(|s| s.reason.is_empty()) {
-        say!("no reason yet: {}", survivor.mutant);
+        print_line!("no reason yet: {}", survivor.mutant);
     }
-    say!("{}", folder.join(FILE).display());
+    print_line!("{}", folder.join(FILE).display());
 }

@@ -5,23 +5,23 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::CommandFactory as _;
+use experiments::print_line;
 use experiments::render::command::Render;
-use experiments::render::pilot::Aim;
-use experiments::render::unfinished::{Checkpoints, Unfinished, difference};
-use experiments::render::{Look, Rendered};
+use experiments::render::pilot::Target;
+use experiments::render::unfinished::{Checkpoint, CheckpointWriter, difference};
+use experiments::render::{Observer, Rendered};
 use experiments::run::cli::{self, Ending};
-use experiments::say;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{check_writable, write_exr, write_png};
 use whitefurnace::math::moments::FIXED_POINT_UNIT;
-use whitefurnace::render::checkpoint::write_unfinished;
+use whitefurnace::render::checkpoint::write_checkpoint;
 
 fn main() -> ExitCode {
     cli::start(|| {
         let start = Instant::now();
         let matches = cli::matches(Render::command());
-        let mut options = cli::or_one_line(Render::of(&matches));
+        let mut options = cli::unwrap_or_exit(Render::from_matches(&matches));
         cli::exit(
             options
                 .check(&matches)
@@ -41,22 +41,34 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
         check_writable(&exr.with_extension("png"))?;
     }
     let saved = if options.resume && partial.exists() {
-        Some(Unfinished::read(&partial)?)
+        Some(Checkpoint::read(&partial)?)
     } else {
         None
     };
     cli::begin();
     options.job.scene.print_notes();
     decide(options, saved.as_ref(), start)?;
-    let (job, part, camera) = (options.job, options.part()?, options.job.camera()?);
-    let film = saved.map_or_else(|| job.film(), |saved| same(&partial, options, saved))?;
+    let (job, part, camera) = (
+        options.job,
+        options.replication_range()?,
+        options.job.camera()?,
+    );
+    let film = saved.map_or_else(
+        || job.film(),
+        |saved| checked_film(&partial, options, saved),
+    )?;
     let before = samples(&film);
 
-    let notes = Unfinished::notes(&job, &camera, &part, options.exposure);
-    let mut saves = Checkpoints::new(partial.clone(), notes.clone());
-    let mut looks: Vec<&mut dyn Look> = vec![&mut saves];
-    looks.extend(previews.iter_mut().map(|preview| preview as &mut dyn Look));
-    let Rendered { film, complete } = match job.go_on("render", film, &part.range, &mut looks) {
+    let attributes = Checkpoint::attributes(&job, &camera, &part, options.exposure);
+    let mut saves = CheckpointWriter::new(partial.clone(), attributes.clone());
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut saves];
+    observers.extend(
+        previews
+            .iter_mut()
+            .map(|preview| preview as &mut dyn Observer),
+    );
+    let Rendered { film, complete } = match job.resume("render", film, &part.range, &mut observers)
+    {
         Ok(rendered) => rendered,
         Err(Error::Interrupted) => {
             eprintln!("interrupted before the first sample of this run: no file is written");
@@ -72,7 +84,7 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     let written = if complete && options.shard.is_none() {
         write_exr(exr, &film, &camera, &job.provenance(&camera, true))
     } else {
-        write_unfinished(exr, &film, &notes)
+        write_checkpoint(exr, &film, &attributes)
     };
     let shown = written.and_then(|()| write_png(&png, &film, job.display(options.exposure), 1));
     shown.inspect_err(|_| {
@@ -86,8 +98,8 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     previews
         .into_iter()
         .for_each(|preview| preview.finish(&film));
-    say(exr, &film, samples(&film) - before, start);
-    if let Some(note) = too_faint(&film) {
+    print_result(exr, &film, samples(&film) - before, start);
+    if let Some(note) = rounding_note(&film) {
         eprintln!("note: {note}");
     }
     if !complete {
@@ -105,9 +117,9 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
 }
 
 /// Decides the number of samples, where a time or an error is asked for.
-fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> Result<(), Error> {
-    let time = options.time.map(|time| Aim::Time(start, time));
-    let Some(aim) = time.or(options.target_error.map(Aim::Error)) else {
+fn decide(options: &mut Render, saved: Option<&Checkpoint>, start: Instant) -> Result<(), Error> {
+    let time = options.time.map(|time| Target::Time(start, time));
+    let Some(target) = time.or(options.target_error.map(Target::Error)) else {
         return Ok(());
     };
     let decided = saved.and_then(|saved| {
@@ -118,23 +130,23 @@ fn decide(options: &mut Render, saved: Option<&Unfinished>, start: Instant) -> R
     });
     let (spp, how) = match decided {
         Some(spp) => (spp, "decided when this run began"),
-        None => (options.job.decide(aim)?, "decided by a pilot"),
+        None => (options.job.decide(target)?, "decided by a pilot"),
     };
-    options.take(spp);
-    say!("{how}: --spp {spp}");
+    options.set_spp(spp);
+    print_line!("{how}: --spp {spp}");
     options.job.check()
 }
 
 /// Returns the saved film if it belongs to this very image.
-fn same(path: &Path, options: &Render, saved: Unfinished) -> Result<Film, Error> {
+fn checked_film(path: &Path, options: &Render, saved: Checkpoint) -> Result<Film, Error> {
     let (here, part) = (
         options.job.provenance(&options.job.camera()?, false),
-        options.part()?,
+        options.replication_range()?,
     );
     let parts =
         (saved.part != part).then(|| format!("replications {} there, {part} here", saved.part));
     match difference(&saved.job, &here).or(parts) {
-        None if saved.film.is_like(&options.job.film()?) => Ok(saved.film),
+        None if saved.film.is_compatible(&options.job.film()?) => Ok(saved.film),
         None => Err(Error::Option(format!(
             "--resume: {} has another size than it states",
             path.display()
@@ -156,7 +168,7 @@ fn samples(film: &Film) -> u64 {
 
 /// Returns a note, with a remedy, if the image is so dark that the rounding of its pixels is
 /// visible.
-fn too_faint(film: &Film) -> Option<String> {
+fn rounding_note(film: &Film) -> Option<String> {
     let (mean, error) = (film.mean(), film.rounding_error());
     let rounds = format!("pixels are rounded to multiples of {FIXED_POINT_UNIT:.1e}");
     if mean == 0.0 {
@@ -165,7 +177,7 @@ fn too_faint(film: &Film) -> Option<String> {
              multiply every emission and the background by a large number, as 1e9, and divide the image by it"
         ));
     }
-    (error > MOST_ROUNDED).then(|| {
+    (error > MAX_ROUNDING_ERROR).then(|| {
         let factor = 10_f64.powi(-mean.log10().floor() as i32);
         format!(
             "the mean of the image is {mean:.1e} and {rounds}: it may be off by {:.2} %; multiply every emission and the \
@@ -176,10 +188,10 @@ fn too_faint(film: &Film) -> Option<String> {
 }
 
 /// Largest relative rounding error of the mean without a note.
-const MOST_ROUNDED: f64 = 1e-4;
+const MAX_ROUNDING_ERROR: f64 = 1e-4;
 
 /// Prints what the files hold; `new` is the number of samples that this run took.
-fn say(exr: &Path, film: &Film, new: u64, start: Instant) {
+fn print_result(exr: &Path, film: &Film, new: u64, start: Instant) {
     let seconds = start.elapsed().as_secs_f64();
     let error = film.relative_error();
     let error = if error.is_finite() {
@@ -194,7 +206,7 @@ fn say(exr: &Path, film: &Film, new: u64, start: Instant) {
     } else {
         String::new()
     };
-    say!(
+    print_line!(
         "{} and {}: {samples} samples{earlier} in {seconds:.1} s, {:.2} million/s, {error}",
         exr.display(),
         exr.with_extension("png").display(),

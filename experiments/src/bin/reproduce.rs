@@ -1,14 +1,14 @@
 //! Reproduces the report and says what it found.
 
-use experiments::say;
+use experiments::print_line;
 use std::process::ExitCode;
 use std::str::FromStr as _;
 
 use clap::Parser;
-use experiments::experiments::suite_seeds::BATCH_SIZE;
+use experiments::experiments::suite_seeds::SHARED_BY;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::cli::Ending;
-use experiments::run::default_run::{self, Beside};
+use experiments::run::default_run::{self, RecordComparison};
 use experiments::run::{self, Experiment, ExperimentResult, Tier};
 use experiments::run::{cli, record, summary};
 use whitefurnace::error::Error;
@@ -60,7 +60,7 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     }
     if options.list {
         for experiment in chosen {
-            say!("{:16} {}", experiment.id, experiment.title);
+            print_line!("{:16} {}", experiment.id, experiment.title);
         }
         return Ok(Ending::Done);
     }
@@ -83,11 +83,11 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     if let Some(Shard { index, count }) = options.shard {
         let outcomes =
             record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?.outcomes;
-        say!(
+        print_line!(
             "\nshard {index}/{count} is done: when all are, the same command without --shard joins them"
         );
         let (text, none_fails) = summary::verdicts(&outcomes);
-        say!("{text}");
+        print_line!("{text}");
         return Ok(if none_fails {
             Ending::Done
         } else {
@@ -100,18 +100,18 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     } else if options.update_book {
         record::update_book(&chosen, &options.shared)?;
     }
-    let mut ending = cli::conclude(&ran.outcomes, &options.shared);
+    let mut ending = cli::print_summary(&ran.outcomes, &options.shared);
     if options.against_record && differs_from_record(&ran.outcomes)? {
         ending = Ending::ClaimFails;
     }
     if options.only.is_empty() && options.shared.tier == Tier::Quick {
-        say!("not in this run: {}", NOT_BY_DEFAULT.join(", "));
-        say!(
+        print_line!("not in this run: {}", NOT_BY_DEFAULT.join(", "));
+        print_line!(
             "(the test suite on trial, differences of variance, timings: --only ID, or --tier full for all)"
         );
     }
     if options.only.is_empty() {
-        weave_book(&options.shared)?;
+        build_book(&options.shared)?;
     }
     Ok(ending)
 }
@@ -120,8 +120,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
 /// folder stay together.
 fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Experiment>, Error> {
     let name = |experiment: &Experiment| {
-        if BATCH_SIZE.contains(&experiment.id) {
-            BATCH_SIZE[0]
+        if SHARED_BY.contains(&experiment.id) {
+            SHARED_BY[0]
         } else {
             experiment.id
         }
@@ -145,17 +145,17 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
     Ok(chosen
         .iter()
         .copied()
-        .filter(|experiment| number(experiment).is_some_and(|at| shard.has(at)))
+        .filter(|experiment| number(experiment).is_some_and(|at| shard.contains(at)))
         .collect())
 }
 
 /// Prints the numbers that differ from the record beyond noise; returns true if there are any.
 fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
-    let Beside { compared, beyond } = default_run::beside_record(outcomes)?;
+    let RecordComparison { compared, beyond } = default_run::compare_with_record(outcomes)?;
     beyond
         .iter()
-        .for_each(|line| say!("DIFFERS FROM THE RECORD: {line}"));
-    say!(
+        .for_each(|line| print_line!("DIFFERS FROM THE RECORD: {line}"));
+    print_line!(
         "{} of {compared} numbers differ from the record beyond noise",
         beyond.len()
     );
@@ -164,14 +164,14 @@ fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
 
 /// Weaves the book from the recorded results, with a page that compares this run with them, and
 /// prints where it begins.
-fn weave_book(options: &run::Options) -> Result<(), Error> {
+fn build_book(options: &run::Options) -> Result<(), Error> {
     let book = book::Options {
         out: options.out.join("book"),
         run: Some(options.out.clone()),
         ..book::Options::default()
     };
-    let page = book::weave(&book).map_err(|error| Error::Option(error.to_string()))?;
-    say!(
+    let page = book::build(&book).map_err(|error| Error::Option(error.to_string()))?;
+    print_line!(
         "the book begins at {}; your run beside the record: {}",
         page.display(),
         page.with_file_name(book::run::PAGE).display()
@@ -191,7 +191,7 @@ fn choose(options: &Reproduce) -> Result<Vec<&'static Experiment>, Error> {
     }
     let mut chosen: Vec<&Experiment> = Vec::new();
     for id in &options.only {
-        let experiment = cli::find(id)?;
+        let experiment = cli::find_experiment(id)?;
         if chosen.iter().all(|other| other.id != experiment.id) {
             chosen.push(experiment);
         }

@@ -3,14 +3,14 @@
 
 use clap::ValueEnum as _;
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::LARGEST_BRIGHT_SHARE;
+use whitefurnace::harness::images::MAX_BRIGHT_FRACTION;
 
-use super::Trial;
+use super::ComparisonReport;
 use super::files::Input;
 use crate::render::{EstimatorName, name};
 
 /// Returns the value of a key in the provenance of an image that `render` made.
-fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
+fn provenance_value<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
     let lines = || {
         input
             .provenance
@@ -25,16 +25,16 @@ fn said<'a>(input: &'a Input, key: &str) -> Option<&'a str> {
 
 /// Returns true if `render` made the image; it adds samples exactly.
 pub(super) fn is_ours(input: &Input) -> bool {
-    said(input, "estimator").is_some()
+    provenance_value(input, "estimator").is_some()
 }
 
 /// Refuses a single image whose pixels share paths or photons: its standard errors leave out the
 /// common noise.
 pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     let [one] = inputs else { return Ok(()) };
-    let estimator =
-        said(one, "estimator").and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
-    match estimator.filter(|estimator| estimator.shares_paths()) {
+    let estimator = provenance_value(one, "estimator")
+        .and_then(|estimator| EstimatorName::from_str(estimator, false).ok());
+    match estimator.filter(|estimator| estimator.has_correlated_pixels()) {
         Some(estimator) => Err(Error::Option(format!(
             "{option} has one image, {}, of --estimator {}, whose pixels share paths, which standard errors of pixels leave \
              out: give three or more of other seeds",
@@ -45,7 +45,7 @@ pub(super) fn check(option: &str, inputs: &[Input]) -> Result<(), Error> {
     }
 }
 
-impl Trial<'_> {
+impl ComparisonReport<'_> {
     /// Returns lines on the assumptions about the images, and a warning where a few values carry
     /// much of the noise.
     pub(super) fn cautions(&self) -> Vec<String> {
@@ -72,9 +72,9 @@ impl Trial<'_> {
         }
         let all = self.found.brightest.iter().enumerate();
         let all = all.flat_map(|(channel, both)| [0, 1].map(|side| (channel, side, both[side])));
-        let most = all.filter(|(.., brightest)| brightest.share > LARGEST_BRIGHT_SHARE);
+        let most = all.filter(|(.., brightest)| brightest.variance_fraction > MAX_BRIGHT_FRACTION);
         if let Some((channel, side, brightest)) =
-            most.max_by(|x, y| x.2.share.total_cmp(&y.2.share))
+            most.max_by(|x, y| x.2.variance_fraction.total_cmp(&y.2.variance_fraction))
         {
             let [image, pixel] = brightest.at;
             let width = self.a[0].picture.size[0];
@@ -87,7 +87,7 @@ impl Trial<'_> {
                 pixel % width,
                 pixel / width,
                 sides[side][image].path.display(),
-                100.0 * brightest.share
+                100.0 * brightest.variance_fraction
             ));
         }
         lines

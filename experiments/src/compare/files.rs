@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::ENOUGH_WITHOUT_NOISE;
+use whitefurnace::harness::images::MIN_NOISELESS_VALUES;
 use whitefurnace::image::provenance;
-use whitefurnace::image::read::{Meaning, Picture, decode};
+use whitefurnace::image::read::{ChannelKind, LoadedImage, decode};
 
 /// An image and its file.
 pub(super) struct Input {
     pub path: PathBuf,
     /// SHA-256 of the file.
     pub digest: String,
-    pub picture: Picture,
+    pub picture: LoadedImage,
     /// Provenance that `render` wrote, if it made the image.
     pub provenance: Option<String>,
 }
@@ -41,16 +41,16 @@ pub(super) fn read(option: &str, patterns: &[String], layer: &Layer) -> Result<V
             inputs.push(read_one(Path::new(pattern), layer)?);
             continue;
         }
-        let fault = |error: String| Error::Option(format!("{option} {pattern}: {error}"));
+        let input_error = |error: String| Error::Option(format!("{option} {pattern}: {error}"));
         let mut paths = glob::glob(pattern)
-            .map_err(|error| fault(error.to_string()))?
+            .map_err(|error| input_error(error.to_string()))?
             .peekable();
         if paths.peek().is_none() {
-            return Err(fault("no such file".to_owned()));
+            return Err(input_error("no such file".to_owned()));
         }
         for path in paths {
             inputs.push(read_one(
-                &path.map_err(|error| fault(error.to_string()))?,
+                &path.map_err(|error| input_error(error.to_string()))?,
                 layer,
             )?);
         }
@@ -84,7 +84,7 @@ pub(super) fn read_one(path: &Path, layer: &Layer) -> Result<Input, Error> {
 pub(super) fn readings(inputs: &[Input]) -> String {
     let mut all: Vec<String> = Vec::new();
     for input in inputs {
-        let reading = input.picture.reading();
+        let reading = input.picture.describe();
         if !all.contains(&reading) {
             all.push(reading);
         }
@@ -93,7 +93,7 @@ pub(super) fn readings(inputs: &[Input]) -> String {
 }
 
 /// Returns an error that names two files.
-fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
+fn pair_error<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
     Err(Error::Option(format!(
         "{} and {} {what}",
         one.path.display(),
@@ -105,8 +105,8 @@ fn fault<T>(one: &Input, other: &Input, what: &str) -> Result<T, Error> {
 ///
 /// # Errors
 /// If they have no part in common, or differ and `common` is not asked for.
-pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
-    let frame = |p: &Picture| (p.size, p.corner);
+pub(super) fn crop_to_common(a: &mut [Input], b: &mut [Input], common: bool) -> Result<(), Error> {
+    let frame = |p: &LoadedImage| (p.size, p.corner);
     let first = &a[0];
     let Some(other) = a
         .iter()
@@ -140,7 +140,7 @@ pub(super) fn align(a: &mut [Input], b: &mut [Input], common: bool) -> Result<()
     let frames = |what: &str| {
         let [one, two] =
             [first, other].map(|input| words(input.picture.size, input.picture.corner));
-        fault(
+        pair_error(
             first,
             other,
             &format!("differ in size or place: {one}, {two}{what}"),
@@ -177,17 +177,17 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
     for (i, input) in all.iter().enumerate() {
         let (picture, first) = (&input.picture, &all[0].picture);
-        let any = picture.meaning == Meaning::Three || first.meaning == Meaning::Three;
+        let any = picture.kind == ChannelKind::Three || first.kind == ChannelKind::Three;
         if picture.labels() != first.labels()
             && !(any && picture.channels.len() == first.channels.len())
         {
-            return fault(
+            return pair_error(
                 all[0],
                 input,
                 &format!(
                     "are different images: {}; {}",
-                    first.reading(),
-                    picture.reading()
+                    first.describe(),
+                    picture.describe()
                 ),
             );
         }
@@ -197,7 +197,7 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
                  chromaticities (without it they are those of Rec. 709)",
                 first.primaries, picture.primaries
             );
-            return fault(all[0], input, &what);
+            return pair_error(all[0], input, &what);
         }
         let real = |input: &Input| {
             input
@@ -215,14 +215,14 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
             )));
         }
     }
-    for (first, second) in repeated(&all) {
+    for (first, second) in duplicates(&all) {
         if shares_noise(first, [a, b]) {
             let what = if first.digest == second.digest {
                 "have the same bytes, one is a copy: each image needs a seed of its own"
             } else {
                 "have the same pixels, a seed used twice: each image needs its own (or give an exact one as --reference)"
             };
-            return fault(first, second, what);
+            return pair_error(first, second, what);
         }
     }
     Ok(())
@@ -233,13 +233,13 @@ pub(super) fn check(a: &[Input], b: &[Input]) -> Result<(), Error> {
 ///
 /// # Errors
 /// If it has neither.
-pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> {
+pub(super) fn fill_standard_errors(option: &str, inputs: &mut [Input]) -> Result<(), Error> {
     let [Input { path, picture, .. }] = inputs else {
         return Ok(());
     };
     if picture.standard_errors.is_none() {
-        if (picture.values[0].len() as f64) < ENOUGH_WITHOUT_NOISE
-            || !picture.values.iter().all(|plane| is_plain(plane))
+        if (picture.values[0].len() as f64) < MIN_NOISELESS_VALUES
+            || !picture.values.iter().all(|plane| is_constant(plane))
         {
             return Err(Error::Option(format!(
                 "{option} has one image, {}, without standard errors (channels stderr.R, ...): give two or more, at best \
@@ -259,7 +259,7 @@ pub(super) fn complete(option: &str, inputs: &mut [Input]) -> Result<(), Error> 
 }
 
 /// Returns the images whose pixels equal those of an earlier one, each with that earlier one.
-fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
+fn duplicates<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
     let earlier = |i: usize| {
         all[..i]
             .iter()
@@ -272,7 +272,8 @@ fn repeated<'a>(all: &[&'a Input]) -> Vec<(&'a Input, &'a Input)> {
 
 /// Returns true if a repeated image has noise, so that its copies are no independent evidence. It
 /// has none if all its pixels are equal, or if the images of a side vary in at most a fraction
-/// [`RARE`] of the pixels and this image has the majority's value there: rare events without a hit.
+/// [`MAX_RARE_FRACTION`] of the pixels and this image has the majority's value there: rare events
+/// without a hit.
 fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     let planes = &image.picture.values;
     if image
@@ -285,7 +286,7 @@ fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
     {
         return true;
     }
-    if planes.iter().all(|plane| is_plain(plane)) {
+    if planes.iter().all(|plane| is_constant(plane)) {
         return false;
     }
     let (pixels, images) = (planes[0].len(), sides[0].len() + sides[1].len());
@@ -310,21 +311,22 @@ fn shares_noise(image: &Input, sides: [&[Input]; 2]) -> bool {
             .count()
             >= images
     };
-    varying.len() as f64 > (RARE * pixels as f64).max(4.0) || varying.into_iter().any(is_odd)
+    varying.len() as f64 > (MAX_RARE_FRACTION * pixels as f64).max(4.0)
+        || varying.into_iter().any(is_odd)
 }
 
 /// Largest fraction of pixels that rare events may hit.
-const RARE: f64 = 0.01;
+const MAX_RARE_FRACTION: f64 = 0.01;
 
 /// Returns true if all values are equal.
-fn is_plain(plane: &[f64]) -> bool {
+fn is_constant(plane: &[f64]) -> bool {
     plane.iter().all(|value| *value == plane[0])
 }
 
 /// Returns a note if two images are equal without that being an error.
 pub(super) fn note(a: &[Input], b: &[Input]) -> Option<String> {
     let all: Vec<&Input> = a.iter().chain(b).collect();
-    let (first, second) = repeated(&all)
+    let (first, second) = duplicates(&all)
         .into_iter()
         .find(|(first, second)| first.digest == second.digest)?;
     let (first, second) = (first.path.display(), second.path.display());

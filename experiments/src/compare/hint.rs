@@ -3,13 +3,13 @@
 
 use whitefurnace::harness::images::{self, Comparison, Rules};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::image::read::{Meaning, Picture};
+use whitefurnace::image::read::{ChannelKind, LoadedImage};
 
 use super::sides;
 
 /// A transformation that may have been applied to the images of one side.
 #[derive(Clone, Copy, Debug)]
-enum Change {
+enum Transformation {
     UpsideDown,
     Mirrored,
     Turned,
@@ -28,9 +28,9 @@ enum Change {
     Srgb(usize),
 }
 
-impl Change {
+impl Transformation {
     /// Returns all changes that are possible for images of this size and number of channels.
-    fn all(picture: &Picture, factor: f64) -> Vec<Self> {
+    fn all(picture: &LoadedImage, factor: f64) -> Vec<Self> {
         let mut all = vec![
             Self::UpsideDown,
             Self::Mirrored,
@@ -40,7 +40,7 @@ impl Change {
         if picture.size[0] == picture.size[1] {
             all.push(Self::Transposed);
         }
-        if picture.meaning == Meaning::Rgb {
+        if picture.kind == ChannelKind::Rgb {
             all.push(Self::RedForBlue);
         }
         all.extend(
@@ -91,7 +91,7 @@ impl Change {
     }
 
     /// Returns an image of a side with this change applied.
-    fn of(self, picture: &Picture, side: usize) -> Picture {
+    fn apply(self, picture: &LoadedImage, side: usize) -> LoadedImage {
         let [width, height] = picture.size;
         match (self, side) {
             (Self::UpsideDown, 0) => picture.remapped([width, height], |x, y| [x, height - 1 - y]),
@@ -109,11 +109,13 @@ impl Change {
                     .for_each(|errors| errors.swap(0, 2));
                 swapped
             }
-            (Self::Times(factor), 0) => mapped(picture, |value| factor * value),
-            (Self::Gamma(of), _) if of == side => mapped(picture, |value| value.max(0.0).powf(2.2)),
-            (Self::Srgb(of), _) if of == side => mapped(picture, linear),
-            (Self::Moved(step), _) => moved(picture, step, side == 0),
-            (Self::MovedFrom(step), _) => moved(
+            (Self::Times(factor), 0) => map_values(picture, |value| factor * value),
+            (Self::Gamma(of), _) if of == side => {
+                map_values(picture, |value| value.max(0.0).powf(2.2))
+            }
+            (Self::Srgb(of), _) if of == side => map_values(picture, srgb_to_linear),
+            (Self::Moved(step), _) => shifted(picture, step, side == 0),
+            (Self::MovedFrom(step), _) => shifted(
                 picture,
                 step.map(|halves| if side == 0 { halves } else { -halves }),
                 side == 1,
@@ -124,7 +126,7 @@ impl Change {
 }
 
 /// Converts a value from sRGB to linear.
-fn linear(encoded: f64) -> f64 {
+fn srgb_to_linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 {
         encoded / 12.92
     } else {
@@ -133,7 +135,7 @@ fn linear(encoded: f64) -> f64 {
 }
 
 /// Applies a function to all values, and scales their standard errors by its slope.
-fn mapped(picture: &Picture, change: impl Fn(f64) -> f64) -> Picture {
+fn map_values(picture: &LoadedImage, change: impl Fn(f64) -> f64) -> LoadedImage {
     let mut result = picture.clone();
     for (channel, values) in result.values.iter_mut().enumerate() {
         for (i, value) in values.iter_mut().enumerate() {
@@ -150,7 +152,7 @@ fn mapped(picture: &Picture, change: impl Fn(f64) -> f64) -> Picture {
 
 /// Returns the part of the image left when each direction of the step loses a pixel on both sides,
 /// moved by half pixels if it `moves`. At half pixels the value is the mean of the neighbours.
-fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
+fn shifted(picture: &LoadedImage, step: [isize; 2], moves: bool) -> LoadedImage {
     let size = [0, 1].map(|i| picture.size[i] - 2 * usize::from(step[i] != 0));
     let inner = step.map(|halves| isize::from(halves != 0));
     let at = |offset: [isize; 2]| {
@@ -201,8 +203,8 @@ fn moved(picture: &Picture, step: [isize; 2], moves: bool) -> Picture {
 
 /// Returns the mean excess of the squared differences over the noise variance, relative to the
 /// noise and a twentieth of the values.
-fn residual(a: &Picture, b: &Picture) -> f64 {
-    let errors = |picture: &Picture, channel: usize, i: usize| {
+fn residual(a: &LoadedImage, b: &LoadedImage) -> f64 {
+    let errors = |picture: &LoadedImage, channel: usize, i: usize| {
         picture
             .standard_errors
             .as_ref()
@@ -228,35 +230,37 @@ fn residual(a: &Picture, b: &Picture) -> f64 {
 /// after it. Of several it is the one with the smallest residual, if that is less than a quarter of
 /// the original.
 pub(super) fn hint(
-    sides_of: [&[&Picture]; 2],
+    sides_of: [&[&LoadedImage]; 2],
     exact: bool,
     rules: &Rules,
     found: &Comparison,
 ) -> Option<String> {
     let pixels = &found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
-    let mean = |side: usize| -> Picture {
-        let plane = |value: &dyn Fn(&images::Place) -> f64| -> Vec<Vec<f64>> {
+    let mean = |side: usize| -> LoadedImage {
+        let plane = |value: &dyn Fn(&images::AreaTest) -> f64| -> Vec<Vec<f64>> {
             pixels
-                .places
+                .tests
                 .chunks(count)
                 .map(|places| places.iter().map(value).collect())
                 .collect()
         };
         // Standard error of the difference, half of its square on each side.
         let errors = plane(&|place| place.standard_error * 0.5_f64.sqrt());
-        Picture {
+        LoadedImage {
             values: plane(&|place| place.means[side]),
             standard_errors: Some(errors),
             ..sides_of[side][0].clone()
         }
     };
     let means = [mean(0), mean(1)];
-    let total = |picture: &Picture| picture.values.iter().flatten().sum::<f64>();
+    let total = |picture: &LoadedImage| picture.values.iter().flatten().sum::<f64>();
     let factor = total(&means[1]) / total(&means[0]);
     let before = residual(&means[0], &means[1]);
-    let left = |change: &Change| residual(&change.of(&means[0], 0), &change.of(&means[1], 1));
-    let tried = Change::all(&means[0], factor)
+    let left = |change: &Transformation| {
+        residual(&change.apply(&means[0], 0), &change.apply(&means[1], 1))
+    };
+    let tried = Transformation::all(&means[0], factor)
         .into_iter()
         .map(|change| (left(&change), change));
     let (least, best) = tried
@@ -268,8 +272,8 @@ pub(super) fn hint(
     let changed = [0, 1].map(|side| {
         sides_of[side]
             .iter()
-            .map(|picture| best.of(picture, side))
-            .collect::<Vec<Picture>>()
+            .map(|picture| best.apply(picture, side))
+            .collect::<Vec<LoadedImage>>()
     });
     let pictures = changed
         .each_ref()

@@ -12,10 +12,10 @@ use clap::Parser;
 use whitefurnace::error::Error;
 use whitefurnace::harness::images::{self, Area, Comparison, Rules, Side};
 use whitefurnace::harness::outcome::Verdict;
-use whitefurnace::image::read::{Meaning, Picture};
+use whitefurnace::image::read::{ChannelKind, LoadedImage};
 
-use crate::run::cli::{real, use_threads, verdict, whole};
-use crate::say;
+use crate::print_line;
+use crate::run::cli::{integer, number, run_with_verdict, use_threads};
 use files::{Input, Layer};
 
 /// Decide whether the images of two renderers agree: image mean, regions, tiles and pixels, with
@@ -71,21 +71,21 @@ pub struct Compare {
     ignore_place: bool,
     /// The margin in percent within which the confidence interval of the difference of the image
     /// means must lie to agree; a difference beyond noise counts at any size; from 0.000001 to 100
-    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = real(1e-6..=100.0))]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true, value_parser = number(1e-6..=100.0))]
     margin: f64,
     /// Probability of calling correct renderers different, as far as their images sample their
     /// brightest paths; from 0.000000000001 to 0.5
-    #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = real(1e-12..=0.5))]
+    #[arg(long, default_value_t = 1e-3, allow_hyphen_values = true, value_parser = number(1e-12..=0.5))]
     level: f64,
     /// Side of a tile in pixels; from 2 to 65536
-    #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = whole::<usize>(2..=65_536))]
+    #[arg(long, default_value_t = 16, allow_hyphen_values = true, value_parser = integer::<usize>(2..=65_536))]
     tile: usize,
     /// A region to judge in addition to nine equal ones: left, top, and the first column and row
     /// outside; may be repeated
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true, value_parser = parse_region)]
     region: Vec<Area>,
     /// Threads; from 1 to 1024 [default: one per core]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     threads: Option<usize>,
     /// Folder for the report
     #[arg(long, value_name = "DIR", default_value = "out/compare")]
@@ -103,7 +103,7 @@ fn parse_region(text: &str) -> Result<Area, String> {
 
 /// Runs the whole program.
 pub fn main() -> ExitCode {
-    verdict(run)
+    run_with_verdict(run)
 }
 
 fn run(options: &Compare) -> Result<u8, Error> {
@@ -132,11 +132,11 @@ fn run(options: &Compare) -> Result<u8, Error> {
             .chain(&mut b)
             .for_each(|input| input.picture.corner = [0; 2]);
     }
-    files::align(&mut a, &mut b, options.common)?;
+    files::crop_to_common(&mut a, &mut b, options.common)?;
     files::check(&a, &b)?;
-    files::complete("--a", &mut a)?;
+    files::fill_standard_errors("--a", &mut a)?;
     if options.reference.is_none() {
-        files::complete("--b", &mut b)?;
+        files::fill_standard_errors("--b", &mut b)?;
     }
     cautions::check("--a", &a)?;
     if options.reference.is_none() {
@@ -172,7 +172,7 @@ fn run(options: &Compare) -> Result<u8, Error> {
         Verdict::Fails => hint::hint([&pictures[0], &pictures[1]], exact, &rules, &found),
         _ => None,
     };
-    let trial = Trial {
+    let report = ComparisonReport {
         a,
         b,
         exact,
@@ -181,9 +181,9 @@ fn run(options: &Compare) -> Result<u8, Error> {
         hint,
         note: files::note(a, b),
     };
-    report::write(&options.out, &trial)?;
-    say!("{}", trial.summary());
-    say!("{}", options.out.join(report::HTML).display());
+    report::write(&options.out, &report)?;
+    print_line!("{}", report.summary());
+    print_line!("{}", options.out.join(report::HTML).display());
     Ok(match found.verdict {
         Verdict::Holds => 0,
         Verdict::Fails => 1,
@@ -192,8 +192,8 @@ fn run(options: &Compare) -> Result<u8, Error> {
 }
 
 /// Returns both sides of each channel; the second is without error if it is `exact`.
-fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
-    let side = |pictures: &[&'a Picture], channel: usize, exact: bool| match (
+fn sides<'a>(pictures: [&[&'a LoadedImage]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
+    let side = |pictures: &[&'a LoadedImage], channel: usize, exact: bool| match (
         pictures,
         &pictures[0].standard_errors,
     ) {
@@ -218,7 +218,7 @@ fn sides<'a>(pictures: [&[&'a Picture]; 2], exact: bool) -> Vec<[Side<'a>; 2]> {
 }
 
 /// A comparison and all that its report shows.
-struct Trial<'a> {
+struct ComparisonReport<'a> {
     a: &'a [Input],
     b: &'a [Input],
     exact: bool,
@@ -242,7 +242,7 @@ fn percent(share: f64) -> String {
     format!("{:+.decimals$} %", 100.0 * share).replace('-', "−")
 }
 
-impl Trial<'_> {
+impl ComparisonReport<'_> {
     /// Returns the verdict in one word.
     fn word(&self) -> &'static str {
         match self.found.verdict {
@@ -254,18 +254,18 @@ impl Trial<'_> {
 
     fn channel(&self, channel: usize) -> &str {
         let picture = &self.a[0].picture;
-        match picture.meaning {
-            Meaning::Rgb => ["red", "green", "blue"][channel],
-            Meaning::Luminance => "luminance",
-            Meaning::Grey => "grey",
-            Meaning::Xyz | Meaning::Three => picture.labels()[channel],
+        match picture.kind {
+            ChannelKind::Rgb => ["red", "green", "blue"][channel],
+            ChannelKind::Luminance => "luminance",
+            ChannelKind::Grey => "grey",
+            ChannelKind::Xyz | ChannelKind::Three => picture.labels()[channel],
         }
     }
 
     /// Returns true if no channel has noise.
     fn is_noiseless(&self) -> bool {
         self.found.kinds[0]
-            .places
+            .tests
             .iter()
             .all(|place| place.noiseless)
     }
@@ -293,14 +293,14 @@ impl Trial<'_> {
                     .iter()
                     .flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
                 let strength =
-                    |(kind, place): &(&images::Kind, &images::Place)| place.p / kind.level;
+                    |(kind, place): &(&images::AreaKind, &images::AreaTest)| place.p / kind.level;
                 let worst = rejected.min_by(|x, y| strength(x).total_cmp(&strength(y)));
                 worst.map_or(String::new(), |(kind, place)| {
                     let evidence = match place.noiseless {
                         true => "and neither side has noise".to_owned(),
                         false => format!("p = {:.1e}, threshold {:.1e}", place.p, kind.level),
                     };
-                    let within = means.places.iter().all(|mean| {
+                    let within = means.tests.iter().all(|mean| {
                         mean.varies()
                             && mean
                                 .interval(means.level)
@@ -321,7 +321,7 @@ impl Trial<'_> {
                 })
             }
             Verdict::Holds if self.is_noiseless() => {
-                let black = means.places.iter().all(|place| place.means == [0.0; 2]);
+                let black = means.tests.iter().all(|place| place.means == [0.0; 2]);
                 let what = if black { ": all are black" } else { "" };
                 format!("neither side has noise, and no value differs by more than rounding{what}")
             }
@@ -335,12 +335,12 @@ impl Trial<'_> {
                 format!(
                     "the difference exceeds the noise, but nowhere {:.3} %, the rounding error of 4096 samples added one by one in \
                  single precision: add them in double precision to tell",
-                    100.0 * images::SINGLE_SUMS
+                    100.0 * images::SINGLE_SUM_ERROR
                 )
             }
             Verdict::Undecided { needed } => {
                 let unknown = means
-                    .places
+                    .tests
                     .iter()
                     .any(|place| place.varies() && place.skewness[0].is_nan());
                 if means.varying() == 0 {
@@ -350,7 +350,7 @@ impl Trial<'_> {
                         .to_owned()
                 } else {
                     let invalid = means
-                        .places
+                        .tests
                         .iter()
                         .any(|place| place.varies() && !place.judged);
                     let what = if invalid {
@@ -382,9 +382,9 @@ impl Trial<'_> {
             files::count(self.b),
             self.rules.level
         ));
-        for place in &means.places {
+        for place in &means.tests {
             let [low, high] = place.interval(means.level).map(percent);
-            let seen = percent(place.seen(means.level)).replace('+', "");
+            let seen = percent(place.minimum_detectable_effect(means.level)).replace('+', "");
             let judged = if place.judged {
                 ""
             } else {
@@ -397,7 +397,7 @@ impl Trial<'_> {
                 place.p
             ));
         }
-        lines.extend(others.iter().map(report::kind_line));
+        lines.extend(others.iter().map(report::kind_summary));
         lines.extend(self.cautions());
         lines.join("\n")
     }

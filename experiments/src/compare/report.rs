@@ -7,12 +7,12 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use whitefurnace::error::Error;
-use whitefurnace::harness::images::{Kind, Place};
+use whitefurnace::harness::images::{AreaKind, AreaTest};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::image::{Display, encode_rgb};
 
-use super::{Trial, percent};
-use crate::plot::map::{UNKNOWN, diverging};
+use super::{ComparisonReport, percent};
+use crate::plot::map::{NAN_COLOUR, diverging};
 use crate::run::record::write_json;
 use crate::run::write_text;
 
@@ -21,10 +21,10 @@ pub(super) const HTML: &str = "report.html";
 /// Bins of the histogram of p-values.
 const BINS: usize = 20;
 /// Rows of the table of places.
-const ROWS: usize = 24;
+const MAX_TABLE_ROWS: usize = 24;
 
 /// Describes the position of a place in words.
-pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
+pub(super) fn place_name(kind: &AreaKind, place: &AreaTest) -> String {
     let [x0, y0, x1, y1] = place.area;
     match kind.name {
         "image mean" => kind.name.to_owned(),
@@ -34,14 +34,14 @@ pub(super) fn place_name(kind: &Kind, place: &Place) -> String {
 }
 
 /// Summarises the judgement of one kind of places.
-pub(super) fn kind_line(kind: &Kind) -> String {
+pub(super) fn kind_summary(kind: &AreaKind) -> String {
     let (judged, rejected, varying) = (
         kind.judged().count(),
         kind.rejected().count(),
         kind.varying(),
     );
     let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
-    let found = if kind.counts {
+    let found = if kind.is_counted {
         format!(
             "{rejected} differ, least p {least:.1e}, threshold {:.1e}; {judged} of {varying} judged",
             kind.level
@@ -53,29 +53,29 @@ pub(super) fn kind_line(kind: &Kind) -> String {
 }
 
 /// Writes the HTML and the JSON file.
-pub(super) fn write(folder: &Path, trial: &Trial) -> Result<(), Error> {
-    write_json(&folder.join("compare.json"), &numbers(trial))?;
+pub(super) fn write(folder: &Path, report: &ComparisonReport) -> Result<(), Error> {
+    write_json(&folder.join("compare.json"), &numbers(report))?;
     write_text(
         &folder.join(HTML),
-        &page(trial).map_err(|error| Error::Option(error.to_string()))?,
+        &page(report).map_err(|error| Error::Option(error.to_string()))?,
     )
 }
 
 /// Counts the p-values of pixels in each bin.
-fn histogram(pixels: &Kind) -> Vec<u64> {
+fn histogram(pixels: &AreaKind) -> Vec<u64> {
     let mut counts = vec![0; BINS];
-    for place in pixels.places.iter().filter(|place| place.varies()) {
+    for place in pixels.tests.iter().filter(|place| place.varies()) {
         counts[((place.p * BINS as f64) as usize).min(BINS - 1)] += 1;
     }
     counts
 }
 
 /// Returns all numbers except those of single pixels that do not differ.
-fn numbers(trial: &Trial) -> Value {
-    let place = |kind: &Kind, place: &Place| {
+fn numbers(report: &ComparisonReport) -> Value {
+    let place = |kind: &AreaKind, place: &AreaTest| {
         json!({
             "area": place.area,
-            "channel": trial.a[0].picture.labels()[place.channel],
+            "channel": report.a[0].picture.labels()[place.channel],
             "means": place.means,
             "difference": place.difference(),
             "interval": place.interval(kind.level),
@@ -87,17 +87,17 @@ fn numbers(trial: &Trial) -> Value {
             "judged": place.judged,
         })
     };
-    let kind = |kind: &Kind| {
-        let kept = |p: &&Place| kind.name != "pixel" || kind.rejects(p);
+    let kind = |kind: &AreaKind| {
+        let kept = |p: &&AreaTest| kind.name != "pixel" || kind.rejects(p);
         json!({
             "name": kind.name,
             "level": kind.level,
-            "places": kind.places.len(),
+            "places": kind.tests.len(),
             "varying": kind.varying(),
             "judged": kind.judged().count(),
-            "counts": kind.counts,
+            "counts": kind.is_counted,
             "differ": kind.rejected().count(),
-            "found": kind.places.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
+            "found": kind.tests.iter().filter(kept).map(|p| place(kind, p)).collect::<Vec<_>>(),
         })
     };
     let files = |inputs: &[super::Input]| -> Vec<Value> {
@@ -106,48 +106,48 @@ fn numbers(trial: &Trial) -> Value {
                 "path": input.path.display().to_string(),
                 "sha256": input.digest,
                 "channels": input.picture.channels,
-                "read": input.picture.reading(),
-                "not_read": input.picture.left_out,
+                "read": input.picture.describe(),
+                "not_read": input.picture.skipped_channels,
             })
         };
         inputs.iter().map(file).collect()
     };
     json!({
-        "verdict": trial.word(),
-        "why": trial.why(),
-        "hint": trial.hint,
-        "note": trial.note,
-        "cautions": trial.cautions(),
-        "times_as_many_images": match trial.found.verdict { Verdict::Undecided { needed } => Some(needed), _ => None },
-        "level": trial.rules.level,
-        "margin": trial.rules.margin,
-        "tile": trial.rules.tile,
-        "size": trial.a[0].picture.size,
-        "smallest_bias": smallest(trial).map(|(what, seen)| json!({"of": what, "relative": seen})),
-        "kinds": trial.found.kinds.iter().map(kind).collect::<Vec<_>>(),
-        "pixel_p_values": histogram(&trial.found.kinds[3]),
-        "a": files(trial.a),
-        "b": files(trial.b),
-        "b_is_exact": trial.exact,
+        "verdict": report.word(),
+        "why": report.why(),
+        "hint": report.hint,
+        "note": report.note,
+        "cautions": report.cautions(),
+        "times_as_many_images": match report.found.verdict { Verdict::Undecided { needed } => Some(needed), _ => None },
+        "level": report.rules.level,
+        "margin": report.rules.margin,
+        "tile": report.rules.tile,
+        "size": report.a[0].picture.size,
+        "smallest_bias": detectable_biases(report).map(|(what, seen)| json!({"of": what, "relative": seen})),
+        "kinds": report.found.kinds.iter().map(kind).collect::<Vec<_>>(),
+        "pixel_p_values": histogram(&report.found.kinds[3]),
+        "a": files(report.a),
+        "b": files(report.b),
+        "b_is_exact": report.exact,
     })
 }
 
 /// Returns the smallest detectable biases: of the image mean, in the channel where that is largest,
 /// and of the median tile.
-fn smallest(trial: &Trial) -> [(&'static str, Option<f64>); 2] {
-    let [means, _, tiles, _] = &trial.found.kinds;
+fn detectable_biases(report: &ComparisonReport) -> [(&'static str, Option<f64>); 2] {
+    let [means, _, tiles, _] = &report.found.kinds;
     let mean = means
         .judged()
-        .map(|place| place.seen(means.level))
+        .map(|place| place.minimum_detectable_effect(means.level))
         .reduce(f64::max);
-    let mut judged: Vec<&Place> = tiles.judged().collect();
+    let mut judged: Vec<&AreaTest> = tiles.judged().collect();
     judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
     let median = judged
         .get(judged.len() / 2)
-        .map(|place| place.seen(tiles.level));
+        .map(|place| place.minimum_detectable_effect(tiles.level));
     [
         ("image mean", mean),
-        ("median tile", median.filter(|_| tiles.counts)),
+        ("median tile", median.filter(|_| tiles.is_counted)),
     ]
 }
 
@@ -179,14 +179,14 @@ fn map(
     caption: &str,
     size: [usize; 2],
     values: &[f64],
-    bound: f64,
+    scale_limit: f64,
     labels: [&str; 3],
 ) -> Result<String, png::EncodingError> {
     let colour = |value: &f64| {
         if value.is_nan() {
-            UNKNOWN
+            NAN_COLOUR
         } else {
-            diverging(value / bound)
+            diverging(value / scale_limit)
         }
     };
     let rgb: Vec<u8> = values.iter().flat_map(colour).collect();
@@ -204,34 +204,25 @@ fn map(
 }
 
 /// Applies a function to the channels of each cell of a kind of places.
-fn cells(kind: &Kind, value: impl Fn(&[&Place]) -> f64) -> Vec<f64> {
+fn cells(kind: &AreaKind, value: impl Fn(&[&AreaTest]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
     (0..count)
-        .map(|i| {
-            value(
-                &kind
-                    .places
-                    .iter()
-                    .skip(i)
-                    .step_by(count)
-                    .collect::<Vec<_>>(),
-            )
-        })
+        .map(|i| value(&kind.tests.iter().skip(i).step_by(count).collect::<Vec<_>>()))
         .collect()
 }
 
 /// Draws the mean image of a side in sRGB, with an exposure.
 fn mean_picture(
-    trial: &Trial,
+    report: &ComparisonReport,
     side: usize,
     exposure: f64,
     caption: &str,
 ) -> Result<String, png::EncodingError> {
-    let pixels = &trial.found.kinds[3];
+    let pixels = &report.found.kinds[3];
     let count = pixels.grid[0] * pixels.grid[1];
-    let channels = pixels.places.len() / count;
+    let channels = pixels.tests.len() / count;
     let value =
-        |i: usize, channel: usize| pixels.places[channel.min(channels - 1) * count + i].means[side];
+        |i: usize, channel: usize| pixels.tests[channel.min(channels - 1) * count + i].means[side];
     let display = Display::Srgb { exposure };
     let rgb: Vec<u8> = (0..count)
         .flat_map(|i| [0, 1, 2].map(|channel| display.encode(value(i, channel))))
@@ -240,13 +231,13 @@ fn mean_picture(
 }
 
 /// Returns the difference relative to the second side, summed over channels.
-fn relative(places: &[&Place]) -> f64 {
-    let sum = |f: fn(&Place) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
+fn relative(places: &[&AreaTest]) -> f64 {
+    let sum = |f: fn(&AreaTest) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
     sum(|place| place.means[0] - place.means[1]) / sum(|place| place.scale)
 }
 
 /// Returns −log₁₀ p with the sign of the difference, for the channel where p is least.
-fn digits(places: &[&Place]) -> f64 {
+fn signed_log_p(places: &[&AreaTest]) -> f64 {
     let least = places
         .iter()
         .filter(|place| place.varies())
@@ -257,7 +248,7 @@ fn digits(places: &[&Place]) -> f64 {
 }
 
 /// Returns a round number at or above the 90 % quantile of the magnitudes.
-fn bound(values: &[f64]) -> f64 {
+fn scale_limit(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values
         .iter()
         .map(|value| value.abs())
@@ -277,37 +268,37 @@ fn bound(values: &[f64]) -> f64 {
         .unwrap_or(size)
 }
 
-fn page(trial: &Trial) -> Result<String, png::EncodingError> {
-    let [means, regions, tiles, pixels] = &trial.found.kinds;
+fn page(report: &ComparisonReport) -> Result<String, png::EncodingError> {
+    let [means, regions, tiles, pixels] = &report.found.kinds;
     let mut html = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <title>{word}: {why}</title><style>{STYLE}</style>\
          <header class=\"{word}\"><h1>{word}</h1><p>{why}.</p>",
-        word = trial.word(),
-        why = escaped(&trial.why())
+        word = report.word(),
+        why = escaped(&report.why())
     );
-    let hint = trial.hint.iter().map(|hint| format!("hint: {hint}"));
+    let hint = report.hint.iter().map(|hint| format!("hint: {hint}"));
     for line in hint
-        .chain(trial.readings())
-        .chain(trial.note.iter().map(|note| format!("note: {note}")))
+        .chain(report.readings())
+        .chain(report.note.iter().map(|note| format!("note: {note}")))
     {
         html += &format!("<p>{}.</p>", escaped(&line));
     }
     html += "</header>";
     // Writing to a string cannot fail.
     let overall = means
-        .places
+        .tests
         .iter()
         .map(|place| place.means[1].abs())
         .sum::<f64>()
-        / means.places.len() as f64;
+        / means.tests.len() as f64;
     let exposure = if overall > 0.0 {
         (0.2 / overall).log2().round()
     } else {
         0.0
     };
     html += "<h2>Means</h2><div class=\"grid\">";
-    for (side, inputs) in [trial.a, trial.b].into_iter().enumerate() {
+    for (side, inputs) in [report.a, report.b].into_iter().enumerate() {
         let name = ["First", "Second"][side];
         let stops = if exposure == 0.0 {
             String::new()
@@ -315,24 +306,24 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             format!(", {exposure:+} stops")
         };
         let caption = format!("{name}: {}{stops}", escaped(&super::files::count(inputs)));
-        html += &mean_picture(trial, side, exposure, &caption)?;
+        html += &mean_picture(report, side, exposure, &caption)?;
         html += "</figure>";
     }
     html += "</div><h2>Where they differ</h2><div class=\"grid\">";
     for kind in [tiles, pixels] {
         let values = cells(kind, relative);
-        let bound = bound(&values);
-        let [low, high] = [-bound, bound].map(percent);
+        let scale_limit = scale_limit(&values);
+        let [low, high] = [-scale_limit, scale_limit].map(percent);
         html += &map(
             &format!("Difference of {}s, percent of the second", kind.name),
             kind.grid,
             &values,
-            bound,
+            scale_limit,
             [&low, "0", &high],
         )?;
     }
     for kind in [tiles, pixels] {
-        let bound = -kind.level.log10();
+        let scale_limit = -kind.level.log10();
         let [low, high] =
             ["below", "above"].map(|end| format!("p = {:.0e}, first {end}", kind.level));
         let caption = format!(
@@ -342,38 +333,38 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         html += &map(
             &caption,
             kind.grid,
-            &cells(kind, digits),
-            bound,
+            &cells(kind, signed_log_p),
+            scale_limit,
             [&low, "p = 1", &high],
         )?;
     }
     html += "</div><p class=\"small\">Full colour in the lower maps marks p-values at the threshold that is common to all places.</p>";
     html += "<h2>Image mean</h2><div class=\"scroll\"><table><tr><th>channel<th><th>first<th>second<th>difference<th>from\
              <th>to<th>standard errors<th>p<th>smallest detectable";
-    for place in &means.places {
+    for place in &means.tests {
         let [low, high] = place.interval(means.level).map(percent);
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{low}<td>{high}<td>{:.2}<td>{:.1e}<td>{}",
-            bad(means, place),
-            trial.channel(place.channel),
+            row_class(means, place),
+            report.channel(place.channel),
             if place.judged { "" } else { "not judged" },
             place.means[0],
             place.means[1],
             percent(place.difference()),
             place.sigmas,
             place.p,
-            percent(place.seen(means.level)).replace('+', "")
+            percent(place.minimum_detectable_effect(means.level)).replace('+', "")
         );
     }
     html += "</table></div><h2>Places, worst first</h2><div class=\"scroll\"><table><tr><th>place<th>channel<th>first\
              <th>second<th>difference<th>standard errors<th>p<th>threshold of p<th>";
     let all = [means, regions, tiles, pixels]
         .into_iter()
-        .flat_map(|kind| kind.places.iter().map(move |p| (kind, p)));
-    let mut worst: Vec<(&Kind, &Place)> = all.filter(|(_, place)| place.varies()).collect();
-    let strength = |(kind, place): &(&Kind, &Place)| {
-        let told = kind.counts && place.judged;
+        .flat_map(|kind| kind.tests.iter().map(move |p| (kind, p)));
+    let mut worst: Vec<(&AreaKind, &AreaTest)> = all.filter(|(_, place)| place.varies()).collect();
+    let strength = |(kind, place): &(&AreaKind, &AreaTest)| {
+        let told = kind.is_counted && place.judged;
         (!told, place.p / kind.level, -place.sigmas.abs())
     };
     worst.sort_by(|x, y| {
@@ -381,14 +372,14 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             .partial_cmp(&strength(y))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
-    for (kind, place) in worst.iter().take(ROWS) {
-        let told = kind.counts && place.judged;
+    for (kind, place) in worst.iter().take(MAX_TABLE_ROWS) {
+        let told = kind.is_counted && place.judged;
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{:.2}<td>{:.1e}<td>{:.1e}<td>{}",
-            bad(kind, place),
+            row_class(kind, place),
             place_name(kind, place),
-            trial.channel(place.channel),
+            report.channel(place.channel),
             place.means[0],
             place.means[1],
             percent(place.difference()),
@@ -399,7 +390,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
         );
     }
     html += "</table></div><h2>p-values of pixels</h2>";
-    html += &bars(&histogram(pixels));
+    html += &histogram_bars(&histogram(pixels));
     html += "<p class=\"small\">Flat where both renderers are right and the noise is not skewed; high at the left where they \
              differ. No verdict rests on this histogram.</p><h2>How it was decided</h2>";
     let _ = write!(
@@ -411,13 +402,13 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
          Renderers agree if no \
          place differs, however little, and the interval of the image mean's difference lies within ±{} %. Where no \
          value varies, values are compared as they stand.</p><ul>",
-        trial.rules.level,
-        100.0 * trial.rules.margin
+        report.rules.level,
+        100.0 * report.rules.margin
     );
-    for kind in &trial.found.kinds {
-        let _ = write!(html, "<li>{}", kind_line(kind));
+    for kind in &report.found.kinds {
+        let _ = write!(html, "<li>{}", kind_summary(kind));
     }
-    for (what, seen) in smallest(trial) {
+    for (what, seen) in detectable_biases(report) {
         if let Some(seen) = seen {
             let _ = write!(
                 html,
@@ -426,13 +417,13 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
             );
         }
     }
-    for line in trial.cautions() {
+    for line in report.cautions() {
         let _ = write!(html, "<li>{}", escaped(&line));
     }
     html += "</ul>";
     for (name, inputs) in [
-        ("First", trial.a),
-        (if trial.exact { "Reference" } else { "Second" }, trial.b),
+        ("First", report.a),
+        (if report.exact { "Reference" } else { "Second" }, report.b),
     ] {
         let _ = write!(html, "<h2>{name}: files and their SHA-256</h2><p>");
         for input in inputs {
@@ -448,7 +439,7 @@ fn page(trial: &Trial) -> Result<String, png::EncodingError> {
 }
 
 /// Returns the CSS class of a row that is rejected.
-fn bad(kind: &Kind, place: &Place) -> &'static str {
+fn row_class(kind: &AreaKind, place: &AreaTest) -> &'static str {
     if kind.rejects(place) {
         " class=\"bad\""
     } else {
@@ -457,7 +448,7 @@ fn bad(kind: &Kind, place: &Place) -> &'static str {
 }
 
 /// Draws the histogram, with a line at the height of a uniform distribution.
-fn bars(counts: &[u64]) -> String {
+fn histogram_bars(counts: &[u64]) -> String {
     let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
     let flat = counts.iter().sum::<u64>() as f64 / counts.len() as f64;
     let height = |count: f64| 150.0 * count / most;

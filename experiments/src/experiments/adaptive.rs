@@ -2,7 +2,7 @@
 
 use whitefurnace::render::adaptive::REPLICATIONS;
 
-use super::scrambles::gains;
+use super::scrambles::claim_gain;
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
 
@@ -54,10 +54,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let seed = seed_for(run.seed(), &format!("{room}, {adaptive:?} {k}"));
             Job {
                 seed,
-                ..run.prepared(job)
+                ..run.with_run_options(job)
             }
             .render(&room)?
-            .whole()
+            .into_complete()
         };
         let mut variances = [Moments::default(); 2];
         for (variances, adaptive) in variances
@@ -72,8 +72,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
             }
         }
         shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
-        let level = FAMILY / ROOMS.len() as f64;
-        let gain = gains(
+        let level = FAMILYWISE_LEVEL / ROOMS.len() as f64;
+        let gain = claim_gain(
             run,
             &format!("{room}: samples go where noise is"),
             variances.each_ref(),
@@ -81,9 +81,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
         );
         run.number(&format!("{room}.gain"), gain);
     }
-    let see = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
+    let description = "Blue: fewer samples than the mean; vermilion: more. They leave the background, and go to what glass and \
                mirrors show.";
-    maps(&run.figure("samples.svg"), see, [1200, 900], 2, &shown)
+    maps(
+        &run.figure("samples.svg"),
+        description,
+        [1200, 900],
+        2,
+        &shown,
+    )
 }
 
 /// Returns the mean over pixels and channels of the variance among films.

@@ -9,13 +9,13 @@ mod maps;
 use clap::ValueEnum as _;
 use serde::{Deserialize, Serialize};
 
-use claims::{Case, Claim, Lack, SCENES, cases, replications, replications_left_out};
+use claims::{Case, Claim, MissingLight, SCENES, cases, replications, replications_left_out};
 use judge::judge;
 use left_out::{METHODS, left_out};
 use maps::{Maps, note_map};
 
 use crate::experiments::prelude::*;
-use crate::plot::agreement::{histograms, squares};
+use crate::plot::agreement::{agreement_matrix, histograms};
 use crate::plot::map::maps as draw_maps;
 use crate::render::SilhouettesName;
 use crate::render::photons::{Gather, Photons};
@@ -63,7 +63,7 @@ mod state {
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Values, D::Error> {
-        <[f64; 5]>::deserialize(from).map(Values::of_state)
+        <[f64; 5]>::deserialize(from).map(Values::from_state)
     }
 }
 
@@ -81,7 +81,7 @@ const COLUMNS: &str = "replication,count,mean,variance";
 fn run(run: &mut Run) -> Result<(), Error> {
     let cases = cases(run.tier());
     // One interval of the mean and one least p-value of the tiles for each case.
-    let share = FAMILY / (2 * cases.len()) as f64;
+    let share = FAMILYWISE_LEVEL / (2 * cases.len()) as f64;
     let mut totals = Vec::new();
     let mut rendered = Vec::new();
     let mut level = share;
@@ -93,7 +93,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         totals.push(add(&mut accumulated, &images.means, level)?);
         rendered.push(images);
     }
-    let lacks = lacks(run, &cases, level)?;
+    let missing_light = missing_light_of(run, &cases, level)?;
     let mut shown = Vec::new();
     let mut panels = Vec::new();
     let mut tile_maps = Vec::new();
@@ -115,7 +115,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         else {
             continue;
         };
-        let square = judge(run, case, &totals[i], against, lacks[i], level);
+        let square = judge(run, case, &totals[i], against, missing_light[i], level);
         if let Some(at) = at.filter(|&at| at != i) {
             let (tiles, pixels) =
                 note_map(run, case, [&rendered[i].maps, &rendered[at].maps], share);
@@ -137,7 +137,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let estimators = EstimatorName::value_variants();
     let rows: Vec<String> = estimators.iter().copied().map(name).collect();
     let columns: Vec<String> = scenes.iter().copied().map(name).collect();
-    squares(
+    agreement_matrix(
         &run.figure("agreement.svg"),
         "Image mean relative to the reference ± half its interval",
         "Methods without bias agree in every scene; others differ as far as their reasons say.",
@@ -160,8 +160,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "Flat where expectations are equal; high at the left where a method is biased or leaves light out.",
         &panels,
     )?;
-    let see = "Noise without a pattern for methods without bias; blue where light is missing.";
-    draw_maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &tile_maps)
+    let description =
+        "Noise without a pattern for methods without bias; blue where light is missing.";
+    draw_maps(
+        &run.figure("tiles.svg"),
+        description,
+        [1080, 700],
+        3,
+        &tile_maps,
+    )
 }
 
 /// Opens the file that holds the image means of all runs.
@@ -197,11 +204,11 @@ fn add(accumulated: &mut Accumulated, means: &Values, level: f64) -> Result<Tota
 }
 
 /// Returns the radiance that each case's method leaves out, if such a loss is claimed.
-fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
+fn missing_light_of(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Error> {
     let mut counted = Vec::new();
     for (scene, _) in SCENES {
         let wanted = |case: &Case| {
-            case.scene == scene && matches!(case.claim, Claim::Lacks(Lack::Counted(_), _))
+            case.scene == scene && matches!(case.claim, Claim::Lacks(MissingLight::Measured(_), _))
         };
         if !cases.iter().any(wanted) {
             continue;
@@ -221,21 +228,21 @@ fn lacks(run: &Run, cases: &[Case], level: f64) -> Result<Vec<Option<Mean>>, Err
                 .map(Values::state)
                 .collect())
         })?;
-        let values: Vec<Values> = states.into_iter().map(Values::of_state).collect();
+        let values: Vec<Values> = states.into_iter().map(Values::from_state).collect();
         for ((method, accumulated), values) in METHODS.iter().zip(&mut files).zip(&values) {
             accumulated.look(level);
             counted.push((scene, *method, add(accumulated, values, level)?));
         }
     }
-    let lack = |case: &Case| match case.claim {
-        Claim::Lacks(Lack::Known(radiance), _) => Some(Mean::Known(radiance)),
-        Claim::Lacks(Lack::Counted(method), _) => counted
+    let missing_light = |case: &Case| match case.claim {
+        Claim::Lacks(MissingLight::Known(radiance), _) => Some(Mean::Known(radiance)),
+        Claim::Lacks(MissingLight::Measured(method), _) => counted
             .iter()
             .find(|(scene, of, _)| *scene == case.scene && *of == method)
             .map(|(.., total)| Mean::Measured(*total)),
         Claim::Equal | Claim::Biased(..) => None,
     };
-    Ok(cases.iter().map(lack).collect())
+    Ok(cases.iter().map(missing_light).collect())
 }
 
 /// A mean that is known in closed form or measured by images.
@@ -261,7 +268,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
             (EstimatorName::Photon, SceneName::FurnaceBox) => Gather::No,
             _ => Gather::Yes,
         },
-        ..Photons::default()
+        ..Photons::DEFAULT
     };
     let count = run.count(replications(case, run.tier())).max(2) as u32;
     let job = Job {
@@ -270,7 +277,7 @@ fn render(run: &Run, case: &Case, first: u32) -> Result<Images, Error> {
         photons: if uses_photons {
             photons
         } else {
-            Photons::default()
+            Photons::DEFAULT
         },
         patches: if is_radiosity {
             patches(run)

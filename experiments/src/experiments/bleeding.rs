@@ -78,7 +78,7 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
         spp: run.by_tier(32, 512),
         ..Job::default()
     };
-    let job = run.prepared(job);
+    let job = run.with_run_options(job);
     let film = render_paths(
         scene,
         Path::default(),
@@ -92,7 +92,7 @@ fn picture(run: &mut Run, scene: &Scene, file: &str) -> Result<(), Error> {
 }
 
 /// Returns the ray from the camera to a point of the equator.
-fn girdle(scene: &Scene, angle: f64) -> Ray {
+fn equator_ray(scene: &Scene, angle: f64) -> Ray {
     let sphere = WHITE_SPHERE;
     let eye = scene.camera().eye;
     let towards = (eye - sphere.centre).with_z(0.0).normalize();
@@ -109,8 +109,8 @@ fn girdle(scene: &Scene, angle: f64) -> Ray {
 fn by_paths(scene: &Scene, seed: u64, samples: u32) -> Result<Vec<Ratios>, Error> {
     let path = Path::<DefaultParts>::default();
     let places: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
-    parallel(&places, |&(place, angle)| {
-        let ray = girdle(scene, angle);
+    parallel_map(&places, |&(place, angle)| {
+        let ray = equator_ray(scene, angle);
         let hit = scene.intersect(&ray);
         let mut ratios = [Moments::default(); 2];
         for batch in 0..BATCHES {
@@ -136,7 +136,7 @@ fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
         &|_| !interrupted(),
     )?;
     let ratios = ANGLES.iter().filter_map(|&angle| {
-        let ray = girdle(scene, angle);
+        let ray = equator_ray(scene, angle);
         let irradiance = solved.irradiance(scene, &ray, &scene.intersect(&ray)?);
         Some([irradiance.x / irradiance.y, irradiance.z / irradiance.y])
     });
@@ -145,7 +145,7 @@ fn by_radiosity(scene: &Scene, patches: u32) -> Result<Vec<[f64; 2]>, Error> {
 
 /// Judges the profiles at the family-wise level of the experiment.
 fn judge(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) {
-    let critical = normal_upper(FAMILY / (2.0 * 4.0 * ANGLES.len() as f64));
+    let critical = normal_upper(FAMILYWISE_LEVEL / (2.0 * 4.0 * ANGLES.len() as f64));
     let [coloured, grey, diffuse] = profiles else {
         return;
     };
@@ -260,11 +260,11 @@ fn draw(run: &mut Run, profiles: &[Vec<Ratios>], radiosity: &[[f64; 2]]) -> Resu
         "The same in the diffuse room: irradiance, by paths and by radiosity",
         diffuse,
     );
-    let see = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
+    let description = "Towards the walls red and blue leave the ratio one that grey walls would give. Points of path \
                tracing lie on the lines of radiosity.";
     charts(
         &run.figure("bleeding.svg"),
-        see,
+        description,
         [900, 880],
         &[report, diffuse],
     )

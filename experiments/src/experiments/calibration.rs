@@ -6,13 +6,13 @@ use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::tails::{binomial_sf, kolmogorov_upper};
 
 use crate::experiments::prelude::*;
-use trials::statistics::{self, N, Promise};
+use trials::statistics::{self, ErrorRateBound, N};
 
 pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
     title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
     headline: "p-values and stated error rates over {replications %d} replications: {holds} hold, {fails} fail",
-    version: 3,
+    version: 4,
     equations: &[],
     run,
 };
@@ -30,14 +30,14 @@ const CONTINUOUS: [&str; 6] = [
     "variance ratio",
 ];
 /// ...from about this number of values on.
-const LEAST_VALUES: u64 = 900;
+const MIN_VALUES: u64 = 900;
 
 /// Replications of one part, which an interrupted run need not repeat.
-const PART: usize = 32;
+const REPLICATIONS_PER_PART: usize = 32;
 
 /// Prefixes of names in the accumulated rows.
 const STATISTIC: &str = "statistic ";
-const PROMISE: &str = "promise ";
+const ERROR_RATE: &str = "promise ";
 const TRIAL: &str = "trial ";
 
 fn run(run: &mut Run) -> Result<(), Error> {
@@ -50,13 +50,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let first = accumulated.next();
     let replications: Vec<u64> = (first..first + run.count(run.by_tier(64, 1024))).collect();
     let registry = trials::all();
-    run.bears_on(&registry);
+    run.add_equations_of(&registry);
     let master = run.seed();
-    let registry = in_question(registry, master)?;
+    let registry = trials_with_p_values(registry, master)?;
     let bar = Bar::new("", replications.len() as u64, "seeds");
-    for part in replications.chunks(PART) {
+    for part in replications.chunks(REPLICATIONS_PER_PART) {
         let found = run.part(&format!("from-{}", part[0]), || {
-            let found = parallel(part, |&k| -> Result<Vec<[String; 2]>, Error> {
+            let found = parallel_map(part, |&k| -> Result<Vec<[String; 2]>, Error> {
                 let mut rows = examine_statistics(master, k);
                 rows.extend(examine_registry(&registry, master, k)?);
                 Ok(rows)
@@ -68,7 +68,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         }
         bar.advance(part.len() as u64);
     }
-    let family = accumulated.look(FAMILY);
+    let family = accumulated.look(FAMILYWISE_LEVEL);
     accumulated.write()?;
     let mut by_name: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (name, p) in accumulated.column("name").zip(accumulated.numbers("p")) {
@@ -77,7 +77,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let (all, own, look) = (accumulated.next(), replications.len(), accumulated.looks());
     let value = format!(
         "{all} replications so far, {own} of this run; n = {N} per statistic, registry at scale 1/1024; \
-         family-wise level {FAMILY:.0e} for all looks, {family:.1e} for this one, number {look}"
+         family-wise level {FAMILYWISE_LEVEL:.0e} for all looks, {family:.1e} for this one, number {look}"
     );
     run.note("size", value);
     run.number("replications", all as f64);
@@ -94,23 +94,23 @@ fn examine_statistics(master: u64, k: u64) -> Vec<[String; 2]> {
         let p = (statistic.run)(&mut rng(&name), 0.0).p;
         [name, format!("{p:.6e}")]
     });
-    let promises = statistics::promises().into_iter().map(|promise| {
-        let name = format!("{PROMISE}{}", promise.name);
-        let happened = (promise.happened)(&mut rng(&name));
+    let error_rate_bounds = statistics::error_rate_bounds().into_iter().map(|bound| {
+        let name = format!("{ERROR_RATE}{}", bound.name);
+        let happened = (bound.happened)(&mut rng(&name));
         [name, u8::from(happened).to_string()]
     });
-    statistics.chain(promises).collect()
+    statistics.chain(error_rate_bounds).collect()
 }
 
 /// Groups whose p-values are meaningless at this scale: the checks of whole BSDFs integrate for
 /// seconds, and the pixels of the images have two replications each.
-const LEFT_OUT: [&str; 2] = ["bsdf", "images"];
+const EXCLUDED_GROUPS: [&str; 2] = ["bsdf", "images"];
 
 /// Returns the trials that have p-values to examine, determined by a separate replication.
-fn in_question(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
+fn trials_with_p_values(registry: Vec<Trial>, master: u64) -> Result<Vec<Trial>, Error> {
     let context = Context::new(seed_for(master, "calibration, which trials"), SCALE)?;
-    let examined = parallel(&registry, |trial| {
-        !LEFT_OUT.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
+    let examined = parallel_map(&registry, |trial| {
+        !EXCLUDED_GROUPS.contains(&group(&trial.name)) && !p_values(trial, &context).is_empty()
     })?;
     Ok(registry
         .into_iter()
@@ -136,7 +136,7 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
         let varies = o.half_width() > 1e-9 * o.reference.abs();
         // Nor has a chi-square whose cells have all been pooled into one.
         let varies = varies && o.dof != Some(0.0);
-        CONTINUOUS.contains(&o.statistic) && o.n >= LEAST_VALUES && varies
+        CONTINUOUS.contains(&o.statistic) && o.n >= MIN_VALUES && varies
     });
     let named = |o: Outcome| {
         [
@@ -149,13 +149,13 @@ fn p_values(trial: &Trial, context: &Context) -> Vec<[String; 2]> {
 
 /// Judges each name at `level`, its share of the look's level.
 fn judge(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) {
-    let promises = statistics::promises();
+    let error_rate_bounds = statistics::error_rate_bounds();
     let (mut registered, mut worst) = (0, (1.0, String::from("none")));
     for (&name, values) in by_name {
         let n = values.len() as u64;
-        if let Some(Promise { rate, .. }) = promises
+        if let Some(ErrorRateBound { rate, .. }) = error_rate_bounds
             .iter()
-            .find(|p| name.strip_prefix(PROMISE) == Some(p.name))
+            .find(|p| name.strip_prefix(ERROR_RATE) == Some(p.name))
         {
             let k = values.iter().filter(|&&happened| happened > 0.5).count() as u64;
             let value = format!("{k} of {n}, at most {rate:.0e} promised");
@@ -238,10 +238,11 @@ fn draw(run: &mut Run, by_name: &BTreeMap<&str, Vec<f64>>, level: f64) -> Result
         TRIAL,
         Mark::Faint,
     );
-    let see = "Lines between the limits are those of uniform p-values, as true hypotheses give.";
+    let description =
+        "Lines between the limits are those of uniform p-values, as true hypotheses give.";
     charts(
         &run.figure("quantiles.svg"),
-        see,
+        description,
         [900, 900],
         &[statistics, trials],
     )

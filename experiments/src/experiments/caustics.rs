@@ -42,14 +42,14 @@ enum Method {
 
 /// Work spent on an image.
 #[derive(Clone, Copy)]
-struct Effort {
+struct Work {
     size: [u32; 2],
     samples: u32,
     particles: u32,
 }
 
 /// Results of one method in one scene.
-struct Made {
+struct MethodResult {
     film: Film,
     /// The first channel's mean over the caustic, a value for each image.
     region: Values,
@@ -69,33 +69,33 @@ fn run(run: &mut Run) -> Result<(), Error> {
         ("photon-direct", Method::Photon(Lookup::DirectVisualization)),
         ("sppm", Method::Sppm),
     ];
-    let effort = Effort {
+    let effort = Work {
         size: run.by_tier(SIZES[0], SIZES[1]),
         samples: run.by_tier(1, 2),
         particles,
     };
     let mut reference = None;
     for (name, method) in methods {
-        let made = make(run, &caustic(1.5), name, method, effort)?;
+        let result = render_method(run, &caustic(1.5), name, method, effort)?;
         write_png(
             &run.figure(&format!("{name}.png")),
-            &made.film,
+            &result.film,
             Display::Srgb { exposure: 0.0 },
             2,
         )?;
-        row(run, name, &made);
-        let path = *reference.get_or_insert(made.region);
+        row(run, name, &result);
+        let path = *reference.get_or_insert(result.region);
         match method {
             Method::Path(Strategy::Mis) => {}
             Method::Whitted => run.claim(
                 "whitted has no caustic",
                 format!(
                     "{:.4} of path tracing's radiance",
-                    made.region.moments.mean() / path.moments.mean()
+                    result.region.moments.mean() / path.moments.mean()
                 ),
-                made.region.moments.mean() < 0.5 * path.moments.mean(),
+                result.region.moments.mean() < 0.5 * path.moments.mean(),
             ),
-            _ => same(run, &format!("{name} and mis"), &made.region, &path),
+            _ => same(run, &format!("{name} and mis"), &result.region, &path),
         }
     }
     if run.tier() == Tier::Quick {
@@ -103,16 +103,16 @@ fn run(run: &mut Run) -> Result<(), Error> {
         return Ok(());
     }
     let path_tracing = Method::Path(Strategy::Mis);
-    let clear = make(run, &no_caustic(), "mis, no glass", path_tracing, effort)?;
+    let clear = render_method(run, &no_caustic(), "mis, no glass", path_tracing, effort)?;
     row(run, "no-glass", &clear);
     for (name, method) in [methods[0], methods[3]] {
         let name = format!("{name} at index 1");
-        let made = make(run, &caustic(1.0), &name, method, effort)?;
-        row(run, &name.replace(" at ", "-").replace(' ', ""), &made);
+        let result = render_method(run, &caustic(1.0), &name, method, effort)?;
+        row(run, &name.replace(" at ", "-").replace(' ', ""), &result);
         same(
             run,
             &format!("{name} and no glass"),
-            &made.region,
+            &result.region,
             &clear.region,
         );
     }
@@ -120,9 +120,9 @@ fn run(run: &mut Run) -> Result<(), Error> {
 }
 
 /// Records a region's mean and the noise of a pixel.
-fn row(run: &mut Run, name: &str, made: &Made) {
-    let film = &made.film;
-    let region = made.region.moments;
+fn row(run: &mut Run, name: &str, result: &MethodResult) {
+    let film = &result.film;
+    let region = result.region.moments;
     let (mean, error, noise) = (
         region.mean(),
         region.standard_error(),
@@ -147,13 +147,13 @@ fn row(run: &mut Run, name: &str, made: &Made) {
 /// family-wise level; undecided where their skewness makes that level invalid.
 fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
     let margin = run.by_tier(MARGINS[0], MARGINS[1]);
-    let level = FAMILY / COMPARISONS as f64;
+    let level = FAMILYWISE_LEVEL / COMPARISONS as f64;
     let images = a.moments.count();
     let [of_a, of_b] = [a.moments, b.moments];
     let critical = student_upper(level / 2.0, images as f64 - 1.0);
     let reach = critical * of_a.standard_error().hypot(of_b.standard_error()) / of_b.mean();
     let difference = of_a.mean() / of_b.mean() - 1.0;
-    let skewness = skewness_of_sum([a.part(), b.part()]);
+    let skewness = skewness_of_sum([a.skewness_part(), b.skewness_part()]);
     let needed = Sigma::Estimated.valid_from(images, skewness, level);
     let verdict = if images < needed {
         Verdict::Undecided { needed }
@@ -173,13 +173,13 @@ fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
 }
 
 /// Renders independent images of a scene, and their mean.
-fn make(
+fn render_method(
     run: &Run,
     scene: &Scene,
     name: &str,
     method: Method,
-    effort: Effort,
-) -> Result<Made, Error> {
+    effort: Work,
+) -> Result<MethodResult, Error> {
     let images = run.count(IMAGES).max(2);
     let bar = Bar::new(name, images, "samples");
     let pixels = region(scene, effort.size);
@@ -197,14 +197,14 @@ fn make(
             return Err(Error::Interrupted);
         }
     }
-    Ok(Made {
+    Ok(MethodResult {
         film: all,
         region: values,
     })
 }
 
-fn one_image(scene: &Scene, method: Method, seed: u64, effort: Effort) -> Result<Film, Error> {
-    let Effort {
+fn one_image(scene: &Scene, method: Method, seed: u64, effort: Work) -> Result<Film, Error> {
+    let Work {
         size,
         samples,
         particles,

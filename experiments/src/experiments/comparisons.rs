@@ -33,7 +33,7 @@ const BRIGHTER: [(f64, &str); 2] = [(1.1, "tenth"), (2.0, "twice")];
 type Image = Vec<f64>;
 
 /// A distribution of images of mean 1 on either side.
-struct Law {
+struct NoiseModel {
     key: &'static str,
     what: &'static str,
     /// Draws an image of a side.
@@ -51,7 +51,7 @@ fn normal(rng: &mut Stream) -> f64 {
 }
 
 /// Returns 1 with probability `chance`, else 0.
-fn coin(rng: &mut Stream, chance: f64) -> f64 {
+fn bernoulli(rng: &mut Stream, chance: f64) -> f64 {
     f64::from(u8::from(uniform(rng) < chance))
 }
 
@@ -109,20 +109,20 @@ fn half(value: f64) -> f64 {
 }
 
 const FLOAT: f64 = 1e-5;
-const LAWS: [Law; 14] = [
-    Law {
+const NOISE_MODELS: [NoiseModel; 14] = [
+    NoiseModel {
         key: "normal",
         what: "normal",
         draw: |rng, _| each(rng, |rng, _, _| 1.0 + 0.1 * normal(rng)),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "exponential",
         what: "exponential",
         draw: |rng, _| each(rng, |rng, _, _| exponential(rng)),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "unlike",
         what: "exponential, and on the second side a tenth of it",
         draw: |rng, side| {
@@ -136,50 +136,40 @@ const LAWS: [Law; 14] = [
         },
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "bright",
         what: "ten pixels of an image ten times as bright",
         draw: |rng, _| {
             each(rng, |rng, _, _| {
-                0.1 * exponential(rng) + 0.9 + 10.0 * (coin(rng, 0.0174) - 0.0174)
+                0.1 * exponential(rng) + 0.9 + 10.0 * (bernoulli(rng, 0.0174) - 0.0174)
             })
         },
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "rare",
         what: "one such pixel in three images",
         draw: |rng, _| {
             each(rng, |rng, _, _| {
-                1.0 + 0.1 * normal(rng) + 50.0 * coin(rng, 0.000_58)
+                1.0 + 0.1 * normal(rng) + 50.0 * bernoulli(rng, 0.000_58)
             })
         },
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "few",
         what: "two values, nearly",
-        draw: |rng, _| each(rng, |rng, _, _| 0.001 * uniform(rng) + coin(rng, 0.3)),
+        draw: |rng, _| each(rng, |rng, _, _| 0.001 * uniform(rng) + bernoulli(rng, 0.3)),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "edges",
         what: "calm, but for a column of two values",
         draw: |rng, _| {
             each(rng, |rng, x, _| {
-                1.0 + 0.01 * normal(rng) + if x == 5 { 2.0 * coin(rng, 0.3) } else { 0.0 }
-            })
-        },
-        rounding: FLOAT,
-    },
-    Law {
-        key: "lone",
-        what: "calm, but for a pixel of two values",
-        draw: |rng, _| {
-            each(rng, |rng, x, y| {
                 1.0 + 0.01 * normal(rng)
-                    + if [x, y] == [5, 5] {
-                        20.0 * coin(rng, 0.3)
+                    + if x == 5 {
+                        2.0 * bernoulli(rng, 0.3)
                     } else {
                         0.0
                     }
@@ -187,35 +177,50 @@ const LAWS: [Law; 14] = [
         },
         rounding: FLOAT,
     },
-    Law {
-        key: "graded",
-        what: "coins of all chances",
+    NoiseModel {
+        key: "lone",
+        what: "calm, but for a pixel of two values",
         draw: |rng, _| {
-            each(rng, |rng, x, _| {
-                coin(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))
+            each(rng, |rng, x, y| {
+                1.0 + 0.01 * normal(rng)
+                    + if [x, y] == [5, 5] {
+                        20.0 * bernoulli(rng, 0.3)
+                    } else {
+                        0.0
+                    }
             })
         },
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
+        key: "graded",
+        what: "coins of all chances",
+        draw: |rng, _| {
+            each(rng, |rng, x, _| {
+                bernoulli(rng, 10f64.powf(-3.0 * x as f64 / SIDE as f64))
+            })
+        },
+        rounding: FLOAT,
+    },
+    NoiseModel {
         key: "heavy",
         what: "Pareto 2.5",
         draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 2.5)),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "heavier",
         what: "Pareto 1.5",
         draw: |rng, _| each(rng, |rng, _, _| pareto(rng, 1.5)),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "correlated",
         what: "5 × 5 pixels together",
         draw: |rng, _| blurred(rng),
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "common",
         what: "a factor of each image",
         draw: |rng, _| {
@@ -224,7 +229,7 @@ const LAWS: [Law; 14] = [
         },
         rounding: FLOAT,
     },
-    Law {
+    NoiseModel {
         key: "half",
         what: "the second side in 16-bit floats, with less noise than these resolve",
         draw: |rng, side| {
@@ -236,7 +241,7 @@ const LAWS: [Law; 14] = [
         rounding: 1.0 / 2048.0,
     },
 ];
-const SINGLE: Law = Law {
+const SINGLE: NoiseModel = NoiseModel {
     key: "single",
     what: "the first side's samples added in single precision",
     draw: sums,
@@ -244,11 +249,16 @@ const SINGLE: Law = Law {
 };
 
 /// Compares images drawn from a distribution, the first side's `factor` times as bright.
-fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdict {
+fn compare_draws(
+    model: &NoiseModel,
+    numbers: [usize; 2],
+    factor: f64,
+    rng: &mut Stream,
+) -> Verdict {
     let [a, b] = [0, 1].map(|side| -> Vec<Image> {
         let factor = if side == 0 { factor } else { 1.0 };
         let image = |_| {
-            (law.draw)(rng, side)
+            (model.draw)(rng, side)
                 .into_iter()
                 .map(|value| factor * value)
                 .collect()
@@ -258,8 +268,8 @@ fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdi
     let [a, b] = [&a, &b].map(|side| Side::Images(side.iter().map(Vec::as_slice).collect()));
     let rules = Rules {
         level: LEVEL,
-        rounding: law.rounding,
-        single_sums: law.key == SINGLE.key,
+        rounding: model.rounding,
+        single_sums: model.key == SINGLE.key,
         ..Rules::default()
     };
     compare(SIDE, &[[a, b]], &rules).verdict
@@ -268,32 +278,32 @@ fn found(law: &Law, numbers: [usize; 2], factor: f64, rng: &mut Stream) -> Verdi
 fn run(run: &mut Run) -> Result<(), Error> {
     let runs = run.count(run.by_tier(40, 1000)) as u32;
     let less = runs.div_ceil(10);
-    let cells: Vec<(&Law, [usize; 2])> = LAWS
+    let cells: Vec<(&NoiseModel, [usize; 2])> = NOISE_MODELS
         .iter()
-        .flat_map(|law| NUMBERS.map(|numbers| (law, numbers)))
+        .flat_map(|model| NUMBERS.map(|numbers| (model, numbers)))
         .chain([(&SINGLE, [4, 4])])
         .collect();
-    let level = FAMILY / (2 * cells.len()) as f64;
+    let level = FAMILYWISE_LEVEL / (2 * cells.len()) as f64;
     let (mut worst, mut worst_equal, mut kept, mut kept_equal) = (0.0_f64, 0.0_f64, true, true);
-    for (law, numbers) in &cells {
-        let key = format!("{}.{}-{}", law.key, numbers[0], numbers[1]);
+    for (model, numbers) in &cells {
+        let key = format!("{}.{}-{}", model.key, numbers[0], numbers[1]);
         let seed = seed_for(run.seed(), &format!("comparisons {key}"));
         // A distribution that is slow to draw from is drawn less often.
-        let runs = if law.key == SINGLE.key { less } else { runs };
+        let runs = if model.key == SINGLE.key { less } else { runs };
         let count = |factor: f64,
                      runs: u32,
                      from: u32,
                      wanted: fn(&Verdict) -> bool|
          -> Result<u64, Error> {
             let repeat = |i: u32| {
-                u64::from(wanted(&found(
-                    law,
+                u64::from(wanted(&compare_draws(
+                    model,
                     *numbers,
                     factor,
                     &mut stream(seed, from + i, 0),
                 )))
             };
-            Ok(parallel(0..runs, repeat)?.into_iter().sum())
+            Ok(parallel_map(0..runs, repeat)?.into_iter().sum())
         };
         let fails = |verdict: &Verdict| *verdict == Verdict::Fails;
         let alarms = count(1.0, runs, 0, fails)?;
@@ -313,7 +323,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let seen = count(factor, less, (2 + i as u32) << 20, fails)?;
             run.number(&format!("{key}.{name}"), seen as f64 / f64::from(less));
         }
-        run.note(&key, format!("{}: {alarms} of {runs} DIFFER", law.what));
+        run.note(&key, format!("{}: {alarms} of {runs} DIFFER", model.what));
     }
     run.note(
         "size",

@@ -76,22 +76,25 @@ const GROUPS: u32 = 16;
 /// Replications of a group.
 const REPLICATIONS: u32 = 32;
 /// Number of slopes judged.
-const SLOPES: f64 = 6.0;
+const SLOPE_INTERVALS: f64 = 6.0;
 
 /// Variances at each number of samples over groups, the slope of their means, and its standard
 /// error.
-struct Fall {
+struct ConvergenceFit {
     samples: Vec<f64>,
     variances: Vec<Moments>,
     slope: f64,
     error: f64,
 }
 
-impl Fall {
+impl ConvergenceFit {
     /// Returns the half width of an interval at this experiment's share of the level, in standard
     /// errors.
     fn critical() -> f64 {
-        student_upper(FAMILY / 2.0 / SLOPES, f64::from(GROUPS - 1))
+        student_upper(
+            FAMILYWISE_LEVEL / 2.0 / SLOPE_INTERVALS,
+            f64::from(GROUPS - 1),
+        )
     }
 
     /// Returns the confidence interval of the slope.
@@ -101,8 +104,13 @@ impl Fall {
     }
 }
 
-fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Result<Fall, Error> {
-    let found: Vec<Vec<f64>> = parallel(0..GROUPS, |group| {
+fn measure(
+    integrand: &Integrand,
+    sobol: bool,
+    seed: u64,
+    sizes: &[u32],
+) -> Result<ConvergenceFit, Error> {
+    let found: Vec<Vec<f64>> = parallel_map(0..GROUPS, |group| {
         let variance = |&samples: &u32| {
             let first = group * REPLICATIONS;
             let moments: Moments = (first..first + REPLICATIONS)
@@ -112,12 +120,15 @@ fn measure(integrand: &Integrand, sobol: bool, seed: u64, sizes: &[u32]) -> Resu
         };
         sizes.iter().map(variance).collect()
     })?;
-    Ok(fall(sizes.iter().map(|&n| f64::from(n)).collect(), &found))
+    Ok(fit_slope(
+        sizes.iter().map(|&n| f64::from(n)).collect(),
+        &found,
+    ))
 }
 
 /// Fits the slope of the variances that groups found at each number of samples, and its standard
 /// error by the jackknife.
-fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
+fn fit_slope(samples: Vec<f64>, found: &[Vec<f64>]) -> ConvergenceFit {
     // Variances, not their logarithms, are averaged: the logarithm of a noisy variance is biased,
     // more so where few samples leave the mean skewed.
     let without = |left_out: Option<usize>| -> Vec<Moments> {
@@ -140,7 +151,7 @@ fn fall(samples: Vec<f64>, found: &[Vec<f64>]) -> Fall {
     let jackknife: Moments = (0..found.len()).map(|k| slope(&without(Some(k)))).collect();
     let n = found.len() as f64;
     let (slope, error) = (slope(&variances), (n - 1.0) * jackknife.standard_error());
-    Fall {
+    ConvergenceFit {
         samples,
         variances,
         slope,
@@ -180,14 +191,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
         for (colour, sobol) in [(2, false), (0, true)] {
             let numbers = if sobol { "Sobol'" } else { "independent" };
             let seed = seed_for(run.seed(), &format!("{key} {numbers}"));
-            let fall = measure(integrand, sobol, seed, &sizes)?;
-            let means = fall.variances.iter().map(Moments::mean);
+            let fit = measure(integrand, sobol, seed, &sizes)?;
+            let means = fit.variances.iter().map(Moments::mean);
             (low, high) = (
                 means.clone().fold(low, f64::min),
                 means.fold(high, f64::max),
             );
-            let interval = fall.interval();
-            let slope = fall.slope;
+            let interval = fit.interval();
+            let slope = fit.slope;
             let found = [
                 ("slope", slope),
                 ("slope.low", interval[0]),
@@ -197,7 +208,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             slopes.push((slope, interval));
             let half = slope - interval[0];
             let label = format!("{numbers}, slope {slope:.3} ± {half:.3}").replace('-', "−");
-            series.extend(drawn(&label, colour, &fall));
+            series.extend(drawn(&label, colour, &fit));
         }
         judge(run, key, title, &slopes);
         let ranges = [
@@ -214,30 +225,30 @@ fn run(run: &mut Run) -> Result<(), Error> {
             .log([true, true]),
         );
     }
-    let see = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
+    let description = "Straight lines on logarithmic axes: independent samples fall with slope −1 in each panel, Sobol' \
                points faster where the integrand is smooth.";
-    charts(&run.figure("convergence.svg"), see, [900, 1350], &plots)
+    charts(
+        &run.figure("convergence.svg"),
+        description,
+        [900, 1350],
+        &plots,
+    )
 }
 
 /// Draws mean variances with intervals, and the line of the slope through their centre.
-fn drawn(label: &str, colour: usize, fall: &Fall) -> [Series; 2] {
-    let means: Vec<f64> = fall.variances.iter().map(Moments::mean).collect();
+fn drawn(label: &str, colour: usize, fit: &ConvergenceFit) -> [Series; 2] {
+    let means: Vec<f64> = fit.variances.iter().map(Moments::mean).collect();
     let centre = |values: &[f64]| values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64;
-    let (x, y) = (centre(&fall.samples), centre(&means));
-    let line = |n: f64| [n, (y + fall.slope * (n.ln() - x)).exp()];
-    let bars = fall.variances.iter().map(|m| {
-        let half = Fall::critical() * m.standard_error();
+    let (x, y) = (centre(&fit.samples), centre(&means));
+    let line = |n: f64| [n, (y + fit.slope * (n.ln() - x)).exp()];
+    let bars = fit.variances.iter().map(|m| {
+        let half = ConvergenceFit::critical() * m.standard_error();
         [(m.mean() - half).max(0.05 * m.mean()), m.mean() + half]
     });
-    let points = fall.samples.iter().zip(&means).map(|(&n, &v)| [n, v]);
+    let points = fit.samples.iter().zip(&means).map(|(&n, &v)| [n, v]);
     [
         Series::new(label, colour, Mark::Points, points).with_bars(bars.collect()),
-        Series::new(
-            "",
-            colour,
-            Mark::Line,
-            fall.samples.iter().map(|&n| line(n)),
-        ),
+        Series::new("", colour, Mark::Line, fit.samples.iter().map(|&n| line(n))),
     ]
 }
 
@@ -276,7 +287,7 @@ mod tests {
             .map(|group| 2.0 + 0.01 * f64::from(group % 4))
             .collect();
         let groups: Vec<Vec<f64>> = last.iter().map(|v| vec![8.0, *v]).collect();
-        let Fall { slope, error, .. } = fall(vec![1.0, 4.0], &groups);
+        let ConvergenceFit { slope, error, .. } = fit_slope(vec![1.0, 4.0], &groups);
         let mean = last.iter().sum::<f64>() / 16.0;
         let variance = last.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 15.0;
         assert!(

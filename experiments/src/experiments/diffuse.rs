@@ -64,7 +64,7 @@ const LIMB: f64 = 85.0;
 
 /// Builds a white unit sphere with a small light at the camera, whose irradiance at normal
 /// incidence is π, so that white Lambert shows the cosine.
-fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
+fn lit_sphere(bsdf: Bsdf) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new("moon");
     let white = scene.surface(Surface::new(bsdf));
     scene.sphere(Sphere::new(DVec3::ZERO, 1.0), white);
@@ -82,7 +82,7 @@ fn moon(bsdf: Bsdf) -> Result<Scene, Error> {
 }
 
 /// Returns the radiance of the moon at inclination θ: π f_r(θ, θ) cos θ.
-fn frontal(bsdf: &Bsdf, theta: f64) -> f64 {
+fn retroreflected(bsdf: &Bsdf, theta: f64) -> f64 {
     let w = from_spherical(theta, 0.0);
     PI * bsdf.eval(w, w).x * w.z
 }
@@ -93,7 +93,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
     let (mut films, mut series) = (Vec::new(), Vec::new());
     for (colour, model) in (0..).zip(DiffuseName::ALL) {
         let bsdf = model.bsdf(DVec3::ONE, SIGMA);
-        let scene = moon(bsdf)?;
+        let scene = lit_sphere(bsdf)?;
         let path = Path::<DefaultParts>::default();
         let film = render_samples(
             &scene,
@@ -104,7 +104,7 @@ fn figure(run: &mut Run) -> Result<(), Error> {
             None,
             spp,
         )?;
-        let radiance = |x: f64| frontal(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
+        let radiance = |x: f64| retroreflected(&bsdf, x.asin().min(FRAC_PI_2 - 1e-6));
         series.push(Series::curve(
             model.title(),
             colour,
@@ -144,8 +144,13 @@ fn figure(run: &mut Run) -> Result<(), Error> {
         [[0.0, 1.0], [0.0, 1.1]],
         series,
     );
-    let see = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
-    charts(&run.figure("profile.svg"), see, [900, 600], &[chart])
+    let description = "The corrected Oren–Nayar sphere is flat almost to its rim; as printed it darkens like Lambert's.";
+    charts(
+        &run.figure("profile.svg"),
+        description,
+        [900, 600],
+        &[chart],
+    )
 }
 
 /// Returns the radiance of every fourth pixel right of the centre, against the distance of its
@@ -177,7 +182,7 @@ fn limb(run: &mut Run, model: DiffuseName, scene: &Scene, bsdf: &Bsdf) {
     };
     let [centre, edge] = [0.0, LIMB].map(radiance);
     let ratio = edge.mean() / centre.mean();
-    let expected = frontal(bsdf, LIMB.to_radians()) / frontal(bsdf, 0.0);
+    let expected = retroreflected(bsdf, LIMB.to_radians()) / retroreflected(bsdf, 0.0);
     run.number(&format!("{}.limb", name(model)), ratio);
     run.number(&format!("{}.limb.closed", name(model)), expected);
     // Light and camera are so far away that the angles are off by 10⁻⁴ at the limb, 0.11 % of cos
@@ -234,17 +239,17 @@ fn albedo(run: &mut Run) -> Result<(), Error> {
     );
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.75, 1.05]], series);
-    let see = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
-    charts(&run.figure("albedo.svg"), see, [900, 560], &[chart])?;
+    let description = "Lambert and EON lie on one. Corrected Oren–Nayar rises towards grazing, the printed form hardly.";
+    charts(&run.figure("albedo.svg"), description, [900, 560], &[chart])?;
     let arrow = from_spherical(INCIDENT.to_radians(), 0.0);
     let arrow = [[0.0, 0.0], [2.0 * arrow.x, 2.0 * arrow.z]];
     lobes.push(Series::new("direction of the light", 6, Mark::Line, arrow));
     let title = format!("π f in the plane of incidence, light at {INCIDENT}°, ρ = 1, σ = {SIGMA}");
     let axes = ["π f sin θ (towards the light →)", "π f cos θ"];
     let chart = Chart::new(title, axes, [[-1.2, 2.0], [0.0, 1.45]], lobes);
-    let see =
+    let description =
         "Lambert's lobe is a half circle. Corrected Oren–Nayar and EON bulge towards the light.";
-    charts(&run.figure("lobes.svg"), see, [900, 460], &[chart])?;
+    charts(&run.figure("lobes.svg"), description, [900, 460], &[chart])?;
     metals(run, samples)
 }
 
@@ -297,14 +302,14 @@ fn metals(run: &mut Run, samples: u64) -> Result<(), Error> {
         format!("Directional albedo of GGX, F₀ = 1: quadrature, and means of {samples} samples");
     let axes = ["inclination (degrees)", "directional albedo"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
-    let see = "The rougher the metal, the more of the light is lost on a second facet.";
-    charts(&run.figure("metals.svg"), see, [900, 560], &[chart])?;
-    frosted(run, samples)
+    let description = "The rougher the metal, the more of the light is lost on a second facet.";
+    charts(&run.figure("metals.svg"), description, [900, 560], &[chart])?;
+    rough_glass(run, samples)
 }
 
 /// Compares the light scattered by rough glass, from outside and from inside: means of its own
 /// samples against quadrature over microfacets.
-fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
+fn rough_glass(run: &mut Run, samples: u64) -> Result<(), Error> {
     let glass = RoughGlass {
         index: 1.5,
         alpha: 0.4,
@@ -351,8 +356,13 @@ fn frosted(run: &mut Run, samples: u64) -> Result<(), Error> {
     );
     let axes = ["inclination (degrees)", "share of flux"];
     let chart = Chart::new(title, axes, [[0.0, 90.0], [0.3, 1.05]], series);
-    let see = "What is missing to 1 meets a second facet.";
-    charts(&run.figure("frosted.svg"), see, [900, 560], &[chart])
+    let description = "What is missing to 1 meets a second facet.";
+    charts(
+        &run.figure("frosted.svg"),
+        description,
+        [900, 560],
+        &[chart],
+    )
 }
 
 /// Inclination of the incident light of the lobes, degrees.
@@ -372,7 +382,7 @@ fn sampled(
         (0..samples).map(|_| value(wo, &mut rng)).collect()
     };
     let angles: Vec<(u32, f64)> = (0..).zip(ANGLES).collect();
-    parallel(angles, at)
+    parallel_map(angles, at)
 }
 
 /// Plots a closed form from 0° to `end` in this number of steps, on all cores: quadrature is slow.
@@ -383,7 +393,7 @@ fn closed_curve(
     steps: u32,
     known: impl Fn(f64) -> f64 + Sync,
 ) -> Result<Series, Error> {
-    let points = parallel(0..steps + 1, |step| {
+    let points = parallel_map(0..steps + 1, |step| {
         let degrees = end * f64::from(step) / f64::from(steps);
         [degrees, known(degrees)]
     })?;
@@ -399,9 +409,9 @@ fn compared(
     known: impl Fn(f64) -> f64 + Sync,
     curves: usize,
 ) -> Result<Vec<[f64; 3]>, Error> {
-    let critical = normal_upper(FAMILY / 2.0 / (curves * ANGLES.len()) as f64);
+    let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / (curves * ANGLES.len()) as f64);
     // Lambert has no variance at all: the rest is rounding.
-    let known = parallel(ANGLES, known)?;
+    let known = parallel_map(ANGLES, known)?;
     let off =
         |(known, m): (f64, &Moments)| (m.mean() - known).abs() / m.standard_error().max(1e-12);
     let worst = known.into_iter().zip(found).map(off).fold(0.0, f64::max);

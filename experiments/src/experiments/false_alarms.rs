@@ -3,12 +3,12 @@
 use whitefurnace::harness::tails::binomial_interval;
 
 use crate::experiments::prelude::*;
-use crate::experiments::suite_seeds::{Answer, FAULTS_EVERY, Measure, Mutants, Seeds};
+use crate::experiments::suite_seeds::{Answer, FAULTS_SEED_STRIDE, Measure, Mutants, SuiteSeeds};
 
 pub(super) const FALSE_ALARMS: Experiment = Experiment {
     id: "false-alarms",
     title: "the whole suite under fresh master seeds (accumulates over runs)",
-    headline: "{fails %d} false rejections in {tests %d} tests of right subjects under {seeds %d} seeds",
+    headline: "{fails %d} false rejections in {tests %d} tests of correct subjects under {seeds %d} seeds",
     version: 3,
     equations: &[],
     run,
@@ -18,8 +18,8 @@ const COLUMNS: &str = "replication,holds,fails,undecided,exact,random,smallest_p
                        faults,rejected,faults_red,red";
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let suite = Seeds::open(run)?;
-    run.bears_on(&suite.trials);
+    let suite = SuiteSeeds::open(run)?;
+    run.add_equations_of(&suite.trials);
     let (version, seed, scale, trials) = (
         FALSE_ALARMS.version,
         run.seed(),
@@ -36,7 +36,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
         accumulated.push(k, &fields(&suite.subjects(k)?, &suite.mutants(k)?));
         bar.advance(1);
     }
-    let level = accumulated.look(FAMILY);
+    let level = accumulated.look(FAMILYWISE_LEVEL);
     accumulated.write()?;
     report(run, &accumulated, suite.scale, level);
     draw(run, &accumulated)
@@ -138,7 +138,7 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
         run.number(key, value);
     }
     let mut value = format!(
-        "{} of {seeds} at scale {scale}, bound {bound:.0e} each (look {} of {FAMILY:.0e} for all); the rate is \
+        "{} of {seeds} at scale {scale}, bound {bound:.0e} each (look {} of {FAMILYWISE_LEVEL:.0e} for all); the rate is \
          below {rate:.3} with 95 % confidence",
         names.len(),
         accumulated.looks()
@@ -148,14 +148,14 @@ fn report(run: &mut Run, accumulated: &Accumulated, scale: f64, level: f64) {
     }
     run.claim("suites with a false statement", value, names.is_empty());
     let value = format!(
-        "false rejections of right subjects and equivalent mutants at this scale: of {random} tests whose tail \
+        "false rejections of correct subjects and equivalent mutants at this scale: of {random} tests whose tail \
          is valid here, below {each:.1e} each, and of {exact} identities at their full arguments. Not the \
          1e-9 of each, which is theirs by their tails; nor what stays undecided at full size, which the \
          guard excludes"
     );
     run.note("what that bounds", value);
     let value = format!(
-        "{faults} under every {FAULTS_EVERY}th seed: {rejected} rejected, {} not yet at this scale, \
+        "{faults} under every {FAULTS_SEED_STRIDE}th seed: {rejected} rejected, {} not yet at this scale, \
          {faults_red} accepted or rejected for a number that is none",
         faults - rejected - faults_red
     );
@@ -211,6 +211,12 @@ fn draw(run: &mut Run, accumulated: &Accumulated) -> Result<(), Error> {
         series,
     )
     .log([true, true]);
-    let see = "Points along the line: least p-values as independent tests of true hypotheses give.";
-    charts(&run.figure("false-alarms.svg"), see, [900, 560], &[chart])
+    let description =
+        "Points along the line: least p-values as independent tests of true hypotheses give.";
+    charts(
+        &run.figure("false-alarms.svg"),
+        description,
+        [900, 560],
+        &[chart],
+    )
 }

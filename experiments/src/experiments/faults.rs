@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use trials::faults::Pair;
-use whitefurnace::harness::guard::FAR_MISS;
+use whitefurnace::harness::guard::MAX_FAULT_MISS;
 
 use crate::experiments::prelude::*;
 use crate::plot::matrix::{Detection, matrix};
@@ -21,7 +21,7 @@ pub(super) const FAULTS: Experiment = Experiment {
 const UNASSERTED: f64 = 1.0 / 128.0;
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    run.bears_on(&trials::all());
+    run.add_equations_of(&trials::all());
     // Quick: the pairs that the suite asserts. Full: every fault under every trial of its family;
     // pairs that the suite does not assert at a reduced size, where faults of small effect stay
     // undecided.
@@ -33,12 +33,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let scales = [run.scale(UNASSERTED), suite::scale(run)];
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
-    let seen = parallel(&pairs, |pair| {
+    let seen = parallel_map(&pairs, |pair| {
         let context = if pair.named { &asserted } else { &reduced };
         let name = format!("{}!{}", pair.trial, pair.fault.name);
         let outcomes = (pair.run)(&context.named(&name));
         if pair.named {
-            judge(&meant(&pair.rejected_by, &outcomes))
+            judge(&required_outcomes(&pair.rejected_by, &outcomes))
         } else {
             judge(&outcomes.iter().collect::<Vec<_>>())
         }
@@ -101,7 +101,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
     let value = format!(
         "{all} pairs, those that the suite asserts ({asserted}) at scale {scale} or a part of it that is enough, \
          others at {reduced}: {counts}; at scale 1 a correct build misses an asserted one with probability at most \
-         {FAR_MISS:e}"
+         {MAX_FAULT_MISS:e}"
     );
     if scale >= 1.0 || missed > 0 {
         let rejected = named().all(|(_, seen)| *seen == Detection::Rejected);
@@ -113,7 +113,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures that show several families; each other family has a figure of its own name. Each has few
 /// enough names to be readable at the width of a page.
-const BATCH_SIZE: [(&str, &str); 4] = [
+const FAMILIES_BY_FIGURE: [(&str, &str); 4] = [
     ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
     ("roulette", "roulette, survival"),
     (
@@ -134,7 +134,7 @@ fn figure(pair: &Pair) -> String {
         "photon-equivalence" => "photon",
         other => {
             let holds = |families: &str| families.split(", ").any(|family| family == other);
-            BATCH_SIZE
+            FAMILIES_BY_FIGURE
                 .iter()
                 .find(|(_, families)| holds(families))
                 .map_or(other, |(name, _)| name)
@@ -165,11 +165,11 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
             "Which trials reject which faults: {}",
             stem.replacen("faults-", "", 1)
         );
-        let see = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
+        let description = "A row for each fault, a column for each trial; a dark cell where the trial rejects it.";
         matrix(
             &run.figure(&file),
             &title,
-            see,
+            description,
             &rows,
             &columns,
             |row, column| {

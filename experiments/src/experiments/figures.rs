@@ -102,7 +102,7 @@ pub(super) const ROOM: Experiment = Experiment {
             },
             "room",
         )?;
-        run.first_picture("room.png")
+        run.copy_to_run_folder("room.png")
     },
 };
 

@@ -57,7 +57,7 @@ fn mean_albedo(model: DiffuseName) -> f64 {
 fn run(run: &mut Run) -> Result<(), Error> {
     let side = run.by_tier(96, 128);
     let spp = run.count(run.by_tier(128, 1024)).max(2) as u32;
-    let critical = normal_upper(FAMILY / 2.0 / DiffuseName::ALL.len() as f64);
+    let critical = normal_upper(FAMILYWISE_LEVEL / 2.0 / DiffuseName::ALL.len() as f64);
     let mut panels = Vec::new();
     for model in DiffuseName::ALL {
         let path = Path::<DefaultParts>::default();
@@ -115,9 +115,15 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "furnace.svg",
         format!("{side}x{side}, {spp} spp, white spheres, σ = {SIGMA}, sky of radiance 1"),
     );
-    let see =
+    let description =
         "Lambert's and EON's spheres vanish but for noise; both forms of Oren–Nayar are too dark.";
-    maps(&run.figure("furnace.svg"), see, [980, 820], 2, &panels)
+    maps(
+        &run.figure("furnace.svg"),
+        description,
+        [980, 820],
+        2,
+        &panels,
+    )
 }
 
 /// Returns the mean deviation from 1 over the sphere's disc, and its standard error. The mean over

@@ -67,7 +67,7 @@ fn triangle(height: f64) -> [DVec3; 3] {
 const HEIGHTS: [f64; 11] = [0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
 /// Compared methods: label, strategy, light sampling.
-const WAYS: [(&str, Strategy, LightSampling); 4] = [
+const METHODS: [(&str, Strategy, LightSampling); 4] = [
     ("light area", Strategy::Light, LightSampling::Area),
     (
         "light solid angle",
@@ -90,13 +90,13 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
     for shape in &SHAPES {
         let scenes = HEIGHTS.map(|height| (height, over_floor(shape, height)));
         let mut series = Vec::new();
-        for (colour, (label, strategy, lights)) in WAYS.into_iter().enumerate() {
+        for (colour, (label, strategy, lights)) in METHODS.into_iter().enumerate() {
             let path = Path {
                 lights,
                 ..Path::new(DefaultParts, strategy)
             };
             let seed = seed_for(run.seed(), &format!("{} {label}", shape.name));
-            let variances = parallel(&scenes, |(height, scene)| {
+            let variances = parallel_map(&scenes, |(height, scene)| {
                 let reference = FRAC_1_PI * (shape.irradiance)(*height);
                 relative_variance(scene, 0.0, &path, seed, samples, reference)
             })?;
@@ -122,9 +122,9 @@ fn by_distance(run: &mut Run) -> Result<(), Error> {
         let (axes, ranges) = ([height, "relative variance"], [[0.04, 40.0], [1e-8, 1e3]]);
         panels.push(Chart::new(title, axes, ranges, series).log([true, true]));
     }
-    let see = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
+    let description = "Sampling by area: the variance rises without bound as the light comes near. By solid angle it \
                stays small, and multiple importance sampling tames both.";
-    charts(&run.figure("lights.svg"), see, [900, 1260], &panels)
+    charts(&run.figure("lights.svg"), description, [900, 1260], &panels)
 }
 
 fn over_floor(shape: &Shape, height: f64) -> Arc<Scene> {
@@ -182,7 +182,7 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
             ..Path::new(DefaultParts, strategy)
         };
         let seed = seed_for(run.seed(), &format!("lamps {label}"));
-        let variances = parallel(&places, |&x| {
+        let variances = parallel_map(&places, |&x| {
             let seen = |lamp: DVec3| polygon_irradiance(&corners(lamp - x * DVec3::X, HALF));
             let reference = FRAC_1_PI * (seen(LAMPS[0]) + seen(LAMPS[1]));
             relative_variance(&room, x, &path, seed, samples, reference)
@@ -215,8 +215,8 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
         "relative variance",
     ];
     let chart = Chart::new(title, axes, [[-6.5, 6.5], [0.03, 10.0]], series).log([false, true]);
-    let see = "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
-    charts(&run.figure("picks.svg"), see, [900, 420], &[chart])
+    let description = "Each as often: two shadow rays of three go to a lamp that is far or faces away. By contribution: few do.";
+    charts(&run.figure("picks.svg"), description, [900, 420], &[chart])
 }
 
 /// Returns the variance of one sample of the radiance of the floor at (x, 0, 0), divided by the
@@ -240,7 +240,7 @@ fn scenes(run: &mut Run) -> Result<(), Error> {
         let ways = [LightSamplingName::Area, LightSamplingName::SolidAngle];
         let mut variances = Vec::new();
         for light_sampler in ways {
-            let job = run.prepared(Job {
+            let job = run.with_run_options(Job {
                 scene: scene.into(),
                 light_sampler,
                 size: [128, 96],

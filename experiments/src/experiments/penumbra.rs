@@ -26,10 +26,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
     };
     let seed = seed_for(run.seed(), "penumbra");
     let at = |k: u32| -2.2 + 4.1 * f64::from(k) / f64::from(PLACES - 1);
-    let measured = parallel(0..PLACES, |k| {
+    let measured = parallel_map(0..PLACES, |k| {
         radiance_along(&scene, &path, &to_floor(at(k)), seed, k, samples)
     })?;
-    let z = normal_upper(0.5 * FAMILY / f64::from(PLACES));
+    let z = normal_upper(0.5 * FAMILYWISE_LEVEL / f64::from(PLACES));
     let mut rows = Vec::new();
     let mut found = Vec::new();
     let mut worst = 0.0_f64;
@@ -43,7 +43,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.number("worst", worst);
     let value = format!(
         "{PLACES} places, {samples} samples each: at most {worst:.2} standard errors off; {z:.2} \
-         allowed at family-wise level {FAMILY:.0e}"
+         allowed at family-wise level {FAMILYWISE_LEVEL:.0e}"
     );
     run.claim("radiance across the penumbra", value, worst <= z);
     run.csv("penumbra.csv", "y,mean,standard error,closed form", &rows)?;
@@ -63,6 +63,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         "radiance (that of the light is 3)",
     ];
     let chart = Chart::new(title, axes, [[-2.3, 2.1], [0.0, 1.08 * brightest]], series);
-    let see = "The path tracer's points lie on the closed form from full light to full shadow.";
-    charts(&run.figure("penumbra.svg"), see, [900, 520], &[chart])
+    let description =
+        "The path tracer's points lie on the closed form from full light to full shadow.";
+    charts(
+        &run.figure("penumbra.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }

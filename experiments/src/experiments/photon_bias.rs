@@ -24,16 +24,16 @@ const PASSES: u32 = 64;
 /// Radius of the first pass.
 const FIRST: f64 = 0.2;
 /// Least number of replications that estimate a spread.
-const LEAST: u64 = 8;
+const MIN_COUNT: u64 = 8;
 
 fn run(run: &mut Run) -> Result<(), Error> {
     let radii = radii(run)?;
     let passes = passes(run)?;
-    let see = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
+    let description = "Measured biases lie on their closed forms: they fall with the square of the radius, and slowly \
                with the number of passes.";
     charts(
         &run.figure("photon-bias.svg"),
-        see,
+        description,
         [900, 860],
         &[radii, passes],
     )
@@ -41,37 +41,39 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// Returns the allowed distance of the mean of replications from its expectation, at the
 /// experiment's family-wise level.
-fn reach(moments: &Moments, family: usize) -> f64 {
-    student_upper(FAMILY / family as f64 / 2.0, moments.count() as f64 - 1.0)
-        * moments.standard_error()
+fn half_width(moments: &Moments, family: usize) -> f64 {
+    student_upper(
+        FAMILYWISE_LEVEL / family as f64 / 2.0,
+        moments.count() as f64 - 1.0,
+    ) * moments.standard_error()
 }
 
 /// Plots the relative bias −(1 − L_r/L) of lookups at one point, for each radius.
 fn radii(run: &mut Run) -> Result<Chart, Error> {
     let scene = over_floor();
     let point = at_point();
-    let maps = run.count(run.by_tier(1_000, 40_000)).max(LEAST) as u32;
+    let maps = run.count(run.by_tier(1_000, 40_000)).max(MIN_COUNT) as u32;
     let mut found = Vec::new();
     let mut rows = Vec::new();
     for radius in RADII {
         let seed = seed_for(run.seed(), &format!("radius {radius}"));
-        let values = parallel(0..maps, |index| looked_up(&scene, radius, seed, index))?;
+        let values = parallel_map(0..maps, |index| looked_up(&scene, radius, seed, index))?;
         let moments = values.into_iter().collect::<Result<Moments, Error>>()?;
         let expected = disc_average(radius, f64::INFINITY);
         let bias = 1.0 - moments.mean() / point;
-        let reach = reach(&moments, RADII.len() + 1) / point;
+        let half = half_width(&moments, RADII.len() + 1) / point;
         let closed = 1.0 - expected / point;
         let value = format!(
-            "bias {:+.5} ± {reach:.5}, closed form {:+.5}",
+            "bias {:+.5} ± {half:.5}, closed form {:+.5}",
             -bias, -closed
         );
         run.claim(
             &format!("radius {radius}"),
             value,
-            (bias - closed).abs() <= reach,
+            (bias - closed).abs() <= half,
         );
-        rows.push(format!("{radius},{bias:e},{closed:e},{reach:e}"));
-        found.push((radius, bias, closed, reach));
+        rows.push(format!("{radius},{bias:e},{closed:e},{half:e}"));
+        found.push((radius, bias, closed, half));
     }
     let [a, b] = SLOPE.map(|i| found[i]);
     let span = (b.0 / a.0).ln();
@@ -86,7 +88,7 @@ fn radii(run: &mut Run) -> Result<Chart, Error> {
     run.csv("radii.csv", "radius,bias,closed,reach", &rows)?;
     let measured = found
         .iter()
-        .map(|&(radius, bias, _, reach)| [radius, bias, reach]);
+        .map(|&(radius, bias, _, half)| [radius, bias, half]);
     let [low, high] = [RADII[0], RADII[RADII.len() - 1]];
     let closed = (0..=200).map(|k| low * (high / low).powf(f64::from(k) / 200.0));
     let closed = closed.map(|r| [r, 1.0 - disc_average(r, f64::INFINITY) / point]);
@@ -122,7 +124,7 @@ fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, E
 fn passes(run: &mut Run) -> Result<Chart, Error> {
     let scene = point_camera();
     let point = at_point();
-    let runs = run.count(run.by_tier(30, 1_000)).max(LEAST) as u32;
+    let runs = run.count(run.by_tier(30, 1_000)).max(MIN_COUNT) as u32;
     let sppm = Sppm {
         parts: DefaultParts,
         particles: PARTICLES,
@@ -130,7 +132,7 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
     };
     let seed = seed_for(run.seed(), "passes");
     // For each run the mean of the first n passes, for each n.
-    let means = parallel(0..runs, |k| {
+    let means = parallel_map(0..runs, |k| {
         let seed = seed_for(seed, &k.to_string());
         let mut sum = 0.0;
         let mean = |index| {
@@ -158,17 +160,17 @@ fn passes(run: &mut Run) -> Result<Chart, Error> {
             .collect();
         let found = 1.0 - moments.mean() / point;
         let stated = 1.0 - expected / n / point;
-        let reach = reach(&moments, PASSES as usize) / point;
-        worst = worst.max((found - stated).abs() / reach);
+        let half = half_width(&moments, PASSES as usize) / point;
+        worst = worst.max((found - stated).abs() / half);
         spreads.push(moments.variance().sqrt() / point);
         rows.push(format!(
-            "{n},{found:e},{stated:e},{reach:e},{:e}",
+            "{n},{found:e},{stated:e},{half:e},{:e}",
             rms.mean().sqrt()
         ));
         closed.push([n, stated]);
         // All of them would be too many to tell apart.
         if (index + 1).is_power_of_two() {
-            bias.push([n, found, reach]);
+            bias.push([n, found, half]);
         }
         error.push([n, rms.mean().sqrt()]);
     }

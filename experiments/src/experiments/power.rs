@@ -34,7 +34,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut rows = Vec::new();
     let statistics = with_power();
     // The other half of the level is that of the graded controls.
-    let level = 0.5 * FAMILY / (statistics.len() * CHECKED.len()) as f64;
+    let level = 0.5 * FAMILYWISE_LEVEL / (statistics.len() * CHECKED.len()) as f64;
     for (i, statistic) in statistics.iter().enumerate() {
         let mut points = Vec::new();
         for stated in CHECKED {
@@ -56,7 +56,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     )?;
     let value = format!(
         "measured: powers of 0.1 to 0.99 at level {ALPHA:.0e} (n = {N}, {replications} replications, \
-         family-wise level {FAMILY:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
+         family-wise level {FAMILYWISE_LEVEL:.0e} with the graded controls); extrapolated by the same curves: misses of 1e-9 \
          at δ and false alarms of 1e-9"
     );
     run.note("what is extrapolated", value);
@@ -66,20 +66,20 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "Power at level 1e-9, {what}: curves stated, points from {replications} replications"
         );
         let axes = ["effect (standard errors)", "probability of rejection"];
-        Chart::new(title, axes, [REACH, [0.0, 1.02]], series.concat())
+        Chart::new(title, axes, [EFFECT_RANGE, [0.0, 1.02]], series.concat())
     });
     let panels: Vec<Chart> = panels.collect();
-    let see = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
+    let description = "Measured rates of rejection lie on the stated curves, or above them where the stated power is a \
                lower bound.";
-    charts(&run.figure("power.svg"), see, [900, 960], &panels)?;
-    graded::graded(run, 0.5 * FAMILY)?;
+    charts(&run.figure("power.svg"), description, [900, 960], &panels)?;
+    graded::graded(run, 0.5 * FAMILYWISE_LEVEL)?;
     registry(run)
 }
 
 /// Statistics in each panel of the figure.
 const PER_PANEL: usize = 5;
 /// Range of effects in the figure, in standard errors.
-const REACH: [f64; 2] = [3.0, 17.0];
+const EFFECT_RANGE: [f64; 2] = [3.0, 17.0];
 
 /// Returns the effect with this power, by bisection: the curve is increasing.
 fn effect_of(statistic: &Statistic, wanted: f64) -> f64 {
@@ -105,7 +105,7 @@ fn measure(
 ) -> Result<Point, Error> {
     let seed = seed_for(master, &format!("power {} {wanted}", statistic.name));
     let replicate = |k| (statistic.run)(&mut stream(seed, k, 0), effect);
-    let outcomes = parallel(0..replications as u32, replicate)?;
+    let outcomes = parallel_map(0..replications as u32, replicate)?;
     let rejected = outcomes.iter().filter(|o| o.p < ALPHA).count() as u64;
     let moments: Moments = outcomes.iter().map(|o| o.value).collect();
     Ok(Point {
@@ -175,7 +175,7 @@ fn series(
         .map(|p| binomial_interval(p.rejected, replications, 0.025))
         .collect();
     [
-        Series::curve(statistic.name, colour, REACH, 280, |x| {
+        Series::curve(statistic.name, colour, EFFECT_RANGE, 280, |x| {
             statistic.power(x * statistic.unit)
         }),
         Series::new("", colour, Mark::Points, points.iter().map(place)).with_bars(bars),
@@ -191,7 +191,7 @@ struct Detectable<'a> {
 /// Records the stated power of every random measure of the registry at its own δ.
 fn registry(run: &mut Run) -> Result<(), Error> {
     let trials = trials::all();
-    run.bears_on(&trials);
+    run.add_equations_of(&trials);
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let random = found.iter().flatten().filter(|row| row.outcome.is_random());
     let mut measures: Vec<Detectable> = random
@@ -280,6 +280,11 @@ fn draw_registry(
     ];
     let ranges = [[0.0, count + 1.0], [0.01 * limit, 1.5 * largest]];
     let chart = Chart::new(title, axes, ranges, series).log([false, true]);
-    let see = "Below the line a measure sees the effect that it must see.";
-    charts(&run.figure("registry.svg"), see, [900, 560], &[chart])
+    let description = "Below the line a measure sees the effect that it must see.";
+    charts(
+        &run.figure("registry.svg"),
+        description,
+        [900, 560],
+        &[chart],
+    )
 }

@@ -11,7 +11,7 @@ pub(super) use whitefurnace::harness::outcome::{
 };
 pub(super) use whitefurnace::harness::tails::{normal_upper, student_upper};
 pub(super) use whitefurnace::harness::trial::{
-    CSV_HEADER, Context, Row, Trial, group, meant, run_trial,
+    CSV_HEADER, Context, Row, Trial, group, required_outcomes, run_trial,
 };
 pub(super) use whitefurnace::image::{Display, write_png};
 pub(super) use whitefurnace::integrator::radiosity::MeshResolution;
@@ -34,5 +34,5 @@ pub(super) use crate::render::{ConventionName, DiffuseName, EstimatorName, Job, 
 pub(super) use crate::run::accumulated::Accumulated;
 pub(super) use crate::run::pictures::{radiance_along, render_paths, render_samples, write_row};
 pub(super) use crate::run::progress::{Bar, interrupted};
-pub(super) use crate::run::suite::{FAMILY, parallel};
+pub(super) use crate::run::suite::{FAMILYWISE_LEVEL, parallel_map};
 pub(super) use crate::run::{Experiment, Judgement, Run, Tier, suite};

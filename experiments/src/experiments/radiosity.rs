@@ -173,14 +173,15 @@ fn judge(run: &mut Run, levels: &[Level], reference: f64, noise: f64) {
 }
 
 /// Length of error bars on either side, in standard errors.
-const BARS: f64 = 3.0;
+const ERROR_BAR_WIDTH: f64 = 3.0;
 
 fn draw(run: &mut Run, levels: &[Level], reference: f64, noise: f64) -> Result<(), Error> {
     let series = |label: &str, colour, value: &dyn Fn(&Level) -> [f64; 2]| {
         let percent = levels
             .iter()
             .map(|level| (level.patches, value(level).map(|share| 100.0 * share)));
-        let points = percent.map(|(patches, [value, error])| [patches, value, BARS * error]);
+        let points =
+            percent.map(|(patches, [value, error])| [patches, value, ERROR_BAR_WIDTH * error]);
         let measured = Series::measured(label, colour, points);
         [
             Series::new("", colour, Mark::Line, measured.points.clone()),
@@ -199,6 +200,11 @@ fn draw(run: &mut Run, levels: &[Level], reference: f64, noise: f64) -> Result<(
     let title = "Radiosity in the diffuse room against the path tracer";
     let axes = ["patches", "deviation from the path tracer (%)"];
     let chart = Chart::new(title, axes, [[low, high], [0.03, 20.0]], all).log([true, true]);
-    let see = "All three deviations fall about as the side of a patch does, the grey line.";
-    charts(&run.figure("radiosity.svg"), see, [900, 520], &[chart])
+    let description = "All three deviations fall about as the side of a patch does, the grey line.";
+    charts(
+        &run.figure("radiosity.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }

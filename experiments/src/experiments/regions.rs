@@ -6,7 +6,7 @@ use whitefurnace::integrator::{Published, Quirks};
 
 use crate::experiments::figures::CONVENTIONS;
 use crate::experiments::prelude::*;
-use crate::plot::differences::{Common, Panel, differences};
+use crate::plot::differences::{Panel, PanelSettings, differences};
 
 pub(super) const REGIONS: Experiment = Experiment {
     id: "regions",
@@ -154,13 +154,13 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
         panels.push((title, panel));
     }
     let title = "What each quirk of the published convention does to the regions";
-    let see = "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
+    let description = "The cosine as roulette number moves every region a little, the loss of direct light next to none, \
          the extra cosine the white sphere by up to a hundred grey levels.";
     let band = "what the comparison with the published image allows";
     draw(
         &run.figure("quirks.svg"),
         title,
-        see,
+        description,
         ["change (grey levels)", band],
         &panels,
     )
@@ -170,7 +170,9 @@ fn quirks(run: &mut Run) -> Result<(), Error> {
 /// random numbers, so that a difference shows the quirk and little noise.
 fn quirked_mean(run: &Run, region: &Region, quirks: Quirks) -> Result<[f64; 3], Error> {
     let job = region_job(run, ConventionName::Published, region, run.by_tier(16, 512));
-    let film = job.render_by(Published { quirks }, region.name)?.whole()?;
+    let film = job
+        .render_by(Published { quirks }, region.name)?
+        .into_complete()?;
     Ok(Display::Truncated.encoded_mean(&film))
 }
 
@@ -210,12 +212,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         panels.push((stem, panel));
     }
     let title = "Regions of figure 6 under three conventions, against the published image";
-    let see = "Under the convention named published all points lie within the bands; under the others many do not.";
+    let description = "Under the convention named published all points lie within the bands; under the others many do not.";
     let axis = "rendered − published (grey levels)";
     draw(
         &run.figure("regions.svg"),
         title,
-        see,
+        description,
         [axis, "what is allowed of “published”"],
         &panels,
     )
@@ -233,7 +235,7 @@ fn record(run: &mut Run, stem: &str, region: &Region, values: [f64; 3]) {
 fn draw(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     [axis, band]: [&str; 2],
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
@@ -241,8 +243,8 @@ fn draw(
     differences(
         path,
         title,
-        see,
-        &Common {
+        description,
+        &PanelSettings {
             regions: &regions,
             axis,
             band,
@@ -267,7 +269,7 @@ fn region_mean(run: &Run, convention: ConventionName, region: &Region) -> Result
 }
 
 fn region_job(run: &Run, convention: ConventionName, region: &Region, spp: u32) -> Job {
-    run.prepared(Job {
+    run.with_run_options(Job {
         window: Some(region.window),
         spp,
         ..Job::report(convention)

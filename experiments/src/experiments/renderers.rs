@@ -25,11 +25,11 @@ const IMAGES: u32 = 8;
 
 /// Russian roulette that does not divide the survivors by their survival probability.
 #[derive(Clone, Copy)]
-struct Weightless;
+struct UnweightedRoulette;
 
-impl Scattering for Weightless {}
-impl NextEvent for Weightless {}
-impl Roulette for Weightless {
+impl Scattering for UnweightedRoulette {}
+impl NextEvent for UnweightedRoulette {}
+impl Roulette for UnweightedRoulette {
     fn roulette_weight(&self, _: f64) -> f64 {
         1.0
     }
@@ -99,7 +99,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             "roulette",
             "survivors of roulette not weighted",
             Box::new(|seed| {
-                let estimator = Path::new(Weightless, Strategy::Mis);
+                let estimator = Path::new(UnweightedRoulette, Strategy::Mis);
                 Ok(planes(&render_samples(
                     &scene,
                     &estimator,
@@ -159,7 +159,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             Verdict::Undecided { .. } => "undecided",
         };
         let [means, _, tiles, _] = &comparison.kinds;
-        let mean = means.places[1];
+        let mean = means.tests[1];
         let [low, high] = mean.interval(means.level);
         run.note(key, format!("{what}: {word}"));
         run.number(
@@ -180,7 +180,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 kind.rejected().count() as f64,
             );
         }
-        let green = tiles.places.iter().filter(|place| place.channel == 1);
+        let green = tiles.tests.iter().filter(|place| place.channel == 1);
         panels.push(Map {
             title: format!("{what}: {word}"),
             axes: ["x (pixels)".into(), "y (pixels, down)".into()],
@@ -214,8 +214,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
             agrees,
         );
     }
-    let see = "Noise for the right renderer; each fault has a pattern of its own.";
-    maps(&run.figure("tiles.svg"), see, [1080, 700], 3, &panels)
+    let description = "Noise for the right renderer; each fault has a pattern of its own.";
+    maps(
+        &run.figure("tiles.svg"),
+        description,
+        [1080, 700],
+        3,
+        &panels,
+    )
 }
 
 /// Returns the result of `compare` on two sets of images.

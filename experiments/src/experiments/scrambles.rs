@@ -17,7 +17,7 @@ const SAMPLES: u32 = 64;
 /// Numbers of scrambles. The last have one point each: independent numbers.
 const COUNTS: [u32; 6] = [1, 2, 4, 8, 16, SAMPLES];
 /// Index of the default of `render`.
-const OURS: usize = 2;
+const DEFAULT_INDEX: usize = 2;
 /// Nominal coverage of the intervals.
 const LEVEL: f64 = 0.9;
 /// Largest loss of coverage, compared with intervals of independent samples, at which error bars
@@ -28,7 +28,7 @@ const MARGIN: f64 = 0.05;
 const GROUP: usize = 4;
 
 /// Results of films of one room with a number of scrambles, a value for each group of films.
-struct Found {
+struct RoomResult {
     /// Variance of a pixel.
     variance: Moments,
     /// Fraction of intervals that contain the mean of the other films.
@@ -37,7 +37,7 @@ struct Found {
     half_width: Moments,
 }
 
-impl Found {
+impl RoomResult {
     fn of(films: &[Film], replications: u32) -> Self {
         let groups: Vec<[f64; 3]> = films
             .chunks_exact(GROUP)
@@ -113,21 +113,22 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 };
                 Job {
                     seed,
-                    ..run.prepared(job)
+                    ..run.with_run_options(job)
                 }
                 .render(&format!("{room}, {k}"))?
-                .whole()
+                .into_complete()
             };
             let films = (0..films).map(film).collect::<Result<Vec<_>, _>>()?;
-            found.push(Found::of(&films, scrambles));
+            found.push(RoomResult::of(&films, scrambles));
         }
         let [.., independent] = &found[..] else {
             continue;
         };
-        let relative = |of: fn(&Found) -> &Moments| {
+        let relative = |of: fn(&RoomResult) -> &Moments| {
             let base = of(independent).mean();
-            let of =
-                move |found: &Found| [of(found).mean() / base, of(found).standard_error() / base];
+            let of = move |found: &RoomResult| {
+                [of(found).mean() / base, of(found).standard_error() / base]
+            };
             found.iter().map(of).collect::<Vec<_>>()
         };
         let coverage = found
@@ -154,7 +155,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
                 .collect();
             rows.push(format!("{room},{scrambles},{}", values.join(",")));
         }
-        judge(run, &room, &found[OURS], independent);
+        judge(run, &room, &found[DEFAULT_INDEX], independent);
         for (series, (values, from)) in series.iter_mut().zip(shown.iter().zip([0, 1, 1])) {
             let points = COUNTS
                 .into_iter()
@@ -200,10 +201,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             true,
         ),
     ];
-    let see = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
+    let description = "The fewer scrambles, the smaller the variance; with two their intervals are several times as wide.";
     charts(
         &run.figure("scrambles.svg"),
-        see,
+        description,
         [900, 1200],
         &charts_shown,
     )
@@ -211,14 +212,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// Claims that four sequences per pixel reduce the variance, and that their error bars are as
 /// honest as those of independent samples.
-fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
-    let critical = |n: u64| student_upper(FAMILY / 2.0 / 8.0, n as f64 - 1.0);
+fn judge(run: &mut Run, room: &str, ours: &RoomResult, independent: &RoomResult) {
+    let critical = |n: u64| student_upper(FAMILYWISE_LEVEL / 2.0 / 8.0, n as f64 - 1.0);
     let variances = [independent, ours].map(|found| &found.variance);
-    gains(
+    claim_gain(
         run,
         &format!("{room}: four scrambles gain"),
         variances,
-        FAMILY / 8.0,
+        FAMILYWISE_LEVEL / 8.0,
     );
     let [a, b] = [ours, independent].map(|found| &found.coverage);
     let more = a.mean() - b.mean();
@@ -228,7 +229,7 @@ fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
         a.mean(),
         b.mean()
     );
-    let verdict = above([more - half, more + half], -MARGIN);
+    let verdict = judge_above([more - half, more + half], -MARGIN);
     run.claim(
         &format!("{room}: error bars of four scrambles are as honest"),
         value,
@@ -238,7 +239,7 @@ fn judge(run: &mut Run, room: &str, ours: &Found, independent: &Found) {
 
 /// Returns the first mean over the second, and the half width of its logarithm's interval at a
 /// level.
-pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
+pub(super) fn ratio_interval([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
     let relative = |m: &Moments| m.standard_error() / m.mean();
     let critical = student_upper(level / 2.0, a.count() as f64 - 1.0);
     (
@@ -249,16 +250,16 @@ pub(super) fn ratio([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
 
 /// Claims that the second of two variances is smaller; returns the ratio of the first to the
 /// second.
-pub(super) fn gains(run: &mut Run, what: &str, variances: [&Moments; 2], level: f64) -> f64 {
-    let (gain, half) = ratio(variances, level);
+pub(super) fn claim_gain(run: &mut Run, what: &str, variances: [&Moments; 2], level: f64) -> f64 {
+    let (gain, half) = ratio_interval(variances, level);
     let [low, high] = [-half, half].map(|off| gain * off.exp());
     let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
-    run.claim(what, value, above([low, high], 1.0));
+    run.claim(what, value, judge_above([low, high], 1.0));
     gain
 }
 
 /// Judges whether a value with this confidence interval lies above a limit.
-pub(super) fn above([low, high]: [f64; 2], limit: f64) -> Judgement {
+pub(super) fn judge_above([low, high]: [f64; 2], limit: f64) -> Judgement {
     if low > limit {
         Judgement::Holds
     } else if high < limit {

@@ -27,7 +27,7 @@ const PARTICLES: u32 = 50_000;
 const RADIUS: f64 = 0.2;
 
 /// The standard parts of an estimator, with counters of rays.
-struct Counted<'a>(&'a Rays);
+struct CountingParts<'a>(&'a Rays);
 
 /// Numbers of rays so far, without the camera rays.
 #[derive(Default)]
@@ -39,7 +39,7 @@ struct Rays {
     picks: AtomicU64,
 }
 
-impl Roulette for Counted<'_> {
+impl Roulette for CountingParts<'_> {
     fn survives(&self, r: f64, survival: f64) -> bool {
         let survives = roulette::survives(r, survival);
         self.0
@@ -49,7 +49,7 @@ impl Roulette for Counted<'_> {
     }
 }
 
-impl NextEvent for Counted<'_> {
+impl NextEvent for CountingParts<'_> {
     fn visible(&self, scene: &Scene, x: SurfacePoint, y: SurfacePoint, glass: bool) -> bool {
         self.0.shadow.fetch_add(1, Ordering::Relaxed);
         scene.visible(x, y, glass)
@@ -60,9 +60,9 @@ impl NextEvent for Counted<'_> {
     }
 }
 
-impl Scattering for Counted<'_> {}
+impl Scattering for CountingParts<'_> {}
 
-impl Photons for Counted<'_> {}
+impl Photons for CountingParts<'_> {}
 
 /// Cost of a method's images per camera sample, and their error.
 #[derive(Clone, Copy)]
@@ -106,8 +106,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
     };
     let photon = |lookup| {
         move |rays: &Rays, seed| {
-            let photons =
-                PhotonMapping::new(Counted(rays), scene, lookup, PARTICLES, RADIUS, (seed, 0))?;
+            let photons = PhotonMapping::new(
+                CountingParts(rays),
+                scene,
+                lookup,
+                PARTICLES,
+                RADIUS,
+                (seed, 0),
+            )?;
             film(scene, &photons, seed, SAMPLES)
         }
     };
@@ -135,7 +141,14 @@ fn run(run: &mut Run) -> Result<(), Error> {
     report(run, "direct", SAMPLES, &direct);
     for (name, strategy) in [("mis", Strategy::Mis), ("light", Strategy::Light)] {
         let path = |samples| {
-            move |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), strategy), seed, samples)
+            move |rays: &Rays, seed| {
+                film(
+                    scene,
+                    &Path::new(CountingParts(rays), strategy),
+                    seed,
+                    samples,
+                )
+            }
         };
         let pilot = trace("pilot", 2, 1, &path(1))?;
         let samples = f64::from(SAMPLES) * gathering.rays / pilot.rays;
@@ -249,8 +262,14 @@ mod tests {
     fn a_camera_ray_counts() {
         let scene = &furnace_box(0.0).expect("a scene");
         let reference = film(scene, &Path::<DefaultParts>::default(), 1, 1).expect("a film");
-        let make =
-            |rays: &Rays, seed| film(scene, &Path::new(Counted(rays), Strategy::Mis), seed, 2);
+        let make = |rays: &Rays, seed| {
+            film(
+                scene,
+                &Path::new(CountingParts(rays), Strategy::Mis),
+                seed,
+                2,
+            )
+        };
         let cost = measure(1, 2, 2, &reference, &Bar::new("", 1, ""), &make).expect("a cost");
         assert_eq!([cost.rays, cost.shadow], [1.0, 0.0]);
     }

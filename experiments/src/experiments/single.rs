@@ -1,7 +1,9 @@
 //! Error of single precision: the same paths in both precisions, in scenes whose smallest things
 //! shrink.
 
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
+use whitefurnace::render::{
+    LaneEstimator, LaneRenderer, Precision, Renderer as _, check_single_precision,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::Description;
@@ -23,7 +25,7 @@ const SIZE: [u32; 2] = [64, 48];
 const TILE: u32 = 8;
 const SAMPLES: u32 = 64;
 /// Largest relative error of a tile in accepted scenes.
-const MOST: f64 = 0.005;
+const MAX_RELATIVE_DIFFERENCE: f64 = 0.005;
 /// Ratios of a scene's extent to the size of its smallest thing: all but the last two are accepted.
 const RATIOS: [u32; 6] = [10, 100, 1_000, 4_000, 65_536, 1_000_000];
 
@@ -143,7 +145,7 @@ impl Worst {
         });
         let films = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new(SIZE, None, 1)?;
-            let whole = ByLanes {
+            let whole = LaneRenderer {
                 estimator,
                 sampling,
                 precision,
@@ -157,7 +159,7 @@ impl Worst {
         });
         let [double, single] = films;
         let [double, single] = [double?, single?];
-        let refusal = check_singles(scene).err();
+        let refusal = check_single_precision(scene).err();
         let image = single.mean() / double.mean() - 1.0;
         let tile = tiles(&double)
             .into_iter()
@@ -189,8 +191,8 @@ impl Worst {
         match refusal {
             None => run.claim(
                 key,
-                format!("{off}; {:.1} % allowed", 100.0 * MOST),
-                tile <= MOST,
+                format!("{off}; {:.1} % allowed", 100.0 * MAX_RELATIVE_DIFFERENCE),
+                tile <= MAX_RELATIVE_DIFFERENCE,
             ),
             Some(_) => run.note(key, format!("{off}; refused")),
         }

@@ -2,7 +2,7 @@
 //! equality of the means.
 
 use super::adaptive::variance;
-use super::scrambles::{above, gains, ratio};
+use super::scrambles::{claim_gain, judge_above, ratio_interval};
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName, SpecularNeeName};
 
@@ -42,10 +42,10 @@ fn run(run: &mut Run) -> Result<(), Error> {
             let seed = seed_for(run.seed(), &format!("{way:?} {}", GROUP * group + k));
             Job {
                 seed,
-                ..run.prepared(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]))
+                ..run.with_run_options(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]))
             }
             .render(&name(way))?
-            .whole()
+            .into_complete()
         };
         (0..GROUP).map(film).collect::<Result<Vec<_>, Error>>()
     };
@@ -64,13 +64,13 @@ fn run(run: &mut Run) -> Result<(), Error> {
             variances[i].push(variance(&films));
         }
         let shown = run
-            .prepared(job(way, 16, run.by_tier([128, 96], [256, 192])))
+            .with_run_options(job(way, 16, run.by_tier([128, 96], [256, 192])))
             .render(file)?
-            .whole()?;
+            .into_complete()?;
         write_png(&run.figure(file), &shown, display, 2)?;
     }
-    let level = FAMILY / 2.0;
-    let gain = gains(
+    let level = FAMILYWISE_LEVEL / 2.0;
+    let gain = claim_gain(
         run,
         "shadow rays by way of mirrors and glass gain",
         variances.each_ref(),
@@ -83,12 +83,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// Claims that the means are equal within the margin.
 fn same(run: &mut Run, [without, with]: &[Moments; 2], level: f64) {
-    let (quotient, half) = ratio([with, without], level);
+    let (quotient, half) = ratio_interval([with, without], level);
     let apart = quotient - 1.0;
     run.number("apart", apart);
     run.number("half-width", half);
     let (far, margin) = (apart.abs(), run.by_tier(MARGINS[0], MARGINS[1]));
     let value = format!("{apart:+.1e} ± {half:.1e} of the mean without, {margin} allowed");
-    let verdict = above([margin - far - half, margin - far + half], 0.0);
+    let verdict = judge_above([margin - far - half, margin - far + half], 0.0);
     run.claim("and leave the mean of the image as it is", value, verdict);
 }

@@ -164,7 +164,7 @@ fn record_rate(run: &mut Run, key: &str, rate: f64) {
 
 /// Renders a job's image and returns it with the seconds that these threads took.
 fn rendered(run: &Run, pool: &ThreadPool, job: Job, label: &str) -> Result<(Film, f64), Error> {
-    let job = run.prepared(job);
+    let job = run.with_run_options(job);
     least_seconds(run, || pool.install(|| run.render(&job, label)))
 }
 

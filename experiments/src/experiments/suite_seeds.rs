@@ -7,18 +7,18 @@
 use serde::{Deserialize, Serialize};
 use trials::equivalents;
 use trials::faults::Pair;
-use whitefurnace::harness::trial::{Control, control_is_green, full_name, run_control};
+use whitefurnace::harness::trial::{NegativeControl, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
-use crate::run::unfinished::Unfinished;
+use crate::run::unfinished::PartCache;
 use trials::statistics::is_bound;
 
 /// Scale of sample sizes. Exact identities keep their arguments.
 pub const SCALE: f64 = 1.0 / 32.0;
 
-/// Faults, which cost as much as right subjects, are run under every seed with an index divisible
+/// Faults, which cost as much as correct subjects, are run under every seed with an index divisible
 /// by this.
-pub const FAULTS_EVERY: u64 = 4;
+pub const FAULTS_SEED_STRIDE: u64 = 4;
 
 /// Powers at which graded controls are counted.
 pub const POWERS: [f64; 2] = [0.5, 0.9];
@@ -28,11 +28,11 @@ pub const POWERS: [f64; 2] = [0.5, 0.9];
 pub struct Mutants {
     /// Outcomes of equivalent mutants.
     pub equivalents: Vec<Measure>,
-    /// Answers to faults; empty under most seeds ([`FAULTS_EVERY`]).
+    /// Answers to faults; empty under most seeds ([`FAULTS_SEED_STRIDE`]).
     pub faults: Vec<(String, Answer)>,
 }
 
-/// Stored outcome of a right subject or an equivalent mutant.
+/// Stored outcome of a correct subject or an equivalent mutant.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Measure {
     /// "trial: outcome".
@@ -81,11 +81,11 @@ pub enum Answer {
 
 /// Experiments that use the stored seeds. They belong to one shard, since only one program at a
 /// time may write the parts in the folder.
-pub const BATCH_SIZE: [&str; 2] = ["power", "false-alarms"];
+pub const SHARED_BY: [&str; 2] = ["power", "false-alarms"];
 
 /// Seeds of a run.
-pub struct Seeds {
-    parts: Unfinished,
+pub struct SuiteSeeds {
+    parts: PartCache,
     master: u64,
     /// Scale of sample sizes.
     pub scale: f64,
@@ -94,7 +94,7 @@ pub struct Seeds {
     equivalents: Vec<Pair>,
 }
 
-impl Seeds {
+impl SuiteSeeds {
     /// Opens the seeds of this run's master seed, at its scale.
     pub fn open(run: &Run) -> Result<Self, Error> {
         let scale = run.scale(SCALE);
@@ -107,11 +107,11 @@ impl Seeds {
         })
     }
 
-    /// Returns the suite's outcomes on right subjects under seed number `k`.
+    /// Returns the suite's outcomes on correct subjects under seed number `k`.
     pub fn subjects(&self, k: u64) -> Result<Vec<Measure>, Error> {
         self.parts.part(&format!("subjects-{k}"), || {
             let context = self.context(k)?;
-            let subjects = parallel(&self.trials, |trial| -> Vec<Measure> {
+            let subjects = parallel_map(&self.trials, |trial| -> Vec<Measure> {
                 let rows = run_trial(trial, &context);
                 rows.iter()
                     .map(|row| measure(&trial.name, &row.outcome))
@@ -125,18 +125,18 @@ impl Seeds {
     pub fn mutants(&self, k: u64) -> Result<Mutants, Error> {
         self.parts.part(&format!("mutants-{k}"), || {
             let context = self.context(k)?;
-            let equivalents = parallel(&self.equivalents, |pair| -> Vec<Measure> {
+            let equivalents = parallel_map(&self.equivalents, |pair| -> Vec<Measure> {
                 let name = full_name(&pair.trial, pair.fault.name);
                 let found = (pair.run)(&context.named(&name));
                 found.iter().map(|found| measure(&name, found)).collect()
             })?;
-            let faults: Vec<(&Trial, &Control)> = self
+            let faults: Vec<(&Trial, &NegativeControl)> = self
                 .trials
                 .iter()
-                .filter(|_| k.is_multiple_of(FAULTS_EVERY))
+                .filter(|_| k.is_multiple_of(FAULTS_SEED_STRIDE))
                 .flat_map(|trial| trial.controls.iter().map(move |control| (trial, control)))
                 .collect();
-            let faults = parallel(&faults, |(trial, control)| {
+            let faults = parallel_map(&faults, |(trial, control)| {
                 (
                     full_name(&trial.name, control.name),
                     answer(trial, control, &context),
@@ -154,13 +154,13 @@ impl Seeds {
     }
 }
 
-fn answer(trial: &Trial, control: &Control, context: &Context) -> Answer {
+fn answer(trial: &Trial, control: &NegativeControl, context: &Context) -> Answer {
     let rows = run_control(trial, control, context);
     let outcomes = rows.iter().map(|row| &row.outcome);
-    let meant = meant(&control.rejected_by, outcomes);
+    let required = required_outcomes(&control.rejected_by, outcomes);
     if !control_is_green(control, &rows, context) {
         Answer::Red
-    } else if meant.iter().all(|o| o.verdict() == Verdict::Fails) {
+    } else if required.iter().all(|o| o.verdict() == Verdict::Fails) {
         Answer::Rejected
     } else {
         Answer::Undecided

@@ -27,7 +27,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
             .iter()
             .position(|equation| equation.id == trial.source)
     });
-    run.bears_on(&trials);
+    run.add_equations_of(&trials);
     let (scale, found) = (suite::scale(run), suite::rows(run, &trials)?);
     let all: Vec<String> = found.iter().flatten().map(Row::csv).collect();
     run.csv("trials.csv", CSV_HEADER, &all)?;
@@ -64,7 +64,7 @@ fn summarise(run: &mut Run, equation: &Equation, trials: &[(&Trial, &Vec<Row>)])
         run.note(&what, "no trial of its own".to_owned());
         return;
     }
-    let verdict = suite::joint(trials.iter().flat_map(|(_, rows)| rows.iter()));
+    let verdict = suite::joint_verdict(trials.iter().flat_map(|(_, rows)| rows.iter()));
     let names: usize = trials.iter().map(|(_, rows)| rows.len()).sum();
     run.claim(
         &what,
@@ -81,10 +81,13 @@ fn report(
     figure: &str,
     recorded: Option<&ExperimentResult>,
 ) {
-    let Some(row) = rows.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+    let Some(row) = rows
+        .iter()
+        .max_by(|a, b| interval_extent(a).total_cmp(&interval_extent(b)))
+    else {
         return;
     };
-    let verdict = suite::joint(rows);
+    let verdict = suite::joint_verdict(rows);
     let o = &row.outcome;
     let (Outcome { n, p, .. }, detects, power) = (o, o.minimum_detectable_effect(), o.power());
     let numbers = format!("detects {detects:.2e}, power {power}, n = {n}, p = {p:.2e}");
@@ -138,7 +141,7 @@ fn evidence(row: &Row) -> String {
 }
 
 /// Returns the largest distance of the interval's ends from the reference, in units of δ.
-fn reach(row: &Row) -> f64 {
+fn interval_extent(row: &Row) -> f64 {
     let o = &row.outcome;
     let far = o.interval.map(|end| (end - o.reference).abs());
     match o.claim {
@@ -195,8 +198,8 @@ fn draw(
                 format!("{group}-{}.svg", i + 1)
             };
             let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
-            let see = "Zero is the reference. An interval within the band about it holds.";
-            forest(&run.figure(&file), &title, see, part)?;
+            let description = "Zero is the reference. An interval within the band about it holds.";
+            forest(&run.figure(&file), &title, description, part)?;
             figures.entry(group.clone()).or_insert(file);
         }
         figures

@@ -18,16 +18,16 @@ pub(super) const WATERTIGHT: Experiment = Experiment {
 
 /// Target of the first ray of a walk.
 #[derive(Clone, Copy)]
-enum Aim {
+enum Target {
     Anywhere,
     Edge,
     Corner,
 }
 
-const AIMS: [(Aim, &str); 3] = [
-    (Aim::Anywhere, "anywhere"),
-    (Aim::Edge, "edges"),
-    (Aim::Corner, "corners"),
+const TARGETS: [(Target, &str); 3] = [
+    (Target::Anywhere, "anywhere"),
+    (Target::Edge, "edges"),
+    (Target::Corner, "corners"),
 ];
 /// Rays of one walk: the first from a random point, each later one from the last hit.
 const WALK: u64 = 5;
@@ -43,12 +43,12 @@ fn run(run: &mut Run) -> Result<(), Error> {
         Geometry::Sphere(_) => None,
     };
     let triangles: Vec<[DVec3; 3]> = scene.primitives().filter_map(corners).collect();
-    for (aim, label) in AIMS {
+    for (target, label) in TARGETS {
         let seed = seed_for(run.seed(), label);
-        let lost = parallel(0..batches, |batch| -> u64 {
+        let lost = parallel_map(0..batches, |batch| -> u64 {
             let mut rng = stream(seed, batch, 0);
             (0..BATCH)
-                .map(|_| lost_in_walk(&scene, &triangles, aim, &mut rng))
+                .map(|_| lost_in_walk(&scene, &triangles, target, &mut rng))
                 .sum()
         })?;
         let lost: u64 = lost.into_iter().sum();
@@ -65,14 +65,19 @@ fn run(run: &mut Run) -> Result<(), Error> {
 
 /// Follows a random walk that continues from each hit into the hemisphere above it; returns the
 /// number of lost rays.
-fn lost_in_walk<R: Rng>(scene: &Scene, triangles: &[[DVec3; 3]], aim: Aim, rng: &mut R) -> u64 {
+fn lost_in_walk<R: Rng>(
+    scene: &Scene,
+    triangles: &[[DVec3; 3]],
+    target: Target,
+    rng: &mut R,
+) -> u64 {
     let origin = point_inside(rng);
-    let target = match aim {
-        Aim::Anywhere => origin + DVec3::from_array(UnitSphere.sample(rng)),
-        Aim::Edge | Aim::Corner => {
+    let target = match target {
+        Target::Anywhere => origin + DVec3::from_array(UnitSphere.sample(rng)),
+        Target::Edge | Target::Corner => {
             let triangle = triangles[(uniform(rng) * triangles.len() as f64) as usize];
             let corner = (uniform(rng) * 3.0) as usize;
-            let along = if matches!(aim, Aim::Edge) {
+            let along = if matches!(target, Target::Edge) {
                 uniform(rng)
             } else {
                 0.0

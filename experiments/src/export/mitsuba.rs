@@ -10,7 +10,7 @@ use glam::DVec3;
 use whitefurnace::material::Bsdf;
 use whitefurnace::scene::Scene;
 
-use super::{Part, Shape, background, is_whole, numbers, parts};
+use super::{Shape, SurfaceGeometry, background, is_unclipped, numbers, parts};
 
 pub(super) fn files(
     scene: &Scene,
@@ -58,7 +58,7 @@ pub(super) fn files(
         let _ = writeln!(xml, "    <emitter type=\"constant\">{radiance}</emitter>");
     }
     let mut meshes = Vec::new();
-    for Part { surface, shape } in parts(scene) {
+    for SurfaceGeometry { surface, shape } in parts(scene) {
         let bsdf = bsdf(&surface.bsdf)?;
         let emitter = if surface.emission == DVec3::ZERO {
             String::new()
@@ -69,7 +69,7 @@ pub(super) fn files(
             )
         };
         let (kind, geometry) = match shape {
-            Shape::Sphere(sphere) if !is_whole(&sphere) => {
+            Shape::Sphere(sphere) if !is_unclipped(&sphere) => {
                 return Err("it has a zone of a sphere, and there are whole ones only".to_owned());
             }
             Shape::Sphere(sphere) => {

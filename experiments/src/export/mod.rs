@@ -15,9 +15,9 @@ use whitefurnace::integrator::MAX_PATH_VERTICES;
 use whitefurnace::light::environment::Environment;
 use whitefurnace::scene::{Geometry, Scene, Surface};
 
+use crate::print_line;
 use crate::render::{DiffuseName, Job, SceneSource};
-use crate::run::cli::{self, Ending, parse_size, whole};
-use crate::say;
+use crate::run::cli::{self, Ending, integer, parse_size};
 
 /// Write a scene for another renderer, with the same camera, image size and box filter.
 ///
@@ -46,10 +46,10 @@ pub struct Export {
     #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
     size: [u32; 2],
     /// Samples per pixel; from 1 to 4294967295
-    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=u64::from(u32::MAX)))]
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = integer::<u32>(1..=u64::from(u32::MAX)))]
     spp: u32,
     /// Most scattering events between a light and the camera; from 0 to 8192 [default: no limit]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
     bounces: Option<u32>,
     /// Folder for the scene and its meshes
     #[arg(long, value_name = "DIR", default_value = "out/export")]
@@ -92,7 +92,7 @@ fn run(options: &Export) -> Result<Ending, Error> {
         let path = out.join(name);
         std::fs::write(&path, text).map_err(Error::file("write", &path))?;
     }
-    say!("{}: {} files", out.join(&files[0].0).display(), files.len());
+    print_line!("{}: {} files", out.join(&files[0].0).display(), files.len());
     Ok(Ending::Done)
 }
 
@@ -125,7 +125,7 @@ pub fn files(
 }
 
 /// Geometry with one surface: all triangles of the surface, or a single sphere.
-struct Part<'s> {
+struct SurfaceGeometry<'s> {
     surface: &'s Surface,
     shape: Shape,
 }
@@ -135,11 +135,11 @@ enum Shape {
     Sphere(Sphere),
 }
 
-fn parts(scene: &Scene) -> Vec<Part<'_>> {
-    let mut parts: Vec<Part> = Vec::new();
+fn parts(scene: &Scene) -> Vec<SurfaceGeometry<'_>> {
+    let mut parts: Vec<SurfaceGeometry> = Vec::new();
     for (geometry, surface) in scene.primitives() {
         match geometry {
-            Geometry::Sphere(sphere) => parts.push(Part {
+            Geometry::Sphere(sphere) => parts.push(SurfaceGeometry {
                 surface,
                 shape: Shape::Sphere(sphere),
             }),
@@ -152,7 +152,7 @@ fn parts(scene: &Scene) -> Vec<Part<'_>> {
                 });
                 match same {
                     Some(triangles) => triangles.push(corners),
-                    None => parts.push(Part {
+                    None => parts.push(SurfaceGeometry {
                         surface,
                         shape: Shape::Triangles(vec![corners]),
                     }),
@@ -174,7 +174,7 @@ fn background(scene: &Scene) -> Result<Option<DVec3>, String> {
 }
 
 /// Returns true if the sphere is not clipped.
-fn is_whole(sphere: &Sphere) -> bool {
+fn is_unclipped(sphere: &Sphere) -> bool {
     sphere.heights() == [-sphere.radius, sphere.radius]
 }
 

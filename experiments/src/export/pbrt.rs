@@ -6,10 +6,10 @@ use glam::DVec3;
 use whitefurnace::material::Bsdf;
 use whitefurnace::scene::Scene;
 
-use super::{Part, Shape, background, numbers, parts};
+use super::{Shape, SurfaceGeometry, background, numbers, parts};
 
 /// Bounce limit larger than the number of bounces of any path.
-const DEPTH: u32 = 1_000_000;
+const MAX_DEPTH: u32 = 1_000_000;
 
 pub(super) fn file(
     scene: &Scene,
@@ -17,7 +17,7 @@ pub(super) fn file(
     spp: u32,
     bounces: Option<u32>,
 ) -> Result<String, String> {
-    let depth = bounces.unwrap_or(DEPTH);
+    let depth = bounces.unwrap_or(MAX_DEPTH);
     let camera = scene.camera();
     let ([forward, _, up], half_height) = camera.frame();
     let [eye, target, up] = [camera.eye, camera.eye + forward, up].map(|v| numbers(v, " "));
@@ -38,7 +38,7 @@ WorldBegin
     if let Some(background) = background(scene)? {
         let _ = writeln!(text, "LightSource \"infinite\" {}", grey("L", background)?);
     }
-    for Part { surface, shape } in parts(scene) {
+    for SurfaceGeometry { surface, shape } in parts(scene) {
         let _ = writeln!(text, "AttributeBegin\n{}", material(&surface.bsdf)?);
         if surface.emission != DVec3::ZERO {
             let _ = writeln!(

@@ -13,7 +13,7 @@ use whitefurnace::sampling::warp::{cosine_hemisphere_pdf, uniform_hemisphere_pdf
 
 /// A density by name, with its parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Named {
+pub(super) enum NamedDensity {
     UniformSphere,
     UniformHemisphere,
     Cosine,
@@ -26,7 +26,7 @@ pub(super) enum Named {
 const NAMES: &str = "uniform-sphere, uniform-hemisphere, cosine, cosine-power:N, henyey-greenstein:G, ggx-normals:ALPHA and \
                      ggx:ALPHA,DEGREES";
 
-impl FromStr for Named {
+impl FromStr for NamedDensity {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, numbers) = text.split_once(':').unwrap_or((text, ""));
@@ -76,7 +76,7 @@ impl FromStr for Named {
     }
 }
 
-impl Named {
+impl NamedDensity {
     pub(super) fn density(&self) -> Density {
         match *self {
             Self::UniformSphere => Density::new(Domain::Sphere, |_| 0.5 / TAU),

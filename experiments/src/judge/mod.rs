@@ -18,12 +18,12 @@ use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
 
 use crate::plot::trial_cells;
-use crate::run::cli::{real, verdict};
+use crate::print_line;
+use crate::run::cli::{number, run_with_verdict};
 use crate::run::record::write_json;
-use crate::say;
-use density::Named;
-use precision::{AllSeen, Asked, words};
-use read::{Digits, Row};
+use density::NamedDensity;
+use precision::{FilePrecision, PrecisionOption, words};
+use read::{DigitCounts, Row};
 
 /// Decide whether directions follow a density: chi-square over few and many cells, means, and the
 /// sampler's own weights and pdfs.
@@ -55,15 +55,15 @@ pub struct Judge {
     /// ggx-normals:ALPHA (all normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at
     /// visible normals)
     #[arg(long, value_name = "NAME", required_unless_present = "table")]
-    density: Option<Named>,
+    density: Option<NamedDensity>,
     /// Text or an array of at most a million numbers in proportion to the pdf, in place of
     /// --density: a row for each band of equal height from z = 1 down, a column for each sector of
     /// azimuth from x towards y
     #[arg(long, value_name = "FILE", conflicts_with = "density")]
     table: Option<PathBuf>,
     /// The directions that a table covers
-    #[arg(long, value_enum, default_value_t = Covered::Hemisphere, requires = "table")]
-    domain: Covered,
+    #[arg(long, value_enum, default_value_t = TableDomain::Hemisphere, requires = "table")]
+    domain: TableDomain,
     /// The columns, of x, y, z, weight, pdf and - for one that is ignored [default: the file's
     /// names, or these in order]
     #[arg(
@@ -74,15 +74,15 @@ pub struct Judge {
     )]
     columns: Vec<String>,
     /// Expected mean weight, lost samples counted as 0: the directional albedo; from 1e-9 to 1e9
-    #[arg(long, allow_hyphen_values = true, value_parser = real(1e-9..=1e9))]
+    #[arg(long, allow_hyphen_values = true, value_parser = number(1e-9..=1e9))]
     mean_weight: Option<f64>,
     /// The precision of the numbers: auto (as the numbers show), double, single, half, or the
     /// number of decimals, from 2 to 15
     #[arg(long, value_name = "WHICH", default_value = "auto")]
-    precision: Asked,
+    precision: PrecisionOption,
     /// Tolerance of a cell's probability and of the mean weight in percent, and of means of
     /// quantiles in hundredths; from 0.01 to 50
-    #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = real(0.01..=50.0))]
+    #[arg(long, default_value_t = 5.0, allow_hyphen_values = true, value_parser = number(0.01..=50.0))]
     margin: f64,
     /// Folder for the report
     #[arg(long, value_name = "DIR", default_value = "out/judge")]
@@ -91,7 +91,7 @@ pub struct Judge {
 
 /// Directions that a table covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Covered {
+pub enum TableDomain {
     /// Directions with z of at least 0
     Hemisphere,
     /// All directions
@@ -105,23 +105,23 @@ const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
 
 /// Runs the whole program.
 pub fn main() -> ExitCode {
-    verdict(run)
+    run_with_verdict(run)
 }
 
 fn run(options: &Judge) -> Result<u8, Error> {
     let density = match (&options.density, &options.table) {
         (Some(named), _) => named.density(),
-        (None, Some(table)) => table_of(table, options.domain)?,
+        (None, Some(table)) => read_table(table, options.domain)?,
         (None, None) => unreachable!("the command line asks for one"),
     };
-    let columns = Columns::named(&options.columns).map_err(Error::Option)?;
+    let columns = Columns::by_names(&options.columns).map_err(Error::Option)?;
     let precision = match options.precision {
-        Asked::All(rounding) => Precision {
+        PrecisionOption::All(rounding) => Precision {
             direction: rounding,
             weight: rounding,
             pdf: rounding,
         },
-        Asked::Auto => seen(&options.samples, columns.clone())?.precision(),
+        PrecisionOption::Auto => observe_precision(&options.samples, columns.clone())?.precision(),
     };
     let mut directions = Directions::with_precision(&density, precision);
     each_row(&options.samples, columns, &mut |columns, row| {
@@ -161,8 +161,8 @@ fn each_row(
 }
 
 /// Measures the precision of a file from its numbers.
-fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
-    let mut seen = AllSeen::default();
+fn observe_precision(path: &Path, columns: Option<Columns>) -> Result<FilePrecision, Error> {
+    let mut seen = FilePrecision::default();
     each_row(path, columns, &mut |columns, row| {
         for (which, place) in columns.places.iter().enumerate() {
             let Some(place) = *place else { continue };
@@ -171,9 +171,9 @@ fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
                 3 => &mut seen.weight,
                 _ => &mut seen.pdf,
             };
-            group.see(
+            group.add(
                 row.numbers[place],
-                row.digits.map(|digits: &[Digits]| digits[place]),
+                row.digits.map(|digits: &[DigitCounts]| digits[place]),
             );
         }
         Ok(())
@@ -185,15 +185,15 @@ fn seen(path: &Path, columns: Option<Columns>) -> Result<AllSeen, Error> {
 ///
 /// # Errors
 /// An error that says which name or parameter is wrong.
-pub fn named(name: &str) -> Result<Density, String> {
-    name.parse::<Named>().map(|named| named.density())
+pub fn density_of_name(name: &str) -> Result<Density, String> {
+    name.parse::<NamedDensity>().map(|named| named.density())
 }
 
 /// Reads a table's density.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
-pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
+pub fn read_table(path: &Path, domain: TableDomain) -> Result<Density, Error> {
     let mut table: Vec<Vec<f64>> = Vec::new();
     read::rows(path, &mut |row| {
         let row = row.numbers;
@@ -225,11 +225,11 @@ pub fn table_of(path: &Path, covered: Covered) -> Result<Density, Error> {
             path.display()
         )));
     }
-    let domain = match covered {
-        Covered::Hemisphere => Domain::Hemisphere,
-        Covered::Sphere => Domain::Sphere,
+    let domain = match domain {
+        TableDomain::Hemisphere => Domain::Hemisphere,
+        TableDomain::Sphere => Domain::Sphere,
     };
-    Ok(Density::of_table(domain, &table))
+    Ok(Density::from_table(domain, &table))
 }
 
 /// Index in a row of each of [`NAMES`].
@@ -241,7 +241,7 @@ struct Columns {
 
 impl Columns {
     /// Finds the columns by names; `None` if there are none.
-    fn named(names: &[String]) -> Result<Option<Self>, String> {
+    fn by_names(names: &[String]) -> Result<Option<Self>, String> {
         if names.is_empty() {
             return Ok(None);
         }
@@ -269,13 +269,13 @@ impl Columns {
 
     /// Finds the columns by a header, or in order.
     fn found(header: Option<&[String]>, count: usize) -> Result<Self, String> {
-        if let Some(columns) = Self::named(header.unwrap_or_default())? {
+        if let Some(columns) = Self::by_names(header.unwrap_or_default())? {
             return Ok(columns);
         }
         if !(3..=NAMES.len()).contains(&count) {
             return Err(format!(
                 "{count} columns, where 3 to 5 are expected: name them by --columns{}",
-                side_by_side(count)
+                transposition_hint(count)
             ));
         }
         Ok(Self {
@@ -292,7 +292,7 @@ impl Columns {
         Err(format!(
             "{count} numbers, where {} are expected{}",
             self.count,
-            side_by_side(count)
+            transposition_hint(count)
         ))
     }
 
@@ -329,7 +329,7 @@ impl Columns {
 }
 
 /// Suggests a transposition if a row has many numbers; else empty.
-fn side_by_side(count: usize) -> &'static str {
+fn transposition_hint(count: usize) -> &'static str {
     if count > 2 * NAMES.len() {
         "; if each column is a sample, transpose them: a row for each is needed"
     } else {
@@ -347,12 +347,12 @@ fn report(
     let fails = outcomes
         .iter()
         .find(|outcome| outcome.verdict() == Verdict::Fails);
-    let (code, word, telling) = if fails.is_some() {
+    let (code, word, decisive) = if fails.is_some() {
         (1, "DIFFER", fails)
     } else if let Some(undecided) = outcomes
         .iter()
-        .max_by_key(|outcome| needed(outcome))
-        .filter(|o| needed(o) > 0)
+        .max_by_key(|outcome| samples_needed(outcome))
+        .filter(|o| samples_needed(o) > 0)
     {
         (2, "UNDECIDED", Some(undecided))
     } else {
@@ -384,10 +384,10 @@ fn report(
         "outcomes": outcomes.iter().map(outcome_numbers).collect::<Vec<_>>(),
     });
     write_json(&options.out.join("judge.json"), &numbers)?;
-    let why = match telling {
+    let why = match decisive {
         None => "the samples follow the density, within the precision stated below".to_owned(),
-        Some(outcome) if needed(outcome) > 0 => {
-            let how_many = match needed(outcome) {
+        Some(outcome) if samples_needed(outcome) > 0 => {
+            let how_many = match samples_needed(outcome) {
                 u64::MAX => "cannot be decided by more samples".to_owned(),
                 needed => format!("needs about {needed} samples"),
             };
@@ -395,29 +395,29 @@ fn report(
         }
         Some(outcome) => format!("{}: {}", subject(outcome), outcome.worst),
     };
-    say!("{word}: {why}");
-    say!(
+    print_line!("{word}: {why}");
+    print_line!(
         "{} samples; chance of a false alarm at most {false_alarm:.0e}",
         outcomes[0].n
     );
-    let how = if options.precision == Asked::Auto {
+    let how = if options.precision == PrecisionOption::Auto {
         "as the numbers show; --precision sets another"
     } else {
         "as asked"
     };
-    say!("directions: {}, {how}", words(&precision.direction));
+    print_line!("directions: {}, {how}", words(&precision.direction));
     for outcome in outcomes {
-        say!("{}", line(outcome));
+        print_line!("{}", line(outcome));
     }
     if let (Some([mean, error]), None) = (directions.mean_weight(), options.mean_weight) {
-        say!("mean weight: {mean:.6} ± {error:.1e}; --mean-weight tests it");
+        print_line!("mean weight: {mean:.6} ± {error:.1e}; --mean-weight tests it");
     }
-    say!("{}", plot.display());
+    print_line!("{}", plot.display());
     Ok(code)
 }
 
 /// Returns the number of samples that would decide; 0 if the outcome is decided.
-fn needed(outcome: &Outcome) -> u64 {
+fn samples_needed(outcome: &Outcome) -> u64 {
     match outcome.verdict() {
         Verdict::Undecided { needed } => needed,
         Verdict::Holds | Verdict::Fails => 0,
@@ -446,7 +446,7 @@ fn line(outcome: &Outcome) -> String {
         reference,
         ..
     } = outcome;
-    let word = match needed(outcome) {
+    let word = match samples_needed(outcome) {
         0 => outcome.verdict().word().to_owned(),
         u64::MAX => "undecided".to_owned(),
         needed => format!("undecided (needs about {needed} samples)"),

@@ -6,7 +6,7 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
-use super::read::{Each, Row};
+use super::read::{Row, RowCallback};
 use super::{NAMES, text};
 
 /// A number at the same position in every element of an array.
@@ -23,7 +23,7 @@ struct Column {
 ///
 /// # Errors
 /// The problem, with the index of the row.
-pub fn array(mut file: impl Read, bytes: u64, each: Each) -> Result<(), String> {
+pub fn array(mut file: impl Read, bytes: u64, each: RowCallback) -> Result<(), String> {
     let header = NpyHeader::from_reader(&mut file).map_err(|error| {
         format!(
             "no header of an array: {}",
@@ -168,9 +168,9 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
         (TypeChar::Float, 8) => either!(f64),
         (TypeChar::Float, 4) => either!(f32),
         (TypeChar::Float, 2) if kind.endianness() == Endianness::Big => {
-            |bytes| half(u16::from_be_bytes([bytes[0], bytes[1]]))
+            |bytes| f16_to_f64(u16::from_be_bytes([bytes[0], bytes[1]]))
         }
-        (TypeChar::Float, 2) => |bytes| half(u16::from_le_bytes([bytes[0], bytes[1]])),
+        (TypeChar::Float, 2) => |bytes| f16_to_f64(u16::from_le_bytes([bytes[0], bytes[1]])),
         (TypeChar::Int, 1) => either!(i8),
         (TypeChar::Int, 2) => either!(i16),
         (TypeChar::Int, 4) => either!(i32),
@@ -188,7 +188,7 @@ fn number(kind: &TypeStr) -> Result<fn(&[u8]) -> f64, String> {
 }
 
 /// Converts a 16-bit float.
-fn half(bits: u16) -> f64 {
+fn f16_to_f64(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
     let size = match exponent {
         0 => fraction * 2f64.powi(-14),
@@ -211,10 +211,15 @@ struct Member {
 ///
 /// # Errors
 /// The problem, and the arrays that may be chosen.
-pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Result<(), String> {
+pub fn archive(
+    file: &[u8],
+    chosen: Option<&str>,
+    path: &Path,
+    each: RowCallback,
+) -> Result<(), String> {
     let mut members = Vec::new();
     for (name, bytes) in
-        unpacked(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
+        unzip(file).ok_or("a damaged zip archive, or one above 4 GB: has it been cut off?")?
     {
         let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
             continue;
@@ -240,7 +245,7 @@ pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Re
                 .to_owned(),
         ),
         [one] => array(one.bytes.as_slice(), one.bytes.len() as u64, each),
-        several => together(several, each).unwrap_or_else(|| {
+        several => join_columns(several, each).unwrap_or_else(|| {
             let list: Vec<String> = several
                 .iter()
                 .map(|one| format!("{} {:?}", one.name, one.shape))
@@ -259,7 +264,7 @@ pub fn archive(file: &[u8], chosen: Option<&str>, path: &Path, each: Each) -> Re
 /// the archive is damaged.
 ///
 /// Offsets in records are those of PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12 and 4.3.16.
-fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
+fn unzip(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
     let number = |at: usize, bytes: usize| {
         let slice = file.get(at..at.checked_add(bytes)?)?;
         Some(
@@ -312,7 +317,7 @@ fn unpacked(file: &[u8]) -> Option<Vec<(String, Vec<u8>)>> {
 }
 
 /// Joins arrays whose names are those of columns into rows; `None` if the names are others.
-fn together(members: &[Member], each: Each) -> Option<Result<(), String>> {
+fn join_columns(members: &[Member], each: RowCallback) -> Option<Result<(), String>> {
     let rows = *members[0].shape.first()?;
     let mut names: Vec<String> = Vec::new();
     for member in members {

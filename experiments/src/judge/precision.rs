@@ -4,16 +4,16 @@ use std::str::FromStr;
 
 use whitefurnace::harness::directions::{Precision, Rounding};
 
-use super::read::Digits;
+use super::read::DigitCounts;
 
 /// Value of `--precision`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Asked {
+pub(super) enum PrecisionOption {
     Auto,
     All(Rounding),
 }
 
-impl FromStr for Asked {
+impl FromStr for PrecisionOption {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         Ok(match text {
@@ -36,7 +36,7 @@ impl FromStr for Asked {
 
 /// Observed precision of one group of numbers.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct ObservedPrecision {
     /// Number of printed values, and their largest number of decimals and significant digits.
     printed: u64,
     decimals: i32,
@@ -45,11 +45,11 @@ pub(super) struct Seen {
     /// the same.
     bits: u32,
     /// Number of values other than 0, 1 and -1, which show no digits.
-    telling: u64,
+    informative: u64,
 }
 
-impl Seen {
-    pub(super) fn see(&mut self, value: f64, digits: Option<Digits>) {
+impl ObservedPrecision {
+    pub(super) fn add(&mut self, value: f64, digits: Option<DigitCounts>) {
         if value.abs() == 1.0 || value == 0.0 || !value.is_finite() {
             // A zero that is printed with decimals shows them.
             self.decimals = self
@@ -57,10 +57,10 @@ impl Seen {
                 .max(digits.map_or(0, |digits| digits.decimals.min(20)));
             return;
         }
-        self.telling += 1;
+        self.informative += 1;
         let shortest =
             |value: f64| 53 - (value.to_bits() & ((1 << 52) - 1) | 1 << 52).trailing_zeros();
-        let Some(Digits {
+        let Some(DigitCounts {
             decimals,
             significant,
         }) = digits
@@ -79,7 +79,7 @@ impl Seen {
     }
 
     fn rounding(&self) -> Rounding {
-        if self.telling == 0 {
+        if self.informative == 0 {
             return Rounding::DOUBLE;
         }
         let computed = match self.bits {
@@ -117,13 +117,13 @@ impl Seen {
 
 /// Observed precision of all numbers of a file.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct AllSeen {
-    pub(super) direction: Seen,
-    pub(super) weight: Seen,
-    pub(super) pdf: Seen,
+pub(super) struct FilePrecision {
+    pub(super) direction: ObservedPrecision,
+    pub(super) weight: ObservedPrecision,
+    pub(super) pdf: ObservedPrecision,
 }
 
-impl AllSeen {
+impl FilePrecision {
     pub(super) fn precision(&self) -> Precision {
         Precision {
             direction: self.direction.rounding(),

@@ -15,19 +15,19 @@ pub struct Row<'a> {
     /// The values.
     pub numbers: &'a [f64],
     /// Their digits, if they are printed.
-    pub digits: Option<&'a [Digits]>,
+    pub digits: Option<&'a [DigitCounts]>,
 }
 
 /// Digits of a printed number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Digits {
+pub struct DigitCounts {
     /// Digits after the decimal point, minus the exponent.
     pub decimals: i32,
     /// Digits from the first that is not 0.
     pub significant: i32,
 }
 
-impl Digits {
+impl DigitCounts {
     /// Counts the digits of a number with a decimal point.
     pub fn of(text: &str) -> Self {
         let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
@@ -47,15 +47,15 @@ impl Digits {
 }
 
 /// Callback for each row.
-pub type Each<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
+pub type RowCallback<'a> = &'a mut dyn FnMut(&Row) -> Result<(), String>;
 
 /// Calls `each` with each row of a file. Its errors are reported with the file and the line of a
 /// text, or the index of a row of an array. `file.npz:name` chooses an array of an archive.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`].
-pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
-    let (path, chosen) = array_of(path);
+pub fn rows(path: &Path, each: RowCallback) -> Result<(), Error> {
+    let (path, chosen) = split_array_name(path);
     let open = || File::open(&path).map_err(Error::file("read", &path));
     let mut start = Vec::new();
     open()?
@@ -73,7 +73,10 @@ pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
         let bytes = std::fs::read(&path).map_err(Error::file("read", &path))?;
         return npy::archive(&bytes, chosen.as_deref(), &path, each).map_err(wrong);
     }
-    if let Some((_, what)) = KNOWN.iter().find(|(magic, _)| start.starts_with(magic)) {
+    if let Some((_, what)) = FILE_SIGNATURES
+        .iter()
+        .find(|(magic, _)| start.starts_with(magic))
+    {
         return Err(wrong(format!("{what}, which is not read: {REMEDY}")));
     }
     if let Some(decode) = utf16(&start) {
@@ -100,7 +103,7 @@ pub fn rows(path: &Path, each: Each) -> Result<(), Error> {
 const REMEDY: &str = "save the numbers as text (CSV), or by numpy.save";
 
 /// First bytes of common files of other formats, and what they are.
-const KNOWN: [(&[u8], &str); 9] = [
+const FILE_SIGNATURES: [(&[u8], &str); 9] = [
     (
         b"\x1f\x8b",
         "a file compressed by gzip (unpack it by gunzip)",
@@ -119,7 +122,7 @@ const KNOWN: [(&[u8], &str); 9] = [
 ];
 
 /// Splits a path into the file and the array's name after a colon.
-fn array_of(path: &Path) -> (PathBuf, Option<String>) {
+fn split_array_name(path: &Path) -> (PathBuf, Option<String>) {
     match path.to_str().and_then(|name| name.rsplit_once(':')) {
         Some((file, array)) if !path.exists() && Path::new(file).is_file() => {
             (file.into(), Some(array.to_owned()))

@@ -3,13 +3,13 @@
 
 use std::io::BufRead;
 
-use super::read::{Digits, Each, Row};
+use super::read::{DigitCounts, Row, RowCallback};
 
 /// Calls `each` with each row of numbers.
 ///
 /// # Errors
 /// The problem, with the line.
-pub fn rows(mut file: impl BufRead, each: Each) -> Result<(), String> {
+pub fn rows(mut file: impl BufRead, each: RowCallback) -> Result<(), String> {
     let (mut text, mut bytes) = (Text::default(), Vec::new());
     loop {
         bytes.clear();
@@ -47,7 +47,7 @@ struct Text {
     names: Option<Vec<String>>,
     style: Option<Style>,
     numbers: Vec<f64>,
-    digits: Vec<Digits>,
+    digits: Vec<DigitCounts>,
     /// Decimals of the last number of each line as long as they are all equal, and the number of
     /// lines.
     fixed: Option<(i32, usize)>,
@@ -85,7 +85,7 @@ impl Separator {
 }
 
 impl Text {
-    fn read(&mut self, line: &str, whole: bool, each: Each) -> Result<(), String> {
+    fn read(&mut self, line: &str, whole: bool, each: RowCallback) -> Result<(), String> {
         let line = line.trim_start_matches('\u{feff}').trim();
         if let Some(comment) = line.strip_prefix(['#', '%']) {
             // numpy.savetxt writes a header as a comment.
@@ -242,7 +242,7 @@ impl Style {
         self.separator.fields(line)
     }
 
-    fn number(self, field: &str) -> Result<(f64, Digits), String> {
+    fn number(self, field: &str) -> Result<(f64, DigitCounts), String> {
         let field = plain(field);
         let wrong = |hint: &str| format!("“{}” is not a number{hint}", field.escape_debug());
         let mixed = || {
@@ -263,7 +263,7 @@ impl Style {
             pointed.replace(['D', 'd'], "e")
         };
         match pointed.parse() {
-            Ok(number) => Ok((number, Digits::of(&pointed))),
+            Ok(number) => Ok((number, DigitCounts::of(&pointed))),
             Err(_) => Err(wrong("")),
         }
     }

@@ -4,7 +4,7 @@ use super::*;
 
 /// Result shown in a cell of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum Agreement {
     /// Within the margin of methods without bias.
     Agrees,
     /// Within the wider margin of a bias of known cause.
@@ -21,11 +21,11 @@ pub enum Standing {
 
 /// A cell of the matrix.
 #[derive(Clone, Debug)]
-pub struct Square {
+pub struct MatrixCell {
     /// The number, such as "+0.02 ± 0.10 %"; lines end with line feeds.
     pub text: String,
     /// Result, shown by colour and border.
-    pub standing: Standing,
+    pub agreement: Agreement,
 }
 
 const CELL: [f64; 2] = [138.0, 44.0];
@@ -35,14 +35,14 @@ const LEFT: f64 = 100.0;
 
 /// Draws rows × columns. A cell that is `None` is struck through; the legend explains it by
 /// `blank`.
-pub fn squares(
+pub fn agreement_matrix(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     rows: &[String],
     columns: &[String],
     blank: &str,
-    square: impl Fn(usize, usize) -> Option<Square>,
+    matrix_cell: impl Fn(usize, usize) -> Option<MatrixCell>,
 ) -> Result<(), Error> {
     let right = LEFT + columns.len() as f64 * CELL[0] + 14.0;
     let right = right.max(width(title, TITLE) + 28.0);
@@ -52,11 +52,11 @@ pub fn squares(
     let mut canvas = Canvas::new(
         [right, above + rows.len() as f64 * CELL[1] + 14.0],
         title,
-        see,
+        description,
     );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
-    for (standing, label, [x, y]) in entries {
-        cell(&mut canvas, [x, y, x + 26.0, y + 18.0], standing);
+    for (agreement, label, [x, y]) in entries {
+        cell(&mut canvas, [x, y, x + 26.0, y + 18.0], agreement);
         canvas.text(label, [x + 32.0, y + 9.0], Anchor::Left, 13.0);
     }
     for (c, name) in columns.iter().enumerate() {
@@ -74,11 +74,15 @@ pub fn squares(
         for c in 0..columns.len() {
             let x = LEFT + c as f64 * CELL[0];
             let frame = [x, y, x + CELL[0], y + CELL[1]];
-            let square = square(r, c);
-            cell(&mut canvas, frame, square.as_ref().map(|s| s.standing));
-            if let Some(square) = square {
-                let count = square.text.lines().count() as f64;
-                for (i, line) in square.text.lines().enumerate() {
+            let matrix_cell = matrix_cell(r, c);
+            cell(
+                &mut canvas,
+                frame,
+                matrix_cell.as_ref().map(|s| s.agreement),
+            );
+            if let Some(matrix_cell) = matrix_cell {
+                let count = matrix_cell.text.lines().count() as f64;
+                for (i, line) in matrix_cell.text.lines().enumerate() {
                     let down = LINE * (i as f64 + 0.5 * (1.0 - count));
                     canvas.text(
                         line,
@@ -94,57 +98,57 @@ pub fn squares(
 }
 
 /// An entry of the legend and its upper left corner.
-type Entry<'a> = (Option<Standing>, &'a str, Point);
+type Entry<'a> = (Option<Agreement>, &'a str, Point);
 
 /// Lays out the legend in as many lines as it takes to end before `right`.
 fn legend(right: f64, blank: &str) -> [Entry<'_>; 7] {
     let entries = [
-        (Some(Standing::Reference), "reference"),
-        (Some(Standing::Agrees), "agrees within the margin"),
-        (Some(Standing::Biased), "within the margin of a known bias"),
-        (Some(Standing::Explained), "differs for a stated reason"),
-        (Some(Standing::Undecided), "undecided"),
-        (Some(Standing::Differs), "differs"),
+        (Some(Agreement::Reference), "reference"),
+        (Some(Agreement::Agrees), "agrees within the margin"),
+        (Some(Agreement::Biased), "within the margin of a known bias"),
+        (Some(Agreement::Explained), "differs for a stated reason"),
+        (Some(Agreement::Undecided), "undecided"),
+        (Some(Agreement::Differs), "differs"),
         (None, blank),
     ];
     let [mut x, mut y] = [14.0, 38.0];
-    entries.map(|(standing, label)| {
+    entries.map(|(agreement, label)| {
         let length = 34.0 + width(label, 13.0) + 14.0;
         if x + length > right {
             [x, y] = [14.0, y + 24.0];
         }
         let corner = [x, y];
         x += length;
-        (standing, label, corner)
+        (agreement, label, corner)
     })
 }
 
 /// Draws a cell's fill and border, which can be told apart without colour.
-fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
+fn cell(canvas: &mut Canvas, frame: Area, agreement: Option<Agreement>) {
     let [left, top, right, bottom] = frame;
-    let fill = match standing {
-        Some(Standing::Agrees) => pale(OKABE_ITO[1], 0.35),
-        Some(Standing::Biased | Standing::Explained) => pale(OKABE_ITO[5], 0.35),
-        Some(Standing::Undecided) => pale(FAINT, 0.6),
-        Some(Standing::Differs) => pale(OKABE_ITO[0], 0.6),
-        Some(Standing::Reference) | None => Rgb(255, 255, 255),
+    let fill = match agreement {
+        Some(Agreement::Agrees) => tint(OKABE_ITO[1], 0.35),
+        Some(Agreement::Biased | Agreement::Explained) => tint(OKABE_ITO[5], 0.35),
+        Some(Agreement::Undecided) => tint(FAINT, 0.6),
+        Some(Agreement::Differs) => tint(OKABE_ITO[0], 0.6),
+        Some(Agreement::Reference) | None => Rgb(255, 255, 255),
     };
     canvas.fill([left + 1.0, top + 1.0, right - 1.0, bottom - 1.0], fill);
     canvas.frame(frame, Pen::new(FAINT, 1.0));
     let inner = [left + 2.0, top + 2.0, right - 2.0, bottom - 2.0];
     let under = [[left + 1.0, bottom - 2.5], [right - 1.0, bottom - 2.5]];
     let blue = Pen::new(OKABE_ITO[2], 3.0);
-    match standing {
-        Some(Standing::Agrees) => {}
-        Some(Standing::Biased) => canvas.line(
+    match agreement {
+        Some(Agreement::Agrees) => {}
+        Some(Agreement::Biased) => canvas.line(
             &under,
             Pen {
                 dash: &[6.0, 4.0],
                 ..blue
             },
         ),
-        Some(Standing::Explained) => canvas.line(&under, blue),
-        Some(Standing::Undecided) => {
+        Some(Agreement::Explained) => canvas.line(&under, blue),
+        Some(Agreement::Undecided) => {
             canvas.frame(
                 inner,
                 Pen {
@@ -153,8 +157,8 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
                 },
             );
         }
-        Some(Standing::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
-        Some(Standing::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
+        Some(Agreement::Differs) => canvas.frame(inner, Pen::new(OKABE_ITO[0], 3.0)),
+        Some(Agreement::Reference) => canvas.frame(inner, Pen::new(INK, 1.4)),
         None => canvas.line(
             &[[left, bottom], [right, top]],
             Pen::new(Rgb(190, 190, 190), 1.0),
@@ -163,24 +167,24 @@ fn cell(canvas: &mut Canvas, frame: Area, standing: Option<Standing>) {
 }
 
 const PANEL: [f64; 2] = [178.0, 108.0];
-const ACROSS: usize = 5;
+const COLUMNS: usize = 5;
 
 /// Draws histograms of p-values in equal bins of [0, 1], a small panel each, relative to a uniform
 /// one.
 pub fn histograms(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     panels: &[(String, Vec<u64>)],
 ) -> Result<(), Error> {
-    let rows = panels.len().div_ceil(ACROSS).max(1);
+    let rows = panels.len().div_ceil(COLUMNS).max(1);
     let mut canvas = Canvas::new(
         [
-            ACROSS as f64 * PANEL[0] + 20.0,
+            COLUMNS as f64 * PANEL[0] + 20.0,
             rows as f64 * PANEL[1] + 72.0,
         ],
         title,
-        see,
+        description,
     );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let note =
@@ -188,8 +192,8 @@ pub fn histograms(
     canvas.text(note, [14.0, 44.0], Anchor::Left, 13.0);
     for (i, (name, counts)) in panels.iter().enumerate() {
         let corner = [
-            14.0 + (i % ACROSS) as f64 * PANEL[0],
-            62.0 + (i / ACROSS) as f64 * PANEL[1],
+            14.0 + (i % COLUMNS) as f64 * PANEL[0],
+            62.0 + (i / COLUMNS) as f64 * PANEL[1],
         ];
         histogram(&mut canvas, corner, name, counts);
     }
@@ -208,7 +212,7 @@ fn histogram(canvas: &mut Canvas, [x, y]: [f64; 2], name: &str, counts: &[u64]) 
         let left = x + k as f64 * bin;
         canvas.fill(
             [left, base - height.min(base - top), left + bin - 1.0, base],
-            pale(OKABE_ITO[2], 0.7),
+            tint(OKABE_ITO[2], 0.7),
         );
         if height > base - top {
             canvas.marks(

@@ -1,7 +1,7 @@
 //! Axes: positions of values, and the labelled ones.
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Division {
+pub(super) enum Scale {
     Linear,
     Logarithmic,
     /// asinh scale: linear about zero, logarithmic far from it on either side.
@@ -14,7 +14,7 @@ pub(super) struct Axis {
     ends: [f64; 2],
     /// Positions of both ends in the drawing, pixels.
     place: [f64; 2],
-    division: Division,
+    scale: Scale,
     /// Values that are labelled.
     pub ticks: Vec<f64>,
     /// Decimals of a linear axis' labels.
@@ -22,16 +22,16 @@ pub(super) struct Axis {
 }
 
 /// Room for a label, pixels.
-const ROOM: f64 = 46.0;
+const LABEL_SPACING: f64 = 46.0;
 
 impl Axis {
     /// Creates an axis with labels at round numbers: on a linear axis as many as fit, up to ten; on
     /// a logarithmic one powers of ten, and 2 and 5 times these if it spans few.
-    pub fn new([low, high]: [f64; 2], division: Division, place: [f64; 2]) -> Self {
-        let most = ((place[1] - place[0]).abs() / ROOM).clamp(2.0, 10.0);
+    pub fn new([low, high]: [f64; 2], scale: Scale, place: [f64; 2]) -> Self {
+        let most = ((place[1] - place[0]).abs() / LABEL_SPACING).clamp(2.0, 10.0);
         let mut decimals = 0;
-        let ticks: Vec<f64> = match division {
-            Division::Linear => {
+        let ticks: Vec<f64> = match scale {
+            Scale::Linear => {
                 let least = (high - low) / most;
                 let power = 10f64.powf(least.log10().floor());
                 let multiples = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
@@ -41,7 +41,7 @@ impl Axis {
                 let steps = (low / step - 1e-9).ceil() as i64..=(high / step + 1e-9).floor() as i64;
                 steps.map(|i| i as f64 * step).collect()
             }
-            Division::Logarithmic => {
+            Scale::Logarithmic => {
                 let [a, b] = [low, high].map(f64::log10);
                 let multiples: &[f64] = if 3.0 * (b - a) <= most {
                     &[1.0, 2.0, 5.0]
@@ -54,7 +54,7 @@ impl Axis {
                     .flat_map(|k| multiples.iter().map(move |m| m * 10f64.powi(k)))
                     .collect()
             }
-            Division::Signed => {
+            Scale::Signed => {
                 let powers = (0..=6).flat_map(|k| [1.0, 3.0].map(|m| m * 10f64.powi(k)));
                 let either = powers.flat_map(|value| [-value, value]);
                 std::iter::once(0.0).chain(either).collect()
@@ -63,7 +63,7 @@ impl Axis {
         let mut axis = Self {
             ends: [low, high],
             place,
-            division,
+            scale,
             ticks: Vec::new(),
             decimals,
         };
@@ -73,10 +73,10 @@ impl Axis {
 
     /// Returns the position of a value in the drawing; outside the axis if the value is.
     pub fn at(&self, value: f64) -> f64 {
-        let scaled = |value: f64| match self.division {
-            Division::Linear => value,
-            Division::Logarithmic => value.max(f64::MIN_POSITIVE).log10(),
-            Division::Signed => value.asinh(),
+        let scaled = |value: f64| match self.scale {
+            Scale::Linear => value,
+            Scale::Logarithmic => value.max(f64::MIN_POSITIVE).log10(),
+            Scale::Signed => value.asinh(),
         };
         let [low, high] = self.ends.map(scaled);
         let share = (scaled(value) - low) / (high - low);
@@ -85,12 +85,12 @@ impl Axis {
 
     /// Returns true if a value lies on the axis, up to rounding.
     pub fn shows(&self, value: f64) -> bool {
-        let [low, high] = self.reach();
+        let [low, high] = self.extent();
         (low - 0.01..=high + 0.01).contains(&self.at(value))
     }
 
     /// Returns the ends of the axis in the drawing, least first.
-    pub fn reach(&self) -> [f64; 2] {
+    pub fn extent(&self) -> [f64; 2] {
         let [a, b] = self.place;
         [a.min(b), a.max(b)]
     }
@@ -99,12 +99,12 @@ impl Axis {
     pub fn label(&self, value: f64) -> String {
         let decimals = self.decimals;
         let most = self.ends[0].abs().max(self.ends[1].abs());
-        let text = match self.division {
-            Division::Linear if most >= 1e6 => format!("{value:.0e}"),
-            Division::Linear => format!("{:.decimals$}", value + 0.0),
-            Division::Signed if value == 0.0 => "0".to_owned(),
-            Division::Signed => format!("{value:+.0}"),
-            Division::Logarithmic => {
+        let text = match self.scale {
+            Scale::Linear if most >= 1e6 => format!("{value:.0e}"),
+            Scale::Linear => format!("{:.decimals$}", value + 0.0),
+            Scale::Signed if value == 0.0 => "0".to_owned(),
+            Scale::Signed => format!("{value:+.0}"),
+            Scale::Logarithmic => {
                 let power = (value.log10() + 1e-9).floor();
                 if self.ends.iter().any(|end| end.log10().abs() > 4.5) {
                     let first = (value / 10f64.powf(power)).round();

@@ -59,17 +59,17 @@ pub(super) enum Shape {
 pub(super) struct Canvas {
     size: Point,
     title: String,
-    see: String,
+    description: String,
     body: String,
 }
 
 impl Canvas {
-    /// Returns a white page. `title` is its title, `see` its description.
-    pub fn new(size: Point, title: &str, see: &str) -> Self {
+    /// Returns a white page. `title` is its title; `description` is for readers who cannot see it.
+    pub fn new(size: Point, title: &str, description: &str) -> Self {
         Self {
             size,
             title: title.to_owned(),
-            see: see.to_owned(),
+            description: description.to_owned(),
             body: String::new(),
         }
     }
@@ -84,7 +84,7 @@ impl Canvas {
         // Writing to a string cannot fail.
         let _ = draw(&mut SVGBackend::with_string(
             &mut page,
-            self.size.map(|side| fine(side) as u32).into(),
+            self.size.map(|side| hundredths(side) as u32).into(),
         ));
         for line in page.lines().filter(|line| !line.contains("svg")) {
             match line.split_once(' ') {
@@ -122,7 +122,7 @@ impl Canvas {
         let dash: Vec<String> = pen
             .dash
             .iter()
-            .map(|&length| fine(length).to_string())
+            .map(|&length| hundredths(length).to_string())
             .collect();
         let dashed = || format!("stroke-dasharray=\"{}\"", dash.join(" "));
         let attributes = if dash.is_empty() {
@@ -130,7 +130,7 @@ impl Canvas {
         } else {
             dashed()
         };
-        let stroke = pen.colour.stroke_width(fine(pen.width) as u32);
+        let stroke = pen.colour.stroke_width(hundredths(pen.width) as u32);
         self.draw(&attributes, |page| {
             page.draw_path(points.iter().map(|&at| place(at)), &stroke)
         });
@@ -151,9 +151,9 @@ impl Canvas {
                 Shape::Disc => self.draw("", |page| {
                     let at = place([x, y]);
                     if !rim.is_empty() {
-                        page.draw_circle(at, fine(radius + 0.3) as u32, &WHITE, true)?;
+                        page.draw_circle(at, hundredths(radius + 0.3) as u32, &WHITE, true)?;
                     }
-                    page.draw_circle(at, fine(radius) as u32, &colour.filled(), true)
+                    page.draw_circle(at, hundredths(radius) as u32, &colour.filled(), true)
                 }),
                 Shape::Cross | Shape::Plus => {
                     corners
@@ -169,18 +169,18 @@ impl Canvas {
 
     /// Draws a text, centred vertically on the point.
     pub fn text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64) {
-        self.turned(text, at, anchor, size, 0);
+        self.rotated_text(text, at, anchor, size, 0);
     }
 
     /// Draws a text turned by `degrees` about its point, clockwise.
-    pub fn turned(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
+    pub fn rotated_text(&mut self, text: &str, at: Point, anchor: Anchor, size: f64, degrees: i32) {
         let (x, y) = place(at);
         let turn = match degrees {
             0 => String::new(),
             _ => format!("transform=\"rotate({degrees} {x} {y})\""),
         };
         // Plotters writes font sizes divided by 1.24.
-        let font = ("sans-serif", 1.24 * f64::from(fine(size))).into_font();
+        let font = ("sans-serif", 1.24 * f64::from(hundredths(size))).into_font();
         let style = TextStyle::from(font)
             .color(&INK)
             .pos(Pos::new(anchor, VPos::Center));
@@ -189,7 +189,7 @@ impl Canvas {
 
     /// Draws a picture stretched over a rectangle, which plotters does not support.
     pub fn picture(&mut self, [left, top, right, bottom]: Area, png: &[u8]) {
-        let [x, y, width, height] = [left, top, right - left, bottom - top].map(fine);
+        let [x, y, width, height] = [left, top, right - left, bottom - top].map(hundredths);
         let data = STANDARD.encode(png);
         self.body.push_str(&format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" \
@@ -200,12 +200,12 @@ impl Canvas {
 
     pub fn write(self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
-        let [across, down] = self.size.map(fine);
-        let [title, see] = [escaped(&self.title), escaped(&self.see)];
+        let [across, down] = self.size.map(hundredths);
+        let [title, description] = [escaped(&self.title), escaped(&self.description)];
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {across} {down}\" role=\"img\" aria-labelledby=\"title see\">\n\
-             <title id=\"title\">{title}</title>\n<desc id=\"see\">{see}</desc>\n\
+             <title id=\"title\">{title}</title>\n<desc id=\"see\">{description}</desc>\n\
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n{}</svg>\n",
             self.body
         );
@@ -222,12 +222,12 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 const RIM: &str = "stroke=\"#fff\" stroke-width=\"60\"";
 
 /// Converts a length to hundredths of a pixel: plotters draws at whole coordinates.
-fn fine(length: f64) -> i32 {
+fn hundredths(length: f64) -> i32 {
     (100.0 * length).round() as i32
 }
 
 fn place([x, y]: Point) -> (i32, i32) {
-    (fine(x), fine(y))
+    (hundredths(x), hundredths(y))
 }
 
 impl Shape {

@@ -1,6 +1,6 @@
 //! A chart with lines, points and error bars over linear or logarithmic axes.
 
-use super::axis::Division;
+use super::axis::Scale;
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::*;
 
@@ -121,32 +121,37 @@ impl Chart {
     }
 }
 
-/// Draws charts one below the other; `size` is that of the figure in pixels, `see` its description.
-pub fn charts(path: &Path, see: &str, size: [u32; 2], charts: &[Chart]) -> Result<(), Error> {
-    rows(path, see, size, 1, charts)
+/// Draws charts one below the other; `size` is that of the figure in pixels.
+pub fn charts(
+    path: &Path,
+    description: &str,
+    size: [u32; 2],
+    charts: &[Chart],
+) -> Result<(), Error> {
+    rows(path, description, size, 1, charts)
 }
 
 /// Draws charts in rows of `columns`; `size` is that of the figure in pixels.
 pub fn rows(
     path: &Path,
-    see: &str,
+    description: &str,
     size: [u32; 2],
     columns: usize,
     charts: &[Chart],
 ) -> Result<(), Error> {
-    let looks = Looks::of(charts);
+    let styles = SeriesStyles::of(charts);
     let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
-    let (mut canvas, areas) = page(see, size, columns, &titles);
+    let (mut canvas, areas) = page(description, size, columns, &titles);
     for (area, chart) in areas.into_iter().zip(charts) {
-        draw(&mut canvas, area, chart, &looks);
+        draw(&mut canvas, area, chart, &styles);
     }
     canvas.write(path)
 }
 
 /// Dashes and shapes of colours: the colours in the order in which a figure's series use them.
-struct Looks(Vec<usize>);
+struct SeriesStyles(Vec<usize>);
 
-impl Looks {
+impl SeriesStyles {
     fn of(charts: &[Chart]) -> Self {
         let mut colours = Vec::new();
         for series in charts.iter().flat_map(|chart| &chart.series) {
@@ -162,7 +167,9 @@ impl Looks {
     fn style(&self, series: &Series) -> (&'static [f64], Shape) {
         let place = self.0.iter().position(|&colour| colour == series.colour);
         // A black series beside others has a shape of its own.
-        place.map_or((&[][..], STYLES[3].1), |place| STYLES[place % STYLES.len()])
+        place.map_or((&[][..], SERIES_STYLES[3].1), |place| {
+            SERIES_STYLES[place % SERIES_STYLES.len()]
+        })
     }
 
     fn pen(&self, series: &Series) -> Pen {
@@ -191,9 +198,9 @@ const BOTTOM: f64 = 60.0;
 const LINE: f64 = 22.0;
 const RADIUS: f64 = 4.2;
 
-fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
+fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, styles: &SeriesStyles) {
     let [left, top, right, bottom] = area;
-    let lines = legend(canvas, area, chart, looks);
+    let lines = legend(canvas, area, chart, styles);
     let plot = [
         left + LEFT,
         top + TOP + LINE * lines as f64,
@@ -202,27 +209,29 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
     ];
     let divisions = chart.log.map(|log| {
         if log {
-            Division::Logarithmic
+            Scale::Logarithmic
         } else {
-            Division::Linear
+            Scale::Linear
         }
     });
     let [x, y] = axes(plot, chart.ranges, divisions);
     frame(canvas, plot, [&x, &y], &chart.axes);
     heading(canvas, plot, top, &chart.title);
-    let reach = [x.reach(), y.reach()];
+    let extents = [x.extent(), y.extent()];
     for series in &chart.series {
-        let pen = looks.pen(series);
+        let pen = styles.pen(series);
         let place = |&[a, b]: &[f64; 2]| [x.at(a), y.at(b)];
         let points: Vec<Point> = series.points.iter().map(place).collect();
         let bars: Vec<Vec<Point>> = points
             .iter()
             .zip(&series.bars)
-            .flat_map(|(at, &[low, high])| runs(&[[at[0], y.at(low)], [at[0], y.at(high)]], reach))
+            .flat_map(|(at, &[low, high])| {
+                visible_parts(&[[at[0], y.at(low)], [at[0], y.at(high)]], extents)
+            })
             .collect();
         canvas.lines(&bars, Pen::new(pen.colour, 1.8));
         match series.mark {
-            Mark::Line | Mark::Faint => canvas.lines(&runs(&points, reach), pen),
+            Mark::Line | Mark::Faint => canvas.lines(&visible_parts(&points, extents), pen),
             Mark::Points | Mark::Dots => {
                 let seen = series
                     .points
@@ -231,7 +240,7 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
                 let seen: Vec<Point> = seen.map(place).collect();
                 let (shape, radius) = match series.mark {
                     Mark::Dots => (Shape::Disc, 1.3),
-                    _ => (looks.style(series).1, RADIUS),
+                    _ => (styles.style(series).1, RADIUS),
                 };
                 canvas.marks(&seen, shape, radius, colour(series));
             }
@@ -240,7 +249,12 @@ fn draw(canvas: &mut Canvas, area: Area, chart: &Chart, looks: &Looks) {
 }
 
 /// Draws the legend above the plot, where it hides nothing; returns the number of its lines.
-fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks: &Looks) -> usize {
+fn legend(
+    canvas: &mut Canvas,
+    [left, top, right, _]: Area,
+    chart: &Chart,
+    styles: &SeriesStyles,
+) -> usize {
     let start = left + LEFT;
     let (mut x, mut lines) = (start, 0);
     for series in chart.series.iter().filter(|s| !s.label.is_empty()) {
@@ -259,14 +273,14 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
         let sample: Vec<&Series> = sample.collect();
         for part in &sample {
             if matches!(part.mark, Mark::Line | Mark::Faint) {
-                canvas.line(&[[x, y], [x + 30.0, y]], looks.pen(part));
+                canvas.line(&[[x, y], [x + 30.0, y]], styles.pen(part));
             }
         }
         if let Some(part) = sample
             .iter()
             .find(|s| matches!(s.mark, Mark::Points | Mark::Dots))
         {
-            canvas.marks(&[[x + 15.0, y]], looks.style(part).1, RADIUS, colour(part));
+            canvas.marks(&[[x + 15.0, y]], styles.style(part).1, RADIUS, colour(part));
         }
         canvas.text(&series.label, [x + 36.0, y], Anchor::Left, LABEL);
         x += length;
@@ -275,7 +289,7 @@ fn legend(canvas: &mut Canvas, [left, top, right, _]: Area, chart: &Chart, looks
 }
 
 /// Returns the parts of a line that lie within the ranges, cut where it leaves them.
-fn runs(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
+fn visible_parts(points: &[Point], ranges: [[f64; 2]; 2]) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = Vec::new();
     for ends in points.windows(2) {
         let Some([from, to]) = clipped(ends[0], ends[1], ranges) else {

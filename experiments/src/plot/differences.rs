@@ -1,6 +1,6 @@
 //! Plots differences of regions, channel by channel, in panels on one scale.
 
-use super::axis::Division;
+use super::axis::Scale;
 use super::panel::{LEFT, areas, axes, frame, heading};
 use super::*;
 
@@ -8,7 +8,7 @@ use super::*;
 pub type Panel<'a> = (&'a str, Vec<[f64; 3]>);
 
 /// Settings shared by all panels.
-pub struct Common<'a> {
+pub struct PanelSettings<'a> {
     /// Regions, and the largest absolute difference allowed in each: the band.
     pub regions: &'a [(&'a str, f64)],
     /// Label of the axis, with its unit.
@@ -30,12 +30,12 @@ const RADIUS: f64 = 4.6;
 pub fn differences(
     path: &Path,
     title: &str,
-    see: &str,
-    common: &Common<'_>,
+    description: &str,
+    common: &PanelSettings<'_>,
     panels: &[Panel<'_>],
 ) -> Result<(), Error> {
     let size = [900.0, 46.0 + 280.0 * panels.len() as f64];
-    let mut canvas = Canvas::new(size, title, see);
+    let mut canvas = Canvas::new(size, title, description);
     legend(&mut canvas, common.band);
     let largest = panels
         .iter()
@@ -69,7 +69,7 @@ fn legend(canvas: &mut Canvas, band: &str) {
     canvas.text(band, [x + 34.0, 24.0], Anchor::Left, LABEL);
 }
 
-fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>, most: f64) {
+fn draw(canvas: &mut Canvas, area: Area, common: &PanelSettings<'_>, panel: &Panel<'_>, most: f64) {
     let [left, top, right, bottom] = area;
     let plot = [left + LEFT, top + 34.0, right - 16.0, bottom - 44.0];
     let step = (plot[2] - plot[0]) / common.regions.len() as f64;
@@ -77,7 +77,7 @@ fn draw(canvas: &mut Canvas, area: Area, common: &Common<'_>, panel: &Panel<'_>,
     let [mut x, y] = axes(
         plot,
         [[0.0, 1.0], [-most, most]],
-        [Division::Linear, Division::Signed],
+        [Scale::Linear, Scale::Signed],
     );
     for (i, &(_, allowed)) in common.regions.iter().enumerate() {
         let [from, to] = [-0.5, 0.5].map(|half| middle(i) + half * step);

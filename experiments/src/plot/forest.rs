@@ -96,20 +96,20 @@ impl Mark {
 }
 
 /// The plot covers ± this many δ; values outside get an arrowhead.
-const REACH: f64 = 3.0;
+const AXIS_LIMIT: f64 = 3.0;
 const LEFT: f64 = 462.0;
 const WIDTH: f64 = 900.0;
 const ROW: f64 = 20.0;
 const TOP: f64 = 92.0;
 /// Font size of the lines' labels, pixels.
-const NAME: f64 = 13.0;
+const NAME_SIZE: f64 = 13.0;
 
-/// Draws the lines from top to bottom under `title`; `see` is the figure's description.
-pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(), Error> {
+/// Draws the lines from top to bottom under `title`.
+pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
-    let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, see);
+    let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, description);
     let x = |value: f64| {
-        let share = (value.clamp(-REACH, REACH) + REACH) / (2.0 * REACH);
+        let share = (value.clamp(-AXIS_LIMIT, AXIS_LIMIT) + AXIS_LIMIT) / (2.0 * AXIS_LIMIT);
         LEFT + (WIDTH - 24.0 - LEFT) * share
     };
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
@@ -136,12 +136,12 @@ pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(),
             &shortened(&line.label),
             [LEFT - 12.0, y],
             Anchor::Right,
-            NAME,
+            NAME_SIZE,
         );
         let [low, high] = line.interval;
         canvas.line(&[[x(low), y], [x(high), y]], mark.pen());
         for (end, side) in [(low, -1.0), (high, 1.0)] {
-            if end.abs() > REACH {
+            if end.abs() > AXIS_LIMIT {
                 let tip = x(end);
                 let back = tip - 8.0 * side;
                 canvas.line(
@@ -150,7 +150,7 @@ pub fn forest(path: &Path, title: &str, see: &str, lines: &[Line]) -> Result<(),
                 );
             }
         }
-        if line.estimate.abs() <= REACH {
+        if line.estimate.abs() <= AXIS_LIMIT {
             mark.draw(&mut canvas, [x(line.estimate), y]);
         }
     }
@@ -163,21 +163,21 @@ fn legend(canvas: &mut Canvas, lines: &[Line]) {
     for (mark, label) in Mark::ALL {
         if lines.iter().any(|line| Mark::of(line) == mark) {
             mark.draw(canvas, [x, 50.0]);
-            canvas.text(label, [x + 13.0, 50.0], Anchor::Left, NAME);
-            x += 36.0 + width(label, NAME);
+            canvas.text(label, [x + 13.0, 50.0], Anchor::Left, NAME_SIZE);
+            x += 36.0 + width(label, NAME_SIZE);
         }
     }
     canvas.fill([14.0, 64.0, 36.0, 78.0], Rgb(238, 243, 247));
     let band = "± δ, the effect that must be seen: an interval within it holds";
-    canvas.text(band, [44.0, 71.0], Anchor::Left, NAME);
+    canvas.text(band, [44.0, 71.0], Anchor::Left, NAME_SIZE);
 }
 
 /// Shortens a label to fit beside the plot.
 fn shortened(label: &str) -> String {
-    const MOST: usize = 62;
-    if label.chars().count() <= MOST {
+    const MAX_LENGTH: usize = 62;
+    if label.chars().count() <= MAX_LENGTH {
         return label.to_owned();
     }
-    let start: String = label.chars().take(MOST - 1).collect();
+    let start: String = label.chars().take(MAX_LENGTH - 1).collect();
     start + "…"
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use whitefurnace::image::{encode_rgb, srgb};
 
-use super::axis::Division;
+use super::axis::Scale;
 use super::panel::{LEFT, TOP, axes, frame, heading, page};
 use super::*;
 
@@ -54,16 +54,16 @@ pub fn diverging(share: f64) -> [u8; 3] {
     .map(|linear| (255.0 * srgb(linear.clamp(0.0, 1.0))).round() as u8)
 }
 
-/// Draws maps in rows of `columns`; `size` is that of the figure in pixels, `see` its description.
+/// Draws maps in rows of `columns`; `size` is that of the figure in pixels.
 pub fn maps(
     path: &Path,
-    see: &str,
+    description: &str,
     size: [u32; 2],
     columns: usize,
     maps: &[Map],
 ) -> Result<(), Error> {
     let titles: Vec<&str> = maps.iter().map(|map| map.title.as_str()).collect();
-    let (mut canvas, areas) = page(see, size, columns, &titles);
+    let (mut canvas, areas) = page(description, size, columns, &titles);
     let fault = |message| Error::Image {
         action: "write",
         path: path.to_owned(),
@@ -80,14 +80,14 @@ const BAR: f64 = 16.0;
 const GAP: f64 = 14.0;
 const LABELS: f64 = 74.0;
 /// Colour of cells that are NaN, outside the scale.
-pub const UNKNOWN: [u8; 3] = [150, 150, 150];
+pub const NAN_COLOUR: [u8; 3] = [150, 150, 150];
 /// Number of colours of the bar.
 const STEPS: u32 = 64;
 /// Least number of pixels on the longer side of a map, so that cells stay visible where a viewer
 /// smooths the picture.
-const SHARP: u32 = 480;
+const MIN_PIXELS: u32 = 480;
 /// Least size of a cell, in pixels, at which values off the scale are marked.
-const MARKED: f64 = 9.0;
+const MIN_MARKED_CELL: f64 = 9.0;
 
 fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
     let [left, top, right, bottom] = area;
@@ -97,13 +97,13 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
         right - 12.0 - GAP - BAR - LABELS,
         bottom - 58.0,
     ];
-    let [x, y] = axes(plot, map.ranges, [Division::Linear; 2]);
+    let [x, y] = axes(plot, map.ranges, [Scale::Linear; 2]);
     frame(canvas, plot, [&x, &y], &map.axes);
     heading(canvas, plot, top, &map.title);
     canvas.picture(plot, &cells(map)?);
     let [columns, rows] = map.size.map(f64::from);
     let cell = [(plot[2] - plot[0]) / columns, (plot[3] - plot[1]) / rows];
-    if cell[0].min(cell[1]) >= MARKED {
+    if cell[0].min(cell[1]) >= MIN_MARKED_CELL {
         for (sign, shape) in [(1.0, Shape::Triangle), (-1.0, Shape::Inverted)] {
             let beyond = (0..map.values.len()).filter(|&i| sign * map.values[i] > map.bound);
             let middle = |i: usize| {
@@ -128,10 +128,10 @@ fn draw(canvas: &mut Canvas, area: Area, map: &Map) -> Result<(), String> {
 /// Encodes the cells as a PNG, which is far smaller than a rectangle for each.
 fn cells(map: &Map) -> Result<Vec<u8>, String> {
     let [width, height] = map.size;
-    let times = SHARP.div_ceil(width.max(height).max(1));
+    let times = MIN_PIXELS.div_ceil(width.max(height).max(1));
     let colour = |value: &f64| {
         if value.is_nan() {
-            UNKNOWN
+            NAN_COLOUR
         } else {
             diverging(value / map.bound)
         }
@@ -178,7 +178,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
         canvas.text(&label, [right + 8.0, y], Anchor::Left, LABEL);
     }
     if map.values.iter().any(|value| value.is_nan()) {
-        let [r, g, b] = UNKNOWN;
+        let [r, g, b] = NAN_COLOUR;
         canvas.fill(
             [left - 8.0, bottom + 24.0, left + 4.0, bottom + 36.0],
             Rgb(r, g, b),
@@ -190,7 +190,7 @@ fn bar(canvas: &mut Canvas, [left, top, right, bottom]: Area, map: &Map) {
             13.0,
         );
     }
-    canvas.turned(
+    canvas.rotated_text(
         &map.unit,
         [right + LABELS - 12.0, 0.5 * (top + bottom)],
         Anchor::Center,

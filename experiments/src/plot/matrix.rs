@@ -29,14 +29,14 @@ impl Detection {
 
 const CELL: f64 = 17.0;
 /// Font size of the names of rows and columns, pixels.
-const NAME: f64 = 13.0;
+const NAME_SIZE: f64 = 13.0;
 
 /// Draws rows × columns; pairs that were not tried stay empty. Neighbours in a row with the same
 /// result are drawn as one.
 pub fn matrix(
     path: &Path,
     title: &str,
-    see: &str,
+    description: &str,
     rows: &[String],
     columns: &[String],
     seen: impl Fn(usize, usize) -> Option<Detection>,
@@ -44,7 +44,7 @@ pub fn matrix(
     let longest = |names: &[String]| {
         names
             .iter()
-            .map(|name| width(name, NAME))
+            .map(|name| width(name, NAME_SIZE))
             .fold(0.0, f64::max)
     };
     let (left, top) = (longest(rows) + 26.0, longest(columns) + 84.0);
@@ -53,7 +53,7 @@ pub fn matrix(
     let mut canvas = Canvas::new(
         [(left + across).max(least) + 20.0, top + down + 16.0],
         title,
-        see,
+        description,
     );
     canvas.text(title, [14.0, 20.0], Anchor::Left, TITLE);
     let mut x = 14.0;
@@ -75,12 +75,18 @@ pub fn matrix(
     let faint = Pen::new(FAINT, 1.0);
     for (c, name) in columns.iter().enumerate() {
         let x = left + c as f64 * CELL;
-        canvas.turned(name, [x + 0.5 * CELL, top - 6.0], Anchor::Left, NAME, -90);
+        canvas.rotated_text(
+            name,
+            [x + 0.5 * CELL, top - 6.0],
+            Anchor::Left,
+            NAME_SIZE,
+            -90,
+        );
         canvas.line(&[[x, top], [x, top + down]], faint);
     }
     for (r, name) in rows.iter().enumerate() {
         let y = top + r as f64 * CELL;
-        canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::Right, NAME);
+        canvas.text(name, [left - 8.0, y + 0.5 * CELL], Anchor::Right, NAME_SIZE);
         canvas.line(&[[left, y], [left + across, y]], faint);
         let verdicts: Vec<Option<Detection>> = (0..columns.len()).map(|c| seen(r, c)).collect();
         let mut x = left;
@@ -100,7 +106,7 @@ fn cells(canvas: &mut Canvas, [x, y]: [f64; 2], count: usize, seen: Detection) {
     let right = x + count as f64 * CELL;
     let colour = match seen {
         Detection::Rejected => OKABE_ITO[2],
-        Detection::Missed => pale(OKABE_ITO[4], 0.6),
+        Detection::Missed => tint(OKABE_ITO[4], 0.6),
         Detection::Undecided => FAINT,
     };
     canvas.fill([x + 1.0, y + 1.0, right - 1.0, y + CELL - 1.0], colour);

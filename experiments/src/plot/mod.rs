@@ -20,7 +20,7 @@ use plotters::style::RGBColor as Rgb;
 use whitefurnace::error::Error;
 
 /// Mixes a colour with white; a `share` of 1 is the colour itself.
-fn pale(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
+fn tint(Rgb(r, g, b): Rgb, share: f64) -> Rgb {
     let mix = |c: u8| (255.0 + share * (f64::from(c) - 255.0)).round() as u8;
     Rgb(mix(r), mix(g), mix(b))
 }
@@ -42,7 +42,7 @@ const FAINT: Rgb = Rgb(215, 215, 215);
 
 /// Dashes of lines and shapes of marks that tell series apart without colour, in order of
 /// appearance.
-const STYLES: [(&[f64], Shape); 8] = [
+const SERIES_STYLES: [(&[f64], Shape); 8] = [
     (&[], Shape::Disc),
     (&[9.0, 4.0], Shape::Square),
     (&[2.5, 3.5], Shape::Triangle),

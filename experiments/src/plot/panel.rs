@@ -1,6 +1,6 @@
 //! Panels of a figure: position, title, and axes with labels and a grid.
 
-use super::axis::{Axis, Division};
+use super::axis::{Axis, Scale};
 use super::*;
 
 /// Room left of the plotted area, and above it, pixels.
@@ -10,14 +10,14 @@ pub(super) const TOP: f64 = 38.0;
 /// Returns a page of `size` pixels for panels with these titles, in rows of `columns`, and the
 /// areas of the panels.
 pub(super) fn page(
-    see: &str,
+    description: &str,
     size: [u32; 2],
     columns: usize,
     titles: &[&str],
 ) -> (Canvas, Vec<Area>) {
     let size = size.map(f64::from);
     (
-        Canvas::new(size, &titles.join("; "), see),
+        Canvas::new(size, &titles.join("; "), description),
         areas(size, columns, titles.len()),
     )
 }
@@ -34,7 +34,7 @@ pub(super) fn areas([width, height]: Point, columns: usize, count: usize) -> Vec
 }
 
 /// Returns the axes along the lower and the left side of the plotted area.
-pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Division; 2]) -> [Axis; 2] {
+pub(super) fn axes(plot: Area, [x, y]: [[f64; 2]; 2], divisions: [Scale; 2]) -> [Axis; 2] {
     let [left, top, right, bottom] = plot;
     [
         Axis::new(x, divisions[0], [left, right]),
@@ -76,5 +76,5 @@ pub(super) fn frame(
     canvas.line(&[[left, top], [left, bottom], [right, bottom]], axis);
     let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
     canvas.text(across, [middle[0], bottom + 39.0], Anchor::Center, LABEL);
-    canvas.turned(up, [left - 66.0, middle[1]], Anchor::Center, LABEL, -90);
+    canvas.rotated_text(up, [left - 66.0, middle[1]], Anchor::Center, LABEL, -90);
 }

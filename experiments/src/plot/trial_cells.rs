@@ -96,6 +96,6 @@ pub fn plot(cells: &[Cell], title: &str, path: &Path) -> Result<(), Error> {
         [x, [low - room, high + 3.0 * room]],
         series,
     );
-    let see = "Above: how far each cell is from what is expected. Below: both values.";
-    charts(path, see, [900, 820], &[above, below])
+    let description = "Above: how far each cell is from what is expected. Below: both values.";
+    charts(path, description, [900, 820], &[above, below])
 }

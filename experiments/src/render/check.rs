@@ -1,12 +1,16 @@
 //! Checks of a render job's options, and the provenance that a file records of it.
 
+use std::path::Path;
+
+use clap::ArgMatches;
 use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Window};
 use whitefurnace::integrator::radiosity::{Mesh, MeshResolution, check_memory};
 use whitefurnace::sampling::sampler::MAX_POINTS;
 
-use super::names::SINGLE_RAYS;
+use super::command::{Render, given};
+use super::names::SINGLE_RAY_ESTIMATORS;
 use super::{
     ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource,
     name,
@@ -17,31 +21,31 @@ use crate::render::photons::Gather;
 struct Setting {
     option: &'static str,
     /// Requirement on other options, in words; empty if there is none.
-    with: &'static str,
+    requires: &'static str,
     /// Returns true if the option has an effect together with the job's other options.
     applies: fn(&Job) -> bool,
     /// Returns the recorded value; empty if it is not recorded.
     value: fn(&Job) -> String,
 }
 
-const fn any(option: &'static str, value: fn(&Job) -> String) -> Setting {
+const fn always(option: &'static str, value: fn(&Job) -> String) -> Setting {
     Setting {
         option,
-        with: "",
+        requires: "",
         applies: |_| true,
         value,
     }
 }
 
-const fn goes(
+const fn conditional(
     option: &'static str,
-    with: &'static str,
+    requires: &'static str,
     applies: fn(&Job) -> bool,
     value: fn(&Job) -> String,
 ) -> Setting {
     Setting {
         option,
-        with,
+        requires,
         applies,
         value,
     }
@@ -49,14 +53,14 @@ const fn goes(
 
 /// All options that decide the pixels, in the order in which files record them.
 const SETTINGS: &[Setting] = &[
-    any("scene", |job| job.scene.name()),
-    any("scene-sha256", |job| match job.scene {
+    always("scene", |job| job.scene.name()),
+    always("scene-sha256", |job| match job.scene {
         SceneSource::Named(_) => String::new(),
         SceneSource::File(file) => file.digest.clone(),
     }),
-    any("convention", |job| name(job.convention)),
-    any("estimator", |job| name(job.estimator)),
-    goes(
+    always("convention", |job| name(job.convention)),
+    always("estimator", |job| name(job.estimator)),
+    conditional(
         "engine",
         "--estimator mis, bsdf, light, whitted and report",
         Job::has_engines,
@@ -69,104 +73,107 @@ const SETTINGS: &[Setting] = &[
             }
         },
     ),
-    goes(
+    conditional(
         "light-sampler",
         "--estimator light and mis",
-        Job::picks_lights,
+        Job::samples_lights,
         |job| name(job.light_sampler),
     ),
-    goes(
+    conditional(
         "heuristic",
         "--estimator mis",
         |job| job.estimator == EstimatorName::Mis,
         |job| name(job.heuristic),
     ),
-    goes(
+    conditional(
         "specular-nee",
         "--estimator mis",
         |job| job.estimator == EstimatorName::Mis,
         |job| name(job.specular_nee),
     ),
-    goes("bounces", PATHS, Job::traces_paths, |job| {
+    conditional("bounces", PATHS, Job::traces_paths, |job| {
         job.bounces
             .map_or_else(String::new, |most| most.to_string())
     }),
-    goes(
+    conditional(
         "diffuse",
         "--scene report, and not --convention published",
         Job::has_white_sphere,
         |job| name(job.diffuse),
     ),
-    goes(
+    conditional(
         "rays",
         "--estimator report, and not --convention published",
-        Job::splits,
+        Job::splits_paths,
         |job| job.rays.to_string(),
     ),
-    goes("photons", PHOTONS, Job::uses_photons, |job| {
+    conditional("photons", PHOTONS, Job::uses_photons, |job| {
         job.photons.photons.to_string()
     }),
-    goes("radius", PHOTONS, Job::uses_photons, |job| {
+    conditional("radius", PHOTONS, Job::uses_photons, |job| {
         job.photons.radius.to_string()
     }),
-    goes("gather", "--estimator photon", Job::keeps_one_map, |job| {
-        name(job.photons.gather)
-    }),
-    goes("caustic-photons", CAUSTICS, Job::gathers, |job| {
+    conditional(
+        "gather",
+        "--estimator photon",
+        Job::uses_one_photon_map,
+        |job| name(job.photons.gather),
+    ),
+    conditional("caustic-photons", CAUSTICS, Job::uses_final_gather, |job| {
         job.photons.caustic().0.to_string()
     }),
-    goes("caustic-radius", CAUSTICS, Job::gathers, |job| {
+    conditional("caustic-radius", CAUSTICS, Job::uses_final_gather, |job| {
         job.photons.caustic().1.to_string()
     }),
-    goes(
+    conditional(
         "patches",
         RADIOSITY,
         |job| job.estimator == EstimatorName::Radiosity,
         |job| job.patches.to_string(),
     ),
-    goes(
+    conditional(
         "pixel",
-        SINGLE_RAYS,
-        |job| !job.estimator.makes_images(),
+        SINGLE_RAY_ESTIMATORS,
+        |job| !job.estimator.is_image_estimator(),
         |job| name(job.pixel),
     ),
-    goes(
+    conditional(
         "grid",
         "--pixel grid and jitter",
         Job::divides_pixels,
         |job| job.grid.to_string(),
     ),
-    goes(
+    conditional(
         "silhouettes",
         SILHOUETTES,
         Job::supersamples_silhouettes,
         |job| name(job.silhouettes),
     ),
-    any("sampler", |job| name(job.sampler)),
-    goes(
+    always("sampler", |job| name(job.sampler)),
+    conditional(
         "scrambles",
         "--sampler sobol",
         |job| job.sampler == SamplerName::Sobol,
         |job| job.scrambles().to_string(),
     ),
-    goes("adaptive", ADAPTIVE, Job::adapts, |job| name(job.adaptive)),
-    any(
+    conditional("adaptive", ADAPTIVE, Job::adapts, |job| name(job.adaptive)),
+    always(
         "size",
         |Job {
              size: [width, height],
              ..
          }| format!("{width}x{height}"),
     ),
-    any("window", |job| {
+    always("window", |job| {
         let text = |Window {
                         corner: [x, y],
                         size: [w, h],
                     }| format!("{w}x{h}+{x}+{y}");
         job.window.map_or_else(String::new, text)
     }),
-    any("spp", |job| job.spp.to_string()),
-    any("seed", |job| job.seed.to_string()),
-    goes(
+    always("spp", |job| job.spp.to_string()),
+    always("seed", |job| job.seed.to_string()),
+    conditional(
         "exposure",
         "--convention physical",
         |job| job.convention == ConventionName::Physical,
@@ -240,7 +247,7 @@ impl Job {
             ));
         }
         Film::checked_window(self.size, self.window)?;
-        if self.estimator.makes_images() && self.window.is_some() {
+        if self.estimator.is_image_estimator() && self.window.is_some() {
             return refuse(format!(
                 "--estimator {estimator} renders whole images only: leave out the window"
             ));
@@ -274,14 +281,21 @@ impl Job {
     /// Refuses an option that is `given` and has no effect together with the others.
     pub fn check_effect(&self, given: impl Fn(&str) -> bool) -> Result<(), Error> {
         // An option without a requirement always has an effect.
-        let mut conditional = SETTINGS.iter().filter(|setting| !setting.with.is_empty());
+        let mut conditional = SETTINGS
+            .iter()
+            .filter(|setting| !setting.requires.is_empty());
         let idle = conditional
             .find(|setting| !(setting.applies)(self) && given(&setting.option.replace('-', "_")));
-        idle.map_or(Ok(()), |Setting { option, with, .. }| {
-            Err(Error::Option(format!(
-                "--{option} has no effect here: it needs {with}"
-            )))
-        })
+        idle.map_or(
+            Ok(()),
+            |Setting {
+                 option, requires, ..
+             }| {
+                Err(Error::Option(format!(
+                    "--{option} has no effect here: it needs {requires}"
+                )))
+            },
+        )
     }
 
     /// Returns `key=value` lines of all that decides the pixels, and of the camera, for the EXR's
@@ -336,7 +350,7 @@ impl Job {
         }
         if self.uses_photons() {
             self.photons
-                .check_memory(self.keeps_one_map(), &scene, self.seed)?;
+                .check_memory(self.uses_one_photon_map(), &scene, self.seed)?;
         }
         Ok(())
     }
@@ -345,7 +359,7 @@ impl Job {
     pub(super) fn supersamples_silhouettes(&self) -> bool {
         self.convention == ConventionName::Physical
             && matches!(self.pixel, PixelName::Random | PixelName::Jitter)
-            && !self.estimator.makes_images()
+            && !self.estimator.is_image_estimator()
     }
 
     /// Returns true if the number of samples can vary from pixel to pixel.
@@ -372,7 +386,7 @@ impl Job {
         }
     }
 
-    fn picks_lights(&self) -> bool {
+    fn samples_lights(&self) -> bool {
         matches!(self.estimator, EstimatorName::Light | EstimatorName::Mis)
     }
 
@@ -385,19 +399,19 @@ impl Job {
     }
 
     /// Returns true if the estimator sends [`rays`](Self::rays) from each diffuse hit.
-    fn splits(&self) -> bool {
+    fn splits_paths(&self) -> bool {
         self.estimator == EstimatorName::Report && self.convention != ConventionName::Published
     }
 
     /// Returns true if all samples share one photon map.
-    pub(super) fn keeps_one_map(&self) -> bool {
+    pub(super) fn uses_one_photon_map(&self) -> bool {
         self.estimator == EstimatorName::Photon
     }
 
     /// Returns true if photons are gathered at the second diffuse surface, with a separate caustic
     /// map.
-    fn gathers(&self) -> bool {
-        self.keeps_one_map() && self.photons.gather == Gather::Yes
+    fn uses_final_gather(&self) -> bool {
+        self.uses_one_photon_map() && self.photons.gather == Gather::Yes
     }
 
     pub(super) fn uses_photons(&self) -> bool {
@@ -419,6 +433,45 @@ impl Job {
             return refuse(format!(
                 "--spp {spp} in {scrambles} scrambles is more than {MAX_POINTS} points each: raise --scrambles"
             ));
+        }
+        Ok(())
+    }
+}
+
+impl Render {
+    /// Refuses options that contradict each other or have no effect.
+    pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
+        self.job.check()?;
+        self.job.check_effect(|id| given(matches, id))?;
+        self.replication_range()?;
+        if self
+            .out
+            .extension()
+            .is_none_or(|extension| extension != "exr")
+        {
+            return Err(Error::Option(format!(
+                "--out {} must end in .exr; the PNG gets the same name",
+                self.out.display()
+            )));
+        }
+        let Some(preview) = &self.preview else {
+            return Ok(());
+        };
+        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
+        let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
+        let free = !taken
+            .into_iter()
+            .collect::<Result<Vec<_>, _>>()?
+            .contains(&absolute(preview)?);
+        if preview
+            .extension()
+            .is_none_or(|extension| extension != "png")
+            || !free
+        {
+            let preview = preview.display();
+            return Err(Error::Option(format!(
+                "--preview {preview} must end in .png, and be no file of --out"
+            )));
         }
         Ok(())
     }

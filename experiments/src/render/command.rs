@@ -1,6 +1,6 @@
 //! The command line of `render`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr as _;
 use std::time::Duration;
 
@@ -9,13 +9,11 @@ use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::shard::Shard;
 
-use super::pilot::{parse_share, parse_time};
+use super::pilot::{parse_percentage, parse_time};
 use super::preview::{Preview, TEV, parse_address};
-use super::unfinished::Part;
-use super::{
-    AdaptiveName, ConventionName, EstimatorName, Job, SamplerName, SceneName, SilhouettesName,
-};
-use crate::run::cli::{real, whole};
+use super::unfinished::ReplicationRange;
+use super::{Job, defaults};
+use crate::run::cli::{integer, number};
 
 /// Render one image of a scene to an EXR file (linear radiance with its standard error) and a PNG.
 ///
@@ -39,7 +37,12 @@ use crate::run::cli::{real, whole};
 /// second Ctrl-C saves nothing. Exit codes: 0 if all is done, 2 for a wrong option or a file that
 /// cannot be written, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 #[derive(Parser)]
-#[command(name = "render", version, verbatim_doc_comment)]
+#[command(
+    name = "render",
+    version,
+    verbatim_doc_comment,
+    mut_args(defaults::in_help)
+)]
 pub struct Render {
     #[command(flatten)]
     /// The image to render.
@@ -48,10 +51,10 @@ pub struct Render {
     #[arg(skip)]
     may_adapt: bool,
     /// Threads; from 1 to 1024 [default: one per core]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     pub threads: Option<usize>,
     /// Exposure of the PNG in stops, under --convention physical; from -100 to 100
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = real(-100.0..=100.0))]
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = number(-100.0..=100.0))]
     pub exposure: f64,
     /// Take as many samples as fit in this time, such as 90s, 10m or 1.5h. A pilot run, whose
     /// samples are thrown away, decides the number; the image is that of --spp with the printed
@@ -60,7 +63,7 @@ pub struct Render {
     pub time: Option<Duration>,
     /// Take as many samples as should leave the pixels this mean relative standard error, such as
     /// 1%; a pilot run decides, as for --time; from 0.0001% to 100%
-    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_share)]
+    #[arg(long, value_name = "PERCENT", conflicts_with_all = ["spp", "shard"], allow_hyphen_values = true, value_parser = parse_percentage)]
     pub target_error: Option<f64>,
     /// Continue from NAME.partial.exr if it exists
     #[arg(long)]
@@ -81,71 +84,46 @@ pub struct Render {
     pub out: PathBuf,
 }
 
-/// Samples per pixel from which sampling is adaptive by default: with fewer, a pilot costs as much
-/// as it gains, or more.
-const MANY_ENOUGH: u32 = 32;
-
-fn given(matches: &ArgMatches, id: &str) -> bool {
+/// Returns whether the command line gives an option.
+pub(super) fn given(matches: &ArgMatches, id: &str) -> bool {
     matches.value_source(id) == Some(ValueSource::CommandLine)
 }
 
 impl Render {
     /// Reads the options of a command line and fills in the defaults that depend on other options.
-    pub fn of(matches: &ArgMatches) -> Result<Self, clap::Error> {
+    pub fn from_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
-        let job = &mut render.job;
-        let is_reports = job.scene == SceneName::Report && job.estimator == EstimatorName::Report;
-        if is_reports && !given(matches, "convention") {
-            job.convention = ConventionName::Report;
-        }
-        if !given(matches, "estimator") {
-            job.estimator = job.convention.estimator();
-        }
-        // The report's own estimator gains nothing from it and keeps the report's numbers.
-        if job.estimator != EstimatorName::Report
-            && !job.divides_pixels()
-            && !given(matches, "sampler")
-        {
-            job.sampler = SamplerName::Sobol;
-        }
-        if job.supersamples_silhouettes() && !given(matches, "silhouettes") {
-            job.silhouettes = SilhouettesName::Yes;
-        }
-        render.may_adapt = job.adapts() && !given(matches, "adaptive");
-        render.take(render.job.spp);
+        defaults::apply(&mut render.job, |option| given(matches, option));
+        render.may_adapt = !given(matches, "adaptive");
         if render.time.is_some() || render.target_error.is_some() {
             // Placeholder until the pilot decides.
-            render.job.spp = render.job.legal(1.0, f64::ceil);
+            render.job.spp = render.job.round_to_valid(1.0, f64::ceil);
         }
         Ok(render)
     }
 
     /// Sets the number of samples, and the options that depend on it.
-    pub fn take(&mut self, spp: u32) {
+    pub fn set_spp(&mut self, spp: u32) {
         self.job.spp = spp;
         if self.may_adapt {
-            self.job.adaptive = if spp < MANY_ENOUGH {
-                AdaptiveName::No
-            } else {
-                AdaptiveName::Yes
-            };
+            self.job.adaptive = defaults::adaptive(&self.job);
         }
     }
 
     /// Returns the replications that this run renders.
-    pub fn part(&self) -> Result<Part, Error> {
-        let of = self.job.all_replications();
+    pub fn replication_range(&self) -> Result<ReplicationRange, Error> {
+        let total = self.job.all_replications();
         let Shard { index, count } = self.shard.unwrap_or(Shard::WHOLE);
-        if count > of {
+        if count > total {
             return Err(Error::Option(format!(
-                "--shard {index}/{count}: the samples of a pixel are {of} independent parts: use at most that many shards, \
+                "--shard {index}/{count}: the samples of a pixel are {total} independent parts: use at most that many shards, \
                  or more samples or --scrambles"
             )));
         }
-        let until = |index: u32| (u64::from(of) * u64::from(index) / u64::from(count)) as u32;
-        Ok(Part {
+        let until = |index: u32| (u64::from(total) * u64::from(index) / u64::from(count)) as u32;
+        Ok(ReplicationRange {
             range: until(index - 1)..until(index),
-            of,
+            total,
         })
     }
 
@@ -161,42 +139,5 @@ impl Render {
             .clone()
             .map(|path| Ok(Preview::png(path, size, display)));
         tev.into_iter().chain(png).collect()
-    }
-
-    /// Refuses options that contradict each other or have no effect.
-    pub fn check(&self, matches: &ArgMatches) -> Result<(), Error> {
-        self.job.check()?;
-        self.job.check_effect(|id| given(matches, id))?;
-        self.part()?;
-        if self
-            .out
-            .extension()
-            .is_none_or(|extension| extension != "exr")
-        {
-            return Err(Error::Option(format!(
-                "--out {} must end in .exr; the PNG gets the same name",
-                self.out.display()
-            )));
-        }
-        let Some(preview) = &self.preview else {
-            return Ok(());
-        };
-        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::file("write", path));
-        let taken = ["png", "partial.png"].map(|end| absolute(&self.out.with_extension(end)));
-        let free = !taken
-            .into_iter()
-            .collect::<Result<Vec<_>, _>>()?
-            .contains(&absolute(preview)?);
-        if preview
-            .extension()
-            .is_none_or(|extension| extension != "png")
-            || !free
-        {
-            let preview = preview.display();
-            return Err(Error::Option(format!(
-                "--preview {preview} must end in .png, and be no file of --out"
-            )));
-        }
-        Ok(())
     }
 }

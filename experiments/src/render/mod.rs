@@ -2,6 +2,7 @@
 
 mod check;
 pub mod command;
+pub mod defaults;
 mod names;
 pub mod photons;
 pub mod pilot;
@@ -9,7 +10,7 @@ pub mod preview;
 pub mod unfinished;
 mod work;
 
-use clap::{Args, Parser as _};
+use clap::Args;
 use glam::DVec3;
 use whitefurnace::error::Error;
 use whitefurnace::film::Window;
@@ -18,7 +19,7 @@ use whitefurnace::integrator::MAX_PATH_VERTICES;
 use whitefurnace::material::OrenNayarForm;
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
-use whitefurnace::sampling::sampler::{MAX_POINTS, SamplerKind};
+use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::room::{Convention, Walls};
 use whitefurnace::scene::{Scene, room, simple};
 
@@ -27,9 +28,10 @@ pub use names::{
     LightSamplingName, PixelName, SamplerName, SceneName, SceneSource, SilhouettesName,
     SpecularNeeName, name,
 };
-pub use work::{Look, Rendered};
+pub use work::{Observer, Rendered};
 
-use crate::run::cli::{parse_size, whole};
+use crate::run::cli::{integer, parse_size};
+use defaults::BASE;
 use photons::Photons;
 
 /// All options of the command line that decide the pixels of an image.
@@ -38,73 +40,69 @@ pub struct Job {
     /// The scene: a built-in one, or a scene file that ends in .toml
     #[arg(long, default_value = "report", value_name = "NAME|FILE.toml")]
     pub scene: SceneSource,
-    /// Rules of light transport and display [default: physical, or report with --estimator report
-    /// in the report's scene]
-    #[arg(long, value_enum, default_value_t = ConventionName::Physical, hide_default_value = true)]
+    /// Rules of light transport and display
+    #[arg(long, value_enum, default_value_t = BASE.convention, hide_default_value = true)]
     pub convention: ConventionName,
-    /// Estimator [default: mis, or report under --convention report and published]
-    #[arg(long, value_enum, default_value_t = EstimatorName::Mis, hide_default_value = true)]
+    /// Estimator
+    #[arg(long, value_enum, default_value_t = BASE.estimator, hide_default_value = true)]
     pub estimator: EstimatorName,
     /// Engine that traces the paths, for --estimator mis, bsdf, light, whitted and report
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t = BASE.engine)]
     pub engine: EngineName,
     /// How shadow rays pick points on lights, for --estimator light and mis
-    #[arg(long, alias = "light-sampling", value_enum, default_value_t)]
+    #[arg(long, alias = "light-sampling", value_enum, default_value_t = BASE.light_sampler)]
     pub light_sampler: LightSamplingName,
     /// How --estimator mis weights light that is both hit and sampled
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t = BASE.heuristic)]
     pub heuristic: HeuristicName,
     /// Whether shadow rays of --estimator mis also reach lights through specular chains: flat
     /// mirrors, and spheres of mirror or glass
-    #[arg(long, alias = "specular-shadow-rays", value_enum, default_value_t)]
+    #[arg(long, alias = "specular-shadow-rays", value_enum, default_value_t = BASE.specular_nee)]
     pub specular_nee: SpecularNeeName,
     /// Most scattering events between a light and the camera, for --estimator mis, bsdf and light;
-    /// 0 leaves directly visible light; from 0 to 8192 [default: no limit]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
+    /// 0 leaves directly visible light; from 0 to 8192
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(0..=u64::from(MAX_PATH_VERTICES)))]
     pub bounces: Option<u32>,
     /// Diffuse model of the report's white sphere
-    #[arg(long, value_enum, default_value_t = DiffuseName::Corrected)]
+    #[arg(long, value_enum, default_value_t = BASE.diffuse)]
     pub diffuse: DiffuseName,
     /// Sample rays per diffuse hit, N of equation (16), for --estimator report; from 1 to 64
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=64))]
+    #[arg(long, default_value_t = BASE.rays, allow_hyphen_values = true, value_parser = integer::<u32>(1..=64))]
     pub rays: u32,
     /// Options of photon mapping.
     #[command(flatten)]
     pub photons: Photons,
     /// Approximate number of patches of all surfaces, for --estimator radiosity; from 1 to
     /// 4294967295
-    #[arg(long, default_value_t = 2000, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    #[arg(long, default_value_t = BASE.patches, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub patches: u32,
     /// Positions of the rays in a pixel
-    #[arg(long, value_enum, default_value_t = PixelName::Random)]
+    #[arg(long, value_enum, default_value_t = BASE.pixel)]
     pub pixel: PixelName,
     /// Sub-pixels along each side for --pixel grid and jitter; from 1 to 1024
-    #[arg(long, default_value_t = 4, allow_hyphen_values = true, value_parser = whole::<u32>(1..=1024))]
+    #[arg(long, default_value_t = BASE.grid, allow_hyphen_values = true, value_parser = integer::<u32>(1..=1024))]
     pub grid: u32,
     /// Whether the outlines of directly visible lights are supersampled with eight more points per
     /// sample (for mis, bsdf and light also in mirrors), for --convention physical, --pixel random
-    /// and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm [default: yes with
-    /// these]
+    /// and jitter, and all estimators but bdpt, bdpt-ends, light-tracer and sppm
     #[arg(
         long,
         alias = "outlines",
         value_enum,
-        default_value_t,
+        default_value_t = BASE.silhouettes,
         hide_default_value = true
     )]
     pub silhouettes: SilhouettesName,
-    /// Where random numbers come from [default: sobol; independent with --estimator report and
-    /// --pixel grid and jitter]
-    #[arg(long, value_enum, default_value_t = SamplerName::Independent, hide_default_value = true)]
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t = BASE.sampler, hide_default_value = true)]
     pub sampler: SamplerName,
     /// Independent scrambles per pixel for --sampler sobol, whose spread gives the error bars; from
-    /// 1 to 4294967295 [default: the fewest from 4 on that divide --spp into at most 1024 points
-    /// each]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    /// 1 to 4294967295
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub scrambles: Option<u32>,
     /// Whether noisier pixels, as measured by a pilot, take more samples, for --estimator mis, bsdf
-    /// and light, and --sampler sobol [default: yes with these from 32 samples on]
-    #[arg(long, value_enum, default_value_t, hide_default_value = true)]
+    /// and light, and --sampler sobol
+    #[arg(long, value_enum, default_value_t = BASE.adaptive, hide_default_value = true)]
     pub adaptive: AdaptiveName,
     /// Width x height in pixels; from 1x1 to 100000000 pixels in all
     #[arg(long, allow_hyphen_values = true, value_parser = parse_size, default_value = "1024x768")]
@@ -113,30 +111,20 @@ pub struct Job {
     #[arg(skip)]
     pub window: Option<Window>,
     /// Samples per pixel, on average with --adaptive yes; from 1 to 4294967295
-    #[arg(long, default_value_t = 64, allow_hyphen_values = true, value_parser = whole::<u32>(1..=ANY))]
+    #[arg(long, default_value_t = BASE.spp, allow_hyphen_values = true, value_parser = integer::<u32>(1..=MAX_COUNT))]
     pub spp: u32,
     /// Seed of all random numbers; from 0 to 18446744073709551615
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    #[arg(long, default_value_t = BASE.seed, allow_hyphen_values = true, value_parser = integer::<u64>(0..=u64::MAX))]
     pub seed: u64,
 }
 
-/// Least default number of scrambles per pixel. With more scrambles each has fewer points, which
-/// gain less; but Student's intervals from two or three are several times as wide (experiment
-/// `scrambles`).
-const FEW: u32 = 4;
-
-/// Largest default number of points per scramble: a signal or a checkpoint waits until a pixel has
-/// finished its scramble.
-const MANY: u32 = 1024;
-
 /// Upper limit of counts without another limit.
-const ANY: u64 = u32::MAX as u64;
+const MAX_COUNT: u64 = u32::MAX as u64;
 
 impl Default for Job {
-    /// Returns the report's figure 6 under the `physical` convention, with independent random
-    /// numbers.
+    /// Returns [`BASE`].
     fn default() -> Self {
-        command::Render::parse_from(["render"]).job
+        BASE
     }
 }
 
@@ -158,13 +146,10 @@ impl Job {
         }
     }
 
-    /// Returns the number of scrambles per pixel: as asked, or the fewest that give each the same
-    /// number of points. A number of samples without a suitable divisor, such as a large prime,
-    /// gets one scramble per sample.
+    /// Returns the number of scrambles per pixel: as asked, or the default.
     fn scrambles(&self) -> u32 {
-        let divides = |n: &u32| self.spp.is_multiple_of(*n) && self.spp / n <= MANY;
         self.scrambles
-            .unwrap_or_else(|| (FEW..=MAX_POINTS).find(divides).unwrap_or(self.spp))
+            .unwrap_or_else(|| defaults::scrambles(self.spp))
     }
 
     fn sampling(&self) -> Sampling {

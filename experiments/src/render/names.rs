@@ -143,12 +143,12 @@ pub enum EstimatorName {
 }
 
 /// Names of all estimators but those that [make images](EstimatorName::makes_images).
-pub(super) const SINGLE_RAYS: &str =
+pub(super) const SINGLE_RAY_ESTIMATORS: &str =
     "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
 impl EstimatorName {
     /// Returns true if the estimator renders whole images, from random points of pixels.
-    pub(super) fn makes_images(self) -> bool {
+    pub(super) fn is_image_estimator(self) -> bool {
         matches!(
             self,
             Self::LightTracer | Self::Bdpt | Self::BdptEnds | Self::Sppm
@@ -157,38 +157,35 @@ impl EstimatorName {
 
     /// Returns true if pixels share paths or photons, so that their standard errors do not give
     /// that of a mean over pixels.
-    pub(crate) fn shares_paths(self) -> bool {
-        self.makes_images() || self == Self::Photon
+    pub(crate) fn has_correlated_pixels(self) -> bool {
+        self.is_image_estimator() || self == Self::Photon
     }
 }
 
 /// Engines that trace the paths of estimators of single rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
     /// Eight paths at a time, in double precision
-    #[default]
     Lanes,
     /// Sixteen paths at a time, in single precision: the same paths, rounded
     Single,
 }
 
 /// Whether the outlines of directly visible lights are supersampled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SilhouettesName {
     /// Supersample pixels that the outline of a light crosses
     Yes,
     /// No supersampling
-    #[default]
     No,
 }
 
 /// Whether noisier pixels take more samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum AdaptiveName {
     /// More samples where a pilot measured more noise; --spp on average, and the pilot's on top
     Yes,
     /// The same number of samples in all pixels
-    #[default]
     No,
 }
 
@@ -236,7 +233,7 @@ pub enum SamplerName {
 }
 
 /// How shadow rays of path tracing pick points on lights.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LightSamplingName {
     /// Uniform in area
     Area,
@@ -245,25 +242,22 @@ pub enum LightSamplingName {
     /// Spheres by solid angle, flat lights in area
     ByShape,
     /// As by-shape, on a light picked in proportion to its estimated contribution
-    #[default]
     ByContribution,
 }
 
 /// Heuristics of multiple importance sampling.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum HeuristicName {
     /// Weights in proportion to the pdfs
     Balance,
     /// Weights in proportion to the squared pdfs
-    #[default]
     Power,
 }
 
 /// Whether shadow rays also reach lights through mirrors and glass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SpecularNeeName {
     /// Also through specular chains: flat mirrors, and spheres of mirror or glass
-    #[default]
     Yes,
     /// Straight shadow rays only
     No,

@@ -6,14 +6,13 @@ use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 use whitefurnace::integrator::{DefaultParts, Lookup};
 use whitefurnace::scene::Scene;
 
-use crate::run::cli::{real, whole};
+use crate::run::cli::{integer, number};
 
 /// Where photons are looked up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Gather {
     /// At the second diffuse surface (final gathering); the first gets shadow rays and caustic
     /// photons
-    #[default]
     Yes,
     /// At the first diffuse surface, all of whose light is estimated from photons
     No,
@@ -24,44 +23,40 @@ pub enum Gather {
 pub struct Photons {
     /// Particles from the lights for --estimator photon, and in each pass of sppm; from 1 to
     /// 4294967295
-    #[arg(long, default_value_t = Photons::default().photons, allow_hyphen_values = true, value_parser = count())]
+    #[arg(long, default_value_t = Photons::DEFAULT.photons, allow_hyphen_values = true, value_parser = count())]
     pub photons: u32,
     /// Lookup radius in the scene's units, that of the first pass of sppm; from 0.000001 to 1000000
-    #[arg(long, default_value_t = Photons::default().radius, allow_hyphen_values = true, value_parser = radius())]
+    #[arg(long, default_value_t = Photons::DEFAULT.radius, allow_hyphen_values = true, value_parser = radius())]
     pub radius: f64,
     /// Whether --estimator photon does a final gather
-    #[arg(long, value_enum, default_value_t = Gather::Yes)]
+    #[arg(long, value_enum, default_value_t = Photons::DEFAULT.gather)]
     pub gather: Gather,
-    /// Particles for the caustic map of --gather yes; from 1 to 4294967295 [default: as --photons]
+    /// Particles for the caustic map of --gather yes; from 1 to 4294967295
     #[arg(long, allow_hyphen_values = true, value_parser = count())]
     pub caustic_photons: Option<u32>,
-    /// Lookup radius of the caustic map; from 0.000001 to 1000000 [default: as --radius]
+    /// Lookup radius of the caustic map; from 0.000001 to 1000000
     #[arg(long, allow_hyphen_values = true, value_parser = radius())]
     pub caustic_radius: Option<f64>,
 }
 
 fn count() -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
-    whole(1..=u64::from(u32::MAX))
+    integer(1..=u64::from(u32::MAX))
 }
 
 fn radius() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    real(1e-6..=1e6)
-}
-
-impl Default for Photons {
-    /// Returns options for the report's room, where a lookup finds some tens of photons.
-    fn default() -> Self {
-        Self {
-            photons: 200_000,
-            radius: 0.1,
-            gather: Gather::Yes,
-            caustic_photons: None,
-            caustic_radius: None,
-        }
-    }
+    number(1e-6..=1e6)
 }
 
 impl Photons {
+    /// Options for the report's room, where a lookup finds some tens of photons.
+    pub const DEFAULT: Self = Self {
+        photons: 200_000,
+        radius: 0.1,
+        gather: Gather::Yes,
+        caustic_photons: None,
+        caustic_radius: None,
+    };
+
     /// Returns particles and radius of the global map.
     pub fn map(&self) -> (u32, f64) {
         (self.photons, self.radius)

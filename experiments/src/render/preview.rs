@@ -11,50 +11,51 @@ use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::{Display, write_rgb};
 
-use super::work::Look;
+use super::work::Observer;
 
 /// Shows the mean radiance of all pixels; after an error the preview stops.
-type Show = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
+type ShowImage = Box<dyn FnMut(&[DVec3]) -> Result<(), Error> + Send + Sync>;
 
 /// Shows an image from time to time on its own thread. Rendering does not wait for it: an image
 /// that comes while it is busy is skipped.
 pub struct Preview {
     /// `None` while the thread is busy, and after an error.
-    show: Option<Show>,
-    at_work: Option<JoinHandle<Option<(Show, Duration)>>>,
+    show: Option<ShowImage>,
+    worker: Option<JoinHandle<Option<(ShowImage, Duration)>>>,
     next: Instant,
     /// Time that the last image may take.
-    patience: Duration,
+    timeout: Duration,
     name: String,
 }
 
-/// Shortest time between two images; showing takes at most 1/SHARE of the time of its thread.
-const EVERY: Duration = Duration::from_secs(1);
-const SHARE: u32 = 10;
+/// Shortest time between two images; showing takes at most 1/[`MAX_TIME_DIVISOR`] of the time of
+/// its thread.
+const MIN_INTERVAL: Duration = Duration::from_secs(1);
+const MAX_TIME_DIVISOR: u32 = 10;
 
 /// Time limit for connecting to a viewer, and for sending the last image.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Default address of tev.
 pub const TEV: &str = "127.0.0.1:14158";
 
 /// Parses `HOST:PORT`.
 pub fn parse_address(text: &str) -> Result<String, String> {
-    let legal = text
+    let valid = text
         .rsplit_once(':')
         .filter(|(host, port)| !host.is_empty() && port.parse().is_ok_and(|n: u16| n > 0));
-    legal
+    valid
         .map(|_| text.to_owned())
         .ok_or_else(|| format!("must be HOST:PORT such as {TEV}"))
 }
 
 impl Preview {
-    fn new(name: String, patience: Duration, show: Show) -> Self {
+    fn new(name: String, timeout: Duration, show: ShowImage) -> Self {
         Self {
             show: Some(show),
-            at_work: None,
-            next: Instant::now() + EVERY,
-            patience,
+            worker: None,
+            next: Instant::now() + MIN_INTERVAL,
+            timeout,
             name,
         }
     }
@@ -91,19 +92,15 @@ impl Preview {
                 .try_for_each(|message| viewer.write_all(&message))
                 .map_err(&gone)
         };
-        Ok(Self::new(name, PATIENCE, Box::new(show)))
+        Ok(Self::new(name, TIMEOUT, Box::new(show)))
     }
 
     /// Shows the final state of the film.
     pub fn finish(mut self, film: &Film) {
-        let (start, patience, name) = (
-            Instant::now(),
-            self.patience,
-            std::mem::take(&mut self.name),
-        );
-        let in_time = |at_work: &Option<JoinHandle<_>>| {
-            while at_work.as_ref().is_some_and(|work| !work.is_finished()) {
-                if start.elapsed() > patience {
+        let (start, timeout, name) = (Instant::now(), self.timeout, std::mem::take(&mut self.name));
+        let in_time = |worker: &Option<JoinHandle<_>>| {
+            while worker.as_ref().is_some_and(|work| !work.is_finished()) {
+                if start.elapsed() > timeout {
                     eprintln!("warning: {name}: the last image was not accepted in time");
                     return false;
                 }
@@ -111,34 +108,34 @@ impl Preview {
             }
             true
         };
-        if in_time(&self.at_work) {
-            self.look(film);
-            in_time(&self.at_work);
+        if in_time(&self.worker) {
+            self.observe(film);
+            in_time(&self.worker);
         }
     }
 }
 
-impl Look for Preview {
-    fn due(&self) -> bool {
+impl Observer for Preview {
+    fn is_due(&self) -> bool {
         let idle = self
-            .at_work
+            .worker
             .as_ref()
             .map_or(self.show.is_some(), JoinHandle::is_finished);
         idle && Instant::now() >= self.next
     }
 
-    fn look(&mut self, film: &Film) {
+    fn observe(&mut self, film: &Film) {
         let mut took = Duration::ZERO;
-        if let Some(Ok(Some((show, last)))) = self.at_work.take().map(JoinHandle::join) {
+        if let Some(Ok(Some((show, last)))) = self.worker.take().map(JoinHandle::join) {
             (self.show, took) = (Some(show), last);
         }
         let Some(mut show) = self.show.take() else {
             return;
         };
         let start = Instant::now();
-        self.next = start + EVERY.max(took * SHARE);
+        self.next = start + MIN_INTERVAL.max(took * MAX_TIME_DIVISOR);
         let means = film.means_so_far();
-        self.at_work = Some(std::thread::spawn(move || match show(&means) {
+        self.worker = Some(std::thread::spawn(move || match show(&means) {
             Ok(()) => Some((show, start.elapsed())),
             Err(error) => {
                 eprintln!("warning: {error}; the preview stops, and rendering continues");
@@ -151,7 +148,7 @@ impl Look for Preview {
 fn connect(address: &str) -> Result<TcpStream, IoError> {
     let mut failure = IoError::from(ErrorKind::AddrNotAvailable);
     for address in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, PATIENCE) {
+        match TcpStream::connect_timeout(&address, TIMEOUT) {
             Ok(stream) => return Ok(stream),
             Err(error) => failure = error,
         }
@@ -161,7 +158,7 @@ fn connect(address: &str) -> Result<TcpStream, IoError> {
 
 /// Channels of an image; and number of pixels per message.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
-const AT_ONCE: usize = 1 << 16;
+const PIXELS_PER_MESSAGE: usize = 1 << 16;
 
 /// Encodes a message of tev's protocol: its length in bytes, its kind, whether the window comes to
 /// the front, the image's name, and the rest. Numbers are little-endian, texts end with a zero.
@@ -194,7 +191,7 @@ fn create(image: &str, [width, height]: [u32; 2]) -> Vec<u8> {
 /// first pixel, size, for each channel the offset and the stride of its values among the floats;
 /// the floats.
 fn updates(image: &str, [width, _]: [u32; 2], means: &[DVec3]) -> impl Iterator<Item = Vec<u8>> {
-    let rows = (AT_ONCE / width as usize).max(1);
+    let rows = (PIXELS_PER_MESSAGE / width as usize).max(1);
     means
         .chunks(rows * width as usize)
         .enumerate()

@@ -1,4 +1,4 @@
-//! Checkpoints of an unfinished run, from which it can be resumed: see [`write_unfinished`].
+//! Checkpoints of an unfinished run, from which it can be resumed: see [`write_checkpoint`].
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,60 +9,64 @@ use whitefurnace::camera::Camera;
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::image::Display;
-use whitefurnace::render::checkpoint::{Notes, read_unfinished, write_unfinished};
+use whitefurnace::render::checkpoint::{Attributes, read_checkpoint, write_checkpoint};
 
-use super::{Job, Look};
+use super::{Job, Observer};
 
 /// Replications of a job that one film holds, and the number of all.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct ReplicationRange {
     /// Replications of the film.
     pub range: Range<u32>,
     /// Number of all replications.
-    pub of: u32,
+    pub total: u32,
 }
 
-impl Part {
+impl ReplicationRange {
     fn parse(text: &str) -> Option<Self> {
-        let (range, of) = text.split_once(" of ")?;
+        let (range, total) = text.split_once(" of ")?;
         let (start, end) = range.split_once("..")?;
         let part = Self {
             range: start.parse().ok()?..end.parse().ok()?,
-            of: of.parse().ok()?,
+            total: total.parse().ok()?,
         };
-        (part.range.start < part.range.end && part.range.end <= part.of).then_some(part)
+        (part.range.start < part.range.end && part.range.end <= part.total).then_some(part)
     }
 }
 
-impl std::fmt::Display for Part {
+impl std::fmt::Display for ReplicationRange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}..{} of {}", self.range.start, self.range.end, self.of)
+        write!(
+            f,
+            "{}..{} of {}",
+            self.range.start, self.range.end, self.total
+        )
     }
 }
 
 /// A film that is unfinished or a part of a whole, and the job it belongs to.
-pub struct Unfinished {
+pub struct Checkpoint {
     /// Accumulated samples.
     pub film: Film,
     /// [Provenance](Job::provenance) of the job.
     pub job: String,
     /// Replications that the film is to hold.
-    pub part: Part,
+    pub part: ReplicationRange,
     /// Display transform of the film's PNG.
     pub display: Display,
     /// Camera of the job's scene.
     pub camera: Camera,
 }
 
-impl Unfinished {
+impl Checkpoint {
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let (film, mut notes) = read_unfinished(path)?;
-        let mut note = |name| notes.remove(name).unwrap_or_default();
+        let (film, mut attributes) = read_checkpoint(path)?;
+        let mut attribute = |name| attributes.remove(name).unwrap_or_default();
         let (job, part, display) = (
-            note("provenance"),
-            Part::parse(&note("replications")),
-            note("display"),
+            attribute("provenance"),
+            ReplicationRange::parse(&attribute("replications")),
+            attribute("display"),
         );
         let display = match display.strip_prefix("exposure ").map(str::parse) {
             Some(Ok(exposure)) => Some(Display::Srgb { exposure }),
@@ -92,18 +96,25 @@ impl Unfinished {
     }
 
     /// Returns the attributes that are written with the film.
-    pub fn notes(job: &Job, camera: &Camera, part: &Part, exposure: f64) -> Notes {
+    pub fn attributes(
+        job: &Job,
+        camera: &Camera,
+        part: &ReplicationRange,
+        exposure: f64,
+    ) -> Attributes {
         let display = match job.display(exposure) {
             Display::Srgb { exposure } => format!("exposure {exposure}"),
             Display::Truncated => "truncated".to_owned(),
         };
         let provenance = job.provenance(camera, false);
-        let notes = [
+        let attributes = [
             ("provenance", provenance),
             ("replications", part.to_string()),
             ("display", display),
         ];
-        notes.map(|(name, text)| (name.to_owned(), text)).into()
+        attributes
+            .map(|(name, text)| (name.to_owned(), text))
+            .into()
     }
 }
 
@@ -124,33 +135,33 @@ pub fn difference(there: &str, here: &str) -> Option<String> {
 }
 
 /// Largest amount of unsaved work that a kill may cost, less a second for the samples in progress.
-const LOSS: Duration = Duration::from_secs(9);
-/// Saving takes at most 1/SHARE of the time, where LOSS allows it, and happens at most once per
-/// EVERY.
-const SHARE: u32 = 100;
-const EVERY: Duration = Duration::from_secs(1);
+const MAX_LOSS: Duration = Duration::from_secs(9);
+/// Saving takes at most 1/[`MAX_SAVE_TIME_DIVISOR`] of the time, where [`MAX_LOSS`] allows it, and
+/// happens at most once per [`MIN_SAVE_INTERVAL`].
+const MAX_SAVE_TIME_DIVISOR: u32 = 100;
+const MIN_SAVE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The film that was saved, how long saving took, and its result.
-type Saved = (Film, Duration, Result<(), Error>);
+type SaveResult = (Film, Duration, Result<(), Error>);
 
 /// Saves a film from time to time while rendering continues.
-pub struct Checkpoints {
+pub struct CheckpointWriter {
     path: PathBuf,
-    notes: Notes,
+    attributes: Attributes,
     next: Instant,
-    saving: Option<JoinHandle<Saved>>,
+    saving: Option<JoinHandle<SaveResult>>,
     /// The last saved film, whose memory is reused for the next.
     copy: Option<Film>,
     failing: bool,
 }
 
-impl Checkpoints {
+impl CheckpointWriter {
     /// Saves to this file, with these attributes.
-    pub fn new(path: PathBuf, notes: Notes) -> Self {
+    pub fn new(path: PathBuf, attributes: Attributes) -> Self {
         Self {
             path,
-            notes,
-            next: Instant::now() + EVERY,
+            attributes,
+            next: Instant::now() + MIN_SAVE_INTERVAL,
             saving: None,
             copy: None,
             failing: false,
@@ -163,13 +174,13 @@ impl Checkpoints {
         let Some(Ok((copy, took, result))) = self.saving.take().map(JoinHandle::join) else {
             return Duration::ZERO;
         };
-        self.said(result);
+        self.warn_once(result);
         self.copy = Some(copy);
         took
     }
 
     /// Warns of the first failure after a success.
-    fn said(&mut self, result: Result<(), Error>) {
+    fn warn_once(&mut self, result: Result<(), Error>) {
         let failing = result.is_err();
         match result {
             Err(error) if !self.failing => {
@@ -183,18 +194,18 @@ impl Checkpoints {
     }
 }
 
-impl Look for Checkpoints {
+impl Observer for CheckpointWriter {
     /// Returns true if it is time to save, and the last file has been written.
-    fn due(&self) -> bool {
+    fn is_due(&self) -> bool {
         Instant::now() >= self.next && self.saving.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    fn look(&mut self, film: &Film) {
+    fn observe(&mut self, film: &Film) {
         let took = self.finish();
         let start = Instant::now();
         // A kill costs all work since the last file, including the time that writing takes.
-        let most = LOSS.saturating_sub(took).max(took);
-        self.next = start + (took * SHARE).clamp(EVERY.min(most), most);
+        let most = MAX_LOSS.saturating_sub(took).max(took);
+        self.next = start + (took * MAX_SAVE_TIME_DIVISOR).clamp(MIN_SAVE_INTERVAL.min(most), most);
         let copy = match self.copy.take() {
             Some(mut copy) => {
                 copy.assign(film);
@@ -202,16 +213,16 @@ impl Look for Checkpoints {
             }
             None => film.clone(),
         };
-        let (path, notes) = (self.path.clone(), self.notes.clone());
+        let (path, attributes) = (self.path.clone(), self.attributes.clone());
         let saver = std::thread::Builder::new()
             .name("saver".to_owned())
             .spawn(move || {
-                let result = write_unfinished(&path, &copy, &notes);
+                let result = write_checkpoint(&path, &copy, &attributes);
                 (copy, start.elapsed(), result)
             });
         match saver {
             Ok(saver) => self.saving = Some(saver),
-            Err(error) => self.said(Err(Error::file("write", &self.path)(error))),
+            Err(error) => self.warn_once(Err(Error::file("write", &self.path)(error))),
         }
     }
 }

@@ -13,15 +13,15 @@ use whitefurnace::integrator::{
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
-    ByLanes, ByPasses, ByPhotons, ByRays, CHUNK_SAMPLES, LaneEstimator, PassEstimator, Precision,
-    Renderer, adaptive, check_singles,
+    CHUNK_SAMPLES, ImageRenderer, LaneEstimator, LaneRenderer, PassEstimator, PhotonRenderer,
+    Precision, RayRenderer, Renderer, adaptive, check_single_precision,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::rng::seed_for;
-use whitefurnace::sampling::roulette::RR_DEPTH;
 use whitefurnace::sampling::sampler::ImagePass;
 use whitefurnace::scene::Scene;
 
+use super::defaults::RR_DEPTH;
 use super::{
     AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName,
     SpecularNeeName, name,
@@ -29,20 +29,20 @@ use super::{
 use crate::run::progress::{Bar, interrupted};
 
 /// The renderer of a job, or an error.
-type Made = Result<Box<dyn Renderer>, Error>;
+type RendererResult = Result<Box<dyn Renderer>, Error>;
 
 /// Largest number of replications between two looks at the error.
 const LARGEST_RANGE: u32 = 64;
 
 /// Number of images of replications rendered at once.
-const AT_ONCE: u32 = 64;
+const IMAGES_PER_BATCH: u32 = 64;
 
 /// Observes a film from time to time while it is rendered.
-pub trait Look: Sync {
+pub trait Observer: Sync {
     /// Returns true if it is time to observe.
-    fn due(&self) -> bool;
+    fn is_due(&self) -> bool;
     /// Observes the film in its current state.
-    fn look(&mut self, film: &Film);
+    fn observe(&mut self, film: &Film);
 }
 
 /// A film, and whether it has all the samples that were asked for.
@@ -55,7 +55,7 @@ pub struct Rendered {
 
 impl Rendered {
     /// Returns the film if it is complete; an error after a signal to end.
-    pub fn whole(self) -> Result<Film, Error> {
+    pub fn into_complete(self) -> Result<Film, Error> {
         if self.complete {
             Ok(self.film)
         } else {
@@ -69,7 +69,7 @@ impl Job {
     pub fn render(&self, label: &str) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        self.whole(&scene, &*self.renderer(&scene, label)?, label)
+        self.render_all(&scene, &*self.renderer(&scene, label)?, label)
     }
 
     /// Renders the job with an estimator of single rays that has no name, and equal numbers of
@@ -80,7 +80,7 @@ impl Job {
             adaptive: AdaptiveName::No,
             ..*self
         };
-        job.whole(&self.build_scene()?, &self.by_rays(estimator), label)
+        job.render_all(&self.build_scene()?, &self.by_rays(estimator), label)
     }
 
     /// Renders each replication of the range as an image of its own and hands its pixel means to
@@ -125,7 +125,7 @@ impl Job {
     /// Returns the number of samples of a replication.
     pub fn samples_per_replication(&self) -> u32 {
         let sampling = self.sampling();
-        if self.estimator.makes_images() {
+        if self.estimator.is_image_estimator() {
             sampling.numbers.samples()
         } else {
             sampling.samples_per_replication()
@@ -139,32 +139,32 @@ impl Job {
 
     /// Adds to the film the samples that it lacks of these replications; observers look at it in
     /// the meantime.
-    pub fn go_on(
+    pub fn resume(
         &self,
         label: &str,
         film: Film,
         range: &Range<u32>,
-        looks: &mut [&mut dyn Look],
+        observers: &mut [&mut dyn Observer],
     ) -> Result<Rendered, Error> {
         self.check()?;
         let scene = self.build_scene()?;
-        self.rest(
+        self.render_missing(
             &scene,
             &*self.renderer(&scene, label)?,
             label,
             film,
             range,
-            looks,
+            observers,
         )
     }
 
-    pub(super) fn whole(
+    pub(super) fn render_all(
         &self,
         scene: &Scene,
         renderer: &dyn Renderer,
         label: &str,
     ) -> Result<Rendered, Error> {
-        self.rest(
+        self.render_missing(
             scene,
             renderer,
             label,
@@ -193,37 +193,41 @@ impl Job {
             ..*self
         };
         let renderer = pilot.renderer(scene, "pilot")?;
-        let seen = Film::new(
-            film.frame(),
+        let pilot_film = Film::new(
+            film.resolution(),
             Some(film.window()),
             renderer.samples_per_replication(),
         )?;
-        let seen = pilot.rest(
+        let pilot_film = pilot.render_missing(
             scene,
             &*renderer,
             "pilot",
-            seen,
+            pilot_film,
             &(0..adaptive::REPLICATIONS),
             &mut [],
         )?;
-        film.set_sample_counts(adaptive::counts(&seen.whole()?, mean));
+        film.set_sample_counts(adaptive::counts(&pilot_film.into_complete()?, mean));
         Ok(())
     }
 
     /// Renders the missing replications of a range, in ranges that double up to a largest one, so
     /// that error and image are known early.
-    fn rest(
+    fn render_missing(
         &self,
         scene: &Scene,
         renderer: &dyn Renderer,
         label: &str,
         mut film: Film,
         range: &Range<u32>,
-        looks: &mut [&mut dyn Look],
+        observers: &mut [&mut dyn Observer],
     ) -> Result<Rendered, Error> {
         self.adapt(scene, &mut film)?;
-        let prepared = renderer.prepare(scene, film.frame())?;
-        let mut bar = Bar::new(label, film.missing(range.end - range.start), "samples");
+        let prepared = renderer.prepare(scene, film.resolution())?;
+        let mut bar = Bar::new(
+            label,
+            film.missing_samples(range.end - range.start),
+            "samples",
+        );
         let largest = (CHUNK_SAMPLES / renderer.samples_per_replication()).clamp(1, LARGEST_RANGE);
         loop {
             let had = film.replications();
@@ -235,15 +239,15 @@ impl Job {
                 });
             }
             let end = range.end.min(start + had.clamp(1, largest));
-            let due = || looks.iter().any(|look| look.due());
+            let due = || observers.iter().any(|observer| observer.is_due());
             let whole = prepared.add(&mut film, start..end, &|samples| {
                 bar.advance(samples) && !due()
             })?;
             if !whole && !interrupted() {
-                looks
+                observers
                     .iter_mut()
-                    .filter(|look| look.due())
-                    .for_each(|look| look.look(&film));
+                    .filter(|observer| observer.is_due())
+                    .for_each(|observer| observer.observe(&film));
             }
             bar.error(|| film.relative_error());
         }
@@ -263,22 +267,22 @@ impl Job {
         Ok(film.pixels().iter().map(Pixel::mean).collect())
     }
 
-    fn by_rays<E: Estimator>(&self, estimator: E) -> ByRays<E> {
-        ByRays {
+    fn by_rays<E: Estimator>(&self, estimator: E) -> RayRenderer<E> {
+        RayRenderer {
             estimator,
             sampling: self.sampling(),
         }
     }
 
     /// Builds the estimator that the job names, for its scene.
-    pub(super) fn renderer(&self, scene: &Scene, label: &str) -> Made {
+    pub(super) fn renderer(&self, scene: &Scene, label: &str) -> RendererResult {
         let rules = match self.convention {
             ConventionName::Physical => TransportRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => TransportRules::REPORT,
         };
         let (numbers, seed) = (self.sampling().numbers, self.seed);
         let by_passes = |estimator| {
-            Box::new(ByPasses {
+            Box::new(ImageRenderer {
                 estimator,
                 numbers,
                 seed,
@@ -310,7 +314,7 @@ impl Job {
                         index: 0,
                     },
                 )?;
-                Box::new(ByPhotons {
+                Box::new(PhotonRenderer {
                     photons,
                     sampling: self.sampling(),
                 })
@@ -348,21 +352,21 @@ impl Job {
         })
     }
 
-    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> Made {
+    fn by_paths(&self, scene: &Scene, strategy: Strategy) -> RendererResult {
         self.by_lanes(scene, LaneEstimator::Path(self.path(strategy)))
     }
 
-    fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator) -> Made {
+    fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator) -> RendererResult {
         let precision = match self.engine {
             EngineName::Lanes => Precision::Double,
             EngineName::Single => {
-                check_singles(scene).map_err(|error| {
+                check_single_precision(scene).map_err(|error| {
                     Error::Option(format!("--engine single: {error}; take --engine lanes"))
                 })?;
                 Precision::Single
             }
         };
-        Ok(Box::new(ByLanes {
+        Ok(Box::new(LaneRenderer {
             estimator,
             sampling: self.sampling(),
             precision,
@@ -397,8 +401,8 @@ fn in_order(
     image: impl Fn(u32) -> Result<Vec<DVec3>, Error> + Sync,
     mut each: impl FnMut(&[DVec3]),
 ) -> Result<(), Error> {
-    for first in range.clone().step_by(AT_ONCE as usize) {
-        let images = (first..range.end.min(first.saturating_add(AT_ONCE)))
+    for first in range.clone().step_by(IMAGES_PER_BATCH as usize) {
+        let images = (first..range.end.min(first.saturating_add(IMAGES_PER_BATCH)))
             .into_par_iter()
             .map(&image);
         images

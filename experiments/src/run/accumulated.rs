@@ -20,7 +20,7 @@ pub struct Accumulated {
 }
 
 /// Start of the line that holds the number of looks.
-const LOOKS: &str = "# looks: ";
+const LOOKS_PREFIX: &str = "# looks: ";
 
 /// Returns the share of `level` that look number `look` ≥ 1 may spend: 6/(π² k²). All shares add to
 /// 1 (Euler's sum), so that tests at these levels, however many looks there will be and whenever
@@ -101,7 +101,7 @@ impl Accumulated {
         write_text(
             &self.path,
             &format!(
-                "# {}\n{LOOKS}{}\n{}\n{rows}",
+                "# {}\n{LOOKS_PREFIX}{}\n{}\n{rows}",
                 self.key, self.looks, self.columns
             ),
         )
@@ -113,7 +113,7 @@ fn read(text: &str, key: &str, columns: &str) -> Option<(u32, Vec<String>)> {
     let rest = text.strip_prefix("# ")?.strip_prefix(key)?;
     let (looks, rest) = rest
         .strip_prefix('\n')?
-        .strip_prefix(LOOKS)?
+        .strip_prefix(LOOKS_PREFIX)?
         .split_once('\n')?;
     let rows = rest.strip_prefix(columns)?.strip_prefix('\n')?.lines();
     Some((looks.parse().ok()?, rows.map(str::to_owned).collect()))

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
-use whitefurnace::film::LARGEST_FILM;
+use whitefurnace::film::MAX_FILM_PIXELS;
 
 use super::{processor, progress, record, signals, summary};
 use crate::experiments::EXPERIMENTS;
@@ -14,7 +14,7 @@ use crate::run::{self, Experiment, ExperimentResult};
 
 /// Prints a line. A closed pipe (`reproduce | head`) does not stop the program.
 #[macro_export]
-macro_rules! say {
+macro_rules! print_line {
     ($($words:tt)*) => {{
         use std::io::Write as _;
         let _ = writeln!(std::io::stdout(), $($words)*);
@@ -26,7 +26,7 @@ macro_rules! say {
 ///
 /// Nothing else may stand in `main`, since it could use an instruction that the processor lacks.
 pub fn start(work: fn() -> ExitCode) -> ExitCode {
-    if let Some(missing) = processor::missing() {
+    if let Some(missing) = processor::missing_feature() {
         eprintln!(
             "error: this program is built for a processor with {missing}, which this one lacks: build it on this machine, \
              or for any with RUSTFLAGS=\"\""
@@ -67,21 +67,21 @@ pub enum Ending {
 
 /// Catches signals that end the work, and shows progress, from here on.
 pub fn begin() {
-    signals::catch();
+    signals::install_handlers();
     progress::show();
 }
 
 /// Prints the overall result, failed claims by name and then the counts, and returns the ending.
-pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
+pub fn print_summary(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
     let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
     let results = options.out.join(record::RESULTS);
-    say!(
+    print_line!(
         "\n{} experiments, {figures} figures; as JSON: {}",
         outcomes.len(),
         results.display()
     );
     let (text, none_fails) = summary::verdicts(outcomes);
-    say!("{text}");
+    print_line!("{text}");
     if none_fails {
         Ending::Done
     } else {
@@ -91,19 +91,22 @@ pub fn conclude(outcomes: &[ExperimentResult], options: &run::Options) -> Ending
 
 /// Parses the command line; a wrong option gets one line on standard error and exit code 2.
 pub fn parse<T: Parser>() -> T {
-    or_one_line(T::from_arg_matches(&matches(T::command())))
+    unwrap_or_exit(T::from_arg_matches(&matches(T::command())))
 }
 
 /// Parses the command line into matches; a wrong option is handled as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
-    or_one_line(tolerant(command).try_get_matches())
+    unwrap_or_exit(allow_negative_values(command).try_get_matches())
 }
 
 /// Runs a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad input.
-pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
+pub fn run_with_verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     const BAD_INPUT: u8 = 3;
-    let matches = or_exit(tolerant(T::command()).try_get_matches(), BAD_INPUT);
-    let options = or_exit(T::from_arg_matches(&matches), BAD_INPUT);
+    let matches = unwrap_or_exit_with(
+        allow_negative_values(T::command()).try_get_matches(),
+        BAD_INPUT,
+    );
+    let options = unwrap_or_exit_with(T::from_arg_matches(&matches), BAD_INPUT);
     ExitCode::from(run(&options).unwrap_or_else(|error| {
         eprintln!("error: {error}");
         BAD_INPUT
@@ -112,7 +115,7 @@ pub fn verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
 
 /// Takes a number after an option with a list of values as its value, even "-1", so that the error
 /// names the option. Another option is not taken: then the value is missing.
-fn tolerant(command: clap::Command) -> clap::Command {
+fn allow_negative_values(command: clap::Command) -> clap::Command {
     command.mut_args(|argument| {
         let listed = !argument.get_possible_values().is_empty();
         // A flag has the values true and false, and takes none.
@@ -125,12 +128,12 @@ fn tolerant(command: clap::Command) -> clap::Command {
 }
 
 /// Returns the value, or exits with code 2 after one line on standard error.
-pub fn or_one_line<T>(parsed: Result<T, clap::Error>) -> T {
-    or_exit(parsed, 2)
+pub fn unwrap_or_exit<T>(parsed: Result<T, clap::Error>) -> T {
+    unwrap_or_exit_with(parsed, 2)
 }
 
 /// Returns the value, or exits with this code after one line on standard error.
-fn or_exit<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
+fn unwrap_or_exit_with<T>(parsed: Result<T, clap::Error>, code: u8) -> T {
     match parsed {
         Ok(options) => options,
         Err(error) if error.use_stderr() => {
@@ -155,16 +158,16 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
         Some([number(width)?, number(height)?])
     });
     let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    sides.filter(|&sides| (1..=LARGEST_FILM).contains(&pixels(sides))).ok_or_else(|| {
+    sides.filter(|&sides| (1..=MAX_FILM_PIXELS).contains(&pixels(sides))).ok_or_else(|| {
         format!(
-            "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {LARGEST_FILM} \
+            "must be WIDTHxHEIGHT in pixels such as 1024x768, each at least 1, and at most {MAX_FILM_PIXELS} \
                  in all, which is what fits memory"
         )
     })
 }
 
 /// Returns a parser of integers in a range.
-pub fn whole<T: TryFrom<u64>>(
+pub fn integer<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
     move |text| {
@@ -182,7 +185,7 @@ pub fn whole<T: TryFrom<u64>>(
 }
 
 /// Returns a parser of numbers in a range.
-pub fn real(
+pub fn number(
     range: RangeInclusive<f64>,
 ) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| {
@@ -208,7 +211,7 @@ pub fn use_threads(threads: Option<usize>) -> Result<(), Error> {
 
 /// Defines the whole program of the experiment whose name the binary has.
 #[macro_export]
-macro_rules! alone {
+macro_rules! experiment_main {
     () => {
         fn main() -> std::process::ExitCode {
             $crate::run::cli::start(|| $crate::run::cli::run_experiment(env!("CARGO_BIN_NAME")))
@@ -218,20 +221,20 @@ macro_rules! alone {
 
 /// Runs the experiment of this name as the command line asks.
 pub fn run_experiment(id: &'static str) -> ExitCode {
-    exit(find(id).and_then(|experiment| {
+    exit(find_experiment(id).and_then(|experiment| {
         let command = run::Options::augment_args(clap::Command::new(id))
             .about(experiment.title)
             .version(env!("CARGO_PKG_VERSION"));
-        let options = or_one_line(run::Options::from_arg_matches(&matches(command)));
+        let options = unwrap_or_exit(run::Options::from_arg_matches(&matches(command)));
         use_threads(options.threads)?;
         begin();
         let ran = record::run_all(&[experiment], &options, true)?;
-        Ok(conclude(&ran.outcomes, &options))
+        Ok(print_summary(&ran.outcomes, &options))
     }))
 }
 
 /// Returns the experiment of this name.
-pub fn find(id: &str) -> Result<&'static Experiment, Error> {
+pub fn find_experiment(id: &str) -> Result<&'static Experiment, Error> {
     let found = EXPERIMENTS
         .iter()
         .copied()

@@ -7,24 +7,24 @@ use whitefurnace::error::Error;
 use whitefurnace::math::moments::Moments;
 
 use crate::render::name;
-use crate::run::record::{Ran, recorded_folder, result, update_readme, write_json};
+use crate::run::record::{RunOutcomes, recorded_folder, result, update_readme, write_json};
 use crate::run::{ExperimentResult, Judgement, Options, read_json};
 
 /// File with every number of the recorded runs, a list each: their spread is the noise of numbers
 /// that state none.
 const NUMBERS: &str = "numbers.json";
 /// Largest distance of a run from the mean of the recorded runs, in their standard deviations.
-const FAR: f64 = 10.0;
+const MAX_DISTANCE: f64 = 10.0;
 /// Relative tolerance of numbers without noise, since mathematical functions of platforms round
 /// differently.
-const ROUNDING: f64 = 1e-6;
+const RELATIVE_TOLERANCE: f64 = 1e-6;
 
 /// Numbers of several runs, by experiment and name.
-type SamplerKind = BTreeMap<String, Vec<f64>>;
+type NumbersByKey = BTreeMap<String, Vec<f64>>;
 
 /// Returns times and counts of a whole default run; an error if a part of it was kept from an
 /// earlier run, which has no time.
-fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
+fn timings(ran: &RunOutcomes, options: &Options) -> Result<ExperimentResult, Error> {
     let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
         return Err(Error::Option(
             "the time of a whole run is recorded: add --fresh".to_owned(),
@@ -64,19 +64,19 @@ fn times(ran: &Ran, options: &Options) -> Result<ExperimentResult, Error> {
 /// # Errors
 /// A part of the first was kept from an earlier run, which has no time; a file cannot be read or
 /// written.
-pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
+pub fn record(ran: &RunOutcomes, options: &Options) -> Result<(), Error> {
     let folder = recorded_folder().join(DEFAULT_RUN);
     let is_first = options.seed == 1;
     if is_first {
         std::fs::create_dir_all(&folder).map_err(Error::file("create", &folder))?;
-        write_json(&folder.join("result.json"), &times(ran, options)?)?;
+        write_json(&folder.join("result.json"), &timings(ran, options)?)?;
     }
-    let mut numbers: SamplerKind = if is_first {
-        SamplerKind::new()
+    let mut numbers: NumbersByKey = if is_first {
+        NumbersByKey::new()
     } else {
         read_json(&folder.join(NUMBERS))?
     };
-    for (key, value) in of(&ran.outcomes) {
+    for (key, value) in numbers_by_key(&ran.outcomes) {
         numbers.entry(key).or_default().push(value);
     }
     write_json(&folder.join(NUMBERS), &numbers)?;
@@ -84,7 +84,7 @@ pub fn record(ran: &Ran, options: &Options) -> Result<(), Error> {
 }
 
 /// Returns the numbers of a run, by experiment and name.
-fn of(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
+fn numbers_by_key(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
     let named = |outcome: &ExperimentResult| {
         let id = outcome.id.clone();
         outcome
@@ -97,7 +97,7 @@ fn of(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
 }
 
 /// Comparison of a run's numbers with the record.
-pub struct Beside {
+pub struct RecordComparison {
     /// Number of compared numbers.
     pub compared: usize,
     /// Numbers that differ beyond noise, a line each.
@@ -109,9 +109,9 @@ pub struct Beside {
 ///
 /// # Errors
 /// There is no record.
-pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
-    let recorded: SamplerKind = read_json(&recorded_folder().join(DEFAULT_RUN).join(NUMBERS))?;
-    let ours: BTreeMap<String, f64> = of(outcomes).collect();
+pub fn compare_with_record(outcomes: &[ExperimentResult]) -> Result<RecordComparison, Error> {
+    let recorded: NumbersByKey = read_json(&recorded_folder().join(DEFAULT_RUN).join(NUMBERS))?;
+    let ours: BTreeMap<String, f64> = numbers_by_key(outcomes).collect();
     let mut beyond = Vec::new();
     for (key, values) in &recorded {
         match ours.get(key) {
@@ -133,7 +133,7 @@ pub fn beside_record(outcomes: &[ExperimentResult]) -> Result<Beside, Error> {
             None => beyond.push(format!("{}: there is no record of it", ours.id)),
         }
     }
-    Ok(Beside {
+    Ok(RecordComparison {
         compared: ours.len(),
         beyond,
     })
@@ -149,7 +149,8 @@ fn is_near(others: &[f64], value: f64) -> bool {
         0.0
     };
     let spread = (variance * (1.0 + 1.0 / others.count() as f64)).sqrt();
-    (value - others.mean()).abs() <= FAR * spread + ROUNDING * others.mean().abs().max(value.abs())
+    (value - others.mean()).abs()
+        <= MAX_DISTANCE * spread + RELATIVE_TOLERANCE * others.mean().abs().max(value.abs())
 }
 
 #[cfg(test)]

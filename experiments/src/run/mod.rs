@@ -24,14 +24,14 @@ use whitefurnace::equation::{self, Equation};
 use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::harness::trial::Trial;
-use whitefurnace::image::{write_exr, write_png, write_whole};
+use whitefurnace::image::{write_atomically, write_exr, write_png};
 
+use crate::print_line;
 use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
-use crate::run::cli::whole;
+use crate::run::cli::integer;
 use crate::run::record::PROGRAM;
-use crate::run::unfinished::Unfinished;
-use crate::say;
+use crate::run::unfinished::PartCache;
 
 /// Amount of work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -52,14 +52,14 @@ pub struct Options {
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Seed of all random numbers; from 0 to 18446744073709551615
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = integer::<u64>(0..=u64::MAX))]
     pub seed: u64,
     /// Threads; from 1 to 1024 [default: one per core]
-    #[arg(long, allow_hyphen_values = true, value_parser = whole::<usize>(1..=1024))]
+    #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     pub threads: Option<usize>,
     /// Divide the pixels of every picture and all counts by this, from 1 to 4096, for a trial run;
     /// nothing is judged then
-    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u32>(1..=4096))]
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = integer::<u32>(1..=4096))]
     pub shrink: u32,
     /// Show every line of the tables, not only the summary
     #[arg(long)]
@@ -79,7 +79,7 @@ pub struct Experiment {
     /// Version, raised when numbers or figures change on purpose.
     pub version: u32,
     /// Equations that the experiment bears on; experiments that loop over the registry of trials
-    /// add theirs by [`Run::bears_on`].
+    /// add theirs by [`Run::add_equations_of`].
     pub equations: &'static [&'static Equation],
     /// Does the work.
     pub run: fn(&mut Run) -> Result<(), Error>,
@@ -89,7 +89,7 @@ pub struct Experiment {
 pub struct Run {
     options: Options,
     folder: PathBuf,
-    unfinished: Unfinished,
+    unfinished: PartCache,
     outcome: ExperimentResult,
 }
 
@@ -107,7 +107,7 @@ impl Run {
             shrink => format!(" --shrink {shrink}"),
         };
         Ok(Self {
-            unfinished: Unfinished::begin(folder.join("unfinished"), &fingerprint)?,
+            unfinished: PartCache::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
             outcome: ExperimentResult {
                 id: id.to_owned(),
@@ -132,7 +132,7 @@ impl Run {
     }
 
     /// Returns a part of the work; a part that an interrupted run has finished is not repeated
-    /// ([`Unfinished::part`]).
+    /// ([`PartCache::part`]).
     pub fn part<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -143,8 +143,8 @@ impl Run {
 
     /// Returns parts that several experiments use, in the folder `name` beside theirs: each is made
     /// once, by the first that asks. `key` states all that decides them besides the program.
-    pub fn shared(&self, name: &str, key: &str) -> Result<Unfinished, Error> {
-        Unfinished::begin(
+    pub fn shared(&self, name: &str, key: &str) -> Result<PartCache, Error> {
+        PartCache::begin(
             self.folder.with_file_name(name),
             &format!("{:016x} {key}", *PROGRAM),
         )
@@ -187,7 +187,7 @@ impl Run {
     }
 
     /// Adds the equations that trials bear on.
-    pub fn bears_on(&mut self, trials: &[Trial]) {
+    pub fn add_equations_of(&mut self, trials: &[Trial]) {
         for equation in trials
             .iter()
             .filter_map(|trial| equation::by_id(trial.source))
@@ -204,7 +204,7 @@ impl Run {
     }
 
     /// Returns the job with the run's seed and, where asked for, fewer pixels or samples.
-    pub fn prepared(&self, job: Job) -> Job {
+    pub fn with_run_options(&self, job: Job) -> Job {
         let shrink = self.options.shrink;
         let mut job = Job {
             seed: self.options.seed,
@@ -224,12 +224,12 @@ impl Run {
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is already named.
         job.render(if label == self.outcome.id { "" } else { label })?
-            .whole()
+            .into_complete()
     }
 
     /// Renders a job and writes it as `stem.exr` and `stem.png`.
     pub fn picture(&mut self, job: Job, stem: &str) -> Result<(), Error> {
-        let job = self.prepared(job);
+        let job = self.with_run_options(job);
         let film = self.render(&job, stem)?;
         let (exr, camera) = (self.folder.join(format!("{stem}.exr")), job.camera()?);
         write_exr(&exr, &film, &camera, &job.provenance(&camera, true))?;
@@ -261,10 +261,10 @@ impl Run {
 
     /// Copies a picture to the folder of the whole run, where a newcomer looks first, and prints
     /// its path.
-    pub fn first_picture(&self, file: &str) -> Result<(), Error> {
+    pub fn copy_to_run_folder(&self, file: &str) -> Result<(), Error> {
         let to = self.folder.with_file_name(file);
         std::fs::copy(self.folder.join(file), &to).map_err(Error::file("write", &to))?;
-        say!("the first picture: {}", to.display());
+        print_line!("the first picture: {}", to.display());
         Ok(())
     }
 
@@ -303,7 +303,7 @@ impl Run {
 
     fn finding(&mut self, what: &str, value: String, verdict: Option<Judgement>, detail: bool) {
         let value = if value.contains("inf") || value.contains("NaN") {
-            without_infinity(&value)
+            replace_non_finite(&value)
         } else {
             value
         };
@@ -325,7 +325,7 @@ impl Run {
 }
 
 /// Returns the text with "unknown" in place of numbers that are infinite or NaN.
-fn without_infinity(text: &str) -> String {
+fn replace_non_finite(text: &str) -> String {
     let word = |part: &str| {
         let number = part.trim_matches(|c: char| !c.is_alphanumeric());
         match number {
@@ -340,7 +340,7 @@ fn without_infinity(text: &str) -> String {
 const CROP_MAGNIFICATION: u32 = 3;
 
 /// Creates an empty folder, in place of an older one and its contents.
-fn make_afresh(folder: &Path) -> Result<(), Error> {
+fn recreate_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() {
         std::fs::remove_dir_all(folder).map_err(Error::file("remove", folder))?;
     }
@@ -357,7 +357,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
 /// Writes a text file atomically: whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     use std::io::Write as _;
-    write_whole(path, |file| {
+    write_atomically(path, |file| {
         file.write_all(text.as_bytes())
             .map_err(Error::file("write", path))
     })

@@ -8,7 +8,7 @@ use whitefurnace::geometry::shape::Ray;
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::integrator::{Estimator, Path as PathTracer};
 use whitefurnace::math::moments::Moments;
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, render};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer as _, render};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::stream;
@@ -64,7 +64,7 @@ pub fn render_paths(
         seed,
         silhouettes: false,
     };
-    let lanes = ByLanes {
+    let lanes = LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,
         precision: Precision::Double,

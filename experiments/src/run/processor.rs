@@ -6,7 +6,7 @@
 /// returns true without asking. The bits are copied one by one because copying a structure could
 /// use the very registers that the processor lacks.
 #[cfg(target_arch = "x86_64")]
-pub fn missing() -> Option<&'static str> {
+pub fn missing_feature() -> Option<&'static str> {
     use raw_cpuid::native_cpuid::cpuid_count;
     let (basic, extended) = (cpuid_count(1, 0).ecx, cpuid_count(7, 0).ebx);
     if cfg!(target_feature = "avx") && basic >> 28 & 1 == 0 {
@@ -28,6 +28,6 @@ pub fn missing() -> Option<&'static str> {
 
 /// Returns `None`: other architectures are not checked.
 #[cfg(not(target_arch = "x86_64"))]
-pub fn missing() -> Option<&'static str> {
+pub fn missing_feature() -> Option<&'static str> {
     None
 }

@@ -41,7 +41,7 @@ fn shown() -> MutexGuard<'static, Shown> {
 pub fn show() {
     let terminal = std::io::stderr().is_terminal();
     if terminal {
-        shown().line = Some(fresh_line());
+        shown().line = Some(new_line());
     }
     shown().due = Some(Instant::now() + FIRST_WRITTEN);
     std::thread::spawn(move || {
@@ -67,11 +67,11 @@ pub fn show() {
 }
 
 /// Notes that a line was printed: the next line of progress can wait.
-pub fn said() {
+pub fn postpone_output() {
     shown().due = Some(Instant::now() + WRITTEN_EVERY);
 }
 
-fn fresh_line() -> ProgressBar {
+fn new_line() -> ProgressBar {
     let line = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
         line.set_style(style);
@@ -211,7 +211,7 @@ impl Drop for Bar {
         {
             // The next output replaces the line.
             line.finish_and_clear();
-            *line = fresh_line();
+            *line = new_line();
         }
     }
 }

@@ -12,24 +12,24 @@ use book::readme::with_numbers;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
-use whitefurnace::image::{check_writable, write_whole};
+use whitefurnace::image::{check_writable, write_atomically};
 
 use super::split_png;
 use crate::experiments::EXPERIMENTS;
+use crate::print_line;
 use crate::render::name;
 use crate::run::progress::{Bar, interrupted};
 use crate::run::summary::summary;
 use crate::run::{
-    Experiment, ExperimentResult, Finding, Judgement, Options, Run, make_afresh, progress,
-    read_json, write_text,
+    Experiment, ExperimentResult, Finding, Judgement, Options, Run, progress, read_json,
+    recreate_folder, write_text,
 };
-use crate::say;
 
 /// Size of the largest file that the book keeps, in bytes.
-pub const LARGEST_RECORDED: u64 = 300 * 1024;
+pub const MAX_RECORDED_BYTES: u64 = 300 * 1024;
 
 /// Outcomes of a run of experiments.
-pub struct Ran {
+pub struct RunOutcomes {
     /// Findings of each experiment.
     pub outcomes: Vec<ExperimentResult>,
     /// Wall-clock seconds of each experiment; `None` if it was kept from an earlier run.
@@ -39,7 +39,11 @@ pub struct Ran {
 /// Runs experiments one after the other, as [`run_each`] does. After each, `results.json` is
 /// written anew from all experiments that have a result in the folder, so that an error in a later
 /// one loses none.
-pub fn run_all(experiments: &[&Experiment], options: &Options, fresh: bool) -> Result<Ran, Error> {
+pub fn run_all(
+    experiments: &[&Experiment],
+    options: &Options,
+    fresh: bool,
+) -> Result<RunOutcomes, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     run_each(experiments, options, fresh, || {
@@ -55,8 +59,8 @@ pub fn run_each(
     options: &Options,
     fresh: bool,
     done: impl Fn() -> Result<(), Error>,
-) -> Result<Ran, Error> {
-    let mut ran = Ran {
+) -> Result<RunOutcomes, Error> {
+    let mut ran = RunOutcomes {
         outcomes: Vec::new(),
         seconds: Vec::new(),
     };
@@ -68,12 +72,12 @@ pub fn run_each(
         );
         let folder = options.out.join(experiment.id);
         let which = format!("[{} of {}] ", i + 1, experiments.len());
-        let kept = if fresh {
+        let finished = if fresh {
             None
         } else {
-            kept(&folder, &fingerprint)
+            read_finished(&folder, &fingerprint)
         };
-        let (outcome, seconds) = match kept {
+        let (outcome, seconds) = match finished {
             Some(outcome) => (outcome, None),
             None => {
                 let start = Instant::now();
@@ -86,7 +90,7 @@ pub fn run_each(
         let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| {
             format!("{seconds:.1} s")
         });
-        say!(
+        print_line!(
             "{}",
             summary(
                 experiment,
@@ -95,10 +99,10 @@ pub fn run_each(
                 &options.out
             )
         );
-        progress::said();
+        progress::postpone_output();
         // A single experiment prints its table.
         if options.rows || experiments.len() == 1 {
-            say!("{}", table(&outcome, options.rows));
+            print_line!("{}", table(&outcome, options.rows));
         }
         ran.outcomes.push(outcome);
         ran.seconds.push(seconds);
@@ -134,7 +138,7 @@ fn run_one(
 }
 
 /// Returns the result in a folder if it has this fingerprint and its files are unchanged.
-fn kept(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
+fn read_finished(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
     let outcome = result(folder)?;
     let there = |file: &String| outcome.digests.contains_key(file);
     let whole = outcome.figures.iter().all(there) && digests(folder).ok()? == outcome.digests;
@@ -216,7 +220,7 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), Error> {
 }
 
 /// Length of the longest line of a table, in characters.
-pub const LONGEST_LINE: usize = 160;
+pub const MAX_LINE_LENGTH: usize = 160;
 
 /// Formats an experiment's findings as text under its title, a line each; long values continue
 /// below their beginning. Details are left out without `rows`, except those that fail.
@@ -242,7 +246,7 @@ pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
         let _ = write!(text, "\n  {:width$} ", label(row));
         for word in row.value.split(' ').chain(verdict) {
             let length = word.chars().count() + 1;
-            if column + length > LONGEST_LINE && column > indent {
+            if column + length > MAX_LINE_LENGTH && column > indent {
                 let _ = write!(text, "\n{:1$}", "", indent - 1);
                 column = indent;
             }
@@ -269,17 +273,17 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
     // They identify a build and files that are not all recorded, which means nothing to a reader.
     outcome.fingerprint.clear();
     outcome.digests.clear();
-    make_afresh(to)?;
+    recreate_folder(to)?;
     let mut too_large = Vec::new();
     for figure in std::mem::take(&mut outcome.figures) {
         let source = from.join(&figure);
         let size = std::fs::metadata(&source)
             .map_err(Error::file("read", &source))?
             .len();
-        if size <= LARGEST_RECORDED {
+        if size <= MAX_RECORDED_BYTES {
             std::fs::copy(&source, to.join(&figure)).map_err(Error::file("copy", &source))?;
         } else if source.extension().is_some_and(|e| e == "png") {
-            split_png::split_png(&source, to, LARGEST_RECORDED)?;
+            split_png::split_png(&source, to, MAX_RECORDED_BYTES)?;
         } else {
             too_large.push(figure);
             continue;
@@ -296,14 +300,14 @@ pub fn update_book(experiments: &[&Experiment], options: &Options) -> Result<(),
     let folder = recorded_folder();
     for Experiment { id, .. } in experiments {
         for figure in record(&options.out.join(id), &folder.join(id))? {
-            say!(
+            print_line!(
                 "left out of the book: {id}/{figure}, larger than {} KiB",
-                LARGEST_RECORDED / 1024
+                MAX_RECORDED_BYTES / 1024
             );
         }
     }
     update_readme()?;
-    say!(
+    print_line!(
         "recorded {} experiments in {}",
         experiments.len(),
         folder.display()
@@ -320,7 +324,7 @@ pub fn update_readme() -> Result<(), Error> {
         book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
     let text = with_numbers(&text, &results)
         .map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
-    write_whole(&readme, |file| {
+    write_atomically(&readme, |file| {
         file.write_all(text.as_bytes())
             .map_err(Error::file("write", &readme))
     })

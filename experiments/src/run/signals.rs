@@ -11,11 +11,11 @@ use signal_hook::flag;
 static RECEIVED: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 
 #[cfg(unix)]
-const CAUGHT: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
 #[cfg(not(unix))]
-const CAUGHT: [i32; 2] = [SIGINT, SIGTERM];
+const SIGNALS: [i32; 2] = [SIGINT, SIGTERM];
 
-/// Returns true if a signal to end came since [`catch`].
+/// Returns true if a signal to end came since [`install_handlers`].
 pub fn interrupted() -> bool {
     RECEIVED.load(Ordering::Relaxed) != 0
 }
@@ -29,9 +29,9 @@ pub fn exit_code() -> Option<u8> {
 
 /// Makes Ctrl-C, SIGTERM and SIGHUP end the current work, and a second Ctrl-C the program. A signal
 /// that the program was started to ignore (`nohup`) stays ignored.
-pub fn catch() {
+pub fn install_handlers() {
     let again = Arc::new(AtomicBool::new(false));
-    for signal in CAUGHT.into_iter().filter(|&signal| !ignored(signal)) {
+    for signal in SIGNALS.into_iter().filter(|&signal| !is_ignored(signal)) {
         if let Err(error) = register(signal, &again) {
             eprintln!("warning: signal {signal} will end the program without writing ({error})");
         }
@@ -51,7 +51,7 @@ fn register(signal: i32, again: &Arc<AtomicBool>) -> io::Result<()> {
 
 /// Returns true if the program was started with this signal ignored, where the system tells it
 /// (proc(5)).
-pub fn ignored(signal: i32) -> bool {
+pub fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status
         .lines()

@@ -5,10 +5,10 @@ use std::io::{BufReader, Write as _};
 use std::path::Path;
 
 use whitefurnace::error::Error;
-use whitefurnace::image::{encode_rgb, write_whole};
+use whitefurnace::image::{encode_rgb, write_atomically};
 
 /// Bands have a multiple of this many rows.
-const ROWS: u32 = 8;
+const ROWS_PER_BAND: u32 = 8;
 
 /// Writes the picture `source`, an 8-bit RGB PNG, as `STEM.band-1.png`, `STEM.band-2.png` ... in
 /// the folder `to`: the fewest bands that keep each file at most `largest` bytes. All bands but the
@@ -41,7 +41,7 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
         .into_owned();
     let bands = (2..=info.height)
         .find_map(|count| {
-            let rows = info.height.div_ceil(count).next_multiple_of(ROWS) as usize;
+            let rows = info.height.div_ceil(count).next_multiple_of(ROWS_PER_BAND) as usize;
             let bands: Vec<Vec<u8>> = pixels
                 .chunks(rows * info.line_size)
                 .map(|band| encode_rgb([info.width, (band.len() / info.line_size) as u32], band))
@@ -52,10 +52,14 @@ pub fn split_png(source: &Path, to: &Path, largest: u64) -> Result<(), Error> {
                 .all(|band| band.len() as u64 <= largest)
                 .then_some(bands)
         })
-        .ok_or_else(|| fault(format!("{ROWS} rows take more than {largest} bytes")))?;
+        .ok_or_else(|| {
+            fault(format!(
+                "{ROWS_PER_BAND} rows take more than {largest} bytes"
+            ))
+        })?;
     for (i, band) in bands.iter().enumerate() {
         let path = to.join(format!("{stem}.band-{}.png", i + 1));
-        write_whole(&path, |file| {
+        write_atomically(&path, |file| {
             file.write_all(band).map_err(Error::file("write", &path))
         })?;
     }

@@ -15,10 +15,10 @@ pub fn scale(run: &Run) -> f64 {
 }
 
 /// Family-wise level of an experiment.
-pub const FAMILY: f64 = 1e-3;
+pub const FAMILYWISE_LEVEL: f64 = 1e-3;
 
 /// Does `work` for every item on all cores; the results are in the items' order.
-pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>(
+pub fn parallel_map<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>(
     items: I,
     work: impl Fn(I::Item) -> R + Sync,
 ) -> Result<Vec<R>, Error> {
@@ -39,17 +39,18 @@ pub fn parallel<I: IntoParallelIterator<Iter: IndexedParallelIterator>, R: Send>
 /// Returns the rows of every trial at that scale, in the trials' order.
 pub fn rows(run: &Run, trials: &[Trial]) -> Result<Vec<Vec<Row>>, Error> {
     let context = Context::new(run.seed(), scale(run))?;
-    parallel(trials, |trial| run_trial(trial, &context))
+    parallel_map(trials, |trial| run_trial(trial, &context))
 }
 
 /// Returns the joint verdict on several outcomes: fails if one does, holds if all do.
-pub fn joint<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
-    rows.into_iter()
-        .fold(Verdict::Holds, |joint, row| match (joint, row.verdict) {
+pub fn joint_verdict<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Verdict {
+    rows.into_iter().fold(Verdict::Holds, |joint_verdict, row| {
+        match (joint_verdict, row.verdict) {
             (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
             (Verdict::Undecided { needed: a }, Verdict::Undecided { needed: b }) => {
                 Verdict::Undecided { needed: a.max(b) }
             }
             (Verdict::Holds, other) | (other, Verdict::Holds) => other,
-        })
+        }
+    })
 }

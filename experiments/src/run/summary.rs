@@ -8,9 +8,9 @@ use book::number;
 use crate::run::{Experiment, ExperimentResult, Judgement};
 
 /// Longest line of a summary, characters.
-pub const WIDTH: usize = 100;
+pub const LINE_WIDTH: usize = 100;
 /// Largest number of undecided claims that are named.
-const NAMED: usize = 5;
+const MAX_NAMED_CLAIMS: usize = 5;
 
 /// Counts the findings of an experiment with this verdict.
 fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
@@ -52,8 +52,8 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
     Ok(text)
 }
 
-/// Returns a sentence on the finding and the path of its picture, wrapped at [`WIDTH`]; `label`
-/// names the experiment and its duration.
+/// Returns a sentence on the finding and the path of its picture, wrapped at [`LINE_WIDTH`];
+/// `label` names the experiment and its duration.
 pub fn summary(
     experiment: &Experiment,
     outcome: &ExperimentResult,
@@ -77,7 +77,7 @@ pub fn summary(
     let mut column = 0;
     for word in words {
         let length = word.chars().count();
-        if column > 0 && column + 1 + length > WIDTH {
+        if column > 0 && column + 1 + length > LINE_WIDTH {
             text += "\n     ";
             column = 5;
         } else if column > 0 {
@@ -90,8 +90,8 @@ pub fn summary(
     text
 }
 
-/// Returns the lines of claims that fail or, if they are few, are undecided, each cut at [`WIDTH`];
-/// then the counts. The second value is true if nothing fails.
+/// Returns the lines of claims that fail or, if they are few, are undecided, each cut at
+/// [`LINE_WIDTH`]; then the counts. The second value is true if nothing fails.
 pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
     let named = |wanted: Judgement| -> Vec<String> {
         let of = |outcome: &ExperimentResult| -> Vec<String> {
@@ -114,16 +114,16 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "FAILS: {line}");
     }
-    for line in undecided.iter().take(NAMED) {
+    for line in undecided.iter().take(MAX_NAMED_CLAIMS) {
         let line = format!("undecided: {line}");
-        let cut: String = line.chars().take(WIDTH - 1).collect();
+        let cut: String = line.chars().take(LINE_WIDTH - 1).collect();
         let _ = writeln!(
             text,
             "{cut}{}",
             if cut.len() < line.len() { "…" } else { "" }
         );
     }
-    let more = undecided.len().saturating_sub(NAMED);
+    let more = undecided.len().saturating_sub(MAX_NAMED_CLAIMS);
     if more > 0 {
         let _ = writeln!(text, "and {more} more undecided, in results.json");
     }

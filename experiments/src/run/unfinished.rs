@@ -12,21 +12,21 @@ use serde::de::DeserializeOwned;
 use whitefurnace::error::Error;
 
 use crate::run::progress::interrupted;
-use crate::run::{make_afresh, read_json, write_text};
+use crate::run::{read_json, recreate_folder, write_text};
 
 /// A folder beside an experiment's files, from the beginning of a run to its end.
-pub struct Unfinished {
+pub struct PartCache {
     folder: PathBuf,
 }
 
-impl Unfinished {
+impl PartCache {
     /// Begins in this folder, or continues what was begun there under the same fingerprint.
     pub fn begin(folder: PathBuf, fingerprint: &str) -> Result<Self, Error> {
         let run = folder.join("run");
         if std::fs::read_to_string(&run).is_ok_and(|begun| begun == fingerprint) {
             return Ok(Self { folder });
         }
-        make_afresh(&folder)?;
+        recreate_folder(&folder)?;
         write_text(&run, fingerprint)?;
         Ok(Self { folder })
     }

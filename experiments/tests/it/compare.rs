@@ -18,7 +18,7 @@ fn compare(folder: &Path, options: &str) -> Output {
 }
 
 /// Asserts an exit code, and that a line of the output contains the hint.
-fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
+fn assert_output(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = compare(folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
@@ -77,7 +77,7 @@ fn right_renderers_agree_and_faults_are_named() {
     let sobol = "--scene cornell --spp 64 --adaptive no";
     images(&folder, "a", 1, sobol);
     images(&folder, "b", 11, &format!("{sobol} --estimator light"));
-    ends(
+    assert_output(
         &folder,
         "--a a-*.exr --b b-*.exr --out agree",
         0,
@@ -95,7 +95,7 @@ fn right_renderers_agree_and_faults_are_named() {
     changed(&folder, "a", "gamma", 1, |plane, i| {
         plane[i].powf(1.0 / 2.2)
     });
-    ends(
+    assert_output(
         &folder,
         "--a gamma-*.pfm --b b-*.exr --out gamma",
         1,
@@ -104,20 +104,20 @@ fn right_renderers_agree_and_faults_are_named() {
     changed(&folder, "a", "shift", 1, |plane, i| {
         0.5 * (plane[i] + plane[if i % SIDE == 0 { i } else { i - 1 }])
     });
-    ends(
+    assert_output(
         &folder,
         "--a shift-*.pfm --b b-*.exr --tile 4 --out shift",
         1,
         "DIFFER: the ",
     );
     // Few samples, and one image on either side, with its standard errors.
-    ends(
+    assert_output(
         &folder,
         "--a a-1.exr --b b-11.exr --out one",
         2,
         "UNDECIDED: ",
     );
-    ends(
+    assert_output(
         &folder,
         "--a a-1.exr a-2.exr --b b-*.exr --out two",
         2,
@@ -136,13 +136,13 @@ fn an_albedo_one_percent_off_is_named() {
     changed(&folder, "b", "dark", 11, |plane, i| {
         plane[i] * (1.0 - 0.75) / (1.0 - 0.7425)
     });
-    ends(
+    assert_output(
         &folder,
         "--a a-*.exr --b b-*.exr --margin 2 --out agree",
         0,
         "AGREE",
     );
-    ends(
+    assert_output(
         &folder,
         "--a dark-*.pfm --b a-*.exr --out differ",
         1,
@@ -240,7 +240,7 @@ fn bad_input_gets_one_line_and_exit_code_three() {
         ),
         ("--a a.exr --b b.exr --out a.exr", "a.exr"),
     ] {
-        ends(&folder, options, 3, hint);
+        assert_output(&folder, options, 3, hint);
     }
 }
 
@@ -329,7 +329,7 @@ fn what_was_read_is_told() {
     for (i, (name, names)) in programs.into_iter().enumerate() {
         windows(&folder, name, 10 * i as u32, frame, names);
     }
-    let agree = |options: &str, line: &str| ends(&folder, options, 0, line);
+    let agree = |options: &str, line: &str| assert_output(&folder, options, 0, line);
     agree(
         "--a vray-*.exr --b plain-*.exr --out vray",
         "\nchannels of the first: rgb.red, rgb.green, rgb.blue as RGB\nchannels of the second: R, G, B as RGB\n",
@@ -357,7 +357,7 @@ fn what_was_read_is_told() {
         "--a odd-*.exr --b plain-*.exr --a-layer c0,c1,c2",
         "channels of the first: c0, c1, c2 as three channels",
     );
-    ends(
+    assert_output(
         &folder,
         "--a odd-*.exr --b plain-*.exr",
         3,
@@ -368,13 +368,13 @@ fn what_was_read_is_told() {
         "--a xyz-0.exr xyz-1.exr xyz-2.exr --b swapped-*.exr --layer Y",
         "channels of both: Y as luminance; not read: X, Z",
     );
-    ends(
+    assert_output(
         &folder,
         "--a xyz-*.exr --b swapped-*.exr",
         1,
         "channels of both: X, Y, Z as X, Y, Z\n",
     );
-    ends(
+    assert_output(
         &folder,
         "--a xyz-*.exr --b plain-*.exr",
         3,
@@ -401,7 +401,7 @@ fn the_common_part_is_compared() {
         ("moved", "32 × 24 at (5, 7)", "27 × 17 at (5, 7)"),
     ] {
         let options = format!("--a {name}-*.exr --b whole-*.exr --out {name}");
-        ends(
+        assert_output(
             &folder,
             &options,
             3,
@@ -409,7 +409,7 @@ fn the_common_part_is_compared() {
                 "{frame}, 32 × 24 at (0, 0); --common judges the part that all have, {common}"
             ),
         );
-        ends(&folder, &format!("{options} --common"), 0, "AGREE");
+        assert_output(&folder, &format!("{options} --common"), 0, "AGREE");
         let size: Vec<String> = json(&folder, name)["size"]
             .as_array()
             .expect("two")
@@ -418,7 +418,7 @@ fn the_common_part_is_compared() {
             .collect();
         assert!(common.starts_with(&size.join(" × ")), "{size:?}");
     }
-    ends(
+    assert_output(
         &folder,
         "--a away-*.exr --b whole-*.exr --common",
         3,
@@ -445,31 +445,31 @@ fn the_common_part_is_compared() {
             &[("R", &red), ("G", &green), ("B", &blue)],
         );
     }
-    ends(
+    assert_output(
         &folder,
         "--a laid-*.exr --b whole-*.exr",
         3,
         "; --ignore-place lays their upper left pixels on one another",
     );
-    ends(
+    assert_output(
         &folder,
         "--a laid-*.exr --b whole-*.exr --ignore-place",
         0,
         "AGREE",
     );
-    ends(
+    assert_output(
         &folder,
         "--a laid-*.exr --b whole-*.exr --common",
         1,
         "DIFFER",
     );
-    ends(
+    assert_output(
         &folder,
         "--a moved-*.exr --b whole-*.exr --ignore-place",
         1,
         "DIFFER",
     );
-    ends(
+    assert_output(
         &folder,
         "--a crop-*.exr --b whole-*.exr --ignore-place --common",
         1,
@@ -569,7 +569,7 @@ fn a_hint_tells_what_makes_them_agree() {
         write(name, 10 * (i as u32 + 1), change);
         let options = format!("--a {name}-*.exr --b right-*.exr --out {name}");
         let hinted = name != "slip" && name != "same";
-        ends(
+        assert_output(
             &folder,
             &options,
             i32::from(name != "same"),
@@ -577,7 +577,7 @@ fn a_hint_tells_what_makes_them_agree() {
         );
         assert_eq!(json(&folder, name)["hint"].is_string(), hinted, "{name}");
     }
-    ends(
+    assert_output(
         &folder,
         "--a right-*.exr --reference gamma-0.exr",
         1,
@@ -623,7 +623,7 @@ fn images_without_noise_are_compared_as_they_stand() {
         ("--a d-*.exr --b g-*.exr", 1, differ),
         ("--a d-1.exr --reference g-1.exr", 1, differ),
     ] {
-        ends(&folder, options, code, line);
+        assert_output(&folder, options, code, line);
     }
     // Also without standard errors.
     let plain = |name: &str, value: f32| {
@@ -643,27 +643,27 @@ fn images_without_noise_are_compared_as_they_stand() {
     ] {
         plain(name, value);
     }
-    ends(
+    assert_output(
         &folder,
         "--a one.pfm --b other.pfm",
         0,
         "\nnote: one.pfm and other.pfm have the same bytes: renders without noise, or one a copy",
     );
-    ends(&folder, "--a dark.pfm --b one.pfm other.pfm", 1, differ);
-    ends(&folder, "--a dark.pfm --reference one.pfm", 1, differ);
-    ends(
+    assert_output(&folder, "--a dark.pfm --b one.pfm other.pfm", 1, differ);
+    assert_output(&folder, "--a dark.pfm --reference one.pfm", 1, differ);
+    assert_output(
         &folder,
         "--a dark.pfm --reference one.pfm",
         1,
         "\nhint: they agree when the first is multiplied by 1.01010\n",
     );
-    ends(
+    assert_output(
         &folder,
         "--a black.pfm night.pfm --b one.pfm other.pfm",
         1,
         "DIFFER: the image mean in red is −100.0 % off",
     );
-    ends(
+    assert_output(
         &folder,
         "--a black.pfm --b night.pfm",
         0,
@@ -684,13 +684,13 @@ fn images_without_noise_are_compared_as_they_stand() {
         half(&format!("alike-{seed}.exr"), seed + 10, 1.0);
         half(&format!("off-{seed}.exr"), seed + 20, 0.998);
     }
-    ends(
+    assert_output(
         &folder,
         "--a half-*.exr --b alike-*.exr",
         0,
         "AGREE: nothing that could be judged differs",
     );
-    ends(
+    assert_output(
         &folder,
         "--a off-*.exr --b alike-*.exr",
         1,
@@ -705,13 +705,13 @@ fn images_without_noise_are_compared_as_they_stand() {
         ("A", &[1.0; 256]),
     ];
     exr(&folder.join("again.exr"), [0, 0], 16, &channels);
-    ends(
+    assert_output(
         &folder,
         "--a half-*.exr again.exr --b alike-*.exr",
         3,
         "half-1.exr and again.exr have the same pixels, a seed used twice",
     );
-    ends(
+    assert_output(
         &folder,
         "--a half-*.exr --b alike-*.exr again.exr",
         3,
@@ -732,9 +732,9 @@ fn images_without_noise_are_compared_as_they_stand() {
         rare(&format!("rare-{i}.exr"), at);
         rare(&format!("none-{i}.exr"), None);
     }
-    ends(&folder, "--a rare-*.exr --b none-*.exr", 2, "UNDECIDED");
+    assert_output(&folder, "--a rare-*.exr --b none-*.exr", 2, "UNDECIDED");
     rare("rare-4.exr", Some(77));
-    ends(
+    assert_output(
         &folder,
         "--a rare-*.exr --b none-*.exr",
         3,

@@ -24,7 +24,7 @@ fn write(folder: &Path, name: &str, seed: u64, value: fn(usize, usize, f64) -> f
 }
 
 /// Returns the output of `compare` for these sides, after asserting its exit code.
-fn said(folder: &Path, sides: &str, code: i32) -> String {
+fn output_of(folder: &Path, sides: &str, code: i32) -> String {
     let output = run(env!("CARGO_BIN_EXE_compare"), folder, sides);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{sides}: {lines}");
@@ -52,7 +52,7 @@ fn a_single_image_whose_pixels_share_photons_is_refused() {
             format!("--a {estimator}.exr --b mis.exr"),
             format!("--a mis.exr --b {estimator}.exr"),
         ] {
-            let lines = said(&folder, &sides, 3);
+            let lines = output_of(&folder, &sides, 3);
             assert!(
                 lines.contains(&format!(
                     "of --estimator {estimator}, whose pixels share paths"
@@ -73,9 +73,9 @@ fn differences_that_single_precision_makes_are_told_from_larger_ones() {
     write(&folder, "wrong", 5000, |_, _, random| {
         1.0 - 1e-3 + 1e-5 * random
     });
-    let lines = said(&folder, "--a sums-*.pfm --b b-*.pfm", 2);
+    let lines = output_of(&folder, "--a sums-*.pfm --b b-*.pfm", 2);
     assert!(lines.contains("single precision"), "{lines}");
-    let lines = said(&folder, "--a wrong-*.pfm --b b-*.pfm", 1);
+    let lines = output_of(&folder, "--a wrong-*.pfm --b b-*.pfm", 1);
     assert!(
         lines.contains("DIFFER") && !lines.contains("single precision"),
         "{lines}"
@@ -95,8 +95,8 @@ fn a_few_bright_values_are_warned_of() {
                 0.0
             }
     });
-    assert!(!said(&folder, "--a calm-*.pfm --b b-*.pfm", 0).contains("warning"));
-    let lines = said(&folder, "--a bright-*.pfm --b b-*.pfm", 2);
+    assert!(!output_of(&folder, "--a calm-*.pfm --b b-*.pfm", 0).contains("warning"));
+    let lines = output_of(&folder, "--a bright-*.pfm --b b-*.pfm", 2);
     // Rows of a PFM begin at the bottom.
     let place = format!("pixel (5, {}) of bright-2.pfm", SIDE - 1 - 3);
     assert!(

@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use experiments::judge::named;
+use experiments::judge::density_of_name;
 use glam::DVec3;
 use whitefurnace::harness::directions::{Directions, Precision, Sample};
 use whitefurnace::harness::outcome::Verdict;
@@ -76,7 +76,7 @@ fn verdict(
     } else {
         30_000
     };
-    let density = named(name).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let density = density_of_name(name).unwrap_or_else(|error| panic!("{name}: {error}"));
     // A fixed seed: nothing is left to chance.
     let mut rng = stream(seed_for(5, &format!("{name} {samples}")), 0, 0);
     let mut directions = Directions::with_precision(&density, precision);
@@ -207,7 +207,7 @@ fn each_named_density_tells_right_samples_from_wrong_ones() {
 #[test]
 fn cells_are_equally_probable_however_narrow_the_lobe() {
     for (name, ..) in cases() {
-        let density = named(&name).expect("a density");
+        let density = density_of_name(&name).expect("a density");
         let cells = density.cells(12);
         let kept: f64 = cells.iter().sum();
         for mass in &cells {

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
-use experiments::plot::agreement::{Square, Standing, histograms, squares};
+use experiments::plot::agreement::{Agreement, MatrixCell, agreement_matrix, histograms};
 use experiments::plot::chart::{Chart, Mark, Series, charts};
-use experiments::plot::differences::{Common, differences};
+use experiments::plot::differences::{PanelSettings, differences};
 use experiments::plot::forest::{Line, forest};
 use experiments::plot::map::{Map, diverging, maps};
 use experiments::plot::matrix::{Detection, matrix};
@@ -96,15 +96,15 @@ fn every_figure_says_what_it_shows() {
     };
     let title = "A < B";
     let names = ["n".to_owned()];
-    let common = Common {
+    let common = PanelSettings {
         regions: &[("a region", 2.0)],
         axis: "y",
         band: "allowed",
     };
     let square = |_, _| {
-        Some(Square {
+        Some(MatrixCell {
             text: "1".to_owned(),
-            standing: Standing::Biased,
+            agreement: Agreement::Biased,
         })
     };
     let panels = [("n".to_owned(), vec![1, 2])];
@@ -136,7 +136,7 @@ fn every_figure_says_what_it_shows() {
             })
         }),
         drawn("squares", |path| {
-            squares(path, title, see, &names, &names, "blank", square)
+            agreement_matrix(path, title, see, &names, &names, "blank", square)
         }),
         drawn("histograms", |path| histograms(path, title, see, &panels)),
     ];
@@ -307,13 +307,13 @@ fn a_narrow_matrix_has_room_for_its_legend() {
     let blank = "not compared: undefined, or without finite variance";
     let title = "Image mean relative to the reference ± half its interval";
     let square = |_, _| {
-        Some(Square {
+        Some(MatrixCell {
             text: "1".to_owned(),
-            standing: Standing::Agrees,
+            agreement: Agreement::Agrees,
         })
     };
     let svg = drawn("narrow", |path| {
-        squares(path, title, "", &names, &names, blank, square)
+        agreement_matrix(path, title, "", &names, &names, blank, square)
     });
     let svg = parsed(&svg);
     let number = |node: Node<'_, '_>, name| {

@@ -1,6 +1,6 @@
 //! Tests of the counting of graded controls: rejected as often as stated, or not.
 
-use experiments::experiments::power::graded::{Counted, LeftOut, count_all};
+use experiments::experiments::power::graded::{ControlCount, LeftOut, count_rejections};
 use experiments::experiments::suite_seeds::{Graded, Measure};
 use experiments::run::Judgement;
 use whitefurnace::harness::outcome::ALPHA;
@@ -39,14 +39,14 @@ fn seeds([both, second]: [usize; 2]) -> Vec<Measure> {
     (0..SEEDS).map(|i| measure(p(i), LEVELS)).collect()
 }
 
-fn count(found: &[Measure]) -> (Vec<Counted>, LeftOut) {
+fn count(found: &[Measure]) -> (Vec<ControlCount>, LeftOut) {
     let mut left_out = LeftOut::new();
-    (count_all(found, &mut left_out), left_out)
+    (count_rejections(found, &mut left_out), left_out)
 }
 
 /// Returns the p-values of the counts, at powers 0.5 and 0.9.
 fn p(found: &[Measure]) -> Vec<f64> {
-    count(found).0.iter().map(Counted::p).collect()
+    count(found).0.iter().map(ControlCount::p).collect()
 }
 
 #[test]

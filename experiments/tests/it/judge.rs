@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use experiments::judge::read::rows;
-use experiments::judge::{Covered, table_of};
+use experiments::judge::{TableDomain, read_table};
 use glam::DVec3;
 use npyz::WriterBuilder as _;
 use whitefurnace::harness::trial::Context;
@@ -14,7 +14,7 @@ use whitefurnace::sampling::warp::cosine_hemisphere;
 use crate::{folder, run, text};
 
 /// Asserts an exit code, and that a line of the output contains the hint.
-fn ends(folder: &Path, options: &str, code: i32, hint: &str) {
+fn assert_output(folder: &Path, options: &str, code: i32, hint: &str) {
     let output = run(env!("CARGO_BIN_EXE_judge"), folder, options);
     let lines = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{options}: {lines}");
@@ -57,19 +57,19 @@ fn samples_are_read_from_every_format_and_judged() {
         writeln!(rows, "{},{z},{y},{x}", z / std::f64::consts::PI).expect("text");
     }
     write("header.csv", &rows);
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine",
         0,
         "reported pdf: holds",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine --columns pdf,x,y,z",
         1,
         "DIFFER: ",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples header.csv --density cosine --columns -,z,y,x",
         0,
@@ -100,7 +100,7 @@ fn samples_are_read_from_every_format_and_judged() {
         (Some(200_000), Some("agree"))
     );
     assert!(folder.join("out/judge/cells.svg").is_file());
-    ends(
+    assert_output(
         &folder,
         "--samples c.npy --density uniform-hemisphere",
         1,
@@ -111,8 +111,8 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|i| format!("{}\n", 99.5 - f64::from(i)))
         .collect();
     write("table.csv", &table);
-    ends(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
-    ends(
+    assert_output(&folder, "--samples c.npy --table table.csv", 0, "AGREE: ");
+    assert_output(
         &folder,
         "--samples c.npy --table table.csv --domain sphere",
         1,
@@ -132,19 +132,19 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|(i, w)| lost(i, w) + "\n")
         .collect();
     write("lost.csv", &rows);
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 0.5",
         1,
         "100000 samples lost, 0.0 expected",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 0.5",
         1,
         "mean weight: holds",
     );
-    ends(
+    assert_output(
         &folder,
         "--samples lost.csv --density cosine --mean-weight 1",
         1,
@@ -155,7 +155,7 @@ fn samples_are_read_from_every_format_and_judged() {
         .map(|w| format!("{},{},{}\n", w.x, w.y, w.z))
         .collect();
     write("few.csv", &few);
-    ends(
+    assert_output(
         &folder,
         "--samples few.csv --density cosine --margin 20",
         2,
@@ -176,7 +176,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
     for (name, bytes, hint) in [
         ("empty.csv", &b""[..], "no samples"),
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
-        ("twice.csv", b"x,y,y\n0,0,1\n", "there twice"),
+        ("twice.csv", b"x,y,y\n0,0,1\n", "occurs twice"),
         (
             "words.csv",
             b"0,0,1\n0,zero,1\n",
@@ -228,7 +228,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ),
     ] {
         std::fs::write(folder.join(name), bytes).expect("written");
-        ends(
+        assert_output(
             &folder,
             &format!("--samples {name} --density cosine"),
             3,
@@ -251,7 +251,7 @@ fn what_is_no_sample_is_refused_in_one_line() {
         ("--density cosine --out one.csv/out", "cannot create"),
     ] {
         std::fs::write(folder.join("empty.csv"), "").expect("written");
-        ends(&folder, &format!("--samples one.csv {options}"), 3, hint);
+        assert_output(&folder, &format!("--samples one.csv {options}"), 3, hint);
     }
 }
 
@@ -295,7 +295,7 @@ fn damaged_files_are_read_or_refused() {
             assert!(count <= bytes.len(), "more numbers than bytes: {bytes:?}");
             Ok(())
         });
-        let table = table_of(&path, Covered::Sphere).map(|_| ());
+        let table = read_table(&path, TableDomain::Sphere).map(|_| ());
         for result in [read, table] {
             found[usize::from(result.is_ok())] += 1;
             let message = result.map_or_else(|error| error.to_string(), |()| String::new());

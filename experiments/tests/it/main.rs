@@ -11,6 +11,7 @@ use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod compare;
 mod compare_noise;
+mod defaults;
 mod densities;
 mod export;
 mod figures;
@@ -58,7 +59,9 @@ fn render(folder: &Path, options: &str) -> Output {
 /// Parses a command line of `render` into its job.
 fn job(words: &str) -> Job {
     let matches = Render::command().try_get_matches_from(words.split_whitespace());
-    Render::of(&matches.expect("options")).expect("options").job
+    Render::from_matches(&matches.expect("options"))
+        .expect("options")
+        .job
 }
 
 /// Asserts that `render` succeeds.

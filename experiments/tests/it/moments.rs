@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use experiments::render::preview::Preview;
-use experiments::render::unfinished::{Checkpoints, Part, Unfinished};
-use experiments::render::{Job, Look};
+use experiments::render::unfinished::{Checkpoint, CheckpointWriter, ReplicationRange};
+use experiments::render::{Job, Observer};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::integrator::{Bdpt, DefaultParts, ImageEstimator as _};
@@ -19,11 +19,11 @@ struct Watch {
     films: Vec<Film>,
 }
 
-impl Look for Watch {
-    fn due(&self) -> bool {
+impl Observer for Watch {
+    fn is_due(&self) -> bool {
         true
     }
-    fn look(&mut self, film: &Film) {
+    fn observe(&mut self, film: &Film) {
         self.films.push(film.clone());
     }
 }
@@ -33,7 +33,7 @@ fn moments(job: &Job) -> Vec<Film> {
     let mut watch = Watch::default();
     let film = job.film().expect("a film");
     let rendered = job
-        .go_on("", film, &(0..job.all_replications()), &mut [&mut watch])
+        .resume("", film, &(0..job.all_replications()), &mut [&mut watch])
         .expect("rendered");
     watch.films.push(rendered.film);
     watch.films
@@ -42,28 +42,31 @@ fn moments(job: &Job) -> Vec<Film> {
 /// Returns the pixels of a render with this many replications.
 fn pixels_of(job: &Job, replications: u32) -> Vec<Pixel> {
     let film = job
-        .go_on("", job.film().expect("a film"), &(0..replications), &mut [])
+        .resume("", job.film().expect("a film"), &(0..replications), &mut [])
         .expect("rendered")
         .film;
     film.pixels().to_vec()
 }
 
 /// Returns a checkpoint that saves films of a job in a file.
-fn saver(job: &Job, path: &Path) -> Checkpoints {
+fn saver(job: &Job, path: &Path) -> CheckpointWriter {
     let camera = job.camera().expect("a scene");
-    let part = Part {
+    let part = ReplicationRange {
         range: 0..job.all_replications(),
-        of: job.all_replications(),
+        total: job.all_replications(),
     };
-    Checkpoints::new(path.to_owned(), Unfinished::notes(job, &camera, &part, 0.0))
+    CheckpointWriter::new(
+        path.to_owned(),
+        Checkpoint::attributes(job, &camera, &part, 0.0),
+    )
 }
 
 /// Asserts that a checkpoint, which may have saved other films before, saves this one.
-fn assert_saves(saver: &mut Checkpoints, film: &Film, path: &Path) {
-    saver.look(film);
+fn assert_saves(saver: &mut CheckpointWriter, film: &Film, path: &Path) {
+    saver.observe(film);
     saver.finish();
     assert!(
-        Unfinished::read(path).expect("a file").film == *film,
+        Checkpoint::read(path).expect("a file").film == *film,
         "{}",
         path.display()
     );
@@ -103,7 +106,7 @@ fn every_moment_is_a_render_of_as_many_samples() {
             assert_saves(&mut saver, film, &path);
             // Two moments with one preview.
             let mut preview = Preview::png(shown.clone(), job.size, display);
-            preview.look(&films[moment.saturating_sub(1)]);
+            preview.observe(&films[moment.saturating_sub(1)]);
             preview.finish(film);
             let rgb: Vec<u8> = means
                 .iter()

@@ -90,7 +90,7 @@ fn welch(sides: &[Vec<Vec<f64>>; 2], pixels: &[usize]) -> [f64; 7] {
 }
 
 /// Asserts that a number has this value, to this relative error.
-fn is(found: &Value, expected: f64, relative: f64, what: &str) {
+fn assert_close(found: &Value, expected: f64, relative: f64, what: &str) {
     let found = found
         .as_f64()
         .unwrap_or_else(|| panic!("{what} is {found}"));
@@ -112,7 +112,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         &folder,
         "--a a-*.pfm --b b-*.pfm --tile 4 --level 0.002 --margin 2 --region 0,0,8,4",
     );
-    let said = text(&output.stdout);
+    let printed = text(&output.stdout);
     let numbers = std::fs::read(folder.join("out/compare/compare.json")).expect("a report");
     let numbers: Value = serde_json::from_slice(&numbers).expect("JSON");
     for (key, expected) in [
@@ -139,7 +139,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
     ] {
         let found = &numbers["kinds"][kind];
         let level = 0.002 / 4.0 / f64::from(places);
-        is(&found["level"], level, 1e-12, "level");
+        assert_close(&found["level"], level, 1e-12, "level");
         assert_eq!(
             (&found["places"], &found["varying"]),
             (&json!(places), &json!(places))
@@ -147,16 +147,16 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         for (i, pixels) in pixels.iter().enumerate() {
             let place = &found["found"][i];
             let [a, b, difference, error, dof, sigmas, p] = welch(&sides, pixels);
-            is(&place["means"][0], a, 1e-6, "mean of the first");
-            is(&place["means"][1], b, 1e-6, "mean of the second");
-            is(&place["difference"], difference, 1e-4, "difference");
-            is(&place["standard_error"], error, 1e-4, "standard error");
-            is(&place["dof"], dof, 1e-4, "degrees of freedom");
-            is(&place["sigmas"], sigmas, 1e-3, "sigmas");
-            is(&place["p"], p, 1e-2, "p");
+            assert_close(&place["means"][0], a, 1e-6, "mean of the first");
+            assert_close(&place["means"][1], b, 1e-6, "mean of the second");
+            assert_close(&place["difference"], difference, 1e-4, "difference");
+            assert_close(&place["standard_error"], error, 1e-4, "standard error");
+            assert_close(&place["dof"], dof, 1e-4, "degrees of freedom");
+            assert_close(&place["sigmas"], sigmas, 1e-3, "sigmas");
+            assert_close(&place["p"], p, 1e-2, "p");
             let reach = student_upper(level / 2.0, dof) * error + ROUNDING * (a / b).max(1.0);
             for (end, side) in [-1.0, 1.0].into_iter().enumerate() {
-                is(
+                assert_close(
                     &place["interval"][end],
                     difference + side * reach,
                     1e-6,
@@ -198,7 +198,7 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         "{seen} and {critical}"
     );
     // The printed numbers are the same.
-    let line = said
+    let line = printed
         .lines()
         .find(|line| line.starts_with("image mean, "))
         .expect("a line");
@@ -211,8 +211,8 @@ fn numbers_of_compare_are_those_of_the_textbook() {
         "{p:e}: {line}"
     );
     assert!(
-        said.contains("chance of a false alarm at most 0.002"),
-        "{said}"
+        printed.contains("chance of a false alarm at most 0.002"),
+        "{printed}"
     );
 }
 
@@ -241,8 +241,8 @@ fn numbers_of_judge_are_those_of_closed_forms() {
     std::fs::write(folder.join("corner.csv"), rows).expect("written");
     let options = "--samples corner.csv --density cosine --mean-weight 0.7 --margin 10";
     let output = run(env!("CARGO_BIN_EXE_judge"), &folder, options);
-    let said = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
     let numbers = std::fs::read(folder.join("out/judge/judge.json")).expect("a report");
     let numbers: Value = serde_json::from_slice(&numbers).expect("JSON");
     assert_eq!(
@@ -251,8 +251,8 @@ fn numbers_of_judge_are_those_of_closed_forms() {
     );
     assert_eq!(numbers["precision"]["direction"], "double precision");
     let [mean, squared] = mean_of(&weights);
-    is(&numbers["mean_weight"][0], mean, 1e-12, "mean weight");
-    is(
+    assert_close(&numbers["mean_weight"][0], mean, 1e-12, "mean weight");
+    assert_close(
         &numbers["mean_weight"][1],
         squared.sqrt(),
         1e-9,
@@ -263,7 +263,7 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         .iter()
         .filter(|outcome| outcome["statistic"] != "exact")
         .count();
-    is(
+    assert_close(
         &numbers["false_alarm"],
         ALPHA * random_ones as f64,
         1e-9,
@@ -328,8 +328,8 @@ fn numbers_of_judge_are_those_of_closed_forms() {
             (low + high - 2.0 * number("estimate")).abs() < 1e-9,
             "{name}: {found}"
         );
-        is(&found["dof"], N as f64 - 1.0, 1e-9, "degrees of freedom");
-        is(
+        assert_close(&found["dof"], N as f64 - 1.0, 1e-9, "degrees of freedom");
+        assert_close(
             &found["value"],
             (number("estimate") - number("reference")) / error,
             0.1,
@@ -346,23 +346,23 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         );
         let estimate = format!("{:.6}", number("estimate")).replace("-0.000000", "0.000000");
         assert!(
-            said.contains(&format!("{estimate}, should be ")),
-            "{estimate}: {said}"
+            printed.contains(&format!("{estimate}, should be ")),
+            "{estimate}: {printed}"
         );
     }
-    is(
+    assert_close(
         &outcome("reported pdf")["estimate"],
         0.02,
         1e-3,
         "error of the reported pdf",
     );
-    is(
+    assert_close(
         &outcome("mean weight")["estimate"],
         mean,
         1e-9,
         "estimate of the mean weight",
     );
-    is(
+    assert_close(
         &outcome("mean weight")["reference"],
         0.7,
         1e-9,
@@ -374,7 +374,7 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         .iter()
         .find(|o| o["statistic"] == "chi-square" && o["claim"] == 0.0)
         .expect("many cells");
-    is(
+    assert_close(
         &histogram["estimate"],
         7.0,
         0.5,
@@ -386,12 +386,12 @@ fn numbers_of_judge_are_those_of_closed_forms() {
         .replace(" cells", "")
         .parse()
         .expect("a number");
-    is(
+    assert_close(
         &histogram["dof"],
         cells - 1.0,
         0.1,
         "degrees of freedom of many cells",
     );
     // Σ (o − e)²/e is n (Σ o²/e/n − 1): seven times n.
-    is(&histogram["value"], 7.0 * N as f64, 0.15, "chi-square");
+    assert_close(&histogram["value"], 7.0 * N as f64, 0.15, "chi-square");
 }

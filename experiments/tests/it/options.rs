@@ -19,7 +19,9 @@ use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::{Bsdf, OrenNayar, OrenNayarForm};
 use whitefurnace::render::adaptive::counts;
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::rng::seed_for;
@@ -205,7 +207,7 @@ impl Call {
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
-        let mut renderer = ByRays {
+        let mut renderer = RayRenderer {
             estimator,
             sampling,
         };
@@ -234,7 +236,7 @@ impl Call {
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
-        self.rendered(&ByLanes {
+        self.rendered(&LaneRenderer {
             estimator,
             sampling,
             precision: Precision::Single,
@@ -242,7 +244,7 @@ impl Call {
     }
 
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
-        self.rendered(&ByPasses {
+        self.rendered(&ImageRenderer {
             estimator,
             numbers: self.numbers,
             seed: self.seed,
@@ -594,13 +596,13 @@ fn every_option_is_the_librarys_own_call() {
             .expect("a row");
         let same_bytes =
             ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
-        let same = same_bytes || says(*base, option, value);
+        let same = same_bytes || has_value(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }
 }
 
 /// Returns whether a base has this value of an option already: by name, or by default.
-fn says(base: Base, option: &str, value: &str) -> bool {
+fn has_value(base: Base, option: &str, value: &str) -> bool {
     if base.0.contains(&format!("--{option} {value}")) {
         return true;
     }

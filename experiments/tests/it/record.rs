@@ -7,7 +7,7 @@ use std::process::Command;
 use book::run::DEFAULT_RUN;
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
-use experiments::run::record::{LARGEST_RECORDED, record, recorded_folder, result};
+use experiments::run::record::{MAX_RECORDED_BYTES, record, recorded_folder, result};
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::write_cells;
@@ -62,7 +62,7 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
     fs::create_dir_all(&to).expect("folder");
     fs::write(to.join("old.svg"), "old").expect("file");
     fs::write(from.join("a.svg"), "plot").expect("file");
-    fs::write(from.join("b.svg"), vec![0; LARGEST_RECORDED as usize + 1]).expect("file");
+    fs::write(from.join("b.svg"), vec![0; MAX_RECORDED_BYTES as usize + 1]).expect("file");
     let size = [640, 401];
     let noise: Vec<u8> = (0..3 * size[0] * size[1])
         .map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8 ^ (i.wrapping_mul(i) >> 7) as u8)
@@ -80,7 +80,11 @@ fn recording_divides_large_pictures_and_leaves_out_large_plots() {
     let mut joined = Vec::new();
     for band in (1..).map(|k| to.join(format!("c.band-{k}.png"))) {
         let Ok(bytes) = fs::read(&band) else { break };
-        assert!(bytes.len() as u64 <= LARGEST_RECORDED, "{}", band.display());
+        assert!(
+            bytes.len() as u64 <= MAX_RECORDED_BYTES,
+            "{}",
+            band.display()
+        );
         let mut reader = png::Decoder::new(Cursor::new(bytes))
             .read_info()
             .expect("a PNG");

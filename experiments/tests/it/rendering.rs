@@ -81,7 +81,7 @@ fn every_scene_renders_with_every_legal_estimator() {
                     photons: Photons {
                         photons: 2000,
                         gather,
-                        ..Photons::default()
+                        ..Photons::DEFAULT
                     },
                     patches: 60,
                     size: [8, 6],

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use experiments::experiments::EXPERIMENTS;
 use experiments::experiments::agreement::AGREEMENT;
-use experiments::experiments::suite_seeds::BATCH_SIZE;
+use experiments::experiments::suite_seeds::SHARED_BY;
 use experiments::run::Experiment;
 use experiments::run::accumulated::{Accumulated, level_of_look};
 use experiments::run::record::run_all;
@@ -274,7 +274,7 @@ fn shards_of_reproduce_are_the_whole() {
     assert!(
         shards
             .iter()
-            .all(|shard| shard.len() == 1 || *shard == BATCH_SIZE)
+            .all(|shard| shard.len() == 1 || *shard == SHARED_BY)
     );
     let all: BTreeSet<&String> = shards.iter().flatten().collect();
     assert_eq!(

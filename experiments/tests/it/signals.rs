@@ -75,7 +75,7 @@ fn signals_write_what_is_done_beside_what_was_finished() {
     let folder = folder("signals");
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         // Tests in the background, or under nohup, inherit ignored signals.
-        if signals::ignored(code - 128) {
+        if signals::is_ignored(code - 128) {
             eprintln!("{signal} is ignored by who started the tests");
             continue;
         }

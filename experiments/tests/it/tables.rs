@@ -6,10 +6,10 @@ use std::time::Duration;
 use book::run::DEFAULT_RUN;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
-use experiments::run::cli::{Ending, conclude};
+use experiments::run::cli::{Ending, print_summary};
 use experiments::run::progress::state;
-use experiments::run::record::{LONGEST_LINE, recorded_folder, result, table};
-use experiments::run::summary::{WIDTH, headline, summary, verdicts};
+use experiments::run::record::{MAX_LINE_LENGTH, recorded_folder, result, table};
+use experiments::run::summary::{LINE_WIDTH, headline, summary, verdicts};
 
 use crate::{folder, outcome, quick};
 
@@ -27,7 +27,7 @@ fn lines_of_tables_are_never_too_long() {
     let text = table(&found, false);
     let longest = text.lines().map(|line| line.chars().count()).max();
     assert!(
-        longest.is_some_and(|longest| (120..=LONGEST_LINE).contains(&longest)),
+        longest.is_some_and(|longest| (120..=MAX_LINE_LENGTH).contains(&longest)),
         "{text}"
     );
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -51,7 +51,7 @@ fn summaries_are_short_and_have_their_numbers() {
         let text = summary(experiment, &found, &label, Path::new("out"));
         let longest = text.lines().map(|line| line.chars().count()).max();
         assert!(
-            text.lines().count() <= 2 && longest.is_some_and(|longest| longest <= WIDTH),
+            text.lines().count() <= 2 && longest.is_some_and(|longest| longest <= LINE_WIDTH),
             "{text}"
         );
         if !NOT_BY_DEFAULT.contains(&experiment.id) {
@@ -114,7 +114,7 @@ fn what_fails_is_named_and_what_is_undecided_counted() {
 #[test]
 fn a_failed_claim_is_an_exit_code() {
     let options = quick(folder("exit"), 1);
-    let end = |verdict| conclude(&[outcome(&[("a claim", "1", Some(verdict))])], &options);
+    let end = |verdict| print_summary(&[outcome(&[("a claim", "1", Some(verdict))])], &options);
     assert_eq!(end(Judgement::Holds), Ending::Done);
     assert_eq!(end(Judgement::Undecided), Ending::Done);
     assert_eq!(end(Judgement::Fails), Ending::ClaimFails);

@@ -8,29 +8,29 @@ use super::{BsdfSubject, CheckUp, rounding};
 use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, count};
 use crate::harness::copied;
 use crate::harness::domain::{Domain, MASS_TOLERANCE, Partition};
-use crate::harness::mean::{ROUNDING, Values, every, mean};
+use crate::harness::mean::{ROUNDING, Values, all_equal, mean};
 use crate::harness::outcome::{Claim, Outcome};
 use crate::harness::pointwise::uniform3;
-use crate::harness::roundoff::{LARGEST_BOUND, Rounding};
+use crate::harness::roundoff::{MAX_ROUNDING_ERROR, RoundoffBounds};
 use crate::harness::tails::binomial_sf;
 use crate::harness::trial::Context;
 
 /// Number of samples that measure how far rounding moves integrals.
-const PROBES: usize = 2000;
+const ROUNDING_PROBES: usize = 2000;
 /// Probability that samples which rounding put onto the horizon are taken for forbidden ones: a
 /// thousandth of a trial's share of the error budget.
 const HORIZON_LEVEL: f64 = 1e-12;
 
 /// Number of cells of the fine chi-square, which shows what few cells cannot: a ring around a whole
 /// lobe.
-const MANY: usize = 128;
+const FINE_CELLS: usize = 128;
 /// Fraction of the chi-square's level given to the fine cells: so little that the few cells decide
 /// as they would alone.
-const SHARE_OF_MANY: f64 = 1e-3;
+const FINE_LEVEL_FRACTION: f64 = 1e-3;
 
 /// Effect of the subject's precision on its integrals for one outgoing direction.
-struct Blur {
-    rounding: Rounding,
+struct RoundingEffect {
+    rounding: RoundoffBounds,
     /// Sampled directions, each with the relative error of f cos and of the pdf that rounding
     /// explains there; empty in double precision.
     probes: Vec<(DVec3, f64)>,
@@ -38,20 +38,24 @@ struct Blur {
     mean: f64,
 }
 
-impl Blur {
+impl RoundingEffect {
     /// Estimates the errors from the conditioning at samples of the subject.
     fn new(
         subject: &BsdfSubject,
         wo: DVec3,
-        rounding: Rounding,
+        rounding: RoundoffBounds,
         mut draw: impl FnMut() -> [f64; 3],
     ) -> Self {
-        let count = if rounding.is_coarse() { PROBES } else { 0 };
+        let count = if rounding.is_coarse() {
+            ROUNDING_PROBES
+        } else {
+            0
+        };
         let probes: Vec<(DVec3, f64)> = (0..count)
-            .filter_map(|_| subject.sample(wo, draw().map(|u| rounding.number(u))))
+            .filter_map(|_| subject.sample(wo, draw().map(|u| rounding.round_down(u))))
             .map(|s| {
-                let pdf = rounding.spread(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
-                let f_cos = rounding.spread(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
+                let pdf = rounding.conditioning(wo, s.wi, &|wo, wi| subject.pdf(wo, wi));
+                let f_cos = rounding.conditioning(wo, s.wi, &|wo, wi| subject.f_cos(wo, wi));
                 // A zero f beside a positive pdf is zero with any rounding.
                 let f_cos = if subject.eval(wo, s.wi) == 0.0 {
                     0.0
@@ -60,7 +64,7 @@ impl Blur {
                 };
                 (
                     s.wi,
-                    (rounding.tolerance() + pdf.max(f_cos)).min(LARGEST_BOUND),
+                    (rounding.tolerance() + pdf.max(f_cos)).min(MAX_ROUNDING_ERROR),
                 )
             })
             .collect();
@@ -73,13 +77,13 @@ impl Blur {
     }
 
     /// Returns how accurately integrals of size about one can be known.
-    fn known(&self) -> f64 {
+    fn integral_tolerance(&self) -> f64 {
         MASS_TOLERANCE + self.mean
     }
 
     /// Returns the outcome, or an undecided one if rounding might hide an error of half a percent.
-    fn judged(&self, outcome: Outcome) -> Outcome {
-        if self.mean <= 0.5 * LARGEST_BOUND {
+    fn undecided_if_coarse(&self, outcome: Outcome) -> Outcome {
+        if self.mean <= 0.5 * MAX_ROUNDING_ERROR {
             return outcome;
         }
         let why = format!(
@@ -87,7 +91,7 @@ impl Blur {
             self.rounding.words(),
             self.mean
         );
-        outcome.without_evidence(&why, u64::MAX)
+        outcome.undecided(&why, u64::MAX)
     }
 }
 
@@ -104,18 +108,18 @@ struct Weights {
     /// such samples.
     controlled: Values,
     /// Mean weight of the samples that are not lost.
-    kept: f64,
+    mean_kept_weight: f64,
     /// Probability of a loss.
     loss: f64,
 }
 
 impl Weights {
     fn new(albedo: f64, partition: &Partition) -> Self {
-        let kept = albedo / partition.mass();
+        let mean_kept_weight = albedo / partition.mass();
         Self {
             plain: Values::new(albedo),
             controlled: Values::new(albedo),
-            kept,
+            mean_kept_weight,
             loss: partition.loss,
         }
     }
@@ -123,14 +127,15 @@ impl Weights {
     fn push(&mut self, weight: Option<f64>) {
         self.plain.push(weight.unwrap_or(0.0));
         self.controlled
-            .push(weight.unwrap_or(self.kept) - self.kept * self.loss);
+            .push(weight.unwrap_or(self.mean_kept_weight) - self.mean_kept_weight * self.loss);
     }
 
     /// Returns the values whose mean is the albedo. The number of lost samples is tested
     /// separately; where it is small, those few alone would make plain weights too skewed for a
     /// test.
-    fn values(self, rounding: Rounding, lost: u64) -> Values {
-        let controlled = lost > 0 && self.kept.is_finite() && self.plain.moments.variance() > 0.0;
+    fn values(self, rounding: RoundoffBounds, lost: u64) -> Values {
+        let controlled =
+            lost > 0 && self.mean_kept_weight.is_finite() && self.plain.moments.variance() > 0.0;
         let better = rounding.is_coarse() || self.plain.valid_from() > self.plain.moments.count();
         if controlled && better {
             self.controlled
@@ -150,50 +155,50 @@ pub fn at_direction(
 ) -> Vec<Outcome> {
     let rounding = rounding(subject, size, context);
     let mut probes = context.rng(&format!("rounding at {degrees}"));
-    let blur = Blur::new(subject, wo, rounding, || uniform3(&mut probes));
-    let fields = fields(subject, wo, &blur);
+    let effect = RoundingEffect::new(subject, wo, rounding, || uniform3(&mut probes));
+    let fine_grid = fine_grid(subject, wo, &effect);
     let albedo = subject
         .domain()
-        .integrate_all(blur.known(), &|wi| subject.f_cos(wo, wi));
+        .integrate_all(effect.integral_tolerance(), &|wi| subject.f_cos(wo, wi));
     let n = context.n(size.samples);
-    let mut weights = Weights::new(albedo.value, &fields);
+    let mut weights = Weights::new(albedo.value, &fine_grid);
     let mut rng = context.rng(&format!("samples at {degrees}"));
     let draw = || {
-        let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.number(u)));
+        let sample = subject.sample(wo, uniform3(&mut rng).map(|u| rounding.round_down(u)));
         // A lost sample has weight 0, and counts.
         weights.push(sample.map(|s| s.weight));
         sample.map(|s| s.wi)
     };
     let horizon = Cell::new(0);
-    let mut counts = count(&fields, n, draw, |wi| {
+    let mut counts = count(&fine_grid, n, draw, |wi| {
         let pdf = subject.pdf(wo, wi);
         let rounded = pdf == 0.0 && rounding.at_horizon(wi);
         horizon.set(horizon.get() + u64::from(rounded));
         rounded || (pdf > 0.0 && pdf.is_finite())
     });
-    if more_than_rounding_explains(subject, wo, rounding, &counts, horizon.get()) {
+    if exceeds_rounding(subject, wo, rounding, &counts, horizon.get()) {
         counts.forbidden += horizon.get();
         counts.example.get_or_insert(DVec3::X);
     }
-    let values = weights.values(blur.rounding, counts.lost);
+    let values = weights.values(effect.rounding, counts.lost);
     let at = |what: &str| format!("{what} at {degrees} degrees");
     let mut outcomes = vec![
-        mass(subject, wo, &at("integral of the pdf"), &blur),
-        histogram(
+        pdf_integral(subject, wo, &at("integral of the pdf"), &effect),
+        chi_square_of_samples(
             &at("chi-square of samples"),
-            &fields,
+            &fine_grid,
             size.cells,
             &counts,
-            &blur,
+            &effect,
         ),
-        furnace(
+        furnace_test(
             subject,
             wo,
             &at("furnace"),
             &values,
             Albedo {
                 value: albedo.value,
-                blur: &blur,
+                effect: &effect,
             },
             size.delta,
         ),
@@ -201,7 +206,7 @@ pub fn at_direction(
             at("energy bound"),
             1,
             (albedo.value - subject.energy_bound).max(0.0),
-            blur.known(),
+            effect.integral_tolerance(),
             format!("directional albedo {:.6}", albedo.value),
         ),
     ];
@@ -211,7 +216,7 @@ pub fn at_direction(
             at("directional albedo"),
             1,
             (albedo.value - known).abs(),
-            MASS_TOLERANCE + blur.known(),
+            MASS_TOLERANCE + effect.integral_tolerance(),
             format!(
                 "{:.9} by quadrature, {known:.9} in closed form",
                 albedo.value
@@ -220,27 +225,28 @@ pub fn at_direction(
     }
     outcomes
         .into_iter()
-        .map(|outcome| blur.judged(outcome))
+        .map(|outcome| effect.undecided_if_coarse(outcome))
         .collect()
 }
 
 /// Returns the grid of the pdf's quantiles on which samples are counted.
-fn fields(subject: &BsdfSubject, wo: DVec3, blur: &Blur) -> Partition {
+fn fine_grid(subject: &BsdfSubject, wo: DVec3, effect: &RoundingEffect) -> Partition {
     let pdf = |wi| subject.pdf(wo, wi);
-    if blur.rounding.is_coarse() {
-        Partition::fields(subject.domain(), blur.known(), &pdf).rounding(blur.rounding.tolerance())
+    if effect.rounding.is_coarse() {
+        Partition::fine_grid(subject.domain(), effect.integral_tolerance(), &pdf)
+            .rounding(effect.rounding.tolerance())
     } else {
-        Partition::fields(subject.domain(), MASS_TOLERANCE, &pdf)
+        Partition::fine_grid(subject.domain(), MASS_TOLERANCE, &pdf)
     }
 }
 
-/// Gathers the fields into about `cells` cells of nearly equal probability. In single precision
+/// Merges the grid cells into about `cells` cells of nearly equal probability. In single precision
 /// their probabilities may be off by the pdf's rounding and by the remaining quadrature error.
-fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
-    let mut partition = fields.gathered(cells);
-    if blur.rounding.is_coarse() {
+fn coarsened(fine_grid: &Partition, cells: usize, effect: &RoundingEffect) -> Partition {
+    let mut partition = fine_grid.coarsened(cells);
+    if effect.rounding.is_coarse() {
         let mut probes = vec![Vec::new(); partition.masses.len()];
-        for (wi, bound) in &blur.probes {
+        for (wi, bound) in &effect.probes {
             partition
                 .cell(*wi)
                 .into_iter()
@@ -256,37 +262,37 @@ fn gathered(fields: &Partition, cells: usize, blur: &Blur) -> Partition {
 }
 
 /// Tests samples by chi-square over few cells, each probability to [`CELL_DELTA`], and over many.
-fn histogram(
+fn chi_square_of_samples(
     name: &str,
-    fields: &Partition,
+    fine_grid: &Partition,
     cells: usize,
     counts: &Counts,
-    blur: &Blur,
+    effect: &RoundingEffect,
 ) -> Outcome {
     let over = |cells: usize| {
-        let partition = gathered(fields, cells, blur);
-        chi_square(name, &partition, &counts.gathered(&partition), CELL_DELTA)
+        let partition = coarsened(fine_grid, cells, effect);
+        chi_square(name, &partition, &counts.coarsened(&partition), CELL_DELTA)
     };
-    let [few, many] = [over(cells), over(MANY)];
-    let p = (few.p / (1.0 - SHARE_OF_MANY)).min(1.0);
+    let [coarse, fine] = [over(cells), over(FINE_CELLS)];
+    let p = (coarse.p / (1.0 - FINE_LEVEL_FRACTION)).min(1.0);
     // Where there are too many samples for the quadrature's accuracy, the few cells judge alone.
-    let finer = many.p / SHARE_OF_MANY;
-    if many.valid_from <= many.n && finer < p {
+    let finer = fine.p / FINE_LEVEL_FRACTION;
+    if fine.valid_from <= fine.n && finer < p {
         Outcome {
             p: finer,
-            worst: many.worst,
-            ..few
+            worst: fine.worst,
+            ..coarse
         }
     } else {
-        Outcome { p, ..few }
+        Outcome { p, ..coarse }
     }
 }
 
 /// Returns whether more samples lie on the horizon without a pdf than the pdf has near it.
-fn more_than_rounding_explains(
+fn exceeds_rounding(
     subject: &BsdfSubject,
     wo: DVec3,
-    rounding: Rounding,
+    rounding: RoundoffBounds,
     counts: &Counts,
     horizon: u64,
 ) -> bool {
@@ -307,29 +313,37 @@ fn more_than_rounding_explains(
     horizon > 0 && binomial_sf(horizon, counts.n, mass()) < HORIZON_LEVEL
 }
 
-fn mass(subject: &BsdfSubject, wo: DVec3, name: &str, blur: &Blur) -> Outcome {
+fn pdf_integral(subject: &BsdfSubject, wo: DVec3, name: &str, effect: &RoundingEffect) -> Outcome {
     let integral = subject
         .domain()
-        .integrate_all(0.25 * blur.known(), &|wi| subject.pdf(wo, wi));
+        .integrate_all(0.25 * effect.integral_tolerance(), &|wi| {
+            subject.pdf(wo, wi)
+        });
     let error = subject.loss.error(integral.value, wo);
     let worst = format!(
         "the pdf integrates to {:.9} (quadrature error {:.1e})",
         integral.value, integral.error
     );
-    Outcome::exact(name, 1, nan_or(integral.value, error), blur.known(), worst)
+    Outcome::exact(
+        name,
+        1,
+        nan_or(integral.value, error),
+        effect.integral_tolerance(),
+        worst,
+    )
 }
 
 /// Directional albedo by quadrature.
 #[derive(Clone, Copy)]
 struct Albedo<'a> {
     value: f64,
-    blur: &'a Blur,
+    effect: &'a RoundingEffect,
 }
 
 /// Checks that the mean weight is the albedo, as far as that is known. Constant weights are right
 /// if quadrature, too, finds f cos/pdf the same for all directions; then each of them must be the
 /// albedo.
-fn furnace(
+fn furnace_test(
     subject: &BsdfSubject,
     wo: DVec3,
     name: &str,
@@ -339,23 +353,23 @@ fn furnace(
 ) -> Outcome {
     let Albedo {
         value: albedo,
-        blur,
+        effect,
     } = albedo;
     let deviation = |wi| {
         // f cos/pdf − albedo, weighted by the pdf; where the pdf is zero, f must be zero.
         (subject.f_cos(wo, wi) - albedo * subject.pdf(wo, wi)).abs()
     };
-    let known = blur.known();
-    let coarse = blur.rounding.is_coarse();
+    let tolerance = effect.integral_tolerance();
+    let coarse = effect.rounding.is_coarse();
     let spread = values.moments.variance().sqrt();
-    let least = if coarse {
-        blur.rounding.tolerance()
+    let min_spread = if coarse {
+        effect.rounding.tolerance()
     } else {
         ROUNDING
     };
-    let constant = || subject.domain().integrate_all(known, &deviation);
+    let constant = || subject.domain().integrate_all(tolerance, &deviation);
     let estimate = values.moments.mean();
-    if spread <= least * albedo && constant().value <= 2.0 * known {
+    if spread <= min_spread * albedo && constant().value <= 2.0 * tolerance {
         if coarse {
             // All weights are equal up to rounding, and their mean is known to less than that.
             let worst =
@@ -364,21 +378,21 @@ fn furnace(
                 name,
                 values.moments.count(),
                 (estimate - albedo).abs(),
-                known,
+                tolerance,
                 worst,
             );
         }
-        return every(name, values.moments, albedo, MASS_TOLERANCE);
+        return all_equal(name, values.moments, albedo, MASS_TOLERANCE);
     }
     let claim = Claim::Exact {
         delta: delta * albedo,
     };
     // An estimate within the accuracy of the albedo counts as equal to it, however small its
     // variance.
-    let reference = if (estimate - albedo).abs() <= known {
+    let reference = if (estimate - albedo).abs() <= tolerance {
         estimate
     } else if coarse {
-        albedo + known.copysign(estimate - albedo)
+        albedo + tolerance.copysign(estimate - albedo)
     } else {
         albedo
     };

@@ -6,20 +6,20 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::harness::copied;
-use crate::harness::domain::{Domain, FIELDS, Partition};
-use crate::harness::quantiles::{Quantiles, place};
+use crate::harness::domain::{Domain, FINE_GRID, Partition};
+use crate::harness::quantiles::{Quantiles, height_and_turn};
 
 /// A density of directions.
 pub struct Density {
-    /// Fields of the grid in the unit square of quantiles, with their probabilities.
-    pub(super) fields: Partition,
-    /// Means of [`MOMENTS`] over the fields.
+    /// Cells of the grid in the unit square of quantiles, with their probabilities.
+    pub(super) fine_grid: Partition,
+    /// Means of [`MOMENTS`] over the cells.
     pub(super) moments: [f64; MOMENTS.len()],
     pdf: Box<dyn Fn(DVec3) -> f64 + Send + Sync>,
 }
 
-/// Total quadrature error of the fields' probabilities.
-pub(super) const SHARP: f64 = 3e-8;
+/// Total quadrature error of the cells' probabilities.
+pub(super) const FINE_TOLERANCE: f64 = 3e-8;
 
 type Moment = fn(f64, f64) -> f64;
 
@@ -53,16 +53,16 @@ impl Density {
             "a domain of points, where directions are needed"
         );
         let pdf = move |w: DVec3| pdf(w);
-        Self::of(Partition::fields(domain, SHARP, &pdf), pdf)
+        Self::from_grid(Partition::fine_grid(domain, FINE_TOLERANCE, &pdf), pdf)
     }
 
     /// Creates a density that is constant on each cell of a grid of the sphere or hemisphere: rows
     /// of equal solid angle from the pole z = 1 down, columns by azimuth from x towards y. The
-    /// numbers, at least 0, need not be normalised. The probabilities of its fields are exact.
+    /// numbers, at least 0, need not be normalised. The probabilities of its cells are exact.
     ///
     /// # Panics
     /// If rows differ in length, no number is above 0, or the domain is not a set of directions.
-    pub fn of_table(domain: Domain, table: &[Vec<f64>]) -> Self {
+    pub fn from_table(domain: Domain, table: &[Vec<f64>]) -> Self {
         let (rows, columns) = (table.len(), table[0].len());
         assert!(
             table.iter().all(|row| row.len() == columns),
@@ -72,7 +72,7 @@ impl Density {
         assert!(total > 0.0, "no number above 0");
         let largest = domain.largest_angle().expect("a domain of directions");
         let heights = 1.0 - largest.cos().round();
-        let quantiles = Quantiles::of_table(heights, table);
+        let quantiles = Quantiles::from_table(heights, table);
         let measure = TAU * heights / (rows * columns) as f64;
         let densities: Vec<f64> = table
             .iter()
@@ -80,7 +80,7 @@ impl Density {
             .map(|value| value / total / measure)
             .collect();
         let pdf = move |w: DVec3| {
-            let [height, turn] = place(w);
+            let [height, turn] = height_and_turn(w);
             let index = |x: f64, n: usize| ((x * n as f64) as usize).min(n - 1);
             if height <= heights {
                 densities[index(height / heights, rows) * columns + index(turn, columns)]
@@ -88,21 +88,21 @@ impl Density {
                 0.0
             }
         };
-        Self::of(Partition::quantiles(domain, quantiles), pdf)
+        Self::from_grid(Partition::quantiles(domain, quantiles), pdf)
     }
 
-    fn of(fields: Partition, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
+    fn from_grid(fine_grid: Partition, pdf: impl Fn(DVec3) -> f64 + Send + Sync + 'static) -> Self {
         let mean = |f: Moment| {
-            let all = fields
+            let all = fine_grid
                 .masses
                 .iter()
                 .enumerate()
-                .map(|(field, mass)| mass * at_centre(f, field));
-            all.sum::<f64>() / fields.mass()
+                .map(|(grid_cell, mass)| mass * moment_at(f, grid_cell));
+            all.sum::<f64>() / fine_grid.mass()
         };
         let moments = MOMENTS.map(|(_, f)| mean(f));
         Self {
-            fields,
+            fine_grid,
             moments,
             pdf: Box::new(pdf),
         }
@@ -116,15 +116,15 @@ impl Density {
     /// Returns the probabilities of about `cells` cells on which samples are counted; with the loss
     /// they sum to one.
     pub fn cells(&self, cells: usize) -> Vec<f64> {
-        self.fields.gathered(cells).masses
+        self.fine_grid.coarsened(cells).masses
     }
 }
 
-/// Returns the value of a moment's function at the centre of a field.
-pub(super) fn at_centre(f: Moment, field: usize) -> f64 {
-    let [rows, columns] = FIELDS;
+/// Returns the value of a moment's function at the centre of a grid cell.
+pub(super) fn moment_at(f: Moment, grid_cell: usize) -> f64 {
+    let [rows, columns] = FINE_GRID;
     f(
-        ((field / columns) as f64 + 0.5) / rows as f64,
-        ((field % columns) as f64 + 0.5) / columns as f64,
+        ((grid_cell / columns) as f64 + 0.5) / rows as f64,
+        ((grid_cell % columns) as f64 + 0.5) / columns as f64,
     )
 }

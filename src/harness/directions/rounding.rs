@@ -28,13 +28,13 @@ impl Rounding {
     /// Numbers computed in single precision, with errors of a few roundings: 2⁻²² absolute and
     /// relative.
     pub const SINGLE: Self = Self {
-        absolute: SINGLE,
-        relative: SINGLE,
+        absolute: SINGLE_ERROR,
+        relative: SINGLE_ERROR,
         base: 2.0,
     };
     /// Numbers stored in half precision, with 11 bits.
     pub const HALF: Self = Self {
-        absolute: SINGLE,
+        absolute: SINGLE_ERROR,
         relative: 1.0 / 2048.0,
         base: 2.0,
     };
@@ -86,7 +86,7 @@ impl Precision {
     /// Returns whether directions are so exact that rounding matters only at the border of the
     /// density's support.
     fn is_fine(&self) -> bool {
-        self.direction.half_width(0.75) < FINE
+        self.direction.half_width(0.75) < FINE_ROUNDING
     }
 
     /// Returns how far the length of a direction may be from 1.
@@ -96,18 +96,18 @@ impl Precision {
 }
 
 /// Error of a component computed in single precision: four halves of its last bit.
-const SINGLE: f64 = 1.0 / 4_194_304.0;
+const SINGLE_ERROR: f64 = 1.0 / 4_194_304.0;
 /// Rounding below which directions are taken as they are.
-const FINE: f64 = 1e-8;
+const FINE_ROUNDING: f64 = 1e-8;
 /// Number of directions rounding to the same numbers among which one is drawn from the density.
 const CANDIDATES: usize = 8;
 /// Number of attempts to find these candidates, and number of attempts within three times the
 /// distance before the density counts as zero at a sample.
-const TRIES: [usize; 2] = [200, 2000];
+const MAX_ATTEMPTS: [usize; 2] = [200, 2000];
 
 /// Draws from the density a direction among those that round to `raw`, so that rounded samples of
 /// the density follow it exactly. `None` if the density is zero within the rounding.
-pub(super) fn refined(
+pub(super) fn unrounded(
     density: &Density,
     precision: &Precision,
     raw: DVec3,
@@ -116,7 +116,7 @@ pub(super) fn refined(
     let unit = raw.normalize();
     let weight = |w: DVec3| {
         let pdf = density.pdf(w);
-        if pdf > 0.0 && pdf.is_finite() && density.fields.cell(w).is_some() {
+        if pdf > 0.0 && pdf.is_finite() && density.fine_grid.cell(w).is_some() {
             pdf
         } else {
             0.0
@@ -128,16 +128,16 @@ pub(super) fn refined(
     }
     let half = DVec3::from_array(
         raw.to_array()
-            .map(|value| precision.direction.half_width(value).max(SINGLE)),
+            .map(|value| precision.direction.half_width(value).max(SINGLE_ERROR)),
     );
-    let near = Near {
+    let disc = DirectionDisc {
         unit,
         radius: half.length() + raw.distance(unit),
     };
     let (mut chosen, mut total, mut found) = (None, 0.0, 0);
-    for _ in 0..TRIES[0] {
-        let turned = near.along_meridian(rng);
-        let candidate = near.across(turned, 1.0, rng);
+    for _ in 0..MAX_ATTEMPTS[0] {
+        let turned = disc.sample_meridian(rng);
+        let candidate = disc.sample(turned, 1.0, rng);
         if (candidate - raw - (turned - unit)).abs().cmple(half).all() {
             let pdf = weight(candidate);
             total += pdf;
@@ -151,31 +151,31 @@ pub(super) fn refined(
         }
     }
     let further = || {
-        (0..TRIES[1])
-            .map(|_| near.across(near.along_meridian(rng), 3.0, rng))
+        (0..MAX_ATTEMPTS[1])
+            .map(|_| disc.sample(disc.sample_meridian(rng), 3.0, rng))
             .find(|&w| weight(w) > 0.0)
     };
     chosen.or_else(further)
 }
 
 /// Returns the least and the largest density within the rounding of a direction.
-pub(super) fn range(density: &Density, precision: &Precision, raw: DVec3) -> [f64; 2] {
+pub(super) fn density_range(density: &Density, precision: &Precision, raw: DVec3) -> [f64; 2] {
     let unit = raw.normalize();
     let half = raw
         .to_array()
         .map(|value| precision.direction.half_width(value));
     // The circle about the box, enlarged a little, as only few places are tried.
     let radius = 1.1 * (DVec3::from_array(half).length() + raw.distance(unit));
-    let near = Near { unit, radius };
+    let disc = DirectionDisc { unit, radius };
     let meridian = if precision.is_fine() {
         vec![unit]
     } else {
-        [-1.0, 0.0, 1.0].map(|t| near.turned(t, 0.0)).to_vec()
+        [-1.0, 0.0, 1.0].map(|t| disc.turned(t, 0.0)).to_vec()
     };
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
     for centre in meridian {
         let rim =
-            (0..8).map(|i| near.offset(centre, radius, std::f64::consts::TAU * f64::from(i) / 8.0));
+            (0..8).map(|i| disc.offset(centre, radius, std::f64::consts::TAU * f64::from(i) / 8.0));
         for w in rim.chain([centre]) {
             let pdf = density.pdf(w);
             range = [range[0].min(pdf), range[1].max(pdf)];
@@ -185,17 +185,17 @@ pub(super) fn range(density: &Density, precision: &Precision, raw: DVec3) -> [f6
 }
 
 /// Disc of directions near another one.
-struct Near {
+struct DirectionDisc {
     unit: DVec3,
     radius: f64,
 }
 
-impl Near {
+impl DirectionDisc {
     /// Returns the direction with z moved by `share` of the error of single precision: samplers
     /// round the cosine first, which near the poles moves a direction by more than rounding its
     /// components would.
     fn turned(&self, share: f64, azimuth_at_pole: f64) -> DVec3 {
-        let z = (self.unit.z + 0.5 * SINGLE * share).clamp(-1.0, 1.0);
+        let z = (self.unit.z + 0.5 * SINGLE_ERROR * share).clamp(-1.0, 1.0);
         let (x, y) = (self.unit.x, self.unit.y);
         let squared = x * x + y * y;
         if squared == 0.0 {
@@ -205,13 +205,13 @@ impl Near {
         DVec3::new(scale * x, scale * y, z)
     }
 
-    fn along_meridian(&self, rng: &mut impl Rng) -> DVec3 {
+    fn sample_meridian(&self, rng: &mut impl Rng) -> DVec3 {
         let [share, turn] = [2.0 * uniform(rng) - 1.0, uniform(rng)];
         self.turned(share, std::f64::consts::TAU * turn)
     }
 
     /// Samples uniformly a disc of `radii` radii about a direction.
-    fn across(&self, centre: DVec3, radii: f64, rng: &mut impl Rng) -> DVec3 {
+    fn sample(&self, centre: DVec3, radii: f64, rng: &mut impl Rng) -> DVec3 {
         let [r, turn] = [uniform(rng), uniform(rng)];
         self.offset(
             centre,

@@ -1,8 +1,7 @@
-//! One side of a comparison: means, noise and skewness of its places, and its brightest values.
-
-use rayon::prelude::*;
+//! One side of a comparison: means, noise and skewness of its areas, and its brightest values.
 
 use crate::harness::mean::satterthwaite;
+use crate::harness::parallel::*;
 
 /// Images of one renderer, or their mean and standard errors, in one channel, row by row.
 #[derive(Clone, Debug)]
@@ -36,14 +35,14 @@ pub struct Brightest {
     pub count: usize,
     /// Fraction of the variance of the image mean that they carry; from 0 to about 1. NaN where
     /// nothing varies.
-    pub share: f64,
+    pub variance_fraction: f64,
     /// Number of the image with the brightest value, and number of its pixel.
     pub at: [usize; 2],
 }
 
 /// Mean of one side over an area.
 #[derive(Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct AreaStatistics {
     pub mean: f64,
     pub variance: f64,
     pub dof: f64,
@@ -52,7 +51,7 @@ pub(super) struct Part {
 }
 
 /// One side with the statistics of its pixels.
-pub(super) struct Prepared<'a> {
+pub(super) struct SideStatistics<'a> {
     side: &'a Side<'a>,
     width: usize,
     /// Mean, and variance and third cumulant of the mean, of each pixel.
@@ -62,7 +61,7 @@ pub(super) struct Prepared<'a> {
     pub correlation: f64,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> SideStatistics<'a> {
     /// Computes the statistics; `grids` are the areas from which the correlation of pixels is
     /// found.
     pub fn new(side: &'a Side<'a>, width: usize, grids: [&[Area]; 2]) -> Self {
@@ -94,7 +93,7 @@ impl<'a> Prepared<'a> {
                 .collect(),
             Side::Exact(mean) => mean.iter().map(|&m| [m, 0.0, 0.0]).collect(),
         };
-        let mut prepared = Self {
+        let mut statistics = Self {
             side,
             width,
             pixels,
@@ -102,16 +101,18 @@ impl<'a> Prepared<'a> {
         };
         if let Side::Images(_) = side {
             let ratio = |areas: &[Area]| {
-                let sums = areas.iter().map(|at| (prepared.part(at), area(at).powi(2)));
+                let sums = areas
+                    .iter()
+                    .map(|at| (statistics.area_statistics(at), area(at).powi(2)));
                 let (found, independent) = sums.fold((0.0, 0.0), |(f, i), (part, k)| {
                     (f + k * part.variance, i + k * part.independent[0])
                 });
                 found / independent
             };
             // NaN, where nothing varies, becomes 1.
-            prepared.correlation = grids.map(ratio).into_iter().fold(1.0, f64::max);
+            statistics.correlation = grids.map(ratio).into_iter().fold(1.0, f64::max);
         }
-        prepared
+        statistics
     }
 
     /// Iterates over the numbers of the pixels of an area.
@@ -120,7 +121,7 @@ impl<'a> Prepared<'a> {
         (y0..y1).flat_map(move |y| y * width + x0..y * width + x1)
     }
 
-    pub fn part(&self, at: &Area) -> Part {
+    pub fn area_statistics(&self, at: &Area) -> AreaStatistics {
         let pixels = || self.pixels_of(at);
         let share = 1.0 / area(at);
         let sum =
@@ -142,7 +143,7 @@ impl<'a> Prepared<'a> {
             ),
             Side::Exact(_) => (sum(0), 0.0, f64::INFINITY),
         };
-        Part {
+        AreaStatistics {
             mean,
             variance,
             dof,
@@ -189,14 +190,14 @@ impl<'a> Prepared<'a> {
             .map_or([0; 2], |&(_, k, i)| [k as usize, i]);
         Brightest {
             count,
-            share: squares * per_square / variance,
+            variance_fraction: squares * per_square / variance,
             at: first,
         }
     }
 
     /// Returns variance and third cumulant of the mean of `pixels` pixels, estimated from a part of
     /// `of` pixels.
-    pub fn cumulants(&self, part: &Part, of: f64, pixels: f64) -> [f64; 2] {
+    pub fn cumulants(&self, part: &AreaStatistics, of: f64, pixels: f64) -> [f64; 2] {
         // A sum of correlated terms is as skewed as a smaller number of independent ones.
         let together = if pixels > 1.0 { self.correlation } else { 1.0 };
         let more = of / pixels;

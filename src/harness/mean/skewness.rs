@@ -4,13 +4,13 @@ use crate::harness::tails::normal_upper;
 
 /// Largest relative effect of skewness on one far tail: the first term of the Edgeworth expansion.
 /// The other tail becomes lighter by as much.
-pub const LARGEST_SKEW_TERM: f64 = 0.3;
+pub const MAX_SKEW_TERM: f64 = 0.3;
 
 /// Number of values of a law of |skewness| at most 0.2 that leaves a t tail valid: the skewness of
 /// a sample, which varies by √(6/n), then exceeds the limit of
 /// [`Values::valid_from`](super::Values::valid_from) with probability below
 /// [`ALPHA`](crate::harness::outcome::ALPHA).
-pub const NEARLY_SYMMETRIC: u64 = 8_500;
+pub const MIN_SYMMETRIC_VALUES: u64 = 8_500;
 
 /// Standard deviation by which a mean's difference from its reference is divided. Where it is
 /// estimated from the same values, skewness bends the tail twice as much: a mean that is too low
@@ -37,14 +37,14 @@ impl Sigma {
 
     /// Returns the number of values from which the tails at the two-sided level `alpha` are valid,
     /// if `n` values give their mean this skewness: [`skew_term`](Self::skew_term) ≤
-    /// [`LARGEST_SKEW_TERM`], where the skewness falls as 1/√n. At least 2; `u64::MAX` for NaN.
+    /// [`MAX_SKEW_TERM`], where the skewness falls as 1/√n. At least 2; `u64::MAX` for NaN.
     pub fn valid_from(self, n: u64, skewness_of_mean: f64, alpha: f64) -> u64 {
         let term = self.skew_term(skewness_of_mean, normal_upper(alpha / 2.0));
         if term.is_nan() {
             return u64::MAX;
         }
         // A float cast saturates.
-        ((n as f64 * (term / LARGEST_SKEW_TERM).powi(2)).ceil() as u64).max(2)
+        ((n as f64 * (term / MAX_SKEW_TERM).powi(2)).ceil() as u64).max(2)
     }
 }
 

@@ -53,7 +53,7 @@ impl Values {
     }
 
     /// Restores the values with this [`state`](Self::state), without batches.
-    pub fn of_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
+    pub fn from_state([count, mean, variance, centre, cubes]: [f64; 5]) -> Self {
         Self {
             moments: Moments::of(count as u64, mean, variance),
             centre,
@@ -122,7 +122,7 @@ impl Values {
 
     /// Returns skewness, variance of the mean and count: one part of
     /// [`skewness_of_sum`](super::skewness_of_sum).
-    pub fn part(&self) -> (f64, f64, u64) {
+    pub fn skewness_part(&self) -> (f64, f64, u64) {
         let n = self.moments.count();
         (self.skewness(), self.moments.variance() / n as f64, n)
     }
@@ -145,7 +145,7 @@ impl Values {
 
     /// Returns the values of a subject whose mean is off `reference` by `effect`: by a factor, as
     /// for faults of weights and densities; by a shift, if the mean is near 0.
-    pub(super) fn off_by(&self, effect: f64, reference: f64) -> Self {
+    pub(super) fn with_error(&self, effect: f64, reference: f64) -> Self {
         if effect.abs() > 0.5 * reference.abs() {
             self.transformed(1.0, effect)
         } else {
@@ -153,8 +153,9 @@ impl Values {
         }
     }
 
-    /// Returns the batches as cells against the mean `expected`; `what` begins their places.
-    pub fn cells(&self, what: &str, expected: f64) -> Vec<Cell> {
-        self.batches.cells(what, expected, self.moments.variance())
+    /// Returns the batches as cells against the mean `expected`; `prefix` begins their places.
+    pub fn cells(&self, prefix: &str, expected: f64) -> Vec<Cell> {
+        self.batches
+            .cells(prefix, expected, self.moments.variance())
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{Context, Control, Row, Trial, full_name, run_control, run_trial};
+use super::{Context, NegativeControl, Row, Trial, full_name, run_control, run_trial};
 use crate::equation;
 use crate::error::Error;
 use crate::harness::guard;
@@ -23,7 +23,7 @@ pub fn trial_is_green(rows: &[Row], context: &Context) -> bool {
 /// Returns the outcomes that must reject a control: those that it names or, where it names none,
 /// the only random one or, where nothing is random, all of them. Empty if a name has no outcome, or
 /// the choice is ambiguous.
-pub fn meant<'a>(
+pub fn required_outcomes<'a>(
     rejected_by: &[&str],
     outcomes: impl IntoIterator<Item = &'a Outcome>,
 ) -> Vec<&'a Outcome> {
@@ -42,11 +42,12 @@ pub fn meant<'a>(
 }
 
 /// Returns whether a control is rejected for the reason that it states: every outcome that is
-/// [`meant`] fails, and not for a NaN or an infinite estimate. Below scale 1 *undecided* is enough.
-pub fn control_is_green(control: &Control, rows: &[Row], context: &Context) -> bool {
-    let meant = meant(&control.rejected_by, rows.iter().map(|row| &row.outcome));
-    !meant.is_empty()
-        && meant.iter().all(|outcome| match outcome.verdict() {
+/// [`required_outcomes`] fails, and not for a NaN or an infinite estimate. Below scale 1
+/// *undecided* is enough.
+pub fn control_is_green(control: &NegativeControl, rows: &[Row], context: &Context) -> bool {
+    let required = required_outcomes(&control.rejected_by, rows.iter().map(|row| &row.outcome));
+    !required.is_empty()
+        && required.iter().all(|outcome| match outcome.verdict() {
             Verdict::Fails => outcome.p.is_finite() && outcome.estimate.is_finite(),
             Verdict::Undecided { .. } => context.scale < 1.0,
             Verdict::Holds => false,
@@ -72,7 +73,7 @@ pub fn check(trial: &Trial, context: &Context) -> Result<Vec<Row>, String> {
     }
 }
 
-/// Checks a trial on its right subject alone.
+/// Checks a trial on its correct subject alone.
 ///
 /// # Errors
 /// The message, if it is red.
@@ -85,7 +86,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
     // Below scale 1 effects of that size need not be detected.
     for row in found.iter().filter(|_| context.scale >= 1.0) {
         for graded in &row.outcome.graded {
-            if !graded.is_answered() {
+            if !graded.has_required_verdict() {
                 let _ = writeln!(
                     message,
                     "{}: {} says {} (p = {:.3e}) where the value is off by {:.3e}, the size of its \
@@ -99,7 +100,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
             }
         }
     }
-    message += &refused(&trial.name, found.iter().map(|row| &row.outcome), context);
+    message += &power_objections(&trial.name, found.iter().map(|row| &row.outcome), context);
     if message.is_empty() {
         Ok(found)
     } else {
@@ -109,7 +110,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
 
 /// Returns the [`guard`]'s objections to outcomes that are to hold, a line each; empty where sizes
 /// are not [planned](Context::is_planned).
-pub fn refused<'a>(
+pub fn power_objections<'a>(
     name: &str,
     outcomes: impl IntoIterator<Item = &'a Outcome>,
     context: &Context,
@@ -117,7 +118,7 @@ pub fn refused<'a>(
     outcomes
         .into_iter()
         .filter(|_| context.is_planned())
-        .filter_map(guard::may_not_hold)
+        .filter_map(guard::power_objection)
         .map(|why| format!("{name}: too small for the error budget: {why}\n"))
         .collect()
 }
@@ -128,16 +129,16 @@ pub fn refused<'a>(
 /// The message, if the fault is not rejected.
 pub fn check_control(
     trial: &Trial,
-    control: &Control,
+    control: &NegativeControl,
     context: &Context,
 ) -> Result<Vec<Row>, String> {
     let rows = run_control(trial, control, context);
     if control_is_green(control, &rows, context) {
         let outcomes = rows.iter().map(|row| &row.outcome);
-        let near = meant(&control.rejected_by, outcomes)
+        let objections = required_outcomes(&control.rejected_by, outcomes)
             .into_iter()
-            .filter_map(guard::may_hold);
-        let message: String = near
+            .filter_map(guard::fault_objection);
+        let message: String = objections
             .filter(|_| context.is_planned())
             .map(|why| {
                 let name = full_name(&trial.name, control.name);
@@ -150,13 +151,13 @@ pub fn check_control(
             Err(message)
         };
     }
-    let by = match control.rejected_by.as_slice() {
+    let required_names = match control.rejected_by.as_slice() {
         [] => String::from("the trial's only random outcome (where there are several, name which)"),
         names => names.join(", "),
     };
     Err(format!(
         "{}: the negative control {} was not rejected\n  what is wrong with it: {}\n  to be rejected, \
-         with finite numbers, by: {by}\n{}",
+         with finite numbers, by: {required_names}\n{}",
         trial.name,
         control.name,
         control.wrong,
@@ -285,7 +286,7 @@ pub fn write_cells(name: &str, outcome: &Outcome, folder: &Path) -> Result<Optio
             cell.place, cell.expected, cell.observed, cell.sigmas
         );
     }
-    let kept = |c: char| {
+    let safe_char = |c: char| {
         if c.is_alphanumeric() || c == '-' || c == '.' {
             c
         } else {
@@ -294,7 +295,7 @@ pub fn write_cells(name: &str, outcome: &Outcome, folder: &Path) -> Result<Optio
     };
     let name: String = format!("{name} {}", outcome.name)
         .chars()
-        .map(kept)
+        .map(safe_char)
         .collect();
     let path = folder.join(name + ".csv");
     std::fs::create_dir_all(folder).map_err(Error::file("create", folder))?;

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use crate::error::Error;
 use crate::sampling::rng::{Stream, seed_for, stream};
-use crate::shard::{EXPECTED, Shard};
+use crate::shard::{SHARD_FORMAT, Shard};
 
 /// Master seed if `WHITEFURNACE_SEED` is not set.
 pub const DEFAULT_SEED: u64 = 2019;
@@ -127,7 +127,10 @@ fn read<T: FromStr>(
 /// # Errors
 /// [`Error::Option`] if the value is not a shard.
 pub fn shard_from_environment() -> Result<Shard, Error> {
-    read("WHITEFURNACE_SHARD", Shard::WHOLE, EXPECTED, |_: &Shard| {
-        true
-    })
+    read(
+        "WHITEFURNACE_SHARD",
+        Shard::WHOLE,
+        SHARD_FORMAT,
+        |_: &Shard| true,
+    )
 }

@@ -1,9 +1,9 @@
 //! Radiance pictures: one byte per colour channel and one for their exponent.
 
-use super::{Meaning, Picture, REC_709, check_size};
+use super::{ChannelKind, LoadedImage, REC_709, check_size};
 
 /// Relative error: a mantissa of eight bits is truncated, and may be as small as 128.
-const COARSE: f64 = 1.0 / 128.0;
+const RGBE_ROUNDING: f64 = 1.0 / 128.0;
 
 /// Reads a Radiance picture of red, green and blue, with scanlines from the top or the bottom, flat
 /// or run-length encoded: a byte m with the exponent e is m 2^(e − 136), and 0 where e is 0.
@@ -12,7 +12,7 @@ const COARSE: f64 = 1.0 / 128.0;
 /// # Errors
 /// A message: no such header, values in X, Y, Z or with an exposure, columns in place of rows, or
 /// truncated pixels.
-pub(super) fn hdr(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn hdr(bytes: &[u8]) -> Result<LoadedImage, String> {
     let mut rest = bytes;
     let mut line = || {
         let end = rest
@@ -77,15 +77,15 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<Picture, String> {
                 .for_each(|(plane, m)| plane.push(f64::from(m) * unit));
         }
     }
-    let picture = Picture {
+    let picture = LoadedImage {
         size: [width, height],
         corner: [0; 2],
-        meaning: Meaning::Rgb,
+        kind: ChannelKind::Rgb,
         channels: ["R", "G", "B"].map(str::to_owned).to_vec(),
-        left_out: Vec::new(),
+        skipped_channels: Vec::new(),
         values,
         standard_errors: None,
-        rounding: COARSE,
+        rounding: RGBE_ROUNDING,
         primaries: REC_709,
         is_cube: false,
     };
@@ -107,10 +107,10 @@ fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
         for component in 0..4 {
             let mut at = 0;
             while at < width {
-                let count = take(rest, 1)?[0];
+                let count = take_bytes(rest, 1)?[0];
                 // A count above 128 repeats one value count − 128 times; else count values follow.
                 let run = usize::from(if count > 128 { count - 128 } else { count });
-                let bytes = take(rest, if count > 128 { 1 } else { run })?;
+                let bytes = take_bytes(rest, if count > 128 { 1 } else { run })?;
                 for (i, pixel) in row
                     .get_mut(at..at + run)
                     .filter(|_| run > 0)?
@@ -126,7 +126,7 @@ fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
     }
     let mut shift = 0;
     while row.len() < width {
-        match *take(rest, 4)? {
+        match *take_bytes(rest, 4)? {
             [1, 1, 1, count] if shift < 24 => {
                 let (last, run) = (*row.last()?, usize::from(count) << shift);
                 if row.len() + run > width {
@@ -146,7 +146,7 @@ fn scanline(rest: &mut &[u8], width: usize) -> Option<Vec<[u8; 4]>> {
 }
 
 /// Takes the next bytes.
-fn take<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
+fn take_bytes<'a>(rest: &mut &'a [u8], count: usize) -> Option<&'a [u8]> {
     let (taken, left) = rest.split_at_checked(count)?;
     *rest = left;
     Some(taken)

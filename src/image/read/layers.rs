@@ -5,12 +5,13 @@ use std::io::Cursor;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
-use super::{FLOAT, HALF, Meaning, Picture, REC_709, check_size, listed};
+use super::{ChannelKind, FLOAT_ROUNDING, LoadedImage, REC_709, check_size, list_names};
+use crate::math::HALF_ROUNDING;
 
 /// A channel of a file.
 struct Channel {
     /// Index of its part, and index within the part.
-    place: [usize; 2],
+    index: [usize; 2],
     /// Full name, with that of the part if there are several.
     name: String,
     /// Text before the last dot of the name; empty without one.
@@ -20,7 +21,7 @@ struct Channel {
 }
 
 impl Channel {
-    fn new(place: [usize; 2], name: String) -> Self {
+    fn new(index: [usize; 2], name: String) -> Self {
         let dot = name
             .rfind('.')
             .filter(|&dot| dot > 0 && dot + 1 < name.len());
@@ -28,7 +29,7 @@ impl Channel {
             dot.map_or(("", &name[..]), |dot| (&name[..dot], &name[dot + 1..]));
         let component = component.trim_matches(['.', '[', ']']).to_lowercase();
         Self {
-            place,
+            index,
             layer: layer.to_owned(),
             component,
             name,
@@ -36,7 +37,7 @@ impl Channel {
     }
 
     /// Returns whether its own name marks it as auxiliary, such as alpha or depth.
-    fn is_beside(&self) -> bool {
+    fn is_auxiliary(&self) -> bool {
         ["a", "alpha", "z", "zback", "depth", "id"].contains(&&self.component[..])
     }
 }
@@ -59,23 +60,23 @@ const AUXILIARY: [&str; 8] = [
     "samplecount",
     "velocity",
 ];
-const AUXILIARY_WHOLE: [&str; 24] = [
+const AUXILIARY_WORDS: [&str; 24] = [
     "n", "ns", "ng", "nn", "p", "pos", "position", "z", "uv", "st", "id", "ao", "std", "mse",
     "var", "error", "motion", "samples", "vector", "matte", "mask", "mist", "indexob", "indexma",
 ];
 
 /// Returns whether a layer's name marks it as auxiliary.
-fn is_auxiliary(layer: &str) -> bool {
+fn is_auxiliary_layer(layer: &str) -> bool {
     let layer = layer.to_lowercase();
     let whole = layer
         .split(|c: char| !c.is_alphanumeric())
-        .any(|word| AUXILIARY_WHOLE.contains(&word));
+        .any(|word| AUXILIARY_WORDS.contains(&word));
     whole || AUXILIARY.iter().any(|word| layer.contains(word))
 }
 
 /// Returns the interpretation of the channels and their order if they make exactly one image; else
 /// `None`.
-fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
+fn interpret<'a>(channels: &[&'a Channel]) -> Option<(ChannelKind, Vec<&'a Channel>)> {
     let has = |component: &str| {
         channels
             .iter()
@@ -92,23 +93,23 @@ fn image<'a>(channels: &[&'a Channel]) -> Option<(Meaning, Vec<&'a Channel>)> {
     };
     let colours = [RED, GREEN, BLUE].map(|names| names.iter().any(|name| has(name)));
     if colours.contains(&true) {
-        return Some((Meaning::Rgb, all(&[RED, GREEN, BLUE])?));
+        return Some((ChannelKind::Rgb, all(&[RED, GREEN, BLUE])?));
     }
-    let vector = all(&[&["x"], &["y"], &["z"]]).map(|found| (Meaning::Xyz, found));
+    let vector = all(&[&["x"], &["y"], &["z"]]).map(|found| (ChannelKind::Xyz, found));
     let is_more = has("x") || has("ry") || has("by");
     vector.or_else(|| {
         all(&[LUMINANCE])
             .filter(|_| !is_more)
-            .map(|found| (Meaning::Luminance, found))
+            .map(|found| (ChannelKind::Luminance, found))
     })
 }
 
 /// Chooses the channels that `layer` names, or without it those that are the image.
-fn choose<'a>(
+fn choose_channels<'a>(
     channels: &'a [Channel],
     layer: Option<&str>,
     option: &str,
-) -> Result<(Meaning, Vec<&'a Channel>), String> {
+) -> Result<(ChannelKind, Vec<&'a Channel>), String> {
     let mut names: Vec<&str> = channels
         .iter()
         .map(|channel| channel.layer.as_str())
@@ -124,19 +125,19 @@ fn choose<'a>(
     let found = match layer {
         Some(layer) => names
             .contains(&layer)
-            .then(|| image(&of(layer)))
+            .then(|| interpret(&of(layer)))
             .flatten()
-            .or_else(|| named(channels, layer)),
+            .or_else(|| find_named(channels, layer)),
         None => {
             let is_candidate = |name: &&&str| {
-                !is_auxiliary(name) && !of(name).iter().all(|channel| channel.is_beside())
+                !is_auxiliary_layer(name) && !of(name).iter().all(|channel| channel.is_auxiliary())
             };
             let candidates: Vec<&&str> = names.iter().filter(is_candidate).collect();
-            let root = image(&of("")).filter(|(meaning, _)| *meaning == Meaning::Rgb);
+            let root = interpret(&of("")).filter(|(kind, _)| *kind == ChannelKind::Rgb);
             root.or_else(|| match candidates[..] {
                 // A layer of X, Y, Z may be any vector.
-                [one] => image(&of(one))
-                    .filter(|(meaning, _)| one.is_empty() || *meaning != Meaning::Xyz),
+                [one] => interpret(&of(one))
+                    .filter(|(kind, _)| one.is_empty() || *kind != ChannelKind::Xyz),
                 _ => None,
             })
         }
@@ -161,7 +162,7 @@ fn choose<'a>(
         None => "which channels are the image is not clear".to_owned(),
     };
     let works = |name: &&str| {
-        let (_, found) = image(&of(name))?;
+        let (_, found) = interpret(&of(name))?;
         let full: Vec<&str> = found.iter().map(|channel| channel.name.as_str()).collect();
         Some(if name.is_empty() {
             full.join(",")
@@ -177,15 +178,18 @@ fn choose<'a>(
             .collect();
         format!(
             "{problem}; choose one or three channels, with commas, by {option} among: {}",
-            listed(&full)
+            list_names(&full)
         )
     } else {
-        format!("{problem}; choose by {option} among: {}", listed(&layers))
+        format!(
+            "{problem}; choose by {option} among: {}",
+            list_names(&layers)
+        )
     })
 }
 
 /// Finds one or three channels by their full names.
-fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a Channel>)> {
+fn find_named<'a>(channels: &'a [Channel], names: &str) -> Option<(ChannelKind, Vec<&'a Channel>)> {
     let one = |name: &str| {
         let mut found = channels
             .iter()
@@ -202,15 +206,15 @@ fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a C
     match found.len() {
         1 => Some((
             if is(&[LUMINANCE]) {
-                Meaning::Luminance
+                ChannelKind::Luminance
             } else {
-                Meaning::Grey
+                ChannelKind::Grey
             },
             found,
         )),
-        3 if is(&[RED, GREEN, BLUE]) => Some((Meaning::Rgb, found)),
-        3 if is(&[&["x"], &["y"], &["z"]]) => Some((Meaning::Xyz, found)),
-        3 => Some((Meaning::Three, found)),
+        3 if is(&[RED, GREEN, BLUE]) => Some((ChannelKind::Rgb, found)),
+        3 if is(&[&["x"], &["y"], &["z"]]) => Some((ChannelKind::Xyz, found)),
+        3 => Some((ChannelKind::Three, found)),
         _ => None,
     }
 }
@@ -219,7 +223,7 @@ fn named<'a>(channels: &'a [Channel], names: &str) -> Option<(Meaning, Vec<&'a C
 ///
 /// # Errors
 /// A message.
-pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Picture, String> {
+pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<LoadedImage, String> {
     let text = |error: exr::error::Error| error.to_string();
     for header in MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(text)?
@@ -276,8 +280,8 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
     let root = only.filter(|only| {
         layer == Some(only) && channels.iter().all(|channel| channel.layer != *only)
     });
-    let (meaning, chosen) = match root.and_then(|_| {
-        image(
+    let (kind, chosen) = match root.and_then(|_| {
+        interpret(
             &channels
                 .iter()
                 .filter(|c| c.layer.is_empty())
@@ -285,13 +289,13 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
         )
     }) {
         Some(found) => found,
-        None => choose(&channels, layer, option)?,
+        None => choose_channels(&channels, layer, option)?,
     };
-    let part = &parts[chosen[0].place[0]];
+    let part = &parts[chosen[0].index[0]];
     let position = part.attributes.layer_position;
     let planes = |channels: &[&Channel]| -> Result<Vec<Vec<f64>>, String> {
         let plane = |channel: &&Channel| {
-            let [i, k] = channel.place;
+            let [i, k] = channel.index;
             if (parts[i].size, parts[i].attributes.layer_position) != (part.size, position) {
                 return Err(format!(
                     "channels {} and {} differ in size or place",
@@ -319,18 +323,18 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
     let errors: Option<Vec<&Channel>> = chosen.iter().map(error_of).collect();
     let is_read = |channel: &Channel| {
         let read = chosen.iter().chain(errors.iter().flatten());
-        read.into_iter().any(|other| other.place == channel.place)
+        read.into_iter().any(|other| other.index == channel.index)
     };
-    let mut left_out: Vec<String> = Vec::new();
+    let mut skipped_channels: Vec<String> = Vec::new();
     for channel in channels.iter().filter(|channel| !is_read(channel)) {
         let whole = channel.layer.is_empty() || channel.layer == chosen[0].layer;
         let name = if whole { &channel.name } else { &channel.layer };
-        if !left_out.contains(name) {
-            left_out.push(name.clone());
+        if !skipped_channels.contains(name) {
+            skipped_channels.push(name.clone());
         }
     }
     let is_half = |channel: &&Channel| {
-        let [i, k] = channel.place;
+        let [i, k] = channel.index;
         matches!(
             parts[i].channel_data.list[k].sample_data,
             FlatSamples::F16(_)
@@ -340,18 +344,18 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Pic
     let primaries = stated.map_or(REC_709, |c| {
         [c.red, c.green, c.blue, c.white].map(|xy| [xy.0, xy.1])
     });
-    Ok(Picture {
+    Ok(LoadedImage {
         size: [part.size.0, part.size.1],
         corner: [position.0, position.1],
-        meaning,
+        kind,
         channels: chosen.iter().map(|channel| channel.name.clone()).collect(),
-        left_out,
+        skipped_channels,
         values: planes(&chosen)?,
         standard_errors: errors.as_deref().map(planes).transpose()?,
         rounding: if chosen.iter().any(is_half) {
-            HALF
+            HALF_ROUNDING
         } else {
-            FLOAT
+            FLOAT_ROUNDING
         },
         primaries,
         is_cube: part.attributes.environment_map == Some(EnvironmentMap::Cube),

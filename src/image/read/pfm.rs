@@ -1,6 +1,6 @@
 //! Portable float maps.
 
-use super::{FLOAT, Meaning, Picture, REC_709, check_size};
+use super::{ChannelKind, FLOAT_ROUNDING, LoadedImage, REC_709, check_size};
 
 /// Reads a PFM: `PF` or `Pf`, width, height and a scale, whose sign is the byte order, as text;
 /// then rows of 32-bit floats from the bottom. Lines of the text may end in CR LF, and begin with #
@@ -9,7 +9,7 @@ use super::{FLOAT, Meaning, Picture, REC_709, check_size};
 /// # Errors
 /// A message: no such header, a scale that is neither 1 nor -1, or pixels that do not fill the
 /// size.
-pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn pfm(bytes: &[u8]) -> Result<LoadedImage, String> {
     let mut at = 0;
     let mut word = || {
         loop {
@@ -74,19 +74,19 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<Picture, String> {
     } else {
         &["grey"]
     };
-    Ok(Picture {
+    Ok(LoadedImage {
         size: [width, height],
         corner: [0; 2],
-        meaning: if colours == 3 {
-            Meaning::Rgb
+        kind: if colours == 3 {
+            ChannelKind::Rgb
         } else {
-            Meaning::Grey
+            ChannelKind::Grey
         },
         channels: names.iter().map(|name| (*name).to_owned()).collect(),
-        left_out: Vec::new(),
+        skipped_channels: Vec::new(),
         values: (0..colours).map(plane).collect(),
         standard_errors: None,
-        rounding: FLOAT,
+        rounding: FLOAT_ROUNDING,
         primaries: REC_709,
         is_cube: false,
     })

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::reader::{LARGEST, Table, Value, quote};
 use super::words::{advice, matches, normalized};
 use crate::error::Error;
-use crate::suggest::hint;
+use crate::suggest::did_you_mean;
 
 /// Kinds of lights without extent.
 const LIGHTS: [(&str, Light); 3] = [
@@ -47,7 +47,7 @@ impl Table<'_> {
                     &self.path
                 },
             );
-            let hint = advice(name, &valid).unwrap_or_else(|| hint(name, valid));
+            let hint = advice(name, &valid).unwrap_or_else(|| did_you_mean(name, valid));
             Err(self.source.error_at(
                 key.span().start,
                 format!("{place} has no key {}{hint}", quote(name)),

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::words::advice;
 use crate::error::Error;
-use crate::suggest::hint;
+use crate::suggest::did_you_mean;
 
 /// Largest coordinate, length and radiance: none of their products is near the largest number.
 pub(super) const LARGEST: f64 = 1e9;
@@ -181,7 +181,7 @@ impl<'s> Value<'s> {
             .copied()
             .ok_or_else(|| {
                 let names: Vec<&str> = choices.iter().map(|choice| choice.0).collect();
-                let hint = advice(name, &names).unwrap_or_else(|| hint(name, names));
+                let hint = advice(name, &names).unwrap_or_else(|| did_you_mean(name, names));
                 self.error(format!("cannot be {}{hint}", quote(name)))
             })
     }

@@ -9,16 +9,16 @@ use sha2::{Digest as _, Sha256};
 use super::material::surface;
 use super::reader::{LARGEST, Source, Table, Value, quote};
 use super::{Description, LARGEST_OTHER, MAX_VERTICES, read};
-use crate::camera::{Camera, WIDEST};
+use crate::camera::{Camera, MAX_HALF_HEIGHT};
 use crate::error::Error;
-use crate::image::read::{self as image, Meaning, REC_709};
+use crate::image::read::{self as image, ChannelKind, REC_709};
 use crate::light::environment::{Environment, EnvironmentMap};
 
 fn camera(table: &Table, unit: f64) -> Result<Camera, Error> {
     table.keys(&[&["eye", "target", "up", "fov_deg", "half_height"]])?;
     let half_height = match (table.get("fov_deg"), table.get("half_height")) {
         (Some(angle), None) => (0.5 * angle.number(0.001..=179.0)?.to_radians()).tan(),
-        (None, Some(half)) => half.number(1e-5..=WIDEST)?,
+        (None, Some(half)) => half.number(1e-5..=MAX_HALF_HEIGHT)?,
         _ => return Err(table.error("needs one of fov_deg and half_height, and not both")),
     };
     let point = |key| table.need(key)?.point();
@@ -164,12 +164,12 @@ impl<'a> Reading<'a> {
             return Err(table.error("is a cube map: convert its image to longitude and latitude"));
         }
         if !matches!(
-            picture.meaning,
-            Meaning::Rgb | Meaning::Luminance | Meaning::Grey
+            picture.kind,
+            ChannelKind::Rgb | ChannelKind::Luminance | ChannelKind::Grey
         ) {
             return Err(table.error(format!(
                 "is no radiance in R, G, B, or of one channel: {}",
-                picture.reading()
+                picture.describe()
             )));
         }
         let [width, height] = picture.size;

@@ -12,7 +12,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::{PrimitiveShape, Scene, ScenePrimitive};
-use crate::film::FlatFeatures;
+use crate::film::FixedPointFeatures;
 use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, sphere_hit};
 use crate::geometry::hull::MAX_PRIMITIVES;
 use crate::geometry::offsets::{EDGE_MARGIN, RayOrigin};
@@ -37,7 +37,7 @@ pub(crate) struct PrimitiveData<T> {
     /// Kinds of its material, with [`EMITTER`] and [`SPHERE`].
     pub kinds: u16,
     /// Features of a triangle, for the film.
-    pub features: Option<FlatFeatures>,
+    pub features: Option<FixedPointFeatures>,
     pub surface: u32,
     pub emitter: Option<u32>,
     /// Indices of the [specular casters](Scene::specular_casters) by which it reflects and
@@ -590,7 +590,7 @@ impl<T: Scalar> PrimitiveData<T> {
         let features = if is_sphere {
             None
         } else {
-            FlatFeatures::new(colour, normal)
+            FixedPointFeatures::new(colour, normal)
         };
         Self {
             numbers: AlignedArray(numbers),

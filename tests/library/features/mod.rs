@@ -14,7 +14,7 @@
 //! and ignore the background); radiosity, which handles diffuse scenes only; and the published
 //! figure's estimator, which is wrong by design.
 
-mod naive;
+mod reference_path_tracer;
 mod scenes;
 mod shadow_rays;
 mod strategies;
@@ -24,10 +24,10 @@ use std::sync::LazyLock;
 
 use rayon::prelude::*;
 use whitefurnace::integrator::{Connections, Heuristic, Path, PathParts, Strategy as Finds};
-use whitefurnace::render::{ByLanes, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer};
 use whitefurnace::sampling::roulette::RR_DEPTH;
 
-use naive::{Light, Naive};
+use reference_path_tracer::{Light, ReferencePathTracer};
 use scenes::{SCENE, exact, scene_of};
 use table::{Factor, Row, missing, required, table};
 
@@ -40,14 +40,14 @@ const SAMPLES: f64 = 96.0;
 /// Number of standard errors beyond which a difference is not chance: the probability is below
 /// 10⁻¹³ in a t distribution of 95 degrees of freedom, and below 10⁻⁹ in all comparisons together
 /// however skewed their means of thousands of samples are.
-const FAR: f64 = 9.0;
+const MAX_SIGMAS: f64 = 9.0;
 /// Largest relative standard error of a comparison, half as large again as the largest measured: an
 /// error of 5 % of an image's mean is detected. Smaller ones are left to the trials of single
 /// scenes.
-const PRECISE: f64 = 0.0035;
+const MAX_RELATIVE_ERROR: f64 = 0.0035;
 /// Largest relative standard error of a comparison of the light tracer: an error of 20 % is
 /// detected.
-const PRECISE_BY_PARTICLES: f64 = 0.0125;
+const MAX_RELATIVE_ERROR_OF_PARTICLES: f64 = 0.0125;
 
 /// Number of random assertions: a comparison for each table of scenes, the negative control, and
 /// identities of random paths.
@@ -80,13 +80,13 @@ fn factors(settings: &[Factor]) -> &'static [Factor] {
 
 /// Returns the table of scenes and settings of paths, which several tests use.
 fn path_rows() -> Vec<Row> {
-    static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| table(factors(&SETTINGS), path_takes));
+    static ROWS: LazyLock<Vec<Row>> = LazyLock::new(|| table(factors(&SETTINGS), supports_paths));
     ROWS.clone()
 }
 
 /// Returns whether a row has little noise: emitters alone would leave too much in the reference, as
 /// would points uniform in area in the corners of a closed box that emits.
-fn is_calm(row: &Row) -> bool {
+fn has_low_noise(row: &Row) -> bool {
     let dark = row.is("background", "dark") && !row.is("emitter", "none");
     let corners = row.is("background", "closed box")
         && row.is("finds", "light")
@@ -94,8 +94,8 @@ fn is_calm(row: &Row) -> bool {
     !dark && !corners
 }
 
-fn path_takes(row: &Row) -> bool {
-    is_calm(row)
+fn supports_paths(row: &Row) -> bool {
+    has_low_noise(row)
 }
 
 fn path_of(row: &Row) -> Path {
@@ -172,7 +172,7 @@ fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -
         specular_nee,
         bounces,
     };
-    let lanes = |precision| ByLanes {
+    let lanes = |precision| LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,
         precision,
@@ -182,7 +182,7 @@ fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -
     match row.get("engine") {
         _ if !parts.is_default() => film(
             scene,
-            &ByRays {
+            &RayRenderer {
                 estimator,
                 sampling,
             },
@@ -200,16 +200,16 @@ struct Found {
     difference: f64,
     error: f64,
     expected: f64,
-    precise: f64,
+    max_relative_error: f64,
 }
 
 impl Found {
     fn new(row: &Row, scene: &Scene, light: Option<Light>, measured: Measured, seed: u64) -> Self {
         let straight = matches!(light, Some(Light::StraightToTheEye));
-        let precise = if straight {
-            PRECISE_BY_PARTICLES
+        let max_relative_error = if straight {
+            MAX_RELATIVE_ERROR_OF_PARTICLES
         } else {
-            PRECISE
+            MAX_RELATIVE_ERROR
         } / context("features").scale.sqrt();
         let reference = match light {
             None => Measured {
@@ -224,8 +224,8 @@ impl Found {
                 };
                 by_pixel(&film(
                     scene,
-                    &ByRays {
-                        estimator: Naive(light),
+                    &RayRenderer {
+                        estimator: ReferencePathTracer(light),
                         sampling,
                     },
                     samples(),
@@ -237,7 +237,7 @@ impl Found {
             difference: measured.mean - reference.mean,
             error: measured.error.hypot(reference.error),
             expected: reference.mean,
-            precise,
+            max_relative_error,
         }
     }
 
@@ -259,11 +259,11 @@ impl Found {
         // Rounding in single precision.
         let rounding = 1e-4 * expected;
         // False for NaN.
-        let is_near = difference.abs() <= FAR * error + rounding;
+        let is_near = difference.abs() <= MAX_SIGMAS * error + rounding;
         if !is_near {
             return text("differs");
         }
-        if *error > self.precise * expected {
+        if *error > self.max_relative_error * expected {
             text("undecided")
         } else {
             None
@@ -316,7 +316,7 @@ fn assert_right(
     let seen = found
         .iter()
         .filter(|found| found.expected > 0.0)
-        .map(|found| FAR * found.error / found.expected);
+        .map(|found| MAX_SIGMAS * found.error / found.expected);
     let seen = 100.0 * seen.fold(0.0, f64::max);
     println!(
         "{name}: {} pairs in {} scenes; an error of {seen:.1} % is detected in each",
@@ -344,7 +344,7 @@ fn paths_are_right_where_any_two_features_meet() {
     assert_right(
         "path",
         factors(&SETTINGS),
-        path_takes,
+        supports_paths,
         |row, scene, seed| {
             let light = match row.get("bounces") {
                 "three" => Some(Light::All(3)),
@@ -404,8 +404,8 @@ fn paths_that_are_wrong_are_seen() {
 }
 
 /// Returns whether estimators of whole images handle a row: all materials but rough glass.
-fn images_take(row: &Row) -> bool {
-    is_calm(row) && !row.has("rough glass")
+fn supports_images(row: &Row) -> bool {
+    has_low_noise(row) && !row.has("rough glass")
 }
 
 fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measured {
@@ -426,7 +426,7 @@ fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measu
 #[test]
 fn bidirectional_paths_are_right_where_any_two_features_meet() {
     let factors = factors(&[("connections", &["all", "ends"])]);
-    assert_right("bdpt", factors, images_take, |row, scene, seed| {
+    assert_right("bdpt", factors, supports_images, |row, scene, seed| {
         let connections = if row.is("connections", "all") {
             Connections::All
         } else {
@@ -444,8 +444,9 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
 }
 
 /// Returns whether the light tracer handles a row: particles ignore the background.
-fn particles_take(row: &Row) -> bool {
-    images_take(row) && (row.get("background").starts_with("closed") || row.is("emitter", "none"))
+fn supports_particles(row: &Row) -> bool {
+    supports_images(row)
+        && (row.get("background").starts_with("closed") || row.is("emitter", "none"))
 }
 
 #[test]
@@ -453,17 +454,22 @@ fn light_tracing_is_right_where_any_two_features_meet() {
     let tracer = LightTracer {
         parts: DefaultParts,
     };
-    assert_right("light tracer", &SCENE, particles_take, |_, scene, seed| {
-        (
-            Some(Light::StraightToTheEye),
-            passes_of(&tracer, scene, seed),
-        )
-    });
+    assert_right(
+        "light tracer",
+        &SCENE,
+        supports_particles,
+        |_, scene, seed| {
+            (
+                Some(Light::StraightToTheEye),
+                passes_of(&tracer, scene, seed),
+            )
+        },
+    );
 }
 
 /// Excludes closed boxes that emit: in their corners points uniform in area have infinite variance.
 fn by_area(row: &Row) -> bool {
-    images_take(row) && !row.is("background", "closed box")
+    supports_images(row) && !row.is("background", "closed box")
 }
 
 fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
@@ -475,7 +481,7 @@ fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
     };
     by_pixel(&film(
         scene,
-        &ByRays {
+        &RayRenderer {
             estimator,
             sampling,
         },
@@ -517,7 +523,7 @@ fn the_report_is_right_where_any_two_features_meet() {
 #[test]
 fn particles_know_nothing_of_the_background() {
     let takes =
-        |row: &Row| images_take(row) && ["constant", "map"].contains(&row.get("background"));
+        |row: &Row| supports_images(row) && ["constant", "map"].contains(&row.get("background"));
     for row in table(&SCENE, takes)
         .iter()
         .filter(|row| !row.is("emitter", "none"))
@@ -545,8 +551,8 @@ fn particles_know_nothing_of_the_background() {
 /// A pair that is missing from the table is noticed, and the rows that are compared have all pairs.
 #[test]
 fn a_missing_pair_is_noticed() {
-    let rows = table(&SCENE, images_take);
-    let required = required(&SCENE, images_take);
+    let rows = table(&SCENE, supports_images);
+    let required = required(&SCENE, supports_images);
     assert!(missing(required.clone(), &rows).is_empty());
     let without: Vec<&Row> = rows
         .iter()

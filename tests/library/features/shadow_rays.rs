@@ -22,7 +22,7 @@ use crate::prelude::*;
 /// An unoccluded shadow ray: the direction in which it left, the kind of specular caster on its
 /// path, and its pdf and that of a path in this direction.
 #[derive(Clone, Copy, Debug)]
-struct Sent {
+struct ShadowRay {
     direction: DVec3,
     by: Option<CasterKind>,
     pdfs: [f64; 2],
@@ -42,9 +42,9 @@ struct Events {
     connection: Option<(DVec3, CasterKind)>,
     free: Option<(DVec3, CasterKind)>,
     /// Shadow rays from the present vertex.
-    sent: Vec<Sent>,
+    shadow_rays: Vec<ShadowRay>,
     /// The shadow ray that the path follows, and the number of mirror and glass surfaces ahead.
-    followed: Option<(Sent, u32)>,
+    followed: Option<(ShadowRay, u32)>,
     /// Point and normal where the path left a surface that is neither a mirror nor smooth glass,
     /// and whether that was rough glass.
     left: Option<(DVec3, DVec3, bool)>,
@@ -62,7 +62,7 @@ struct Events {
 enum Found {
     /// The path met the light that a shadow ray had found: the shadow ray, and the pdfs that weight
     /// the hit.
-    Followed(Sent, [f64; 2]),
+    Followed(ShadowRay, [f64; 2]),
     /// A path hit something through mirrors and glass: whether the hit was weighted, and whether a
     /// shadow ray finds it.
     Hit { weighted: bool, specular_nee: bool },
@@ -70,13 +70,13 @@ enum Found {
 
 /// Parts whose path follows, if `follows`, the last shadow ray of its vertex, and which record the
 /// calls of the path tracer.
-struct Watch<'a> {
+struct ShadowRayFollower<'a> {
     scene: &'a Scene,
     follows: bool,
     events: Mutex<Events>,
 }
 
-impl Watch<'_> {
+impl ShadowRayFollower<'_> {
     fn events(&self) -> std::sync::MutexGuard<'_, Events> {
         self.events.lock().expect("no thread has panicked")
     }
@@ -91,13 +91,13 @@ impl Watch<'_> {
             events.followed = None;
             events.found.push(Found::Followed(sent, pdfs));
         }
-        let (from, towards) = events.last;
+        let (from, onward) = events.last;
         let offset = 1e-7;
         if let Some((start, direction, rough_glass)) = events.left
             && events.between > 0
             && let Some(hit) = self
                 .scene
-                .intersect(&Ray::new(from + offset * towards, towards))
+                .intersect(&Ray::new(from + offset * onward, onward))
         {
             let takes = |caster: &SpecularCaster| {
                 caster.kind.bounces() == events.between
@@ -115,7 +115,7 @@ impl Watch<'_> {
     }
 }
 
-impl NextEvent for Watch<'_> {
+impl NextEvent for ShadowRayFollower<'_> {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.events().sends = true;
         DefaultParts.sample_emitter(emitter, random)
@@ -165,7 +165,7 @@ impl NextEvent for Watch<'_> {
                 .map_or((events.direct, None), |(d, kind)| (d, Some(kind)));
             // Light seen along its own plane, up to rounding, adds nothing.
             if pdf < EDGE_ON {
-                events.sent.push(Sent {
+                events.shadow_rays.push(ShadowRay {
                     direction,
                     by,
                     pdfs: [pdf, other],
@@ -186,7 +186,7 @@ impl NextEvent for Watch<'_> {
     }
 }
 
-impl Roulette for Watch<'_> {
+impl Roulette for ShadowRayFollower<'_> {
     fn survive(&self, _: DVec3, _: bool, r: f64) -> Option<f64> {
         let mut events = self.events();
         events.ended = r >= 0.8 && events.followed.is_none();
@@ -205,11 +205,11 @@ const OBJECTS: [DVec3; 6] = [
 ];
 
 /// Transmits through glass half of the time. Weights do not matter here.
-impl Scattering for Watch<'_> {
+impl Scattering for ShadowRayFollower<'_> {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut guard = self.events();
         let Events {
-            sent,
+            shadow_rays,
             mut followed,
             left,
             between,
@@ -230,8 +230,8 @@ impl Scattering for Watch<'_> {
             && let Some(sample) = &mut sample
         {
             let pick = |count: usize| (which * count as f64) as usize;
-            if self.follows && !sent.is_empty() {
-                let sent = sent[pick(sent.len())];
+            if self.follows && !shadow_rays.is_empty() {
+                let sent = shadow_rays[pick(shadow_rays.len())];
                 followed = Some((sent, sent.by.map_or(0, CasterKind::bounces)));
                 sample.direction = sent.direction;
             } else {
@@ -291,7 +291,7 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
             specular_nee,
             bounces,
         };
-        let parts = Watch {
+        let parts = ShadowRayFollower {
             scene: &scene,
             follows,
             events: Mutex::default(),
@@ -372,12 +372,12 @@ fn shadow_rays_find_what_paths_weight() {
 
 /// Whether the last surface that a path of the report's estimator left scatters diffusely, and
 /// whether any before did.
-struct Left {
+struct LastScatteringRecorder {
     rules: TransportRules,
     last_and_any: Mutex<[bool; 2]>,
 }
 
-impl NextEvent for Left {
+impl NextEvent for LastScatteringRecorder {
     fn counts_emission(&self, strategy: Finds, sampled: bool) -> bool {
         let [last, any] = *self.last_and_any.lock().expect("no thread has panicked");
         assert_eq!(sampled, if self.rules.caustics { last } else { any });
@@ -385,9 +385,9 @@ impl NextEvent for Left {
     }
 }
 
-impl Roulette for Left {}
+impl Roulette for LastScatteringRecorder {}
 
-impl Scattering for Left {
+impl Scattering for LastScatteringRecorder {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         self.last_and_any.lock().expect("no thread has panicked")[0] = false;
         DefaultParts.sample(bsdf, at, rng)
@@ -414,7 +414,7 @@ fn the_report_counts_hits_that_its_shadow_rays_do_not_find() {
             },
         ] {
             let report = Report {
-                parts: Left {
+                parts: LastScatteringRecorder {
                     rules,
                     last_and_any: Mutex::default(),
                 },

@@ -8,13 +8,13 @@ use whitefurnace::light::emitter::EmitterPoint;
 use whitefurnace::material::{BsdfSample, Vertex};
 
 use super::scenes::{SCENE, scene_of};
-use super::{images_take, table::table};
+use super::{supports_images, table::table};
 use crate::prelude::*;
 
 /// A path made by a connection: its densities, the points from the connection's other end to the
 /// emitter, and how many of them the camera's walk has reached.
 #[derive(Default)]
-struct Made {
+struct ConnectedPath {
     path: Vec<Density>,
     points: Vec<DVec3>,
     met: usize,
@@ -28,8 +28,8 @@ struct Events {
     light: Vec<DVec3>,
     fresh: DVec3,
     /// Connections from the present vertex of the camera's walk, and the one that the walk follows.
-    made: Vec<Made>,
-    followed: Option<Made>,
+    connected: Vec<ConnectedPath>,
+    followed: Option<ConnectedPath>,
     /// Number of strategies that were compared on the same paths.
     compared: usize,
     finished: usize,
@@ -38,9 +38,9 @@ struct Events {
 /// Parts whose walk from the camera follows a connected path to the emitter: all strategies with
 /// fewer light vertices then make the path as well.
 #[derive(Default)]
-struct Retrace(Mutex<Events>);
+struct PathRetracer(Mutex<Events>);
 
-impl Retrace {
+impl PathRetracer {
     fn events(&self) -> std::sync::MutexGuard<'_, Events> {
         self.0.lock().expect("no thread has panicked")
     }
@@ -54,7 +54,7 @@ impl Retrace {
     }
 }
 
-impl Bidirectional for Retrace {
+impl Bidirectional for PathRetracer {
     fn importance(&self, camera: &Camera, size: [u32; 2], direction: DVec3) -> f64 {
         // Called at the start of a walk, or for a point that the camera sees.
         self.events().eye = true;
@@ -72,14 +72,14 @@ impl Bidirectional for Retrace {
             } else {
                 events.light[..s].iter().rev().copied().collect()
             };
-            events.made.push(Made {
+            events.connected.push(ConnectedPath {
                 path: path.to_vec(),
                 points,
                 met: 0,
             });
         }
         // With one light vertex there is another one.
-        if let Some(Made {
+        if let Some(ConnectedPath {
             path: other,
             points,
             met,
@@ -105,7 +105,7 @@ impl Bidirectional for Retrace {
     }
 }
 
-impl NextEvent for Retrace {
+impl NextEvent for PathRetracer {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         let sampled = DefaultParts.sample_emitter(emitter, random);
         self.start(sampled.point);
@@ -123,7 +123,7 @@ impl NextEvent for Retrace {
     }
 }
 
-impl Roulette for Retrace {
+impl Roulette for PathRetracer {
     fn survive(&self, throughput: DVec3, early: bool, r: f64) -> Option<f64> {
         let events = self.events();
         match &events.followed {
@@ -135,13 +135,13 @@ impl Roulette for Retrace {
     }
 }
 
-impl Scattering for Retrace {
+impl Scattering for PathRetracer {
     fn sample<R: Rng>(&self, bsdf: &Bsdf, at: &Vertex, rng: &mut R) -> Option<BsdfSample> {
         let mut events = self.events();
         let Events {
             eye,
             light,
-            made,
+            connected,
             followed,
             ..
         } = &mut *events;
@@ -151,17 +151,17 @@ impl Scattering for Retrace {
             return sample;
         }
         let followed = match followed {
-            None if !made.is_empty() => {
-                let one = (uniform(rng) * made.len() as f64) as usize;
-                followed.insert(made.swap_remove(one))
+            None if !connected.is_empty() => {
+                let one = (uniform(rng) * connected.len() as f64) as usize;
+                followed.insert(connected.swap_remove(one))
             }
-            Some(made) => {
-                made.met += 1;
-                made
+            Some(connected) => {
+                connected.met += 1;
+                connected
             }
             None => return sample,
         };
-        made.clear();
+        connected.clear();
         let direction = (followed.points.get(followed.met)? - at.point).normalize();
         match *bsdf {
             Bsdf::Mirror { .. } => sample,
@@ -185,17 +185,17 @@ impl Scattering for Retrace {
 #[test]
 fn all_strategies_of_a_path_find_its_densities() {
     let mut counts = [0; 3];
-    for row in table(&SCENE, images_take)
+    for row in table(&SCENE, supports_images)
         .iter()
         .filter(|row| !row.is("emitter", "none") || row.get("background").starts_with("closed"))
     {
         let scene = scene_of(row);
         for index in 0..(1000.0 * context("features").scale) as u32 {
-            let bdpt = Bdpt::new(Retrace::default());
+            let bdpt = Bdpt::new(PathRetracer::default());
             bdpt.pass(&scene, [1, 1], master(), index)
                 .expect("legal values");
             let events = bdpt.parts.0.into_inner().expect("no thread has panicked");
-            if let Some(Made { points, met, path }) = events.followed {
+            if let Some(ConnectedPath { points, met, path }) = events.followed {
                 panic!("the walk from the camera reached {met} of {points:?} {path:?}: {row}");
             }
             counts[0] += events.finished;

@@ -154,9 +154,9 @@ fn assert_share(found: usize, n: usize, share: f64, reach: f64) {
     assert_abs_diff_eq!(found as f64 / n as f64, share, epsilon = reach);
 }
 
-const SANE: &str = "finite and not negative";
+const FINITE: &str = "finite and not negative";
 const WEIGHTS: &str = "weight = f cos/pdf";
-const MASS: &str = "integral of the pdf";
+const INTEGRAL: &str = "integral of the pdf";
 
 #[test]
 fn a_check_up_asks_everything() {
@@ -164,10 +164,10 @@ fn a_check_up_asks_everything() {
         inclinations: vec![0.0, 60.0],
         ..small()
     };
-    let mut expected = [SANE, WEIGHTS, "reciprocity"].map(String::from).to_vec();
+    let mut expected = [FINITE, WEIGHTS, "reciprocity"].map(String::from).to_vec();
     for degrees in [0, 60] {
         let each = [
-            MASS,
+            INTEGRAL,
             "chi-square of samples",
             "furnace",
             "energy bound",
@@ -288,7 +288,7 @@ fn no_value_may_be_bad() {
         ]);
     }
     for (what, subject, p) in subjects {
-        assert_eq!(pointwise(&subject, SANE).p, p, "{what}");
+        assert_eq!(pointwise(&subject, FINITE).p, p, "{what}");
     }
 }
 
@@ -312,12 +312,12 @@ fn pointwise_errors_are_relative() {
     assert_relative_eq!(error(&dense, WEIGHTS), 0.25, max_relative = 1e-9);
     // Samples that all have cosine z, and the pdf of other directions. Grazing directions are left
     // out, as their cosines have lost digits; 1e-4 is the last that counts.
-    let towards = |z: f64| {
+    let with_cosine = |z: f64| {
         let wi = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
         with_sample(move |s| Some(SampledDirection { wi, ..s }))
     };
-    assert_eq!(error(&towards(1e-5), WEIGHTS), 0.0);
-    assert!(error(&towards(1e-4), WEIGHTS) > 0.5);
+    assert_eq!(error(&with_cosine(1e-5), WEIGHTS), 0.0);
+    assert!(error(&with_cosine(1e-4), WEIGHTS) > 0.5);
     // Samples below the surface are compared in the same way.
     assert_eq!(
         error(
@@ -346,7 +346,7 @@ fn the_pdf_integrates_to_what_is_not_lost() {
     let error = |factor: f64, loss| {
         outcome(
             &with_pdf(move |wo, wi| factor * pdf(wo, wi)).loss(loss),
-            MASS,
+            INTEGRAL,
         )
         .estimate
     };
@@ -364,15 +364,15 @@ fn the_pdf_integrates_to_what_is_not_lost() {
     assert!(error(f64::NAN, Loss::Allowed).is_nan());
     // The whole sphere counts if light may pass.
     let through = with_pdf(|_, wi| wi.z.abs() * FRAC_1_PI);
-    assert_abs_diff_eq!(outcome(&through, MASS).estimate, 0.0, epsilon = 1e-7);
+    assert_abs_diff_eq!(outcome(&through, INTEGRAL).estimate, 0.0, epsilon = 1e-7);
     assert_abs_diff_eq!(
-        outcome(&through.transmits(true), MASS).estimate,
+        outcome(&through.transmits(true), INTEGRAL).estimate,
         1.0,
         epsilon = 1e-7
     );
     // A narrow lobe is refined until a quarter of the tolerance is left.
     let lobe = with_pdf(|_, wi| 1001.0 / TAU * wi.z.max(0.0).powi(1000));
-    assert_abs_diff_eq!(outcome(&lobe, MASS).estimate, 0.0, epsilon = 2.5e-7);
+    assert_abs_diff_eq!(outcome(&lobe, INTEGRAL).estimate, 0.0, epsilon = 2.5e-7);
 }
 
 #[test]

@@ -92,7 +92,7 @@ fn cells_have_simultaneous_intervals() {
     let Sensitivity::Cells {
         dof,
         n,
-        least,
+        min_probability: least,
         tests,
     } = found.sensitivity
     else {
@@ -105,7 +105,7 @@ fn cells_have_simultaneous_intervals() {
     let expected = Sensitivity::Cells {
         dof,
         n,
-        least,
+        min_probability: least,
         tests: 2,
     };
     assert_relative_eq!(

@@ -148,7 +148,7 @@ fn each_fault_is_noticed_by_its_statistic() {
 /// In a table of 2 × 2 cells each entry's pdf is its share over a quarter of the hemisphere.
 #[test]
 fn a_table_is_constant_on_its_cells() {
-    let density = Density::of_table(Domain::Hemisphere, &[vec![3.0, 1.0], vec![0.0, 4.0]]);
+    let density = Density::from_table(Domain::Hemisphere, &[vec![3.0, 1.0], vec![0.0, 4.0]]);
     let quarter = 0.5 * PI;
     for (w, share) in [
         (DVec3::new(0.3, 0.1, 0.9), 3.0),

@@ -133,7 +133,7 @@ fn parts_have_their_share_of_the_measure() {
             assert_relative_eq!(found, area * measure * mean, max_relative = 1e-10);
         }
         // Cells of the uniform distribution are equally probable, however they are cut.
-        let partition = Partition::of_pdf(domain, 8, &|p| even(p) / measure);
+        let partition = Partition::from_pdf(domain, 8, &|p| even(p) / measure);
         assert_relative_eq!(partition.masses[..], [0.125; 8][..], max_relative = 1e-6);
     }
 }
@@ -176,7 +176,7 @@ fn equal_cells_run_row_by_row() {
     // The far border belongs to the last row and column.
     assert_eq!(cells.cell(DVec3::new(1.0, 1.0, 0.0)), Some(11));
     assert_eq!(cells.cell(DVec3::new(1.1, 1.0, 0.0)), None);
-    let outcomes = Partition::of_masses(vec![0.5, 0.25, 0.25], vec![String::new(); 3]);
+    let outcomes = Partition::from_masses(vec![0.5, 0.25, 0.25], vec![String::new(); 3]);
     for (k, x) in [0.2, 0.5, 0.8].into_iter().enumerate() {
         assert_eq!(outcomes.cell(DVec3::new(0.5, x, 0.0)), Some(k));
     }
@@ -198,7 +198,7 @@ fn cells_of_a_density_hold_what_lies_in_them() {
     // 0.9 (1 + x)(3 − y²)/4: ∫ (1 + x) = 3/2, ∫ (3 − y²) = 8/3, so a tenth is lost.
     let pdf = |p: DVec3| 0.9 * (1.0 + p.x) * (3.0 - p.y * p.y) / 4.0;
     for cells in [1, 2, 5, 6, 12] {
-        let partition = Partition::of_pdf(Domain::Square, cells, &pdf);
+        let partition = Partition::from_pdf(Domain::Square, cells, &pdf);
         assert_eq!(partition.places.len(), cells);
         assert_eq!(partition.error, MASS_TOLERANCE);
         assert_relative_eq!(partition.loss, 0.1, max_relative = 1e-6);
@@ -242,7 +242,7 @@ fn no_field_lies_on_both_sides_of_the_horizon() {
                 (1.0 - up) / TAU
             }
         };
-        let partition = Partition::of_pdf(Domain::Sphere, 6, &pdf);
+        let partition = Partition::from_pdf(Domain::Sphere, 6, &pdf);
         assert_eq!(partition.error, MASS_TOLERANCE);
         assert_abs_diff_eq!(partition.mass(), 1.0, epsilon = 1e-9);
     }
@@ -253,7 +253,7 @@ fn masses_are_known_to_the_tolerance_together() {
     // A kink at three tenths of every row of fields: the small errors of all fields have the same
     // sign.
     let pdf = |p: DVec3| 0.9 + 0.1 * (((32.0 * p.x).fract() - 0.3).abs() - 0.29);
-    let partition = Partition::of_pdf(Domain::Square, 4, &pdf);
+    let partition = Partition::from_pdf(Domain::Square, 4, &pdf);
     // ∫ |u − 0.3| from 0 to 1 is (0.3² + 0.7²)/2 = 0.29.
     assert_abs_diff_eq!(partition.mass(), 0.9, epsilon = MASS_TOLERANCE);
     assert_abs_diff_eq!(partition.loss, 0.1, epsilon = MASS_TOLERANCE);
@@ -268,7 +268,7 @@ fn masses_are_known_to_the_tolerance_together() {
 fn every_cell_holds_a_field() {
     // All of the probability is in the first field: no cut gives a third of it.
     let first = |p: DVec3| f64::from(u8::from(32.0 * p.x < 1.0 && 64.0 * p.y < 1.0)) * 2048.0;
-    let partition = Partition::of_pdf(Domain::Square, 3, &first);
+    let partition = Partition::from_pdf(Domain::Square, 3, &first);
     assert_eq!(partition.places.len(), 3);
     let mut fields = 0;
     for place in &partition.places {
@@ -290,7 +290,7 @@ fn partitions_of_rough_densities_end_undecided() {
         evaluations.set(evaluations.get() + 1);
         1.0 + noise(p) - 0.5
     };
-    let partition = Partition::of_pdf(Domain::Square, 4, &rough);
+    let partition = Partition::from_pdf(Domain::Square, 4, &rough);
     // 2048 fields and 20 000 halvings, 225 values each.
     assert!(evaluations.get() <= 225 * (2048 + 2 * 20_000));
     assert!(partition.error > 1e-4, "{}", partition.error);
@@ -301,7 +301,7 @@ fn partitions_of_rough_densities_end_undecided() {
     };
     let verdict = chi_square("rough", &partition, &counts, 0.5).verdict();
     assert!(matches!(verdict, Verdict::Undecided { .. }), "{verdict:?}");
-    let nan = Partition::of_pdf(Domain::Square, 4, &|_| f64::NAN);
+    let nan = Partition::from_pdf(Domain::Square, 4, &|_| f64::NAN);
     assert!(nan.error.is_nan());
     assert_eq!(
         chi_square("NaN", &nan, &counts, 0.5).verdict(),

@@ -60,7 +60,11 @@ fn effects_of_the_size_of_the_claim_are_answered() {
     for outcome in all(1.0) {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome:?}");
         let (up, down) = outcome.graded.iter().fold((0, 0), |(up, down), graded| {
-            assert!(graded.is_answered(), "{}: {graded:?}", outcome.name);
+            assert!(
+                graded.has_required_verdict(),
+                "{}: {graded:?}",
+                outcome.name
+            );
             if graded.effect > 0.0 {
                 (up + 1, down)
             } else {

@@ -1,8 +1,8 @@
 //! Tests of the guard of the error budget at its limits: outcomes that it passes, and outcomes that
 //! it refuses.
 
-use whitefurnace::harness::guard::{FAR, FAR_MISS, ROOM, distance};
-use whitefurnace::harness::outcome::{FAR_LEVEL, FAR_SHARE};
+use whitefurnace::harness::guard::{FAULT_SIGMAS, MAX_FAULT_MISS, SAFETY_SIGMAS, rejection_sigmas};
+use whitefurnace::harness::outcome::{DECISIVE_DIVISOR, DECISIVE_LEVEL};
 
 use super::*;
 
@@ -29,19 +29,23 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     let detected = exact(1.0).minimum_detectable_effect();
     assert!((12.2..12.3).contains(&detected), "{detected}");
     // The standard error of 20 000 normal values varies by 1/200.
-    let least = detected * (1.0 + ROOM / 200.0);
+    let least = detected * (1.0 + SAFETY_SIGMAS / 200.0);
     for (factor, passes) in [(1.001, true), (0.999, false)] {
         let size = factor * least;
         for claim in [
             Claim::Exact { delta: size },
             Claim::Approximate { margin: size },
         ] {
-            assert_eq!(may_not_hold(&t(0.0, claim)).is_none(), passes, "{claim:?}");
+            assert_eq!(
+                power_objection(&t(0.0, claim)).is_none(),
+                passes,
+                "{claim:?}"
+            );
         }
     }
-    assert!(may_not_hold(&exact(detected)).is_some_and(|why| why.contains("detects")));
-    assert!(may_not_hold(&exact(f64::NAN)).is_some());
-    assert!(may_not_hold(&Outcome::exact("identity", 1, 0.0, 1.0, "")).is_none());
+    assert!(power_objection(&exact(detected)).is_some_and(|why| why.contains("detects")));
+    assert!(power_objection(&exact(f64::NAN)).is_some());
+    assert!(power_objection(&Outcome::exact("identity", 1, 0.0, 1.0, "")).is_none());
 }
 
 #[test]
@@ -53,10 +57,10 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
         valid_from: (used * used * DOF) as u64,
         ..t(0.0, Claim::Exact { delta: 20.0 })
     };
-    let most = 1.0 - ROOM * noise;
+    let most = 1.0 - SAFETY_SIGMAS * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
-    assert!(may_not_hold(&skewed(most - 1e-3)).is_none());
-    assert!(may_not_hold(&skewed(most + 1e-3)).is_some_and(|why| why.contains("skewness")));
+    assert!(power_objection(&skewed(most - 1e-3)).is_none());
+    assert!(power_objection(&skewed(most + 1e-3)).is_some_and(|why| why.contains("skewness")));
     assert_eq!(skewed(most + 1e-3).verdict(), Verdict::Holds);
 }
 
@@ -71,38 +75,38 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
         (60.0, true),
     ] {
         for outcome in [t(effect, any), t(-effect, any)] {
-            assert_eq!(may_hold(&outcome).is_none(), passes, "{effect}");
+            assert_eq!(fault_objection(&outcome).is_none(), passes, "{effect}");
         }
     }
     // The distance counts from the margin, not from the reference.
     let margin = Claim::Approximate { margin: 12.5 };
-    assert!(may_hold(&t(12.5 + 20.1, margin)).is_some());
-    assert!(may_hold(&t(12.5 + 20.3, margin)).is_none());
+    assert!(fault_objection(&t(12.5 + 20.1, margin)).is_some());
+    assert!(fault_objection(&t(12.5 + 20.3, margin)).is_none());
     // The distance of NaN is NaN; a failed identity is certain.
     assert_eq!(
-        distance(&Outcome {
+        rejection_sigmas(&Outcome {
             p: f64::NAN,
             ..t(30.0, any)
         }),
         0.0
     );
     assert_eq!(
-        distance(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
+        rejection_sigmas(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
         f64::INFINITY
     );
 }
 
-/// A rejection by [`FAR`] standard errors means an effect so large that another seed rejects it,
-/// too; each of the two steps fails with probability [`FAR_MISS`].
+/// A rejection by [`FAULT_SIGMAS`] standard errors means an effect so large that another seed
+/// rejects it, too; each of the two steps fails with probability [`MAX_FAULT_MISS`].
 #[test]
 fn the_far_distance_is_two_misses_beyond_the_critical_value() {
-    let miss = normal_upper(FAR_MISS);
-    assert!(FAR - miss - miss >= normal_upper(0.5 * ALPHA) - 0.2);
-    assert!(normal_sf(FAR - miss - normal_upper(0.5 * ALPHA)) <= FAR_MISS);
-    assert!((normal_upper(0.5 * FAR_LEVEL) - FAR).abs() < 0.05);
+    let miss = normal_upper(MAX_FAULT_MISS);
+    assert!(FAULT_SIGMAS - miss - miss >= normal_upper(0.5 * ALPHA) - 0.2);
+    assert!(normal_sf(FAULT_SIGMAS - miss - normal_upper(0.5 * ALPHA)) <= MAX_FAULT_MISS);
+    assert!((normal_upper(0.5 * DECISIVE_LEVEL) - FAULT_SIGMAS).abs() < 0.05);
 }
 
-/// A far rejection stands without a valid tail, within limits; a near one, or a right subject, is
+/// A far rejection stands without a valid tail, within limits; a near one, or a correct subject, is
 /// undecided.
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {
@@ -114,8 +118,8 @@ fn far_rejections_stand_without_a_valid_tail() {
         }
         .verdict()
     };
-    assert_eq!(skewed(21.5, FAR_SHARE), Verdict::Fails);
-    for (effect, times) in [(21.5, FAR_SHARE + 1), (19.0, 2), (0.0, 2)] {
+    assert_eq!(skewed(21.5, DECISIVE_DIVISOR), Verdict::Fails);
+    for (effect, times) in [(21.5, DECISIVE_DIVISOR + 1), (19.0, 2), (0.0, 2)] {
         assert!(
             matches!(skewed(effect, times), Verdict::Undecided { .. }),
             "{effect} {times}"

@@ -2,7 +2,7 @@
 //! alarms and of detected biases.
 
 use rayon::prelude::*;
-use whitefurnace::harness::images::{Comparison, MISS, Rules, Side, compare};
+use whitefurnace::harness::images::{Comparison, MISS_PROBABILITY, Rules, Side, compare};
 
 use whitefurnace::sampling::rng::Stream;
 
@@ -52,7 +52,7 @@ fn places_are_judged_by_welch() {
     };
     let [means, regions, tiles, pixels] = &found.kinds;
     assert_eq!(
-        found.kinds.each_ref().map(|kind| kind.places.len()),
+        found.kinds.each_ref().map(|kind| kind.tests.len()),
         [1, 5, 1, 4]
     );
     for (kind, k, of) in [
@@ -61,7 +61,7 @@ fn places_are_judged_by_welch() {
         (tiles, 0, &[0, 1, 2, 3]),
         (pixels, 1, &[1]),
     ] {
-        let place = &kind.places[k];
+        let place = &kind.tests[k];
         let (t, p, relative) = welch(of);
         assert_relative_eq!(
             [place.sigmas, place.p, place.difference()][..],
@@ -77,21 +77,21 @@ fn places_are_judged_by_welch() {
             max_relative = 1e-9
         );
     }
-    assert!(!pixels.places[3].varies() && !pixels.places[3].judged && pixels.places[3].p == 1.0);
+    assert!(!pixels.tests[3].varies() && !pixels.tests[3].judged && pixels.tests[3].p == 1.0);
     assert_relative_eq!(regions.level, 1e-3 / 4.0 / 5.0);
     // Pixels get the mean skewness of their tile. By hand: variances 3/4 and 13/16, third cumulants
     // 27/32 and 3/4, of three and four images.
     let (third, second) = ([27.0 / 32.0 / 9.0, 0.75 / 16.0], 0.25 + 0.203_125_f64);
     let skewness = [third[0] - third[1], third[0] + third[1]].map(|third| third / second.powf(1.5));
     assert_relative_eq!(
-        pixels.places[0].skewness[..],
+        pixels.tests[0].skewness[..],
         skewness[..],
         max_relative = 1e-9
     );
     // Two images give no skewness; an exact side and standard errors do.
     let two = compare(2, &[[side(&a[..2]), side(&b)]], &rules);
-    assert!(two.kinds[0].places[0].skewness[0].is_nan() && !two.kinds[0].counts);
-    let [cancelled, alike] = means.places[0].skewness;
+    assert!(two.kinds[0].tests[0].skewness[0].is_nan() && !two.kinds[0].is_counted);
+    let [cancelled, alike] = means.tests[0].skewness;
     assert!(
         cancelled < alike,
         "the noise of one side takes that of the other away"
@@ -102,7 +102,7 @@ fn places_are_judged_by_welch() {
         &[[Side::Errors(&a[0], &errors), Side::Exact(&b[0])]],
         &rules,
     );
-    let place = &one.kinds[0].places[0];
+    let place = &one.kinds[0].tests[0];
     assert_relative_eq!(place.standard_error, 0.3 / 4.0, max_relative = 1e-12);
     assert_relative_eq!(
         place.skewness[..],
@@ -176,11 +176,9 @@ fn constants_beside_noise_need_many_values() {
             ..Rules::default()
         };
         let found = compare(100, &[sides], &rules);
-        assert!(
-            found.kinds[0].places[0].standard_error > 0.0 && !found.kinds[0].places[0].noiseless
-        );
+        assert!(found.kinds[0].tests[0].standard_error > 0.0 && !found.kinds[0].tests[0].noiseless);
         found.kinds[1]
-            .places
+            .tests
             .last()
             .is_some_and(|place| place.p == 0.0)
     };
@@ -344,15 +342,16 @@ fn what_would_be_seen_is_seen() {
     for numbers in [[2, 2], [3, 3], [4, 4], [8, 8]] {
         let seen = |rng: &mut Stream| {
             let [means, ..] = found(sum_of_four, numbers, |value| value, rng, &rules).kinds;
-            let stated = means.places[0].seen(means.level) * means.places[0].scale;
+            let stated =
+                means.tests[0].minimum_detectable_effect(means.level) * means.tests[0].scale;
             let wrong = found(sum_of_four, numbers, |value| value + stated, rng, &rules).kinds;
-            wrong[0].places[0].p < wrong[0].level
+            wrong[0].tests[0].p < wrong[0].level
         };
         let count = repeated(&format!("seen {numbers:?}"), RUNS, seen)
             .into_iter()
             .filter(|seen| *seen)
             .count();
-        let p = binomial_cdf(count as u64, RUNS.into(), 1.0 - MISS);
+        let p = binomial_cdf(count as u64, RUNS.into(), 1.0 - MISS_PROBABILITY);
         assert!(p >= ALPHA, "{numbers:?} images: {count} of {RUNS} seen");
     }
 }

@@ -2,12 +2,12 @@
 //! which must be rejected: a sheet of paper that absorbs and transmits light, a mirror that
 //! absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and its faults.)
 
-use whitefurnace::harness::trial::refused;
+use whitefurnace::harness::trial::power_objections;
 use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refract};
 
 use super::*;
 
-/// Numbers of random outcomes of the right subjects: paper, mirror and glass.
+/// Numbers of random outcomes of the correct subjects: paper, mirror and glass.
 pub const PASSES: [usize; 3] = [4, 8, 22];
 /// Number of faulty subjects, each of which must be rejected.
 pub const FAULTY: usize = 16;
@@ -16,8 +16,8 @@ fn in_words(outcome: &Outcome) -> String {
     format!("{}: {}", outcome.name, outcome.worst)
 }
 
-/// Asserts that all outcomes of a right subject hold and pass the guard; below scale 1 they may be
-/// undecided.
+/// Asserts that all outcomes of a correct subject hold and pass the guard; below scale 1 they may
+/// be undecided.
 fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     let red = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
@@ -26,7 +26,7 @@ fn assert_passes(name: &str, outcomes: &[Outcome], context: &Context) {
     };
     let red: Vec<String> = outcomes.iter().filter(red).map(in_words).collect();
     assert!(red.is_empty(), "{name}: {}", red.join("\n"));
-    assert_eq!(refused(name, outcomes, context), "");
+    assert_eq!(power_objections(name, outcomes, context), "");
 }
 
 /// Asserts that a faulty subject is rejected by an outcome whose name begins so, with certainty at
@@ -35,7 +35,7 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => !context.is_planned() || may_hold(outcome).is_none(),
+        Verdict::Fails => !context.is_planned() || fault_objection(outcome).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();
@@ -82,27 +82,27 @@ fn random(outcomes: &[Outcome]) -> usize {
 
 /// Reflects a half and lets through a quarter, both diffusely. The sampler ends the path with the
 /// probability of absorption.
-const REFLECTED: f64 = 0.5;
-const LET_THROUGH: f64 = 0.25;
+const PAPER_REFLECTANCE: f64 = 0.5;
+const PAPER_TRANSMITTANCE: f64 = 0.25;
 
 /// Returns the share of light that is scattered to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
     if (wo.z > 0.0) == (wi.z > 0.0) {
-        REFLECTED
+        PAPER_REFLECTANCE
     } else {
-        LET_THROUGH
+        PAPER_TRANSMITTANCE
     }
 }
 
 fn paper_sample(wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<SampledDirection> {
     let up = cosine_hemisphere([r1, r2]);
-    let side = if r3 < REFLECTED {
+    let side = if r3 < PAPER_REFLECTANCE {
         wo.z.signum()
     } else {
         -wo.z.signum()
     };
     let wi = up.with_z(side * up.z);
-    (r3 < REFLECTED + LET_THROUGH).then(|| SampledDirection {
+    (r3 < PAPER_REFLECTANCE + PAPER_TRANSMITTANCE).then(|| SampledDirection {
         wi,
         weight: 1.0,
         pdf: paper_share(wo, wi) * cosine_hemisphere_pdf(up.z),
@@ -116,7 +116,7 @@ fn paper(loss: f64) -> BsdfSubject {
     BsdfSubject::new(eval, paper_sample, pdf)
         .transmits(true)
         .loss(Loss::Declared(Box::new(move |_| loss)))
-        .albedo(|_| REFLECTED + LET_THROUGH)
+        .albedo(|_| PAPER_REFLECTANCE + PAPER_TRANSMITTANCE)
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Tests of tests of means: textbook formulas on small sets of numbers, and changes of scale.
 
 use whitefurnace::harness::batches::Batches;
-use whitefurnace::harness::mean::{LARGEST_SKEW_TERM, NEARLY_SYMMETRIC};
+use whitefurnace::harness::mean::{MAX_SKEW_TERM, MIN_SYMMETRIC_VALUES};
 
 use super::*;
 
@@ -168,7 +168,7 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         let claim = Claim::Exact {
             delta: 1e-3 * scale,
         };
-        let many = vec![scale; ENOUGH_EQUAL as usize];
+        let many = vec![scale; MIN_CONSTANT_VALUES as usize];
         let same = values(scale, &many);
         let nothing = Verdict::Undecided { needed: u64::MAX };
         let verdict = |reference| mean("t", &same, reference, claim).verdict();
@@ -178,7 +178,7 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
         assert_eq!(
             few.verdict(),
             Verdict::Undecided {
-                needed: ENOUGH_EQUAL
+                needed: MIN_CONSTANT_VALUES
             }
         );
         let other = |factor: f64| values(scale, &[scale * factor].repeat(many.len()));
@@ -192,9 +192,9 @@ fn rounding_is_relative_to_the_size_of_the_numbers() {
 /// √(6/n) is the standard deviation of the skewness of n normal values.
 #[test]
 fn nearly_symmetric_values_are_enough() {
-    let n = NEARLY_SYMMETRIC as f64;
+    let n = MIN_SYMMETRIC_VALUES as f64;
     let z = normal_upper(0.5 * ALPHA);
-    let allowed = LARGEST_SKEW_TERM * 3.0 * n.sqrt() / z.powi(3);
+    let allowed = MAX_SKEW_TERM * 3.0 * n.sqrt() / z.powi(3);
     assert!(allowed > 0.2 + z * (6.0 / n).sqrt(), "{allowed}");
 }
 

@@ -8,15 +8,14 @@ mod domain;
 mod graded;
 mod guard;
 pub mod images; // two sets of images
+mod insufficient_samples; // samples without evidence
 mod ks;
 pub mod lobe_checkup; // end-to-end check-ups of paper, mirrors and glass, and faulty ones
 mod mean;
 pub mod narrow_lobes; // BSDFs that scatter nearly all light in one direction
-mod no_evidence; // samples without evidence
 mod outcome;
 mod power;
 mod quadrature;
-mod sequential;
 pub mod single_precision; // subjects that compute in f32
 mod tails;
 mod trial;
@@ -29,16 +28,15 @@ use whitefurnace::harness::chi_square::{
 };
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
-use whitefurnace::harness::guard::{may_hold, may_not_hold};
+use whitefurnace::harness::guard::{fault_objection, power_objection};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 use whitefurnace::harness::mean::{
-    ENOUGH_EQUAL, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum, welch,
-    welch_satterthwaite,
+    MIN_CONSTANT_VALUES, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
+    welch, welch_satterthwaite,
 };
 use whitefurnace::harness::outcome::{ALPHA, Cell, Claim, Outcome, Verdict};
 use whitefurnace::harness::power::Sensitivity;
-use whitefurnace::harness::sequential::{ConfidenceSequence, Decision, Sprt};
 use whitefurnace::harness::tails::{
     binomial_cdf, binomial_sf, binomial_two_sided, chi_square_sf, normal_sf, normal_upper,
     poisson_cdf, poisson_interval, poisson_sf, student_two_sided, student_upper,
@@ -76,7 +74,7 @@ fn rare(n: u64) -> Values {
 
 /// Returns cells of these probabilities, named by their numbers.
 fn cells(masses: &[f64]) -> Partition {
-    Partition::of_masses(
+    Partition::from_masses(
         masses.to_vec(),
         (0..masses.len()).map(|i| i.to_string()).collect(),
     )

@@ -18,7 +18,7 @@ fn law(name: &str, a: &[f64]) -> Sensitivity {
         "cells" => Sensitivity::Cells {
             dof: a[0],
             n: a[1],
-            least: a[2],
+            min_probability: a[2],
             tests: a[3] as usize,
         },
         other => panic!("no law {other}"),
@@ -51,7 +51,7 @@ fn smallest_effects_are_seen_for_certain() {
     let nothing = Sensitivity::Cells {
         dof: 0.0,
         n: 1e6,
-        least: 1.0,
+        min_probability: 1.0,
         tests: 1,
     };
     assert_eq!(nothing.smallest_effect(ALPHA), f64::INFINITY);
@@ -78,7 +78,7 @@ fn levels_of_a_power_are_found() {
         Sensitivity::Cells {
             dof: 5.0,
             n: 5.0,
-            least: 0.5,
+            min_probability: 0.5,
             tests: 2,
         },
         Sensitivity::Distance { n: 2 },

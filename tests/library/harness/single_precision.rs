@@ -116,7 +116,7 @@ enum Model {
 
 /// Relative errors of one percent, or none.
 #[derive(Clone, Copy, Debug, Default)]
-struct Slip {
+struct RelativeErrors {
     weight: f32,
     pdf: f32,
     choice: f32,
@@ -172,7 +172,7 @@ impl Model {
         }
     }
 
-    fn sample(self, wo: V, u: [f32; 3], slip: Slip) -> Option<(V, f32, f32)> {
+    fn sample(self, wo: V, u: [f32; 3], errors: RelativeErrors) -> Option<(V, f32, f32)> {
         if wo[2] <= 0.0 {
             return None;
         }
@@ -208,7 +208,7 @@ impl Model {
                 )
             }
             Self::Mix { alpha, .. } | Self::Coated(alpha) => {
-                if u[2] < self.choice(wo) * (1.0 + slip.choice) {
+                if u[2] < self.choice(wo) * (1.0 + errors.choice) {
                     ggx(alpha)
                 } else {
                     cosine(pair)
@@ -231,24 +231,24 @@ impl Model {
             Self::Phong(n) => 0.5 * (n + 2.0) / (n + 1.0) * wi[2],
             Self::Mix { .. } | Self::Coated(_) => self.eval(wo, wi) * wi[2] / pdf,
         };
-        Some((wi, weight * (1.0 + slip.weight), pdf))
+        Some((wi, weight * (1.0 + errors.weight), pdf))
     }
 
     /// Returns the model as a subject of the check-up.
-    fn subject(self, slip: Slip) -> BsdfSubject {
+    fn subject(self, errors: RelativeErrors) -> BsdfSubject {
         let single = |w: DVec3| w.to_array().map(|x| x as f32);
         BsdfSubject::new(
             move |wo, wi| f64::from(self.eval(single(wo), single(wi))),
             move |wo, u| {
-                let (wi, weight, pdf) = self.sample(single(wo), u.map(|u| u as f32), slip)?;
-                let pdf = f64::from(pdf * (1.0 + slip.pdf));
+                let (wi, weight, pdf) = self.sample(single(wo), u.map(|u| u as f32), errors)?;
+                let pdf = f64::from(pdf * (1.0 + errors.pdf));
                 Some(SampledDirection {
                     wi: DVec3::from_array(wi.map(f64::from)),
                     weight: f64::from(weight),
                     pdf,
                 })
             },
-            move |wo, wi| f64::from(self.pdf(single(wo), single(wi)) * (1.0 + slip.pdf)),
+            move |wo, wi| f64::from(self.pdf(single(wo), single(wi)) * (1.0 + errors.pdf)),
         )
         .loss(Loss::Allowed)
     }
@@ -289,7 +289,7 @@ fn context(name: &str) -> Context {
 fn right_models_hold() {
     for model in MODELS {
         for outcome in check_up(
-            &model.subject(Slip::default()),
+            &model.subject(RelativeErrors::default()),
             &size(vec![60.0]),
             &context("single precision"),
         ) {
@@ -303,26 +303,26 @@ fn right_models_hold() {
 }
 
 #[test]
-fn a_slip_of_one_percent_is_seen_at_points() {
+fn an_error_of_one_percent_is_detected_pointwise() {
     let (weight, pdf) = (
-        Slip {
+        RelativeErrors {
             weight: 0.01,
-            ..Slip::default()
+            ..RelativeErrors::default()
         },
-        Slip {
+        RelativeErrors {
             pdf: -0.01,
-            ..Slip::default()
+            ..RelativeErrors::default()
         },
     );
     for model in MODELS {
-        for slip in [weight, pdf] {
-            let outcomes = check_up(&model.subject(slip), &size(Vec::new()), &context("slips"));
+        for errors in [weight, pdf] {
+            let outcomes = check_up(&model.subject(errors), &size(Vec::new()), &context("slips"));
             let fails = |name| {
                 outcomes
                     .iter()
                     .any(|o| o.name == name && o.verdict() == Verdict::Fails)
             };
-            assert!(fails("weight = f cos/pdf"), "{model:?}, {slip:?}");
+            assert!(fails("weight = f cos/pdf"), "{model:?}, {errors:?}");
         }
     }
 }
@@ -331,16 +331,16 @@ fn a_slip_of_one_percent_is_seen_at_points() {
 /// value at any point is wrong.
 #[test]
 fn a_wrong_choice_of_lobes_by_one_percent_fails() {
-    let slip = Slip {
+    let errors = RelativeErrors {
         choice: 0.01,
-        ..Slip::default()
+        ..RelativeErrors::default()
     };
     let size = CheckUp {
         samples: 4_000_000,
         ..size(vec![40.0])
     };
     let outcomes = check_up(
-        &Model::Coated(0.1).subject(slip),
+        &Model::Coated(0.1).subject(errors),
         &size,
         &context("wrong choice"),
     );
@@ -404,7 +404,7 @@ fn pdfs_of_narrow_lobes_are_judged_where_they_have_digits() {
 
 #[test]
 fn a_stated_precision_is_what_counts() {
-    let lambert = || Model::Lambert.subject(Slip::default());
+    let lambert = || Model::Lambert.subject(RelativeErrors::default());
     let found = |roundoff, name: &str| {
         let size = CheckUp {
             roundoff,
@@ -437,8 +437,8 @@ fn a_stated_precision_is_what_counts() {
     ));
 }
 
-/// Returns glass in single precision; its weights are off by `slip`.
-fn glass(slip: f32) -> LobeSubject {
+/// Returns glass in single precision; its weights have the relative error `error`.
+fn glass(error: f32) -> LobeSubject {
     type Lobes = Vec<(V, f32, f32)>;
     fn lobes(wo: V) -> Lobes {
         let (eta, side) = if wo[2] > 0.0 {
@@ -483,7 +483,7 @@ fn glass(slip: f32) -> LobeSubject {
             };
             Some(LobeSample {
                 wi: double(w),
-                weight: f64::from(share / probability * (1.0 + slip)),
+                weight: f64::from(share / probability * (1.0 + error)),
             })
         },
     )
@@ -492,7 +492,7 @@ fn glass(slip: f32) -> LobeSubject {
 }
 
 #[test]
-fn glass_holds_and_with_a_slip_of_one_percent_fails() {
+fn glass_holds_and_with_an_error_of_one_percent_fails() {
     for outcome in check_up_lobes(&glass(0.0), &size(Vec::new()), &context("single glass")) {
         assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
     }

@@ -59,6 +59,6 @@ fn binomial_and_poisson_tails_sum_to_one() {
 fn kolmogorov_quantiles_undo_the_tail() {
     let d = tails::kolmogorov_upper(5000, 1e-9);
     assert_relative_eq!(tails::kolmogorov_sf(5000, d), 1e-9, max_relative = 1e-12);
-    let below = tails::kolmogorov_upper(1000, tails::KOLMOGOROV_SWITCH);
-    assert!(tails::kolmogorov_sf(1000, below) <= tails::KOLMOGOROV_SWITCH);
+    let below = tails::kolmogorov_upper(1000, tails::KOLMOGOROV_BOUND_LEVEL);
+    assert!(tails::kolmogorov_sf(1000, below) <= tails::KOLMOGOROV_BOUND_LEVEL);
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use whitefurnace::harness::trial::{
-    CSV_HEADER, Control, DEFAULT_SEED, Row, Trial, assert_holds, check, check_control,
+    CSV_HEADER, DEFAULT_SEED, NegativeControl, Row, Trial, assert_holds, check, check_control,
     check_subject, command, control_is_green, full_name, group, run_control, run_trial,
     trial_is_green, write_cells,
 };
@@ -46,7 +46,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
         subject: "toy",
         statistic: "t",
         run: Box::new(run(verdicts)),
-        controls: vec![Control::new("wrong", "it is not so", run(control))],
+        controls: vec![NegativeControl::new("wrong", "it is not so", run(control))],
     }
 }
 
@@ -159,7 +159,7 @@ fn undecided_is_red_at_full_scale_only() {
         let green = |rows: &[&Row]| {
             let rows: Vec<Row> = rows.iter().map(|&row| row.clone()).collect();
             let context = context(scale);
-            let control = Control::new("wrong", "it is not so", |_| Vec::new());
+            let control = NegativeControl::new("wrong", "it is not so", |_| Vec::new());
             (
                 trial_is_green(&rows, &context),
                 control_is_green(&control, &rows, &context),
@@ -194,7 +194,11 @@ fn the_guard_is_asked_where_sizes_are_planned() {
     let run = move |verdict| move |_: &Context| vec![small(verdict)];
     let small = Trial {
         run: Box::new(run(Verdict::Holds)),
-        controls: vec![Control::new("wrong", "it is not so", run(Verdict::Fails))],
+        controls: vec![NegativeControl::new(
+            "wrong",
+            "it is not so",
+            run(Verdict::Fails),
+        )],
         ..trial(Vec::new(), Vec::new())
     };
     for (seed, scale, refuses) in [
@@ -224,9 +228,9 @@ fn a_control_is_rejected_by_the_outcomes_that_it_names() {
         ..row(verdict)
     };
     let green = |names: &[&'static str], rows: &[Row]| {
-        let control = Control {
+        let control = NegativeControl {
             rejected_by: names.to_vec(),
-            ..Control::new("wrong", "it is not so", |_| Vec::new())
+            ..NegativeControl::new("wrong", "it is not so", |_| Vec::new())
         };
         control_is_green(&control, rows, &context(1.0))
     };

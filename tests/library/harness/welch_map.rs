@@ -1,6 +1,6 @@
 //! Tests of maps of Welch tests and of means of images, against their definitions on small images.
 
-use whitefurnace::harness::welch_map::{PValueMap, Skewed};
+use whitefurnace::harness::welch_map::{ImageMoments, PValueMap};
 
 use super::*;
 
@@ -123,7 +123,7 @@ fn tiles_hold_their_own_pixels() {
         }
     }
     let even = [0.0; 35];
-    let symmetric = |statistics| Skewed {
+    let symmetric = |statistics| ImageMoments {
         statistics,
         skewness: &even,
     };
@@ -172,7 +172,7 @@ fn an_image_is_kept_in_stretches_of_its_rows() {
     ];
     let [a, b] = images.each_ref().map(Image::statistics);
     let even = [0.0; 149];
-    let symmetric = |statistics| Skewed {
+    let symmetric = |statistics| ImageMoments {
         statistics,
         skewness: &even,
     };

@@ -6,7 +6,7 @@ use crate::prelude::*;
 
 /// Returns a room with every kind of surface and light: the report's walls, mirror and glass, a
 /// rough metal, EON, a triangular light, a spherical light, and a background through a gap.
-pub fn crowded() -> Scene {
+pub fn room_of_all_materials() -> Scene {
     let mut s = SceneBuilder::new("crowded");
     s.background(DVec3::new(0.1, 0.2, 0.3));
     let walls = [
@@ -100,7 +100,7 @@ pub fn crowded() -> Scene {
 }
 
 /// Returns a ball of so many emitting triangles that they are grouped, and a lamp.
-fn glowing() -> Scene {
+fn mesh_light() -> Scene {
     let mut s = SceneBuilder::new("glowing");
     let grey = s.surface(Surface::new(Bsdf::Lambert {
         albedo: DVec3::splat(0.6),
@@ -183,7 +183,7 @@ fn many(count: u32) -> Scene {
 /// Returns a net of triangles with different emission, whose edges and vertices are hit by the rays
 /// through the centres of pixels. A sphere, before or after them in the scene, touches it at the
 /// vertex that the middle ray hits.
-fn net(sphere_first: bool) -> Scene {
+fn emitting_grid(sphere_first: bool) -> Scene {
     let mut s = SceneBuilder::new("net");
     let emitting = |radiance: f64| Surface::new(Bsdf::Black).emitting(DVec3::splat(radiance));
     let grey = s.surface(Surface::new(Bsdf::Lambert {
@@ -260,7 +260,7 @@ fn mirrors() -> Scene {
 
 /// Returns mirrors and glass balls of every kind that specular next-event estimation handles,
 /// lights of two shapes, and `count` splinters among them.
-pub fn bodies(count: u32) -> Scene {
+pub fn specular_casters(count: u32) -> Scene {
     let mut s = SceneBuilder::new("bodies");
     let grey = s.surface(Surface::new(Bsdf::oren_nayar(
         DVec3::new(0.7, 0.5, 0.6),
@@ -314,14 +314,14 @@ pub fn bodies(count: u32) -> Scene {
 /// Returns scenes with every surface, light and shape, for every way of intersection in lanes.
 pub fn scenes() -> Vec<Scene> {
     vec![
-        crowded(),
+        room_of_all_materials(),
         many(100),
-        glowing(),
-        net(false),
-        net(true),
+        mesh_light(),
+        emitting_grid(false),
+        emitting_grid(true),
         mirrors(),
-        bodies(0),
-        bodies(100),
+        specular_casters(0),
+        specular_casters(100),
         room::report(Convention::Physical, OrenNayarForm::Corrected).expect("a scene"),
         room::diffuse().expect("a scene"),
         simple::environment().expect("a scene"),

@@ -6,14 +6,14 @@ use super::*;
 
 /// Records visibility tests, hides points according to `hides`, and subdivides all of a sphere's
 /// patches or none.
-struct Noted {
+struct VisibilityRecorder {
     hides: fn(DVec3) -> bool,
     divides: bool,
     points: Mutex<Vec<[f64; 2]>>,
     targets: Mutex<Vec<SurfacePoint>>,
 }
 
-impl Noted {
+impl VisibilityRecorder {
     fn new(hides: fn(DVec3) -> bool, divides: bool) -> Self {
         Self {
             hides,
@@ -24,9 +24,9 @@ impl Noted {
     }
 }
 
-impl Scattering for &Noted {}
+impl Scattering for &VisibilityRecorder {}
 
-impl NextEvent for &Noted {
+impl NextEvent for &VisibilityRecorder {
     fn sample_emitter(&self, emitter: &Emitter, random: [f64; 2]) -> EmitterPoint {
         self.points.lock().expect("no panic").push(random);
         emitter.sample(random)
@@ -37,7 +37,7 @@ impl NextEvent for &Noted {
     }
 }
 
-impl FiniteElements for &Noted {
+impl FiniteElements for &VisibilityRecorder {
     fn is_near(&self, _: f64, _: f64) -> bool {
         self.divides
     }
@@ -64,14 +64,14 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
             }
         });
         let hides = |y: DVec3| y.y + y.z > 0.4;
-        let noted = Noted::new(hides, false);
+        let recorder = VisibilityRecorder::new(hides, false);
         let solved =
-            Radiosity::new(&noted, &scene, resolution(1, 0), &|_| true).expect("a solution");
-        noted.points.lock().expect("no panic").clear();
+            Radiosity::new(&recorder, &scene, resolution(1, 0), &|_| true).expect("a solution");
+        recorder.points.lock().expect("no panic").clear();
         let x = DVec3::new(0.1, 0.2, 0.0);
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
 
-        let points = noted.points.lock().expect("no panic");
+        let points = recorder.points.lock().expect("no panic");
         assert_eq!(points.len(), 64);
         for columns in [1, 2, 4, 8, 16, 32, 64] {
             let cell = |&[u, v]: &[f64; 2]| {
@@ -114,8 +114,8 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
         square(s, 0.5, 0.0, true, diffuse(0.5));
         square(s, 0.5, -1.0, true, lamp(1.0));
     });
-    let noted = Noted::new(|_| false, false);
-    let solved = Radiosity::new(&noted, &dark, resolution(1, 0), &|_| true).expect("a solution");
+    let recorder = VisibilityRecorder::new(|_| false, false);
+    let solved = Radiosity::new(&recorder, &dark, resolution(1, 0), &|_| true).expect("a solution");
     assert_eq!(
         irradiance(&solved, &dark, DVec3::ZERO, -DVec3::Z),
         DVec3::ZERO
@@ -168,10 +168,10 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
     let scene = with(lamp(2.0));
     let x = DVec3::new(-0.45, 0.4, -0.45);
     for (divides, side) in [(false, 1), (true, 8)] {
-        let noted = Noted::new(|y| y.x > 0.7, divides);
+        let recorder = VisibilityRecorder::new(|y| y.x > 0.7, divides);
         let solved =
-            Radiosity::new(&noted, &scene, resolution(50, 0), &|_| true).expect("a solution");
-        noted.targets.lock().expect("no panic").clear();
+            Radiosity::new(&recorder, &scene, resolution(50, 0), &|_| true).expect("a solution");
+        recorder.targets.lock().expect("no panic").clear();
         let found = irradiance(&solved, &scene, x, -DVec3::Z);
         let (mut expected, mut targets) = (0.0, Vec::new());
         for patch in &patches {
@@ -205,7 +205,7 @@ fn the_light_of_a_sphere_is_that_of_its_parts() {
             }
         }
         assert_relative_eq!(found.x, 2.0 * PI * expected, max_relative = 1e-12);
-        let looked = noted.targets.lock().expect("no panic");
+        let looked = recorder.targets.lock().expect("no panic");
         assert_eq!(looked.len(), targets.len());
         for (a, b) in looked.iter().zip(&targets) {
             assert!(

@@ -8,7 +8,7 @@ use super::*;
 /// point finds its patch, side and node again. The mean over a patch is that of its nodes.
 #[test]
 fn at_its_nodes_interpolation_is_exact() {
-    let scene = medley();
+    let scene = room_of_all_shapes();
     for (patches, halvings) in [(40, 0), (8, 1)] {
         let interpolated = solve(&scene, resolution(patches, halvings)).expect("a solution");
         let gathered = interpolated.clone().read(ReadOut::Gathered);

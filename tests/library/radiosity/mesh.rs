@@ -95,7 +95,7 @@ fn patches_of_a_sphere_add_up_to_its_form_factor() {
 /// between two heights and two meridians, whose inner side faces the centre.
 #[test]
 fn every_patch_has_its_own_area_and_side() {
-    for element in Mesh::new(&medley(), resolution(60, 0))
+    for element in Mesh::new(&room_of_all_shapes(), resolution(60, 0))
         .expect("a mesh")
         .elements()
     {

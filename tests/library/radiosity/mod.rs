@@ -32,7 +32,7 @@ fn solve(scene: &Scene, resolution: MeshResolution) -> Result<Radiosity, Error> 
 
 /// Returns a room of surfaces of every kind with lights of every kind: triangles and rectangles, a
 /// ball, a zone of a cavity, each reflecting on both sides.
-fn medley() -> Scene {
+fn room_of_all_shapes() -> Scene {
     scene(|s| {
         let [pale, dark, red] = [0.7, 0.2, 0.5].map(|albedo| s.surface(diffuse(albedo)));
         let lamp = s.surface(diffuse(0.4).emitting(DVec3::new(3.0, 2.0, 1.0)));

@@ -5,13 +5,13 @@ mod faults;
 pub(super) mod scenes;
 mod strategies;
 
-use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, environment, furnace_box};
 
 use crate::bidirectional::scenes::KnownImage;
-use crate::image_means::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
-use crate::image_means::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
+use crate::image_mean::ImageEstimatorKind::{Bdpt, BdptEnds, LightTracer};
+use crate::image_mean::{ImageEstimatorKind, Passes, Region, image, same_as_path, whole};
 use crate::prelude::*;
 
 /// Trials and faults of estimators that trace particles to the camera.
@@ -104,7 +104,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         rectangle("bidirectional/light-tracer/rectangle", LightTracer, 10_000),
         rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
         sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
-        sphere("bidirectional/bdpt/sphere", Bdpt, NEARLY_SYMMETRIC),
+        sphere("bidirectional/bdpt/sphere", Bdpt, MIN_SYMMETRIC_VALUES),
         mean(
             "bidirectional/bdpt/behind",
             Bdpt,
@@ -219,7 +219,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/bdpt/furnace-box",
             Bdpt,
             [10, 8],
-            NEARLY_SYMMETRIC,
+            MIN_SYMMETRIC_VALUES,
         ),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
@@ -233,7 +233,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             Bdpt,
             Cap::Black,
             SMALL,
-            NEARLY_SYMMETRIC,
+            MIN_SYMMETRIC_VALUES,
         ),
         cavity(
             "bidirectional/bdpt-ends/cavity-black",
@@ -279,7 +279,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             "bidirectional/light-tracer/sobol",
             LightTracer,
             [8, 6],
-            NEARLY_SYMMETRIC,
+            MIN_SYMMETRIC_VALUES,
         ),
         furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 12_000),
     ]
@@ -339,7 +339,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a ball in glass in thermal equilibrium",
             eta_squared,
             SMALL,
-            NEARLY_SYMMETRIC,
+            MIN_SYMMETRIC_VALUES,
         ),
         glass(
             "bidirectional/bdpt-ends/in-glass",
@@ -347,7 +347,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a ball in glass in thermal equilibrium",
             eta_squared,
             SMALL,
-            NEARLY_SYMMETRIC,
+            MIN_SYMMETRIC_VALUES,
         ),
     ]
 }

@@ -5,8 +5,8 @@ use whitefurnace::integrator::Density;
 
 use crate::bidirectional::scenes::KnownImage;
 use crate::bidirectional::{SQUARE, Size, mean, scenes};
-use crate::image_means::ImageEstimatorKind::Bdpt;
-use crate::image_means::altered;
+use crate::image_mean::ImageEstimatorKind::Bdpt;
+use crate::image_mean::with_altered_subject;
 use crate::prelude::*;
 
 /// Returns the subject with another MIS weight, so that chosen strategies have all the weight or
@@ -45,7 +45,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             delta: IMAGE,
         };
         let family_trial = mean(name, Bdpt, &MIS, what, scene, size);
-        altered(family_trial, only)
+        with_altered_subject(family_trial, only)
     };
     let mut trials = vec![
         floor(
@@ -104,7 +104,7 @@ fn sphere(
     };
     let what = "light that a sphere reflects three times, by one strategy alone";
     let family_trial = mean(name, Bdpt, &PATH_DENSITY, what, image, size);
-    altered(family_trial, move |subject| {
+    with_altered_subject(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
         Configuration {
             parts: Some(PartTable {

@@ -1,7 +1,7 @@
 //! Faults of whole estimators. The trials of their family are in [`super::furnace`],
-//! [`super::irradiance`], [`super::strategies`], [`super::chains`], [`super::sky`],
-//! [`super::glass`], [`super::rough_glass`], [`super::images`], [`super::specular_nee`] and
-//! [`super::near_coincident`].
+//! [`super::irradiance`], [`super::strategies`], [`super::specular_chains`],
+//! [`super::environment_map`], [`super::glass`], [`super::rough_glass`], [`super::images`],
+//! [`super::specular_nee`] and [`super::near_coincident`].
 
 mod interfaces;
 mod light_sampling;
@@ -14,8 +14,8 @@ use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 
 use crate::prelude::*;
 use crate::{
-    chains, cie, furnace, glass, glass_bodies, images, irradiance, near_coincident, rough_glass,
-    sky, specular_nee, strategies,
+    cie, environment_map, furnace, glass, glass_bodies, images, irradiance, near_coincident,
+    rough_glass, specular_chains, specular_nee, strategies,
 };
 
 /// Trials and faults of whole estimators.
@@ -23,12 +23,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let mut trials = furnace::trials();
     trials.extend(irradiance::trials());
     trials.extend(strategies::trials());
-    trials.extend(chains::trials());
+    trials.extend(specular_chains::trials());
     trials.extend(glass::trials());
     trials.extend(glass_bodies::trials());
     trials.extend(rough_glass::trials());
     trials.extend(cie::trials());
-    trials.extend(sky::trials());
+    trials.extend(environment_map::trials());
     trials.extend(images::trials());
     trials.extend(specular_nee::trials());
     trials.extend(near_coincident::trials());
@@ -38,7 +38,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(light_sampling::faults());
     faults.extend(interfaces::faults());
     faults.extend(configuration_faults());
-    faults.extend(sky::faults());
+    faults.extend(environment_map::faults());
     faults.extend(specular_nee::faults());
     faults.extend(near_coincident::faults());
     vec![Box::new(Family {

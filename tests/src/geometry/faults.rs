@@ -44,7 +44,7 @@ fn front(ray: &Ray, v: Corners) -> bool {
 }
 
 fn triangle_faults() -> Vec<Fault<Shapes>> {
-    let of = |name, wrong, triangle: Solution, caught_by| {
+    let of = |name, wrong, triangle: Solution, rejected_by| {
         fault(
             name,
             &TRIANGLE_SOLUTION,
@@ -53,7 +53,7 @@ fn triangle_faults() -> Vec<Fault<Shapes>> {
                 triangle,
                 ..CORRECT
             },
-            caught_by,
+            rejected_by,
         )
     };
     let solution =

@@ -50,7 +50,7 @@ const ARGUMENTS: u64 = 10_000;
 /// A few thousand roundings of numbers near 1.
 const TOLERANCE: f64 = 1e-11;
 /// The error of a hit that should be a miss, or a miss that should be a hit.
-const WRONG: f64 = 1.0;
+const HIT_OR_MISS_ERROR: f64 = 1.0;
 /// Sizes of triangles and spheres.
 const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 
@@ -109,7 +109,7 @@ fn point(context: &Context, shapes: Shapes) -> Vec<Outcome> {
 }
 
 /// Samples a ray that meets the triangle's plane at T(u, v) after t.
-fn towards(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
+fn ray_through(rng: &mut Stream, v: Corners, [u, w]: [f64; 2], t: f64) -> Ray {
     let target = (1.0 - u - w) * v[0] + u * v[1] + w * v[2];
     let normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize();
     // Not too grazing, from either side.
@@ -126,7 +126,7 @@ fn system(context: &Context, shapes: Shapes) -> Vec<Outcome> {
     vec![worst(context, "left minus right of (3)", |rng| {
         let v = corners(rng);
         let [u, w, t] = [uniform(rng), uniform(rng), between(rng, 0.1, 3.0)];
-        let ray = towards(rng, v, [u, w], t);
+        let ray = ray_through(rng, v, [u, w], t);
         let r = |t, u, w| (shapes.residual)(&ray, v, t, u, w);
         let by_t = r(t + 1.0, u, w) + ray.direction;
         let by_u = r(t, u + 1.0, w) - (v[1] - v[0]);
@@ -152,14 +152,14 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             between(rng, -2.0, 2.0),
         ];
         let [length, limit] = [between(rng, 0.5, 2.0), between(rng, 0.0, 3.0)];
-        let ray = towards(rng, v, [u, w], size * t);
+        let ray = ray_through(rng, v, [u, w], size * t);
         let ray = Ray::new(ray.origin, length * ray.direction);
         let margin = u.min(w).min(1.0 - u - w).min(t).min(limit - t);
         let found = (shapes.triangle)(&ray, v, size * limit / length);
         let in_plane = Ray::new(v[0] - (v[1] - v[0]), (v[1] - v[0]).normalize());
         let parallel = Ray::new(in_plane.origin + size * unit[0], in_plane.direction);
         if (shapes.triangle)(&parallel, v, f64::INFINITY).is_some() {
-            return WRONG;
+            return HIT_OR_MISS_ERROR;
         }
         match found {
             // Within rounding of a border either answer will do.
@@ -168,7 +168,7 @@ fn solution(context: &Context, shapes: Shapes) -> Vec<Outcome> {
                 (ft * length / size - t).abs() + (fu - u).abs() + (fv - w).abs()
             }
             None if margin < 0.0 => 0.0,
-            _ => WRONG,
+            _ => HIT_OR_MISS_ERROR,
         }
     })]
 }
@@ -209,7 +209,7 @@ fn fan(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             let corners = [hub, rim[i], rim[(i + 1) % rim.len()]];
             (shapes.triangle)(&ray, corners, f64::INFINITY).is_some()
         });
-        if met { 0.0 } else { WRONG }
+        if met { 0.0 } else { HIT_OR_MISS_ERROR }
     })]
 }
 
@@ -263,11 +263,12 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
             ray.direction,
         );
         if (shapes.distances)(&beside, centre, r).is_some() {
-            return WRONG;
+            return HIT_OR_MISS_ERROR;
         }
         let error = |found: f64, root: f64| (found * length - root).abs() / r;
-        (shapes.distances)(&scaled, centre, r)
-            .map_or(WRONG, |[a, b]| error(a, roots[0]) + error(b, roots[1]))
+        (shapes.distances)(&scaled, centre, r).map_or(HIT_OR_MISS_ERROR, |[a, b]| {
+            error(a, roots[0]) + error(b, roots[1])
+        })
     });
     let seen = worst(context, "the root that is seen", |rng| {
         let (ray, centre, r, roots) = chord(rng);
@@ -278,7 +279,7 @@ fn distances(context: &Context, shapes: Shapes) -> Vec<Outcome> {
         match ((shapes.nearest)(&Sphere::new(centre, r), &ray), expected) {
             (Some(found), Some(expected)) => (found - expected).abs() / r,
             (None, None) => 0.0,
-            _ => WRONG,
+            _ => HIT_OR_MISS_ERROR,
         }
     });
     vec![roots, seen]
@@ -296,59 +297,60 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
 }
 
 fn trials() -> Vec<FamilyTrial<Shapes>> {
-    let own = |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
-        let subject = if equation == &TRIANGLE_SOLUTION {
-            "geometry::watertight::Shear::intersect"
-        } else {
-            "shape"
+    let family_trial =
+        |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
+            let subject = if equation == &TRIANGLE_SOLUTION {
+                "geometry::watertight::Shear::intersect"
+            } else {
+                "shape"
+            };
+            trial(
+                format!("geometry/{name}"),
+                property,
+                equation,
+                [subject, "exact"],
+                on,
+            )
         };
-        trial(
-            format!("geometry/{name}"),
-            property,
-            equation,
-            [subject, "exact"],
-            on,
-        )
-    };
     vec![
-        own("ray", "the ray's point at t is O + tD", &RAY, ray),
-        own(
+        family_trial("ray", "the ray's point at t is O + tD", &RAY, ray),
+        family_trial(
             "triangle-point",
             "T is affine and meets the corners",
             &TRIANGLE_POINT,
             point,
         ),
-        own(
+        family_trial(
             "triangle-system",
             "(3) vanishes at the solution and changes by −D, E₁, E₂",
             &TRIANGLE_SYSTEM,
             system,
         ),
-        own(
+        family_trial(
             "triangle-solution",
             "(4) recovers t, u, v at every size, and misses what it must",
             &TRIANGLE_SOLUTION,
             solution,
         ),
-        own(
+        family_trial(
             "triangle-edges",
             "a ray into a closed fan of triangles meets one, at edges and vertices, too",
             &TRIANGLE_SOLUTION,
             fan,
         ),
-        own(
+        family_trial(
             "sphere",
             "(5) is the difference of two squares",
             &SPHERE,
             sphere,
         ),
-        own(
+        family_trial(
             "sphere-ray",
             "(6) is on the sphere at the ends of a chord",
             &SPHERE_RAY,
             on_sphere,
         ),
-        own(
+        family_trial(
             "sphere-distance",
             "(7) recovers both ends of a chord, and the nearer one ahead is seen",
             &SPHERE_DISTANCE,

@@ -43,7 +43,7 @@ pub fn half_circle_cosine([r1, r2]: [f64; 2]) -> DVec3 {
 }
 
 /// cos θ slightly too large too often: pdf proportional to cos^0.05 θ.
-fn slip([r1, r2]: [f64; 2]) -> DVec3 {
+fn low_cosine_power([r1, r2]: [f64; 2]) -> DVec3 {
     uniform_hemisphere([1.0 - (1.0 - r1).powf(1.0 / 1.05), r2])
 }
 
@@ -71,7 +71,7 @@ pub(super) fn uniform_faults() -> Vec<Fault<Method>> {
             "cosine-weighted directions, called importance sampling, for (18)",
             = Method { sampler: cosine_hemisphere, pdf }, "hemisphere/uniform/moments: mean of z"),
         fault!("slip", HEMISPHERE_THETA, "density proportional to the power 0.05 of cos θ",
-            = Method { sampler: slip, pdf }, "hemisphere/uniform/moments: mean of z"),
+            = Method { sampler: low_cosine_power, pdf }, "hemisphere/uniform/moments: mean of z"),
     ]
 }
 

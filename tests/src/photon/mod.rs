@@ -6,7 +6,7 @@ mod faults;
 mod replications;
 pub mod scenes;
 
-use whitefurnace::harness::mean::NEARLY_SYMMETRIC;
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
 use whitefurnace::integrator::photon::photon_map::PhotonMapKind;
 use whitefurnace::integrator::{Lookup, radius_squared};
 use whitefurnace::sampling::sampler::SamplerKind;
@@ -52,11 +52,11 @@ fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 /// Particles per map of a floor: few are enough, since the mean does not depend on their number.
-const FEW: u32 = 64;
+const PARTICLES: u32 = 64;
 
 fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let gather = Lookup::FinalGather {
-        caustic_particles: FEW,
+        caustic_particles: PARTICLES,
         caustic_radius: scenes::RADIUS,
     };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
@@ -67,7 +67,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         let mapping = Mapping {
             scene,
             lookup,
-            particles: FEW,
+            particles: PARTICLES,
             radius: scenes::RADIUS,
             rays,
         };
@@ -254,7 +254,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         let series = Passes {
             scene: scenes::point_camera(),
             passes,
-            particles: FEW / 2,
+            particles: PARTICLES / 2,
             radius,
             numbers,
         };
@@ -269,7 +269,15 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        series("photon/passes", SamplerKind::Independent, NEARLY_SYMMETRIC),
-        series("photon/sobol", SamplerKind::Sobol(passes), NEARLY_SYMMETRIC),
+        series(
+            "photon/passes",
+            SamplerKind::Independent,
+            MIN_SYMMETRIC_VALUES,
+        ),
+        series(
+            "photon/sobol",
+            SamplerKind::Sobol(passes),
+            MIN_SYMMETRIC_VALUES,
+        ),
     ]
 }

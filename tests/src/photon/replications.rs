@@ -6,7 +6,7 @@ use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
-use crate::scenes::level;
+use crate::scenes::mean_channel;
 
 /// Computes one value of a trial from the stream (seed, index).
 pub(super) trait Replication: Send + Sync + 'static {
@@ -100,13 +100,13 @@ impl Replication for Mapping {
         let seen = photons.radiances(&self.scene, (0..).zip(&self.rays).map(sample));
         let sum: f64 = seen
             .into_iter()
-            .map(|radiance| level(&self.scene, radiance))
+            .map(|radiance| mean_channel(&self.scene, radiance))
             .sum();
         sum / self.rays.len() as f64
     }
 }
 
-/// The [`level`] of the flux of all photons of a map.
+/// The [`mean_channel`] of the flux of all photons of a map.
 pub(super) struct Flux {
     pub scene: Arc<Scene>,
     pub kept: PhotonMapKind,
@@ -125,7 +125,7 @@ impl Replication for Flux {
             (seed, index),
         );
         map.map_or(f64::NAN, |map| {
-            level(&self.scene, map.photons().map(|photon| photon.flux).sum())
+            mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum())
         })
     }
 }
@@ -161,7 +161,8 @@ impl Replication for Passes {
                 },
             )
         };
-        let value = |index| pass(index).map_or(f64::NAN, |image| level(&self.scene, image[0]));
+        let value =
+            |index| pass(index).map_or(f64::NAN, |image| mean_channel(&self.scene, image[0]));
         (0..self.passes).map(value).sum::<f64>() / f64::from(self.passes)
     }
 }

@@ -25,7 +25,7 @@ fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
 }
 
 /// Returns a ray to the origin from so near that little can come between.
-fn nearby(_: &mut Stream) -> Ray {
+fn ray_from_close_by(_: &mut Stream) -> Ray {
     origin_from(4e-4)
 }
 
@@ -130,7 +130,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
             "radiosity/close",
             "a light a two-thousandth of its side away",
             close,
-            &[(nearby, 2.0 * beside)],
+            &[(ray_from_close_by, 2.0 * beside)],
             SINGLE_PRECISION,
         ),
     ]
@@ -176,7 +176,7 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
             "radiosity/sphere",
             "a sphere of light nearer than its patches are wide",
             sphere,
-            &[(nearby, share * share * cos)],
+            &[(ray_from_close_by, share * share * cos)],
             COARSE,
         ),
     ]

@@ -13,7 +13,7 @@ use whitefurnace::scene::room::diffuse;
 use whitefurnace::scene::simple::{Cap, cavity_cap, closed_cube, furnace_box};
 
 use crate::furnace::{in_box, off_cap, off_cap_radiance};
-use crate::images::{Frames, Levels, same_mean};
+use crate::images::{Frames, PixelMoments, same_mean};
 use crate::mean_radiance::{any_direction, largest};
 use crate::prelude::*;
 use crate::scenes::{lambert, scene, valid};
@@ -27,7 +27,7 @@ const ALBEDO: f64 = 0.75;
 /// other.
 const NESTED: f64 = 0.3;
 /// Tolerance of their radiance: a residual r leaves an error of at most r/(1 − ρ).
-const SETTLED: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
+const RADIANCE_TOLERANCE: f64 = RESIDUAL / (1.0 - ALBEDO) + SINGLE_PRECISION;
 
 fn resolution(patches: u32) -> MeshResolution {
     MeshResolution {
@@ -118,14 +118,14 @@ impl Property for SameRoom {
         let films = || {
             let solved = solve(setup, &self.0, PATCHES)?;
             // Radiosity is deterministic: two replications are enough to show it.
-            let a = Levels::render(context, "radiosity", &frames(0..2), &solved)?;
+            let a = PixelMoments::render(context, "radiosity", &frames(0..2), &solved)?;
             let paths = Path::<DefaultParts>::default();
-            let b = Levels::render(context, "paths", &frames(0..n), &paths)?;
+            let b = PixelMoments::render(context, "paths", &frames(0..n), &paths)?;
             Some([a, b])
         };
         match films() {
             // Patches are flat: radiosity is near, not equal.
-            Some([a, b]) => vec![same_mean("image mean", &a, &b, IMAGE).within_delta()],
+            Some([a, b]) => vec![same_mean("image mean", &a, &b, IMAGE).as_equivalence()],
             None => vec![Outcome::exact("film", 0, f64::NAN, 0.0, "no solution")],
         }
     }
@@ -171,7 +171,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         scene,
         patches,
         rays: rays.to_vec(),
-        tolerance: SETTLED,
+        tolerance: RADIANCE_TOLERANCE,
         read_out: ReadOut::Interpolated,
     };
     let grey = DVec3::splat;

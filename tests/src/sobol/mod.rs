@@ -15,7 +15,7 @@ use whitefurnace::sampling::sampler::{BLOCK, FIRST_LIGHT_BLOCK, Sampler, Sobol, 
 
 use crate::irradiance::reflected;
 use crate::prelude::*;
-use crate::scenes::{RECTANGLE, at_origin, level, polygon_irradiance, rectangle_light};
+use crate::scenes::{RECTANGLE, at_origin, mean_channel, polygon_irradiance, rectangle_light};
 use crate::script::{Script, Scripted};
 use crate::streams::frequencies;
 
@@ -289,7 +289,7 @@ fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Poi
     let radiances = Path::new(DefaultParts, Strategy::Light).radiances(scene, points.map(sample));
     radiances
         .iter()
-        .map(|radiance| level(scene, *radiance))
+        .map(|radiance| mean_channel(scene, *radiance))
         .sum::<f64>()
         / radiances.len() as f64
 }
@@ -326,7 +326,7 @@ const IMAGES: u64 = 375_000;
 /// Scrambles of one image's pixel.
 const REPLICATIONS: u32 = 8;
 /// Points of each scramble.
-const FEW: u32 = 4;
+const POINTS_PER_SCRAMBLE: u32 = 4;
 /// Relative δ of the ratio.
 const BAR_DELTA: f64 = 0.05;
 
@@ -351,7 +351,11 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
             covered(uniform2(&mut Scripted(SampleStream::new(subject, point))))
         };
         (0..REPLICATIONS)
-            .map(|replication| (0..FEW).map(|i| sample(replication, i)).collect())
+            .map(|replication| {
+                (0..POINTS_PER_SCRAMBLE)
+                    .map(|i| sample(replication, i))
+                    .collect()
+            })
             .collect()
     };
     let expected = 1e-3; // near which cubes are summed
@@ -361,7 +365,7 @@ fn error_bars(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     };
     let error = |rows: &[Vec<f64>]| {
         let sum: f64 = rows.iter().flatten().sum();
-        (sum / f64::from(REPLICATIONS * FEW) - 0.5).powi(2)
+        (sum / f64::from(REPLICATIONS * POINTS_PER_SCRAMBLE) - 0.5).powi(2)
     };
     let errors = squares("errors", n - n / 5, &error);
     let bars = squares("bars", n / 5, &subject.squared_error);
@@ -426,7 +430,7 @@ fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
 }
 
 /// Returns a trial of the Sobol' sampler.
-fn own<S: 'static>(
+fn family_trial<S: 'static>(
     name: &str,
     property: &str,
     statistic: &'static str,
@@ -446,25 +450,25 @@ fn own<S: 'static>(
 
 fn trials() -> Vec<FamilyTrial<SobolParts>> {
     vec![
-        own(
+        family_trial(
             "uniform",
             "over scrambles each coordinate is uniform, in its lower bits, too",
             "chi-square",
             uniformity,
         ),
-        own(
+        family_trial(
             "stratified",
             "each elementary interval holds one of the first 2^m points of a scramble",
             "exact",
             stratification,
         ),
-        own(
+        family_trial(
             "independent",
             "blocks, pixels, scrambles and coordinates are uncorrelated",
             "t",
             independence,
         ),
-        own(
+        family_trial(
             "mean",
             "the mean of 16 Sobol' points is unbiased through a path tracer",
             "t",
@@ -483,13 +487,13 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         }),
         Box::new(Family {
             trials: vec![
-                own(
+                family_trial(
                     "error-bars",
                     "the variance over scrambles gives the error of their mean",
                     "variance ratio",
                     error_bars,
                 ),
-                own(
+                family_trial(
                     "coverage",
                     "Student's intervals from four scrambles err as often as they say",
                     "Kolmogorov-Smirnov",

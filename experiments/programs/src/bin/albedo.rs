@@ -1,1 +1,1 @@
-experiments::alone!();
+experiments::experiment_main!();

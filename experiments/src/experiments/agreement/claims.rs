@@ -25,16 +25,16 @@ pub(super) enum Claim {
     /// Equal within this relative bias, for a known reason.
     Biased(f64, &'static str),
     /// Equal within the margin of the tier once the light that the method leaves out is added.
-    Lacks(Lack, &'static str),
+    Lacks(MissingLight, &'static str),
 }
 
 /// Source of the amount of light that a method leaves out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Lack {
+pub(super) enum MissingLight {
     /// Closed form: this radiance in every pixel.
     Known(f64),
     /// Measured by a walk that counts the paths which the method does not sample.
-    Counted(Method),
+    Measured(Method),
 }
 
 const DENSITY: &str = "density estimation blurs over its radius";
@@ -61,8 +61,8 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
     let lit_by_background = matches!(scene, S::Environment | S::GlassCube);
     let specular = matches!(scene, S::Report | S::Environment | S::GlassCube);
     let lacks = |method, bounces, why| match scene {
-        S::CavityCap => Claim::Lacks(Lack::Known(cavity_from(bounces)), why),
-        _ => Claim::Lacks(Lack::Counted(method), why),
+        S::CavityCap => Claim::Lacks(MissingLight::Known(cavity_from(bounces)), why),
+        _ => Claim::Lacks(MissingLight::Measured(method), why),
     };
     Some(match estimator {
         E::Mis | E::Bsdf | E::Bdpt | E::BdptEnds => Claim::Equal,
@@ -71,7 +71,7 @@ pub(super) fn claim(scene: SceneName, estimator: EstimatorName) -> Option<Claim>
         E::Light => Claim::Equal,
         E::LightTracer | E::Photon | E::Sppm if lit_by_background => return None,
         E::LightTracer if scene == S::Report => {
-            Claim::Lacks(Lack::Counted(Method::LightTracer), NOT_SEEN)
+            Claim::Lacks(MissingLight::Measured(Method::LightTracer), NOT_SEEN)
         }
         E::LightTracer => Claim::Equal,
         E::Photon => Claim::Biased(0.02, DENSITY),
@@ -130,7 +130,7 @@ const NOISE: [(SceneName, [f64; 11], f64); 7] = [
 ];
 
 /// Half width of an interval in standard errors, at the level of a first look.
-const HALF: f64 = 4.6;
+const HALF_WIDTH: f64 = 4.6;
 
 /// Returns the number of images for which the half width of their mean's interval is `half`, in per
 /// cent of the reference. Skewness needs a least number, whatever the noise.
@@ -139,7 +139,7 @@ fn images(noise: f64, half: f64, tier: Tier) -> u64 {
         Tier::Quick => 400,
         Tier::Full => 4_000,
     };
-    let enough = (HALF * noise / half).powi(2);
+    let enough = (HALF_WIDTH * noise / half).powi(2);
     (enough.ceil() as u64).max(least)
 }
 

@@ -5,10 +5,10 @@ use whitefurnace::harness::mean::welch_satterthwaite;
 use super::claims::{Case, Claim, margin};
 use super::{Mean, Total};
 use crate::experiments::prelude::*;
-use crate::plot::agreement::{Square, Standing};
+use crate::plot::agreement::{Agreement, MatrixCell};
 
 /// Relative half width below which an interval is rounding, whose skewness is meaningless.
-const NOTHING: f64 = 1e-9;
+const ROUNDING_TOLERANCE: f64 = 1e-9;
 
 /// Compares a case with its reference, records it, and returns its cell of the matrix. If the
 /// method leaves out light, the expected amount is added first and has to explain the whole
@@ -18,9 +18,9 @@ pub(super) fn judge(
     case: &Case,
     total: &Total,
     reference: Mean,
-    lack: Option<Mean>,
+    missing_light: Option<Mean>,
     level: f64,
-) -> Square {
+) -> MatrixCell {
     let own = total.moments;
     if let (Mean::Measured(_), EstimatorName::Mis) = (reference, case.estimator) {
         let error = 100.0 * own.standard_error() / own.mean();
@@ -28,20 +28,20 @@ pub(super) fn judge(
             &case.label(),
             format!("reference, {:.6} ± {error:.3} % standard error", own.mean()),
         );
-        return Square {
+        return MatrixCell {
             text: format!("{:.4} ± {error:.3} %", own.mean()),
-            standing: Standing::Reference,
+            agreement: Agreement::Reference,
         };
     }
-    let lack = lack.unwrap_or(Mean::Known(0.0));
+    let missing_light = missing_light.unwrap_or(Mean::Known(0.0));
     let mean = reference.value();
     let own_mean = Mean::Measured(*total);
-    let parts = [&own_mean, &reference, &lack];
-    let skewed = skewed(&parts, level, mean);
-    let half = |of: &[&Mean]| if skewed { half_of_any_law(of, level) } else { half_width(of, level) } / mean;
+    let parts = [&own_mean, &reference, &missing_light];
+    let is_skewed = is_skewed(&parts, level, mean);
+    let half = |of: &[&Mean]| if is_skewed { chebyshev_half_width(of, level) } else { welch_half_width(of, level) } / mean;
     let difference = own.mean() / mean - 1.0;
     let shown = half(&[&own_mean, &reference]);
-    let expected = -lack.value() / mean;
+    let expected = -missing_light.value() / mean;
     let key = case.key();
     let (size, why) = match case.claim {
         Claim::Equal => (margin(case.scene, run.tier()), ""),
@@ -63,8 +63,8 @@ pub(super) fn judge(
     let interval = [rest - half, rest + half];
     let verdict = match approximate_verdict(interval, 0.0, size, n) {
         // More images reduce the effect of skewness.
-        Verdict::Undecided { .. } if skewed => Verdict::Undecided {
-            needed: (n as f64 * skew(&parts).powi(2)).ceil() as u64,
+        Verdict::Undecided { .. } if is_skewed => Verdict::Undecided {
+            needed: (n as f64 * skew_ratio(&parts).powi(2)).ceil() as u64,
         },
         verdict => verdict,
     };
@@ -81,26 +81,28 @@ pub(super) fn judge(
     if !why.is_empty() {
         value += &format!(" ({why})");
     }
-    if skewed {
+    if is_skewed {
         value += "; by Chebyshev's inequality, as they are skewed";
     }
     if let Verdict::Undecided { needed } = verdict {
         value += &format!("; needs about {needed} images");
     }
     run.claim(&case.label(), value, verdict);
-    let standing = match (verdict, case.claim) {
-        (Verdict::Fails, _) => Standing::Differs,
-        (Verdict::Undecided { .. }, _) => Standing::Undecided,
-        (Verdict::Holds, Claim::Lacks(..)) => Standing::Explained,
+    let agreement = match (verdict, case.claim) {
+        (Verdict::Fails, _) => Agreement::Differs,
+        (Verdict::Undecided { .. }, _) => Agreement::Undecided,
+        (Verdict::Holds, Claim::Lacks(..)) => Agreement::Explained,
         // A bias that is claimed but too small to detect counts as agreement.
-        (Verdict::Holds, _) if within(interval, margin(case.scene, run.tier())) => Standing::Agrees,
-        (Verdict::Holds, _) => Standing::Biased,
+        (Verdict::Holds, _) if within(interval, margin(case.scene, run.tier())) => {
+            Agreement::Agrees
+        }
+        (Verdict::Holds, _) => Agreement::Biased,
     };
     let mut text = format!("{} ± {:.3} %", signed(100.0 * difference), 100.0 * shown);
     if let Claim::Lacks(..) = case.claim {
         text += &format!("\nexpected {} %", signed(100.0 * expected));
     }
-    Square { text, standing }
+    MatrixCell { text, agreement }
 }
 
 fn within(interval: [f64; 2], margin: f64) -> bool {
@@ -119,7 +121,7 @@ fn signed(value: f64) -> String {
 /// Returns the distortion of a sum's tail by skewness, relative to the allowed one. The distortion
 /// of n values is √(valid_from/n), in proportion to their skewness; a part with a share w of the
 /// sum's variance contributes w^(3/2) of that, as third cumulants add.
-fn skew(means: &[&Mean; 3]) -> f64 {
+fn skew_ratio(means: &[&Mean; 3]) -> f64 {
     let all = standard_error(means);
     let part = |total: &Total| {
         let alone = total.valid_from as f64 / total.moments.count() as f64;
@@ -134,12 +136,12 @@ fn skew(means: &[&Mean; 3]) -> f64 {
 
 /// Returns true if skewness makes the tail of Welch's interval of a sum of means unreliable, unless
 /// the interval is rounding at this `scale`.
-fn skewed(means: &[&Mean; 3], level: f64, scale: f64) -> bool {
-    skew(means) > 1.0 && half_width(means, level) / scale > NOTHING
+fn is_skewed(means: &[&Mean; 3], level: f64, scale: f64) -> bool {
+    skew_ratio(means) > 1.0 && welch_half_width(means, level) / scale > ROUNDING_TOLERANCE
 }
 
 /// Returns the half width of Welch's interval of a sum or difference of means.
-fn half_width(means: &[&Mean], level: f64) -> f64 {
+fn welch_half_width(means: &[&Mean], level: f64) -> f64 {
     let dof = welch_satterthwaite(variances(means)).max(1.0);
     student_upper(0.5 * level, dof) * standard_error(means)
 }
@@ -147,7 +149,7 @@ fn half_width(means: &[&Mean], level: f64) -> f64 {
 /// Returns the half width of Chebyshev's interval of a sum or difference of means, which holds for
 /// any distribution with this variance. If the variance is that of k rare values among many equal
 /// ones, the interval allows for √(k/level) more of them: hundreds, after a single one.
-fn half_of_any_law(means: &[&Mean], level: f64) -> f64 {
+fn chebyshev_half_width(means: &[&Mean], level: f64) -> f64 {
     standard_error(means) / level.sqrt()
 }
 
@@ -205,7 +207,7 @@ mod tests {
     fn rare_values_leave_students_interval_unsure_and_chebyshevs_wide() {
         let known = Mean::Known(1.0);
         let [even, few] = [images(40_000, 2), images(40_000, 10_000)];
-        let is_skewed = |means: [&Mean; 3], scale| skewed(&means, LEVEL, scale);
+        let is_skewed = |means: [&Mean; 3], scale| is_skewed(&means, LEVEL, scale);
         assert!(!is_skewed([&even, &known, &known], 1.0));
         assert!(is_skewed([&few, &known, &known], 1.0));
         // In a sum with larger parts its skewness counts little, and relative to a large mean it is
@@ -213,9 +215,9 @@ mod tests {
         assert!(!is_skewed([&few, &even, &known], 1.0));
         assert!(!is_skewed([&few, &known, &known], 1e7));
         // Four were observed: √(4/level) more would be within the interval.
-        let more = 40_000.0 * half_of_any_law(&[&few], LEVEL);
+        let more = 40_000.0 * chebyshev_half_width(&[&few], LEVEL);
         assert!((more / (4.0 / LEVEL).sqrt() - 1.0).abs() < 1e-3, "{more}");
-        assert!(half_width(&[&few], LEVEL) < 0.02 * half_of_any_law(&[&few], LEVEL));
+        assert!(welch_half_width(&[&few], LEVEL) < 0.02 * chebyshev_half_width(&[&few], LEVEL));
     }
 
     #[test]

@@ -31,11 +31,11 @@ impl Method {
 pub(super) const METHODS: [Method; 3] = [Method::Whitted, Method::Report, Method::LightTracer];
 
 /// Largest number of segments from the eye in Whitted's method and the report's.
-const LIMIT: u32 = 7;
+const MAX_SEGMENTS: u32 = 7;
 
 /// A path from the eye to a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Way {
+pub(super) struct PathKind {
     /// Number of segments, including the one to the light.
     pub segments: u32,
     pub diffuse: u32,
@@ -45,11 +45,11 @@ pub(super) struct Way {
     pub emitter: bool,
 }
 
-impl Way {
-    pub fn followed(&self, method: Method) -> bool {
+impl PathKind {
+    pub fn is_sampled_by(&self, method: Method) -> bool {
         // A shadow ray is one segment beyond the limit, and finds emitters only.
         let by_shadow_ray = self.diffuse_last && self.emitter;
-        let within = self.segments <= LIMIT + u32::from(by_shadow_ray);
+        let within = self.segments <= MAX_SEGMENTS + u32::from(by_shadow_ray);
         match method {
             Method::Report => within,
             Method::Whitted => within && (self.diffuse == 0 || self.diffuse == 1 && by_shadow_ray),
@@ -72,7 +72,7 @@ impl Estimator for LeftOut {
         let (mut ray, mut hit) = (*ray, hit);
         let mut left_out = DVec3::ZERO;
         let mut throughput = DVec3::ONE;
-        let mut way = Way {
+        let mut path = PathKind {
             segments: 1,
             diffuse: 0,
             diffuse_first: false,
@@ -83,9 +83,9 @@ impl Estimator for LeftOut {
             let met = hit.map_or(scene.background().radiance(ray.direction), |here| {
                 scene.emitted(&here, ray.direction)
             });
-            way.emitter = hit.is_some();
+            path.emitter = hit.is_some();
             let grey = (throughput * met).element_sum() / 3.0;
-            let missed = METHODS.map(|method| f64::from(u8::from(!way.followed(method))));
+            let missed = METHODS.map(|method| f64::from(u8::from(!path.is_sampled_by(method))));
             left_out += grey * DVec3::from_array(missed);
             let Some(here) = hit else {
                 return left_out;
@@ -94,14 +94,14 @@ impl Estimator for LeftOut {
             let Some(next) = bsdf.sample(&Vertex::new(&here, &ray), rng) else {
                 return left_out;
             };
-            way.diffuse_last = bsdf.is_non_delta();
-            way.diffuse_first |= way.diffuse_last && way.segments == 1;
-            way.diffuse += u32::from(way.diffuse_last);
-            way.segments += 1;
+            path.diffuse_last = bsdf.is_non_delta();
+            path.diffuse_first |= path.diffuse_last && path.segments == 1;
+            path.diffuse += u32::from(path.diffuse_last);
+            path.segments += 1;
             throughput *= next.radiance_factor * next.weight;
             // Most of the light beyond the limit comes soon after it, so Russian roulette starts
             // later.
-            if way.segments > LIMIT + 2 {
+            if path.segments > MAX_SEGMENTS + 2 {
                 let survival = throughput.max_element().clamp(0.05, 0.95);
                 if uniform(rng) >= survival {
                     return left_out;
@@ -144,8 +144,8 @@ mod tests {
 
     /// Builds a path from its surfaces: d for diffuse, s for mirror or glass; the light is an
     /// emitter.
-    fn way(surfaces: &str) -> Way {
-        Way {
+    fn path(surfaces: &str) -> PathKind {
+        PathKind {
             segments: surfaces.len() as u32 + 1,
             diffuse: surfaces.matches('d').count() as u32,
             diffuse_first: surfaces.starts_with('d'),
@@ -175,23 +175,23 @@ mod tests {
             ("dddddddd", &[LightTracer]),
             ("dddddds", &[LightTracer]),
         ] {
-            let followed = METHODS.map(|method| way(surfaces).followed(method));
+            let is_sampled_by = METHODS.map(|method| path(surfaces).is_sampled_by(method));
             assert_eq!(
-                followed,
+                is_sampled_by,
                 METHODS.map(|m| methods.contains(&m)),
                 "{surfaces}"
             );
         }
         // No shadow ray finds the background.
-        let sky = Way {
+        let sky = PathKind {
             emitter: false,
-            ..way("d")
+            ..path("d")
         };
-        assert_eq!(METHODS.map(|m| sky.followed(m)), [false, true, true]);
-        let far = Way {
+        assert_eq!(METHODS.map(|m| sky.is_sampled_by(m)), [false, true, true]);
+        let far = PathKind {
             emitter: false,
-            ..way("ddddddd")
+            ..path("ddddddd")
         };
-        assert!(!far.followed(Report));
+        assert!(!far.is_sampled_by(Report));
     }
 }

@@ -13,20 +13,20 @@ const TILE: usize = 5;
 /// Bins of a histogram of p-values.
 const BINS: usize = 10;
 /// One in this many images goes to the pilot, the rest to the test.
-const PILOT: u64 = 4;
+const PILOT_DIVISOR: u64 = 4;
 /// Least fraction of tiles or pixels that must be judged for a statement about all.
-const LEAST_SHARE: f64 = 0.5;
+const MIN_JUDGED_FRACTION: f64 = 0.5;
 
 /// A tile or pixel: pilot values, which decide whether it is judged, and tested values.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Place {
+struct TileSamples {
     #[serde(with = "super::state")]
     pilot: Values,
     #[serde(with = "super::state")]
     tested: Values,
 }
 
-impl Place {
+impl TileSamples {
     /// Returns true if the skewness of the pilot leaves the tail of the test valid at a level.
     fn valid_at(&self, level: f64) -> bool {
         self.pilot.moments.count() > 1
@@ -39,20 +39,20 @@ impl Place {
 pub(super) struct Maps {
     pilot: u64,
     images: u64,
-    tiles: Vec<Place>,
-    pixels: Vec<Place>,
+    tiles: Vec<TileSamples>,
+    pixels: Vec<TileSamples>,
 }
 
 impl Maps {
     /// Returns empty maps for this number of images.
     pub fn new(images: u64) -> Self {
         let pixels = (SIZE[0] * SIZE[1]) as usize;
-        let empty = Place {
+        let empty = TileSamples {
             pilot: Values::new(1.0),
             tested: Values::new(1.0),
         };
         Self {
-            pilot: images / PILOT,
+            pilot: images / PILOT_DIVISOR,
             images: 0,
             tiles: vec![empty; pixels / (TILE * TILE)],
             pixels: vec![empty; pixels],
@@ -63,7 +63,7 @@ impl Maps {
     pub fn push(&mut self, image: &[DVec3]) -> f64 {
         let is_pilot = self.images < self.pilot;
         self.images += 1;
-        let push = |place: &mut Place, value| {
+        let push = |place: &mut TileSamples, value| {
             if is_pilot {
                 place.pilot.push(value);
             } else {
@@ -86,8 +86,8 @@ impl Maps {
 
 /// Returns the Welch map of the places that can be judged at a level, without the others, and the
 /// number of judged places.
-fn judged([a, b]: [&[Place]; 2], width: usize, level: f64) -> (PValueMap, usize) {
-    let table = |places: &[Place]| {
+fn judged([a, b]: [&[TileSamples]; 2], width: usize, level: f64) -> (PValueMap, usize) {
+    let table = |places: &[TileSamples]| {
         let column =
             |of: fn(&Moments) -> f64| places.iter().map(|p| of(&p.tested.moments)).collect();
         let count: Vec<u64> = places.iter().map(|p| p.tested.moments.count()).collect();
@@ -121,7 +121,7 @@ pub(super) fn note_map(
     [a, b]: [&Maps; 2],
     share: f64,
 ) -> (Map, Option<Vec<u64>>) {
-    let enough = |count: usize, of: usize| count as f64 >= LEAST_SHARE * of as f64;
+    let enough = |count: usize, of: usize| count as f64 >= MIN_JUDGED_FRACTION * of as f64;
     let total = a.tiles.len();
     let (tiles, count) = judged(
         [&a.tiles, &b.tiles],
@@ -140,7 +140,7 @@ pub(super) fn note_map(
             run.note(&what, value);
         }
     } else {
-        let least = 100.0 * LEAST_SHARE;
+        let least = 100.0 * MIN_JUDGED_FRACTION;
         run.note(
             &what,
             format!("undecided: skewness lets {count} of {total} be judged, not {least:.0} %"),

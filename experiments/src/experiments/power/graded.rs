@@ -1,27 +1,27 @@
-//! Graded controls of the registry over many seeds: the right subject's values shifted by exactly
+//! Graded controls of the registry over many seeds: the correct subject's values shifted by exactly
 //! δ, with each trial's own distribution and n, rejected as often as stated.
 
 use std::collections::BTreeMap;
 
-use whitefurnace::harness::mean::LARGEST_SKEW_TERM;
+use whitefurnace::harness::mean::MAX_SKEW_TERM;
 use whitefurnace::harness::tails::binomial_sf;
 
 use super::p_of_count;
 use crate::experiments::prelude::*;
-use crate::experiments::suite_seeds::{Measure, POWERS, Seeds};
+use crate::experiments::suite_seeds::{Measure, POWERS, SuiteSeeds};
 
 /// Least number of seeds that are judged.
-const SEEDS: u64 = 200;
+const MIN_SEEDS: u64 = 200;
 
 /// Largest level that is judged: above it almost everything is rejected.
-const COARSEST: f64 = 0.9;
+const MAX_LEVEL: f64 = 0.9;
 
 /// Largest error of the power that skewness may cause; with 200 seeds, five standard deviations are
 /// 0.1 and more.
-const LARGEST_BEND: f64 = 0.02;
+const MAX_POWER_ERROR: f64 = 0.02;
 
 /// A graded control at one power, over all seeds.
-pub struct Counted {
+pub struct ControlCount {
     /// Name of the measure: "trial: outcome".
     pub name: String,
     statistic: String,
@@ -36,7 +36,7 @@ pub struct Counted {
     seeds: u64,
 }
 
-impl Counted {
+impl ControlCount {
     /// Returns the p-value of the count.
     pub fn p(&self) -> f64 {
         p_of_count(self.rejected, self.seeds, self.power, self.bound)
@@ -75,12 +75,12 @@ impl Counted {
 /// order, the mean's skewness g changes it by g (2x² + 1)/6 φ(x) and, through the standard error,
 /// by g z x/2 φ(x), x standard errors from the effect; at most g (1 + z)/8.
 /// [`valid_from`](Measure::valid_from), which describes the tail at the suite's own level, gives g.
-fn bend(measure: &Measure, z: f64) -> f64 {
+fn power_error(measure: &Measure, z: f64) -> f64 {
     if measure.valid_from <= 2 {
         return 0.0;
     }
     let used = (measure.valid_from as f64 / measure.n as f64).sqrt();
-    let g = used * 3.0 * LARGEST_SKEW_TERM / normal_upper(0.5 * ALPHA).powi(3);
+    let g = used * 3.0 * MAX_SKEW_TERM / normal_upper(0.5 * ALPHA).powi(3);
     g * (1.0 + z) / 8.0
 }
 
@@ -95,8 +95,8 @@ pub type LeftOut = BTreeMap<&'static str, Vec<String>>;
 
 /// Counts the graded controls of the registry; judges them at `family`, the level of all together.
 pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
-    let seeds = Seeds::open(run)?;
-    let count = run.count(run.by_tier(2, SEEDS));
+    let seeds = SuiteSeeds::open(run)?;
+    let count = run.count(run.by_tier(2, MIN_SEEDS));
     let mut by_name: BTreeMap<String, Vec<Measure>> = BTreeMap::new();
     let bar = Bar::new("", count, "seeds");
     for k in 0..count {
@@ -111,13 +111,13 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
         bar.advance(1);
     }
     let mut left_out = LeftOut::default();
-    let counted: Vec<Counted> = by_name
+    let counted: Vec<ControlCount> = by_name
         .values()
-        .flat_map(|found| count_all(found, &mut left_out))
+        .flat_map(|found| count_rejections(found, &mut left_out))
         .collect();
     report(run, &counted, &left_out, count, seeds.scale, family);
-    let line = |c: &Counted| {
-        let Counted {
+    let line = |c: &ControlCount| {
+        let ControlCount {
             name,
             statistic,
             power,
@@ -140,14 +140,14 @@ pub fn graded(run: &mut Run, family: f64) -> Result<(), Error> {
 
 /// Counts the graded controls of one measure, given its outcome under every seed; if none can be
 /// judged, the measure is listed in `left_out` with the reason.
-pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
+pub fn count_rejections(found: &[Measure], left_out: &mut LeftOut) -> Vec<ControlCount> {
     let first = &found[0];
     let mut reason = if first.approximate {
         "claimed within a margin only"
     } else {
         "without graded control"
     };
-    let mut counted: Vec<Counted> = Vec::new();
+    let mut counted: Vec<ControlCount> = Vec::new();
     for up in [true, false] {
         for (at, &wanted) in POWERS.iter().enumerate() {
             let of_side = |measure: &Measure| {
@@ -161,15 +161,20 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
             let part = |i: usize| median(values.iter().map(|(_, level)| level[i]).collect());
             let [level, power] = [part(0), part(1)];
             let z = normal_upper(0.5 * level);
-            if level > COARSEST {
+            if level > MAX_LEVEL {
                 reason = "effect too small at this scale";
-            } else if median(found.iter().map(|measure| bend(measure, z)).collect()) > LARGEST_BEND
+            } else if median(
+                found
+                    .iter()
+                    .map(|measure| power_error(measure, z))
+                    .collect(),
+            ) > MAX_POWER_ERROR
             {
                 reason = "too skewed at this scale";
             } else if level > ALPHA || wanted == POWERS[0] {
                 // An effect that is detected at the suite's own level is judged there for both
                 // powers.
-                counted.push(Counted {
+                counted.push(ControlCount {
                     name: first.name.clone(),
                     statistic: first.statistic.clone(),
                     up,
@@ -190,7 +195,7 @@ pub fn count_all(found: &[Measure], left_out: &mut LeftOut) -> Vec<Counted> {
 
 fn report(
     run: &mut Run,
-    counted: &[Counted],
+    counted: &[ControlCount],
     left_out: &LeftOut,
     seeds: u64,
     scale: f64,
@@ -198,7 +203,7 @@ fn report(
 ) {
     let level = family / counted.len().max(1) as f64;
     let weakest = counted.iter().min_by(|a, b| a.p().total_cmp(&b.p()));
-    let failing: Vec<&Counted> = counted.iter().filter(|c| c.p() < level).collect();
+    let failing: Vec<&ControlCount> = counted.iter().filter(|c| c.p() < level).collect();
     let mut names: Vec<&str> = counted.iter().map(|c| c.name.as_str()).collect();
     names.dedup();
     let (counts, measures, fails) = (counted.len(), names.len(), failing.len());
@@ -215,7 +220,7 @@ fn report(
         [("scale_divides_by", 1.0 / scale), ("fails", fails as f64)],
     );
     for (at, &power) in POWERS.iter().enumerate() {
-        let near: Vec<&Counted> = at_power(counted, power).collect();
+        let near: Vec<&ControlCount> = at_power(counted, power).collect();
         let rejected: u64 = near.iter().map(|c| c.rejected).sum();
         let all: u64 = near.iter().map(|c| c.seeds).sum();
         let share = rejected as f64 / all.max(1) as f64;
@@ -258,7 +263,7 @@ fn report(
 }
 
 /// Returns the controls counted at this power, and not at the suite's own level.
-fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
+fn at_power(counted: &[ControlCount], power: f64) -> impl Iterator<Item = &ControlCount> {
     // A count's power jumps, and may exceed the one asked for.
     counted
         .iter()
@@ -267,9 +272,9 @@ fn at_power(counted: &[Counted], power: f64) -> impl Iterator<Item = &Counted> {
 
 /// Draws how many controls were rejected how often, and how many would be by the binomial
 /// distribution of each.
-fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
+fn draw(run: &mut Run, counted: &[ControlCount], scale: f64) -> Result<(), Error> {
     let panels = POWERS.map(|power| {
-        let near: Vec<&Counted> = at_power(counted, power).collect();
+        let near: Vec<&ControlCount> = at_power(counted, power).collect();
         let seeds = near.iter().map(|c| c.seeds).max().unwrap_or(1);
         let width = seeds.div_ceil(50);
         let bins = seeds / width + 1;
@@ -277,7 +282,7 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
         let found = |bin: u64| near.iter().filter(|c| c.rejected / width == bin).count() as f64;
         let expected = |bin: u64| {
             let [from, to] = [bin * width, (bin + 1) * width];
-            let tail = |c: &&Counted, k: u64| binomial_sf(k, c.seeds, c.power);
+            let tail = |c: &&ControlCount, k: u64| binomial_sf(k, c.seeds, c.power);
             near.iter().map(|c| tail(c, from) - tail(c, to)).sum::<f64>()
         };
         let series = |of: &dyn Fn(u64) -> f64| (0..bins).map(|bin| [place(bin), of(bin)]).collect();
@@ -295,6 +300,6 @@ fn draw(run: &mut Run, counted: &[Counted], scale: f64) -> Result<(), Error> {
         ];
         Chart::new(title, ["share of seeds that reject", "controls"], [[low, high], [0.0, 1.1 * most]], series)
     });
-    let see = "Points along the lines: graded controls are rejected as often as stated.";
-    charts(&run.figure("graded.svg"), see, [900, 760], &panels)
+    let description = "Points along the lines: graded controls are rejected as often as stated.";
+    charts(&run.figure("graded.svg"), description, [900, 760], &panels)
 }

@@ -47,5 +47,5 @@ const INTERVALS: f64 = 200.0;
 /// Returns the half width of each interval in standard errors: the family-wise level over all of
 /// them.
 fn critical() -> f64 {
-    normal_upper(FAMILY / 2.0 / INTERVALS)
+    normal_upper(FAMILYWISE_LEVEL / 2.0 / INTERVALS)
 }

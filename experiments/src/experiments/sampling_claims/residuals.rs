@@ -82,7 +82,7 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
         } else {
             "is rejected by"
         };
-        let level = FAMILY / SAMPLERS.len() as f64;
+        let level = FAMILYWISE_LEVEL / SAMPLERS.len() as f64;
         let value = format!(
             "{verdict} its density: chi-square {statistic:.1} of {} degrees of freedom, p = {p:.2e}, \
              greatest residual {worst:.1} standard deviations",
@@ -106,8 +106,8 @@ pub fn residuals(run: &mut Run, file: &str) -> Result<(), Error> {
             unit: "residual (σ)".into(),
         });
     }
-    let see = "Noise without a pattern in the first two panels; in the third all directions lie on a diagonal.";
-    maps(&run.figure(file), see, [900, 1050], 1, &panels)
+    let description = "Noise without a pattern in the first two panels; in the third all directions lie on a diagonal.";
+    maps(&run.figure(file), description, [900, 1050], 1, &panels)
 }
 
 /// Returns the index of a cell, row by row from the horizon, which is at the top, to the pole.

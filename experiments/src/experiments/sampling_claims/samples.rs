@@ -36,9 +36,9 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
         Chart::new(title, ["x", "y"], [[-1.05, 1.05]; 2], series)
     };
     let panels: Vec<Chart> = samplers.into_iter().enumerate().map(panel).collect();
-    let see = "Uniform directions thicken towards the rim, cosine-weighted ones fill the disc evenly, those of the \
+    let description = "Uniform directions thicken towards the rim, cosine-weighted ones fill the disc evenly, those of the \
                printed formulas lie on a spiral.";
-    rows(&run.figure(file), see, [1080, 348], 3, &panels)
+    rows(&run.figure(file), description, [1080, 348], 3, &panels)
 }
 
 /// Constant radiance, and a band at the horizon: profiles that the trials leave out because a ratio
@@ -135,8 +135,8 @@ pub fn importance(run: &mut Run, file: &str) -> Result<(), Error> {
         series,
     )
     .log([false, true]);
-    let see = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
-    charts(&run.figure(file), see, [900, 500], &[chart])
+    let description = "For light from above cosine-weighted directions have less variance, for light from the horizon more.";
+    charts(&run.figure(file), description, [900, 500], &[chart])
 }
 
 /// Plots (10)-(12) into glass and out of it, with Brewster's and the critical angle.
@@ -172,8 +172,8 @@ pub fn fresnel(run: &mut Run, file: &str) -> Result<(), Error> {
     let within = 90.0 - brewster;
     let title = format!("Glass to air: Brewster {within:.2}°, critical {critical:.2}°");
     let out = panel(&title, 1.5, 1.0, &[within, critical]);
-    let see = "Parallel light is not reflected at Brewster's angle; from within, all light is beyond the critical one.";
-    rows(&run.figure(file), see, [1080, 500], 2, &[into, out])
+    let description = "Parallel light is not reflected at Brewster's angle; from within, all light is beyond the critical one.";
+    rows(&run.figure(file), description, [1080, 500], 2, &[into, out])
 }
 
 /// Tests "Combining supersampling and randomisation is best": the error of each strategy on edges,
@@ -223,6 +223,6 @@ pub fn edges(run: &mut Run, file: &str) -> Result<(), Error> {
         [[0.8, 400.0], [1e-5, 1.0]],
     );
     let chart = Chart::new(title, axes, ranges, series).log([true; 2]);
-    let see = "Jittered samples gain faster with their number than random ones and grids.";
-    charts(&run.figure(file), see, [900, 500], &[chart])
+    let description = "Jittered samples gain faster with their number than random ones and grids.";
+    charts(&run.figure(file), description, [900, 500], &[chart])
 }

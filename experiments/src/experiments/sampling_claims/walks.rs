@@ -122,8 +122,8 @@ pub fn roulette(run: &mut Run, file: &str) -> Result<(), Error> {
         variances.log([false, true]),
         efficiencies.log([false, true]),
     ];
-    let see = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
-    charts(&run.figure(file), see, [900, 1260], &panels)
+    let description = "The mean does not depend on the survival probability; the variance has no bound left of the squared albedo.";
+    charts(&run.figure(file), description, [900, 1260], &panels)
 }
 
 fn wall(x: f64, [low, high]: [f64; 2]) -> Series {

@@ -4,7 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use whitefurnace::camera::Camera;
 use whitefurnace::math::frame::from_spherical;
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, check_singles};
+use whitefurnace::render::{
+    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::closed_cube;
@@ -106,7 +108,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             silhouettes: false,
         };
         let path = Path::new(DefaultParts, Strategy::Mis);
-        let lanes = |precision| ByLanes {
+        let lanes = |precision| LaneRenderer {
             estimator: LaneEstimator::Path(path),
             sampling,
             precision,
@@ -117,10 +119,10 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
             .zip(&mut rates)
         {
             // With very many triangles they are too small for single precision.
-            if engine == "mis-single" && check_singles(&scene).is_err() {
+            if engine == "mis-single" && check_single_precision(&scene).is_err() {
                 continue;
             }
-            let job = run.prepared(Job {
+            let job = run.with_run_options(Job {
                 size: run.by_tier([48, 36], [192, 144]),
                 ..Job::default()
             });
@@ -171,10 +173,15 @@ fn chart(run: &mut Run, rates: &[Vec<[f64; 2]>; 2]) -> Result<(), Error> {
     ];
     let title = "A scene of many triangles, on one thread";
     let chart = Chart::new(title, axes, ranges, series.collect()).log([true, true]);
-    let see = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
+    let description = "Two falling curves on logarithmic axes: sixteen paths in single precision are faster than eight in double \
                precision. Up to 64 triangles all are tested; among more, rays go through the hierarchy, and both curves \
                fall slowly.";
-    charts(&run.figure("triangles.svg"), see, [900, 520], &[chart])
+    charts(
+        &run.figure("triangles.svg"),
+        description,
+        [900, 520],
+        &[chart],
+    )
 }
 
 /// Returns a wavy sphere with about `triangles` triangles less those of its room.

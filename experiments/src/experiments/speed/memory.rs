@@ -10,7 +10,7 @@ use crate::experiments::prelude::*;
 /// Records the peak memory of the program `render` for a large image, if it lies beside this
 /// program.
 pub(super) fn of_an_image(run: &mut Run) -> Result<(), Error> {
-    let [width, height] = run.prepared(Job::default()).size;
+    let [width, height] = run.with_run_options(Job::default()).size;
     let folder = env::temp_dir().join(format!("whitefurnace-speed-{}", process::id()));
     // Long enough that the image is saved in the meantime, as in any longer run.
     let time = run.by_tier("2s", "5s");

@@ -47,14 +47,14 @@ fn overcast() -> Arc<Scene> {
 }
 
 /// Radiances at −135°, −45°, 45° and 135° to the right of x, linear in azimuth between them.
-const SIDES: [f64; 4] = [0.5, 3.0, 1.0, 2.0];
+const RADIANCES: [f64; 4] = [0.5, 3.0, 1.0, 2.0];
 
-/// Direction of the third of [`SIDES`].
+/// Direction of the third of [`RADIANCES`].
 fn towards_third() -> DVec3 {
     DVec3::new(1.0, -1.0, 0.0).normalize()
 }
 
-/// A wall that faces the third of [`SIDES`].
+/// A wall that faces the third of [`RADIANCES`].
 fn wall() -> Arc<Scene> {
     scene("wall", |s| {
         let edges = [100.0 * DVec3::Z, 100.0 * towards_third().cross(DVec3::Z)];
@@ -64,13 +64,13 @@ fn wall() -> Arc<Scene> {
             edges,
             Surface::new(lambert(FLOOR)),
         );
-        sky(s, [4, 1], SIDES.map(DVec3::splat).to_vec());
+        sky(s, [4, 1], RADIANCES.map(DVec3::splat).to_vec());
     })
 }
 
 /// Irradiance of the wall: (π/2) ∫ L(φ) cos φ dφ from −90° to 90°.
 fn beside_wall() -> f64 {
-    let [_, left, middle, right] = SIDES;
+    let [_, left, middle, right] = RADIANCES;
     0.5 * PI * (2.0 * middle + (left + right - 2.0 * middle) * (1.0 - 2.0 / PI))
 }
 
@@ -84,7 +84,7 @@ fn behind_light() -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let by = |strategy| EstimatorKind::PathBy(strategy, LightSampling::Area, Heuristic::Balance);
+    let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
     let of = |name,
               scene: &Arc<Scene>,
               (kind, ray): (EstimatorKind, Rays),
@@ -95,7 +95,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property = format!("{what} reflects {reference:.6}");
         radiance(name, &MIS, scene, kind, ray)
             .says(property)
-            .is(reference, BOUNCES, n)
+            .by_rays(reference, BOUNCES, n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
     let floor = |name, kind, n| {

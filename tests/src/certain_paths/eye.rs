@@ -7,7 +7,7 @@ use whitefurnace::integrator::{
 use whitefurnace::light::emitter::LightSampling;
 
 use crate::prelude::*;
-use crate::scenes::level;
+use crate::scenes::mean_channel;
 
 /// Width and height of the images.
 pub(super) const FRAME: [u32; 2] = [3, 2];
@@ -23,20 +23,20 @@ pub(super) enum Eye {
 }
 
 /// The path tracer by BSDF sampling alone.
-pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathBy(
+pub(super) const HITS: Eye = Eye::Rays(EstimatorKind::PathWith(
     Strategy::Bsdf,
     LightSampling::Area,
     Heuristic::Balance,
 ));
 
 /// Lookup radius that covers all photons.
-pub(super) const EVERYWHERE: f64 = 100.0;
+pub(super) const UNBOUNDED_RADIUS: f64 = 100.0;
 /// Number of particles in a photon map or pass.
 pub(super) const PARTICLES: u32 = 5;
 
 impl Eye {
-    /// Returns the [`level`] of every pixel, one path each: rays draw from `rng`, passes and maps
-    /// are seeded by `seed`.
+    /// Returns the [`mean_channel`] of every pixel, one path each: rays draw from `rng`, passes and
+    /// maps are seeded by `seed`.
     pub(super) fn image<P: EstimatorParts + Copy>(
         self,
         setup: Configuration<P>,
@@ -45,26 +45,37 @@ impl Eye {
         seed: u64,
     ) -> Result<Vec<f64>, Error> {
         let parts = setup.parts;
-        let levels =
-            |image: Vec<DVec3>| image.into_iter().map(|pixel| level(scene, pixel)).collect();
-        let pass = |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(levels);
+        let mean_channels = |image: Vec<DVec3>| {
+            image
+                .into_iter()
+                .map(|pixel| mean_channel(scene, pixel))
+                .collect()
+        };
+        let pass =
+            |estimator: &dyn Fn() -> Result<Vec<DVec3>, Error>| estimator().map(mean_channels);
         match self {
-            Self::Rays(kind) => Ok(levels(rays(scene, rng, |ray, rng| {
+            Self::Rays(kind) => Ok(mean_channels(rays(scene, rng, |ray, rng| {
                 kind.radiance(setup, scene, ray, rng)
             }))),
             Self::Photons(lookup) => {
-                let map =
-                    PhotonMapping::new(parts, scene, lookup, PARTICLES, EVERYWHERE, (seed, 0))?;
+                let map = PhotonMapping::new(
+                    parts,
+                    scene,
+                    lookup,
+                    PARTICLES,
+                    UNBOUNDED_RADIUS,
+                    (seed, 0),
+                )?;
                 let radiance = |ray: &Ray, rng: &mut Stream| {
                     map.radiance(scene, ray, scene.intersect(ray), rng)
                 };
-                Ok(levels(rays(scene, rng, radiance)))
+                Ok(mean_channels(rays(scene, rng, radiance)))
             }
             Self::Sppm => {
                 let sppm = Sppm {
                     parts,
                     particles: PARTICLES,
-                    radius: EVERYWHERE,
+                    radius: UNBOUNDED_RADIUS,
                 };
                 pass(&|| sppm.pass(scene, FRAME, seed, 0))
             }

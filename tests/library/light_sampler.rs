@@ -141,7 +141,7 @@ fn picks_by_flux_are_half_in_proportion_and_half_even() {
             }
             before += share;
         }
-        for edge in [picks.pick(0.0), picks.pick(1.0 - U)] {
+        for edge in [picks.pick(0.0), picks.pick(1.0 - UNIT_ROUNDOFF)] {
             assert!(picks.probability(edge) > 0.0, "{edge} is never picked");
         }
     });
@@ -202,7 +202,7 @@ fn a_number_picks_the_share_that_it_lies_in() {
         |(contributions, r)| {
             let mut shares = vec![0.0; contributions.len()];
             probabilities(|i| contributions[i], &mut shares);
-            for r in [r, 0.0, 1.0 - U] {
+            for r in [r, 0.0, 1.0 - UNIT_ROUNDOFF] {
                 let (index, of_it) = pick(&shares, r);
                 let index = index as usize;
                 assert_eq!(of_it, shares[index]);

@@ -9,9 +9,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use whitefurnace::image::read::decode;
 use whitefurnace::integrator::{Path as Paths, Strategy};
 use whitefurnace::render::checkpoint::{
-    Notes, decode_unfinished, read_unfinished, write_unfinished,
+    Attributes, decode_checkpoint, read_checkpoint, write_checkpoint,
 };
-use whitefurnace::render::{ByLanes, ByPasses, ByRays, LaneEstimator, Precision, Renderer};
+use whitefurnace::render::{
+    ImageRenderer, LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer,
+};
 
 use crate::prelude::*;
 
@@ -19,7 +21,7 @@ fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-fn notes() -> Notes {
+fn notes() -> Attributes {
     BTreeMap::from(
         [
             ("provenance", "seed=1\nspp=12\n"),
@@ -31,8 +33,8 @@ fn notes() -> Notes {
 
 /// Writes a film to a file and reads it back.
 fn through(path: &Path, film: &Film) -> Film {
-    write_unfinished(path, film, &notes()).expect("written");
-    let (read, said) = read_unfinished(path).expect("read");
+    write_checkpoint(path, film, &notes()).expect("written");
+    let (read, said) = read_checkpoint(path).expect("read");
     assert_eq!(said, notes());
     read
 }
@@ -120,7 +122,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
     let renderers: [(&str, Box<dyn Renderer>); 3] = [
         (
             "rays",
-            Box::new(ByRays {
+            Box::new(RayRenderer {
                 estimator: path,
                 sampling: sampling(2),
             }),
@@ -128,7 +130,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         // One pixel at a time.
         (
             "lanes",
-            Box::new(ByLanes {
+            Box::new(LaneRenderer {
                 estimator: LaneEstimator::Path(path),
                 sampling: sampling(1 << 13),
                 precision: Precision::Double,
@@ -136,7 +138,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
         ),
         (
             "passes",
-            Box::new(ByPasses {
+            Box::new(ImageRenderer {
                 estimator: Bdpt::new(DefaultParts),
                 numbers: SamplerKind::Sobol(4),
                 seed: master(),
@@ -177,7 +179,7 @@ fn damaged_files_are_refused() {
     let path = file("unfinished-damaged.exr");
     let scene = simple::cornell().expect("a scene");
     let mut film = Film::new([2, 1], None, 4).expect("a film");
-    let renderer = ByPasses {
+    let renderer = ImageRenderer {
         estimator: Bdpt::new(DefaultParts),
         numbers: SamplerKind::Sobol(4),
         seed: 1,
@@ -197,7 +199,7 @@ fn damaged_files_are_refused() {
         f64::from(film.pixel(1, 0).mean().y as f32)
     );
     let mut refused = 0;
-    let mut check = |bytes: &[u8]| match decode_unfinished(bytes) {
+    let mut check = |bytes: &[u8]| match decode_checkpoint(bytes) {
         Ok(read) => assert!(read == (film.clone(), notes())),
         Err(message) => {
             assert_eq!(message.lines().count(), 1, "{message}");
@@ -215,7 +217,7 @@ fn damaged_files_are_refused() {
     // All lengths, and most of the bytes.
     assert!(refused > 2 * good.len(), "{refused} of {}", 4 * good.len());
     assert!(
-        read_unfinished(Path::new("nowhere.exr"))
+        read_checkpoint(Path::new("nowhere.exr"))
             .is_err_and(|error| error.to_string().contains("nowhere"))
     );
 }

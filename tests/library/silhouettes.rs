@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 
 use whitefurnace::integrator::{Path, Report, Strategy as Finds, TransportRules};
 use whitefurnace::render::silhouette::{
-    MIRRORS, MirroredRay, POINTS, crossed, crossed_in_mirrors, points, with_supersampled_emission,
+    MAX_MIRRORS, MirroredRay, POINTS_PER_SAMPLE, mirrored_silhouette_pixels, points,
+    silhouette_pixels, with_supersampled_emission,
 };
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer as _};
 
 use crate::prelude::*;
 
@@ -31,7 +32,7 @@ const FRAME: [u32; 2] = [12, 8];
 /// Compares with the centres of many small squares: a pixel that shows emitters through some but
 /// not all of them is crossed. Marked pixels touch or neighbour such a pixel.
 fn assert_marked(name: &str, scene: &Scene) {
-    let marked = crossed(scene, FRAME);
+    let marked = silhouette_pixels(scene, FRAME);
     let fine = 64;
     let share = |x: u32, y: u32| {
         let sees = |i: u32| {
@@ -73,7 +74,7 @@ fn assert_marked(name: &str, scene: &Scene) {
 }
 
 #[test]
-fn pixels_that_outlines_cross_are_marked() {
+fn pixels_that_silhouettes_cross_are_marked() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let rectangle = |corner, a, b| EmitterShape::Rectangle {
         corner,
@@ -107,13 +108,13 @@ fn pixels_that_outlines_cross_are_marked() {
         inward: true,
         ..Sphere::new(DVec3::ZERO, 3.0)
     })];
-    assert!(!crossed(&lights(&around), FRAME).contains(&true));
+    assert!(!silhouette_pixels(&lights(&around), FRAME).contains(&true));
     let behind = [rectangle(
         at(-1.0, -2.0, -1.0),
         at(2.0, 0.0, 0.0),
         at(0.0, 0.0, 2.0),
     )];
-    assert!(!crossed(&lights(&behind), FRAME).contains(&true));
+    assert!(!silhouette_pixels(&lights(&behind), FRAME).contains(&true));
 }
 
 /// A light at distance 1, seen from the origin in a mirror at distance 1/4 with this reflectance.
@@ -134,7 +135,7 @@ fn light_in_mirror(corners: [DVec3; 3], reflectance: DVec3) -> Scene {
 
 /// In a mirror a light looks as it would at its mirror image, times the reflectance.
 #[test]
-fn lights_in_mirrors_have_outlines_and_no_noise() {
+fn lights_in_mirrors_have_silhouettes_and_no_noise() {
     let triangle = [
         DVec3::new(-0.2, 1.0, -0.1),
         DVec3::new(0.25, 1.0, -0.15),
@@ -153,7 +154,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
                 .intersect(&ray)
                 .map_or(DVec3::ZERO, |hit| twin.emitted(&hit, ray.direction))
     };
-    let marked = crossed_in_mirrors(&scene, frame);
+    let marked = mirrored_silhouette_pixels(&scene, frame);
     let sampling = Sampling {
         pixel: Random,
         numbers: SamplerKind::Independent,
@@ -192,7 +193,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
     }
     assert!(
         marked.contains(&true)
-            && crossed_in_mirrors(&twin, frame)
+            && mirrored_silhouette_pixels(&twin, frame)
                 .iter()
                 .all(|marked| !marked)
     );
@@ -214,7 +215,7 @@ fn lights_in_mirrors_have_outlines_and_no_noise() {
         let film = || Film::new(frame, None, 1).expect("a legal size");
         let (mut alone, mut together) = (film(), film());
         render(&scene, &path, sampling, &mut alone, &(0..1), &|_| true).expect("legal values");
-        let lanes = ByLanes {
+        let lanes = LaneRenderer {
             estimator: LaneEstimator::Path(path),
             sampling,
             precision: Precision::Double,
@@ -255,7 +256,7 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
     };
     let view = |scene: &Scene| {
         let ray = Ray::new(DVec3::ZERO, DVec3::Y);
-        MirroredRay::new(ray, scene.intersect(&ray)).in_mirrors(scene)
+        MirroredRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene)
     };
     let mirror = Surface::new(Bsdf::Mirror {
         reflectance: DVec3::splat(0.5),
@@ -263,7 +264,7 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
     let endless = view(&room(mirror));
     assert_eq!(
         (endless.mirrors, endless.weight),
-        (MIRRORS, DVec3::splat(0.5f64.powi(MIRRORS as i32)))
+        (MAX_MIRRORS, DVec3::splat(0.5f64.powi(MAX_MIRRORS as i32)))
     );
     assert!(endless.hit.is_some());
     let emits = view(&room(mirror.emitting(DVec3::ONE)));
@@ -280,7 +281,7 @@ fn line(corners: &[DVec3]) -> Vec<DVec3> {
 
 /// Pixels that contain points of a silhouette are marked, and no others except near it.
 #[test]
-fn pixels_are_marked_along_outlines_alone() {
+fn pixels_are_marked_along_silhouettes_alone() {
     let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let triangle = |corners: [DVec3; 3]| (EmitterShape::Triangle(corners), line(&corners));
     let rectangle = |corner: DVec3, a: DVec3, b: DVec3| {
@@ -327,7 +328,7 @@ fn pixels_are_marked_along_outlines_alone() {
         sphere(at(-0.3, 1.0, -0.2), 0.3),
         sphere(at(0.6, 4.0, -0.3), 0.9),
     ] {
-        let marked = crossed(&lights(&[shape]), FRAME);
+        let marked = silhouette_pixels(&lights(&[shape]), FRAME);
         let (mut on, mut near) = (BTreeSet::new(), BTreeSet::new());
         for point in outline.iter().filter(|point| point.y > 0.0) {
             let [x, y] = [
@@ -379,7 +380,7 @@ fn points_are_nets_of_their_own() {
         // points of a replication one in each cell of 8 × 8.
         let eight = points(master(), 3, replication, 5);
         for (across, down) in [(8.0, 1.0), (4.0, 2.0), (2.0, 4.0), (1.0, 8.0)] {
-            assert_eq!(boxes(&eight, across, down), POINTS);
+            assert_eq!(boxes(&eight, across, down), POINTS_PER_SAMPLE);
         }
         let all: Vec<_> = (0..8)
             .flat_map(|index| points(master(), 3, replication, index))
@@ -436,7 +437,7 @@ fn films_take_the_points() {
         film
     };
     let (with, without) = (film(true), film(false));
-    let marked = crossed(&scene, frame);
+    let marked = silhouette_pixels(&scene, frame);
     let emitted = |x: f64, y: f64| {
         let ray = scene.camera().ray(frame, x, y);
         scene

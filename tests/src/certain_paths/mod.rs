@@ -7,8 +7,8 @@
 //!
 //! For this the estimators run with tables of components that take the chance out: [`ENDLESS`]
 //! makes roulette deterministic, [`COUNTED`] and [`GATHERED`] make every particle count the same.
-//! [`Certain`] then compares each pixel with its known value, and [`Left`] the sum over all
-//! particles.
+//! [`EveryPixelKnown`] then compares each pixel with its known value, and [`ParticleSum`] the sum
+//! over all particles.
 
 mod eye;
 mod glass;
@@ -16,10 +16,10 @@ mod glass;
 use whitefurnace::integrator::Lookup;
 use whitefurnace::integrator::photon::photon_map::{PhotonMap, PhotonMapKind};
 
-use crate::exact_walks::eye::{Eye, HITS, PARTICLES};
+use crate::certain_paths::eye::{Eye, HITS, PARTICLES};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
-use crate::scenes::{hollow, lambert, level, mirror, seen_by};
+use crate::scenes::{hollow, lambert, mean_channel, mirror, seen_by};
 
 /// Roulette that ends a path only once its throughput is below 10⁻¹³ and does not reweight
 /// survivors, and full MIS weight for light that paths from the eye hit.
@@ -59,13 +59,13 @@ const ALBEDO: f64 = 0.98;
 const SEGMENTS: u32 = 600;
 
 /// Compares every pixel of each scene with the one value that all its paths have.
-struct Certain {
+struct EveryPixelKnown {
     eye: Eye,
     /// Scenes, each with the value of all its pixels.
     scenes: Vec<(Arc<Scene>, f64)>,
 }
 
-impl Property for Certain {
+impl Property for EveryPixelKnown {
     fn run<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -96,14 +96,14 @@ impl Property for Certain {
 
 /// Compares the sum over particles with its known value: all of them carry the same flux, and add
 /// the same in all.
-struct Left {
+struct ParticleSum {
     scene: Arc<Scene>,
     /// Sums the image of the light tracer instead of the flux of a photon map.
     by_eye: bool,
     expected: f64,
 }
 
-impl Property for Left {
+impl Property for ParticleSum {
     fn run<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -122,7 +122,7 @@ impl Property for Left {
                 PARTICLES,
                 (seed, 0),
             );
-            map.map(|map| level(&self.scene, map.photons().map(|photon| photon.flux).sum()))
+            map.map(|map| mean_channel(&self.scene, map.photons().map(|photon| photon.flux).sum()))
         };
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
         // Images add in multiples of 2⁻³².
@@ -145,8 +145,8 @@ fn cavity(name: &str, bsdf: Bsdf, eye: DVec3) -> Arc<Scene> {
     })
 }
 
-/// Returns a trial of [`Certain`].
-fn certain(
+/// Returns a trial of [`EveryPixelKnown`].
+fn every_pixel_known(
     name: &str,
     subject: &'static str,
     equation: &'static Equation,
@@ -159,12 +159,12 @@ fn certain(
         property,
         equation,
         [subject, "exact"],
-        with_parts(Certain { eye, scenes }),
+        with_parts(EveryPixelKnown { eye, scenes }),
     )
 }
 
-/// Returns a trial of [`Left`] in a diffuse cavity, by its image (`by_eye`) or its photons.
-fn left(
+/// Returns a trial of [`ParticleSum`] in a diffuse cavity, by its image (`by_eye`) or its photons.
+fn particle_sum(
     name: &str,
     subject: &'static str,
     by_eye: bool,
@@ -180,7 +180,7 @@ fn left(
         property,
         &PATH_LENGTH,
         [subject, "exact"],
-        with_parts(Left {
+        with_parts(ParticleSum {
             scene,
             by_eye,
             expected,
@@ -188,18 +188,18 @@ fn left(
     )
 }
 
-const INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
+const EYE_INSIDE: DVec3 = DVec3::new(-0.3, 0.1, 0.2);
 /// An eye from which the whole cavity lies within the image.
-const OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
+const EYE_OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 
 fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
     let mirrors = |name, subject, eye, expected: f64| {
-        let scene = cavity("mirrors", mirror(ALBEDO), INSIDE);
+        let scene = cavity("mirrors", mirror(ALBEDO), EYE_INSIDE);
         let property =
             format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
-        certain(
+        every_pixel_known(
             name,
             subject,
             &PATH_LENGTH,
@@ -208,13 +208,13 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
             vec![(scene, expected)],
         )
     };
-    let diffuse = certain(
+    let diffuse = every_pixel_known(
         "furnace/long/path",
         "integrator::Path",
         &PATH_LENGTH,
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
         HITS,
-        vec![(cavity("diffuse cavity", lambert(ALBEDO), INSIDE), all)],
+        vec![(cavity("diffuse cavity", lambert(ALBEDO), EYE_INSIDE), all)],
     );
     let photons = Eye::Photons(Lookup::DirectVisualization);
     let mapping = "integrator::PhotonMapping";
@@ -237,12 +237,12 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
             Eye::Rays(EstimatorKind::Whitted(SEGMENTS)),
             cut,
         ),
-        left(
+        particle_sum(
             "furnace/long/photon-map",
             "integrator::photon::photon_map::PhotonMap",
             false,
             flux,
-            INSIDE,
+            EYE_INSIDE,
         ),
     ]
 }
@@ -286,12 +286,12 @@ fn cuts(
     unlimited: &'static [&'static str],
     all: &'static [&'static str],
 ) -> Vec<Fault<EstimatorSubject>> {
-    let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, caught_by| {
+    let cut = |name, wrong, segments, survives: fn(f64, f64) -> bool, rejected_by| {
         let subject = Configuration {
             segments: Some(segments),
             ..parts(PartTable { survives, ..table })
         };
-        fault(name, &PATH_LENGTH, wrong, subject, caught_by)
+        fault(name, &PATH_LENGTH, wrong, subject, rejected_by)
     };
     vec![
         cut(
@@ -329,12 +329,12 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     };
     // The particles of the unit cavity together add L A (1 + a + a² + ...) to the image.
     let splats = 4.0 * PI / (1.0 - ALBEDO);
-    let tracer = left(
+    let tracer = particle_sum(
         PARTICLE[0],
         "integrator::LightTracer",
         true,
         splats,
-        OUTSIDE,
+        EYE_OUTSIDE,
     );
     vec![
         family(
@@ -358,8 +358,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         family(
             "photons-in-glass",
             GATHERED,
-            glass::looked_up(),
-            glass::factors(GATHERED, glass::LOOKED_UP),
+            glass::photon_lookups(),
+            glass::factors(GATHERED, glass::PHOTON_LOOKUPS),
         ),
     ]
 }

@@ -1,5 +1,5 @@
-//! Tests of specular connections through one mirror or glass body: all are found, obey the laws of
-//! reflection and refraction, and have the geometry term that finite differences give.
+//! Tests of specular connections through one mirror or glass object: all are found, obey the laws
+//! of reflection and refraction, and have the geometry term that finite differences give.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,7 +11,7 @@ use whitefurnace::material::fresnel::{mirror, refract};
 use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
-use crate::lanes::scenes::bodies;
+use crate::lanes::scenes::specular_casters;
 use crate::prelude::*;
 
 const CASES: u32 = 20_000;
@@ -19,7 +19,7 @@ const CASES: u32 = 20_000;
 /// A sphere, and two points outside.
 #[derive(Debug)]
 struct Case {
-    body: Caster<DVec3>,
+    caster: Caster<DVec3>,
     refracts: bool,
     x: DVec3,
     y: DVec3,
@@ -49,7 +49,7 @@ impl Case {
             y
         };
         let relative_ior = if refracts { index.recip() } else { 0.0 };
-        let body = Caster {
+        let caster = Caster {
             centre,
             radius,
             area: 0.0,
@@ -60,7 +60,7 @@ impl Case {
             selection_weight: 1.0,
         };
         Self {
-            body,
+            caster,
             refracts,
             x,
             y,
@@ -69,39 +69,39 @@ impl Case {
 
     /// Returns the case with y at this offset from the line through x and the centre.
     fn in_line(self, offset: f64) -> Self {
-        let Caster { centre, .. } = self.body;
+        let Caster { centre, .. } = self.caster;
         let y = centre + (centre - self.x) + (self.y - centre) * offset;
         Self { y, ..self }
     }
 
     fn connections(&self) -> Vec<SpecularConnection<DVec3>> {
-        SphereConnections::new(&self.body, self.x, self.y, true, self.refracts)
+        SphereConnections::new(&self.caster, self.x, self.y, true, self.refracts)
             .connections()
             .map(|(_, connection)| connection)
             .collect()
     }
 
     /// Returns x, y and Θ of the equation.
-    fn seen(&self) -> [f64; 3] {
-        let [x, y] = [self.x, self.y].map(|v| v - self.body.centre);
+    fn relative_positions(&self) -> [f64; 3] {
+        let [x, y] = [self.x, self.y].map(|v| v - self.caster.centre);
         [
-            x.length() / self.body.radius,
-            y.length() / self.body.radius,
+            x.length() / self.caster.radius,
+            y.length() / self.caster.radius,
             x.angle_between(y),
         ]
     }
 
     /// Evaluates f of the equation through arc sines.
-    fn swept(&self, alpha: f64) -> f64 {
-        let ([x, y, _], sin) = (self.seen(), alpha.sin());
+    fn turned_angle(&self, alpha: f64) -> f64 {
+        let ([x, y, _], sin) = (self.relative_positions(), alpha.sin());
         2.0 * alpha
-            - 2.0 * (sin * self.body.relative_ior).asin()
+            - 2.0 * (sin * self.caster.relative_ior).asin()
             - (sin / x).asin()
             - (sin / y).asin()
     }
 
     /// Estimates the solid angle per area between the connections to four points around y.
-    fn spread_by_differences(
+    fn geometry_term_by_differences(
         &self,
         connection: &SpecularConnection<DVec3>,
         step: f64,
@@ -109,7 +109,7 @@ impl Case {
         let frame = Frame::new(connection.arriving);
         let moved = |by: DVec3| {
             let moved = Self {
-                body: self.body,
+                caster: self.caster,
                 refracts: self.refracts,
                 x: self.x,
                 y: self.y + by,
@@ -128,27 +128,27 @@ impl Case {
 
     /// Returns where a ray from x leaves the sphere, and in which direction.
     fn follow(&self, direction: DVec3) -> Option<(DVec3, DVec3)> {
-        let sphere = Sphere::new(self.body.centre, self.body.radius);
+        let sphere = Sphere::new(self.caster.centre, self.caster.radius);
         let ray = Ray::new(self.x, direction);
         let first = ray.at(sphere.intersect(&ray, f64::INFINITY)?);
         let normal = sphere.normal(first);
         if !self.refracts {
             return Some((first, mirror(direction, normal)));
         }
-        let inside = refract(direction, normal, 1.0, self.body.index)?;
-        let last = first - inside * (2.0 * inside.dot(normal)) * self.body.radius;
+        let inside = refract(direction, normal, 1.0, self.caster.index)?;
+        let last = first - inside * (2.0 * inside.dot(normal)) * self.caster.radius;
         Some((
             last,
-            refract(inside, -sphere.normal(last), self.body.index, 1.0)?,
+            refract(inside, -sphere.normal(last), self.caster.index, 1.0)?,
         ))
     }
 }
 
 #[test]
-fn every_route_by_a_sphere_is_found() {
+fn every_connection_through_a_sphere_is_found() {
     let mut found = [0; 4];
     for case in (0..CASES / 10).map(Case::new) {
-        let [.., angle] = case.seen();
+        let [.., angle] = case.relative_positions();
         let targets = if case.refracts {
             vec![PI - angle, angle - PI]
         } else {
@@ -156,7 +156,7 @@ fn every_route_by_a_sphere_is_found() {
         };
         const STEPS: u32 = 4_000;
         let grid = |i: u32| FRAC_PI_2 * f64::from(i) / f64::from(STEPS);
-        let values: Vec<f64> = (0..=STEPS).map(|i| case.swept(grid(i))).collect();
+        let values: Vec<f64> = (0..=STEPS).map(|i| case.turned_angle(grid(i))).collect();
         let crossings = |target: f64| {
             values
                 .windows(2)
@@ -178,15 +178,15 @@ fn every_route_by_a_sphere_is_found() {
     }
     assert!(
         found.iter().all(|&cases| cases > 20),
-        "{found:?} cases with 0 to 3 routes"
+        "{found:?} cases with 0 to 3 connections"
     );
 }
 
 #[test]
-fn no_route_ends_within_the_sphere() {
+fn no_connection_ends_within_the_sphere() {
     for case in (0..CASES / 10).map(Case::new) {
         let within = |v: DVec3, share: f64| {
-            case.body.centre + (v - case.body.centre).normalize() * case.body.radius * share
+            case.caster.centre + (v - case.caster.centre).normalize() * case.caster.radius * share
         };
         for share in [0.1, 0.5, 0.9, 0.999] {
             for (x, y) in [
@@ -194,7 +194,7 @@ fn no_route_ends_within_the_sphere() {
                 (case.x, within(case.y, share)),
             ] {
                 let case = Case {
-                    body: case.body,
+                    caster: case.caster,
                     refracts: case.refracts,
                     x,
                     y,
@@ -206,7 +206,7 @@ fn no_route_ends_within_the_sphere() {
 }
 
 #[test]
-fn routes_by_a_sphere_obey_its_laws() {
+fn connections_obey_the_laws_of_reflection_and_refraction() {
     let mut count = 0;
     let in_line = |i: u32| Case::new(i).in_line(0.1_f64.powi(1 + i as i32 % 6));
     for case in (0..CASES).flat_map(|i| [Case::new(i), in_line(i)]) {
@@ -222,13 +222,13 @@ fn routes_by_a_sphere_obey_its_laws() {
             };
             let towards = case.y - last;
             let miss = towards.cross(direction).length();
-            let scale = (case.y - case.x).length() + case.body.radius;
+            let scale = (case.y - case.x).length() + case.caster.radius;
             // A rounding of the ray moves its end by that over the geometry term.
             let growth = 1.0 + (connection.geometry_term * scale * scale).sqrt().recip();
             assert!(
                 miss < 1e-10 * scale * growth,
                 "misses by {miss} of {scale}, {growth}, seen {:?} cosine {}: {case:?}",
-                case.seen(),
+                case.relative_positions(),
                 connection.cosine
             );
             assert!(
@@ -239,23 +239,23 @@ fn routes_by_a_sphere_obey_its_laws() {
             count += 1;
         }
     }
-    assert!(count > CASES / 2, "{count} routes");
+    assert!(count > CASES / 2, "{count} connections");
 }
 
 #[test]
-fn routes_spread_as_their_ends_move() {
+fn geometry_terms_are_those_of_finite_differences() {
     let mut count = 0;
     for case in (0..CASES).map(Case::new) {
         for connection in case.connections() {
-            let [x_distance, y_distance, angle] = case.seen();
-            let gap = (x_distance.min(y_distance) - 1.0) * case.body.radius;
+            let [x_distance, y_distance, angle] = case.relative_positions();
+            let gap = (x_distance.min(y_distance) - 1.0) * case.caster.radius;
             let step = 1e-5
                 * (case.y - case.x)
                     .length()
-                    .min(case.body.radius * angle.sin())
+                    .min(case.caster.radius * angle.sin())
                     .min(gap);
             let differences =
-                [step, step / 4.0].map(|step| case.spread_by_differences(&connection, step));
+                [step, step / 4.0].map(|step| case.geometry_term_by_differences(&connection, step));
             // Next to a caustic finite differences depend on the step and say little.
             if let [Some(a), Some(b)] = differences
                 && (a / b - 1.0).abs() < 1e-3
@@ -272,7 +272,8 @@ fn routes_spread_as_their_ends_move() {
             } else {
                 CasterKind::Reflection
             };
-            let (of_ray, _) = geometry_term(&case.body, kind, case.x, connection.direction, case.y);
+            let (of_ray, _) =
+                geometry_term(&case.caster, kind, case.x, connection.direction, case.y);
             let grazing = 1e-10 / (connection.cosine * connection.cosine);
             assert!(
                 (of_ray / connection.geometry_term - 1.0).abs() < 1e-5 + grazing,
@@ -281,11 +282,11 @@ fn routes_spread_as_their_ends_move() {
             );
         }
     }
-    assert!(count > CASES / 2, "{count} routes");
+    assert!(count > CASES / 2, "{count} connections");
 }
 
 #[test]
-fn a_flat_mirror_has_a_route_by_its_front() {
+fn a_flat_mirror_has_connections_at_its_front() {
     let (corner, edges) = (
         DVec3::new(-0.4, 0.1, -0.3),
         [DVec3::new(0.9, 0.2, 0.1), DVec3::new(-0.1, 0.3, 0.8)],
@@ -297,8 +298,8 @@ fn a_flat_mirror_has_a_route_by_its_front() {
             s.rectangle(corner, edges, mirror);
         },
     );
-    let [body] = scene.specular_casters().all() else {
-        panic!("one body")
+    let [caster] = scene.specular_casters().all() else {
+        panic!("one caster")
     };
     let normal = edges[0].cross(edges[1]).normalize();
     let mut rng = rng("points");
@@ -317,7 +318,7 @@ fn a_flat_mirror_has_a_route_by_its_front() {
         };
         let lies = |share: f64| (0.0..1.0).contains(&share);
         let expected = height_x > 0.0 && height_y > 0.0 && lies(along(0)) && lies(along(1));
-        let connections: Vec<_> = body.connections(x, y).collect();
+        let connections: Vec<_> = caster.connections(x, y).collect();
         assert_eq!(
             connections.len(),
             usize::from(expected),
@@ -340,13 +341,13 @@ fn a_flat_mirror_has_a_route_by_its_front() {
                 -connection.direction.dot(normal),
                 max_relative = 1e-12
             );
-            let of_ray = geometry_term(&body.parameters, body.kind, x, connection.direction, y);
+            let of_ray = geometry_term(&caster.parameters, caster.kind, x, connection.direction, y);
             assert_relative_eq!(of_ray.0, connection.geometry_term, max_relative = 1e-12);
         }
     }
     assert!(
         found.iter().all(|&cases| cases > 200),
-        "{found:?} without and with a route"
+        "{found:?} without and with a connection"
     );
 }
 
@@ -371,8 +372,8 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut impl Rng) -> Option<(Vec<Hit>, Hit
 }
 
 #[test]
-fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
-    let scene = bodies(0);
+fn connections_include_every_sampled_specular_path() {
+    let scene = specular_casters(0);
     let all = scene.specular_casters().all();
     let mut found = [0; 3];
     let mut rng = rng("paths");
@@ -395,24 +396,24 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
             [first, last] if first.primitive == last.primitive => CasterKind::Refraction,
             _ => continue,
         };
-        let is_here = |body: &Caster<DVec3>| {
-            let distance = met[0].point.distance(body.centre);
+        let is_here = |caster: &Caster<DVec3>| {
+            let distance = met[0].point.distance(caster.centre);
             if kind == CasterKind::Flat {
                 distance < 1.0
             } else {
-                (distance - body.radius).abs() < 1e-9
+                (distance - caster.radius).abs() < 1e-9
             }
         };
-        let body = all
+        let caster = all
             .iter()
-            .find(|body| body.kind == kind && is_here(&body.parameters))
-            .expect("a body");
-        let (spread, cosine) = geometry_term(&body.parameters, kind, x, w, light.point);
+            .find(|caster| caster.kind == kind && is_here(&caster.parameters))
+            .expect("a caster");
+        let (term, cosine) = geometry_term(&caster.parameters, kind, x, w, light.point);
         // On a caustic two connections merge up to rounding, and the path keeps its full weight.
-        if spread > 1e4 {
+        if term > 1e4 {
             continue;
         }
-        let connections = body.connections(x, light.point);
+        let connections = caster.connections(x, light.point);
         let near = connections
             .map(|(_, connection)| connection)
             .min_by(|a, b| {
@@ -420,17 +421,17 @@ fn what_paths_hit_by_way_of_a_body_shadow_rays_find() {
                     .length()
                     .total_cmp(&(b.direction - w).length())
             });
-        let near = near.expect("a route");
+        let near = near.expect("a connection");
         // Near a caustic the direction is known to the square root of a rounding.
-        let blur = 1e-9 + 1e-12 * spread;
+        let blur = 1e-9 + 1e-12 * term;
         assert!(
             (near.direction - w).length() < 1e3 * blur,
-            "{:?} for {w:?} from {x:?} to {light:?} by {body:?}, {spread} {cosine} {}",
+            "{:?} for {w:?} from {x:?} to {light:?} by {caster:?}, {term} {cosine} {}",
             near.direction,
             near.geometry_term
         );
         assert!(
-            (near.geometry_term / spread - 1.0).abs() < 1e-4 * (1.0 + spread)
+            (near.geometry_term / term - 1.0).abs() < 1e-4 * (1.0 + term)
                 && (near.cosine - cosine).abs() < 1e-4
         );
         found[kind as usize] += 1;
@@ -463,7 +464,7 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     let one_by_one = Path {
         specular_nee: true,
         bounces,
-        ..Path::new(OneByOne, Finds::Mis)
+        ..Path::new(ScalarParts, Finds::Mis)
     };
     let alone = rendered(&scene, &one_by_one, [16, 16], sampling, &[0..40]).expect("legal values");
     let mut together = Film::new([16, 16], None, 1).expect("a film");
@@ -477,7 +478,7 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
 /// Opaque objects that block every connection, in any segment, leave the patch dark, and so does a
 /// bounce limit below the length of all connections.
 #[test]
-fn every_part_of_a_route_is_tested_for_sight_and_counted() {
+fn every_segment_of_a_connection_is_tested_for_visibility_and_counted() {
     let wall = |corner, edges| move |s: &mut SceneBuilder| panel(s, corner, edges, diffuse(0.0));
     let sphere = |centre, radius, surface: fn() -> Surface| {
         move |s: &mut SceneBuilder| ball(s, Sphere::new(centre, radius), surface())
@@ -551,7 +552,7 @@ impl Scattering for NoWeight {}
 /// A path that enters a ball and leaves another that overlaps it is no specular connection: it
 /// keeps its weight.
 #[test]
-fn a_path_between_two_overlapping_balls_is_no_route() {
+fn a_path_between_two_overlapping_balls_is_no_connection() {
     let scene = scene(|s| {
         panel(
             s,
@@ -586,7 +587,7 @@ fn a_path_between_two_overlapping_balls_is_no_route() {
     assert!(sum > 0.0, "{sum}");
 }
 
-/// Returns the kinds of a scene's specular bodies, each with the radius of a sphere or the area of
+/// Returns the kinds of a scene's specular casters, each with the radius of a sphere or the area of
 /// a flat mirror.
 fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(CasterKind, f64)> {
     let scene = scene_from(
@@ -597,7 +598,12 @@ fn kinds(parts: impl FnOnce(&mut SceneBuilder)) -> Vec<(CasterKind, f64)> {
         .specular_casters()
         .all()
         .iter()
-        .map(|body| (body.kind, body.parameters.radius + body.parameters.area))
+        .map(|caster| {
+            (
+                caster.kind,
+                caster.parameters.radius + caster.parameters.area,
+            )
+        })
         .collect()
 }
 
@@ -608,7 +614,7 @@ fn mirror_surface(s: &mut SceneBuilder, reflectance: f64) -> SurfaceId {
 }
 
 #[test]
-fn bodies_are_whole_spheres_and_flat_mirrors() {
+fn casters_are_whole_spheres_and_flat_mirrors() {
     let ball = |index: f64, sphere: Sphere| {
         kinds(|s| {
             let glass = s.surface(Surface::new(Bsdf::Glass { index }));
@@ -698,8 +704,8 @@ fn bodies_are_whole_spheres_and_flat_mirrors() {
 }
 
 #[test]
-fn shares_are_of_what_can_be_seen() {
-    let scene = bodies(0);
+fn selection_probabilities_are_zero_for_invisible_casters() {
+    let scene = specular_casters(0);
     let all = scene.specular_casters().all();
     let mut rng = rng("points");
     for _ in 0..1000 {
@@ -707,14 +713,14 @@ fn shares_are_of_what_can_be_seen() {
         let shares: [f64; MAX_CASTERS] = scene.specular_casters().selection_probabilities(from);
         let sum: f64 = shares.iter().sum();
         assert!((sum - 1.0).abs() < 1e-12 || sum == 0.0, "{sum}");
-        for (i, body) in all.iter().enumerate() {
-            let away = from - body.parameters.centre;
-            let faces = if body.kind == CasterKind::Flat {
-                away.dot(body.parameters.normal) > 0.0
+        for (i, caster) in all.iter().enumerate() {
+            let away = from - caster.parameters.centre;
+            let faces = if caster.kind == CasterKind::Flat {
+                away.dot(caster.parameters.normal) > 0.0
             } else {
-                away.length() > body.parameters.radius
+                away.length() > caster.parameters.radius
             };
-            assert_eq!(shares[i] > 0.0, faces, "{body:?} from {from:?}");
+            assert_eq!(shares[i] > 0.0, faces, "{caster:?} from {from:?}");
             assert_eq!(
                 scene
                     .specular_casters()

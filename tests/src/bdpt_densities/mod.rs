@@ -7,18 +7,18 @@ mod path;
 use std::cell::{Cell, RefCell};
 
 use whitefurnace::film::splat::Splats;
-use whitefurnace::harness::pointwise::{Largest, relative};
+use whitefurnace::harness::pointwise::{LargestError, relative};
 use whitefurnace::integrator::{Bdpt, Density, weight};
 use whitefurnace::sampling::sampler::FIRST_LIGHT_BLOCK;
 
+use crate::bdpt_densities::path::{
+    FRAME, Kind, SURVIVE, TERMINATE, Vertex, area_and_sample, known_densities, middle_of_interval,
+    pick_pmf, room, shadow_ray_sample, strategy_pdfs, trace,
+};
 use crate::prelude::*;
 use crate::script::{self, Scripted};
-use crate::whole_paths::path::{
-    FRAME, Kind, LAST, LIVES, Vertex, by_strategy, closed_form, middle, on_emitter, picked, room,
-    shares, trace,
-};
 
-/// Random numbers for each block; after the last of a block, [`LAST`].
+/// Random numbers for each block; after the last of a block, [`TERMINATE`].
 struct Script<'a> {
     blocks: &'a [(u32, Vec<f64>)],
     block: u32,
@@ -33,23 +33,23 @@ impl script::Script for Script<'_> {
         let block = self.blocks.iter().find(|(block, _)| *block == self.block);
         let number = block.and_then(|(_, numbers)| numbers.get(self.used).copied());
         self.used += 1;
-        number.unwrap_or(LAST)
+        number.unwrap_or(TERMINATE)
     }
 }
 
 /// Returns the numbers, by block, with which strategy `s` (vertices from the light) makes a path.
 fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, Vec<f64>)> {
     let emitter = path[0].emitter.unwrap_or(0);
-    let pick = middle(&shares(scene), emitter as usize);
+    let pick = middle_of_interval(&pick_pmf(scene), emitter as usize);
     let shape = &scene.emitters()[emitter as usize].shape;
-    let on_light = on_emitter(shape, path[0].point).1;
+    let on_light = area_and_sample(shape, path[0].point).1;
     let light = vec![pick, on_light[0], on_light[1]];
     // Numbers at a vertex: the direction to the next vertex with the roulette's, or none if the
     // walk ends.
     let scatter = |x: &Vertex, to: Option<&Vertex>| match (x.kind, to) {
-        (Kind::Glass(branch), Some(_)) => vec![branch, LIVES],
-        (Kind::Mirror, Some(_)) => vec![LIVES],
-        (_, Some(to)) => [&x.direction(to.point)[..], &[LIVES]].concat(),
+        (Kind::Glass(branch), Some(_)) => vec![branch, SURVIVE],
+        (Kind::Mirror, Some(_)) => vec![SURVIVE],
+        (_, Some(to)) => [&x.direction(to.point)[..], &[SURVIVE]].concat(),
         (_, None) => Vec::new(),
     };
     let mut blocks = vec![(0, at.map(f64::fract).to_vec()), (FIRST_LIGHT_BLOCK, light)];
@@ -64,12 +64,12 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
         let to = (i > s).then(|| &path[i - 1]);
         let shadow_ray = || {
             if (s, i) == (1, 1) {
-                picked(scene, path).0
+                shadow_ray_sample(scene, path).0
             } else {
                 [0.0; 3]
             }
         };
-        let mut numbers = if path[i].specular() {
+        let mut numbers = if path[i].is_specular() {
             Vec::new()
         } else {
             shadow_ray().to_vec()
@@ -83,32 +83,32 @@ fn script(scene: &Scene, path: &[Vertex], at: [f64; 2], s: usize) -> Vec<(u32, V
 thread_local! {
     /// The strategy whose contribution counts: vertices of the path, and how many of them are from
     /// the light. A thread-local, because a component is a function pointer and captures nothing.
-    static WANTED: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
+    static REQUESTED: Cell<(usize, usize)> = const { Cell::new((0, 0)) };
     /// Densities of the wanted strategy, one entry each time that it made a path.
-    static FOUND: RefCell<Vec<Vec<Density>>> = const { RefCell::new(Vec::new()) };
+    static RECORDED: RefCell<Vec<Vec<Density>>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Replaces the MIS weight: 1 for the strategy that is wanted, 0 for all others. Records its
 /// densities.
 fn record(path: &[Density], s: usize) -> f64 {
-    let wanted = (path.len(), s) == WANTED.get();
+    let wanted = (path.len(), s) == REQUESTED.get();
     if wanted {
-        FOUND.with_borrow_mut(|found| found.push(path.to_vec()));
+        RECORDED.with_borrow_mut(|found| found.push(path.to_vec()));
     }
     f64::from(wanted)
 }
 
 /// Makes a path with strategy `s` alone. Returns the densities from which its MIS weight follows,
 /// and its unweighted value in the image; `None` unless it made the path exactly once.
-fn made(
+fn densities_by_strategy(
     scene: &Scene,
     parts: PartTable,
     path: &[Vertex],
     at: [f64; 2],
     s: usize,
 ) -> Option<(Vec<Density>, f64)> {
-    WANTED.set((path.len(), s));
-    FOUND.with_borrow_mut(Vec::clear);
+    REQUESTED.set((path.len(), s));
+    RECORDED.with_borrow_mut(Vec::clear);
     let parts = PartTable {
         strategy_weight: record,
         survival_by_throughput: |_, _| 0.5,
@@ -127,62 +127,62 @@ fn made(
         .pair(scene, pixel, FRAME, &image, numbers)
         .ok()?;
     let value = image.into_values().iter().map(|value| value.x).sum();
-    FOUND.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
+    RECORDED.with_borrow_mut(|found| (found.len() == 1).then(|| (found.remove(0), value)))
 }
 
-const TRIES: u64 = 20_000;
+const PATHS: u64 = 20_000;
 /// Covers the rounding of a direction after up to four curved surfaces and at cosines of
-/// [`LEAST_COSINE`].
+/// [`MIN_COSINE`].
 const TOLERANCE: f64 = 1e-6;
 /// Smaller values have fewer digits in the image than [`TOLERANCE`] asks for.
-const LEAST_VALUE: f64 = 1e-3;
+const MIN_VALUE: f64 = 1e-3;
 
-fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcome> {
+fn compare_densities(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcome> {
     let mut rng = context.rng("whole paths");
-    let mut worst: [Largest; 4] = Default::default();
+    let mut worst: [LargestError; 4] = Default::default();
     let [densities, weights, sums, values] = &mut worst;
     let (mut least, mut most, mut chains, mut inside) = (f64::INFINITY, 0.0_f64, 0, 0);
-    for _ in 0..TRIES {
+    for _ in 0..PATHS {
         let [u, v] = uniform2(&mut rng);
         let at = [u * f64::from(FRAME[0]), v * f64::from(FRAME[1])];
         let Some(path) = trace(scene, &mut rng, at) else {
             continue;
         };
-        let known = closed_form(scene, &path);
-        let by_strategy = by_strategy(scene, &path, &known);
-        let total: f64 = by_strategy.iter().flatten().sum();
+        let known = known_densities(scene, &path);
+        let strategy_pdfs = strategy_pdfs(scene, &path, &known);
+        let total: f64 = strategy_pdfs.iter().flatten().sum();
         let (mut sum, mut first) = (0.0, None);
-        for (s, density) in by_strategy.iter().enumerate() {
+        for (s, density) in strategy_pdfs.iter().enumerate() {
             let Some(density) = density else { continue };
             let place = || format!("strategy {s} of {} vertices", path.len());
-            let Some((found, value)) = made(scene, parts, &path, at, s) else {
-                sums.see(1.0, || format!("{} does not make its path", place()));
+            let Some((found, value)) = densities_by_strategy(scene, parts, &path, at, s) else {
+                sums.update(1.0, || format!("{} does not make its path", place()));
                 continue;
             };
             for (found, known) in found.iter().zip(&known) {
                 for (found, known) in [found.light, found.eye].into_iter().zip(known) {
-                    densities.see(known.map_or(0.0, |known| relative(found, known)), place);
+                    densities.update(known.map_or(0.0, |known| relative(found, known)), place);
                 }
             }
             let weight = (parts.strategy_weight)(&found, s);
             sum += weight;
-            weights.see((weight - density / total).abs(), place);
-            if value > LEAST_VALUE {
+            weights.update((weight - density / total).abs(), place);
+            if value > MIN_VALUE {
                 let product = value * density;
-                values.see(relative(product, *first.get_or_insert(product)), place);
+                values.update(relative(product, *first.get_or_insert(product)), place);
             }
             let ratio = density / (total - density);
             if ratio.is_finite() {
                 (least, most) = (least.min(ratio), most.max(ratio));
             }
         }
-        sums.see((sum - 1.0).abs(), || format!("{} vertices", path.len()));
-        chains += u32::from(path.iter().any(Vertex::specular));
+        sums.update((sum - 1.0).abs(), || format!("{} vertices", path.len()));
+        chains += u32::from(path.iter().any(Vertex::is_specular));
         inside += u32::from(path[0].index != 1.0);
     }
     // Weights that are alike, or of one kind of path only, would prove nothing.
     if least > 1e-3 || most < 1e3 || chains < 200 || inside < 50 {
-        sums.see(1.0, || {
+        sums.update(1.0, || {
             format!(
                 "ratios {least:.1e} to {most:.1e}, {chains} specular paths, {inside} from glass"
             )
@@ -194,8 +194,8 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
         "sum of weights",
         "value times density",
     ];
-    let exact = |(name, largest): (&str, Largest)| {
-        Outcome::exact(name, TRIES, largest.error, TOLERANCE, largest.place)
+    let exact = |(name, largest): (&str, LargestError)| {
+        Outcome::exact(name, PATHS, largest.error, TOLERANCE, largest.place)
     };
     names.into_iter().zip(worst).map(exact).collect()
 }
@@ -203,7 +203,7 @@ fn whole_paths(context: &Context, scene: &Scene, parts: PartTable) -> Vec<Outcom
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = room();
     const BY_DENSITY: &str = "bidirectional/whole-paths: densities | weights";
-    let on = move |context: &Context, parts: PartTable| whole_paths(context, &scene, parts);
+    let on = move |context: &Context, parts: PartTable| compare_densities(context, &scene, parts);
     vec![Box::new(Family {
         trials: vec![trial(
             "bidirectional/whole-paths",

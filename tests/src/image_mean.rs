@@ -6,7 +6,7 @@ use whitefurnace::integrator::{Bdpt, Connections, ImageEstimator, LightTracer};
 use whitefurnace::sampling::sampler::{ImagePass, SamplerKind};
 
 use crate::prelude::*;
-use crate::scenes::level;
+use crate::scenes::mean_channel;
 
 /// An estimator of whole images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,8 +86,8 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// Returns the values of the mean [`level`] of each region, one per replication; cubes are
-    /// summed about `centre`.
+    /// Returns the values of the mean [`mean_channel`] of each region, one per replication; cubes
+    /// are summed about `centre`.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
@@ -133,7 +133,9 @@ impl Passes {
                 }
             }
             for ((values, sum), inside) in values.iter_mut().zip(sums).zip(&inside) {
-                values.push(level(&self.scene, sum) / (inside.len() as f64 * f64::from(passes)));
+                values.push(
+                    mean_channel(&self.scene, sum) / (inside.len() as f64 * f64::from(passes)),
+                );
             }
         }
         Some(values)
@@ -220,7 +222,7 @@ impl SameAsPath {
             let hit = scene.intersect(&ray);
             sum += Path::<DefaultParts>::default().radiance(scene, &ray, hit, rng);
         }
-        level(scene, sum) / f64::from(width * height)
+        mean_channel(scene, sum) / f64::from(width * height)
     }
 }
 
@@ -271,7 +273,7 @@ pub fn same_as_path(
 }
 
 /// Returns a trial that changes its subject first, faulty or not.
-pub fn altered(
+pub fn with_altered_subject(
     family_trial: FamilyTrial<EstimatorSubject>,
     alter: impl Fn(EstimatorSubject) -> EstimatorSubject + Send + Sync + 'static,
 ) -> FamilyTrial<EstimatorSubject> {

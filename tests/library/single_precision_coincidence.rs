@@ -2,7 +2,9 @@
 //! accepted look as in double precision in each estimator, and scenes that are refused would not.
 
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer as _, check_singles};
+use whitefurnace::render::{
+    LaneEstimator, LaneRenderer, Precision, Renderer as _, check_single_precision,
+};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::SINGLE_COINCIDENCE_TOLERANCE;
@@ -37,7 +39,7 @@ fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
         seed,
         silhouettes: false,
     };
-    ByLanes {
+    LaneRenderer {
         estimator,
         sampling,
         precision,
@@ -81,19 +83,22 @@ fn a_cover_hides_what_is_just_behind_it_or_is_refused() {
             .flat_map(|order| estimators().map(|e| (order, e)))
         {
             let scene = covered(1.05 * tolerance, [black, behind], is_reversed);
-            check_singles(&scene).expect("far enough apart");
+            check_single_precision(&scene).expect("far enough apart");
             assert_eq!(
                 mean(&scene, estimator, Precision::Single),
                 0.0,
                 "{estimator:?}, {behind:?}"
             );
             let scene = covered(0.2 * tolerance, [black, behind], is_reversed);
-            assert_option_refused(check_singles(&scene), "in single precision object ");
+            assert_option_refused(
+                check_single_precision(&scene),
+                "in single precision object ",
+            );
             assert_eq!(mean(&scene, estimator, Precision::Double), 0.0);
             seen = seen.max(mean(&scene, estimator, Precision::UncheckedSingle));
             // Distances up to the tolerance are refused in either order.
             let scene = covered(0.95 * tolerance, [black, behind], is_reversed);
-            assert_option_refused(check_singles(&scene), "move one of them by ");
+            assert_option_refused(check_single_precision(&scene), "move one of them by ");
         }
         assert!(seen > 0.0, "{behind:?} need not be refused");
     }
@@ -124,7 +129,7 @@ fn a_small_lamp_lights_a_wide_room_as_in_double_precision() {
             },
         );
         for estimator in [estimators()[0], estimators()[2]] {
-            check_singles(&scene).expect("accepted");
+            check_single_precision(&scene).expect("accepted");
             let [double, single] =
                 [Precision::Double, Precision::Single].map(|p| mean(&scene, estimator, p));
             assert!(

@@ -12,13 +12,13 @@ use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::math::simd::SINGLES;
-use whitefurnace::render::{ByLanes, LaneEstimator, Precision, Renderer, render_lanes};
+use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer, render_lanes};
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
 use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::file::{Description, Object};
 
-use crate::images::SHARES;
+use crate::images::CHANNEL_WEIGHTS;
 use crate::prelude::*;
 use crate::scenes::{TINT, valid};
 
@@ -38,7 +38,7 @@ pub struct Roundings {
     pub pixel: fn(usize, DVec3) -> DVec3,
 }
 
-const RIGHT: Roundings = Roundings {
+const CORRECT: Roundings = Roundings {
     length: |x| x,
     albedo: |x| x,
     radiance: |x| x,
@@ -107,8 +107,8 @@ impl Image {
     }
 
     fn run(&self, context: &Context, subject: &Roundings) -> Vec<Outcome> {
-        let [double, single] = [&RIGHT, subject].map(|rounded| self.scene(rounded));
-        let bound = (1.0 + ROUNDING) * self.most * LAMP * TINT.dot(SHARES);
+        let [double, single] = [&CORRECT, subject].map(|rounded| self.scene(rounded));
+        let bound = (1.0 + ROUNDING) * self.most * LAMP * TINT.dot(CHANNEL_WEIGHTS);
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
@@ -124,7 +124,7 @@ impl Image {
                 films[0].pixels().iter().zip(films[1].pixels()).enumerate()
             {
                 let difference = (subject.pixel)(number, single.mean()) - double.mean();
-                differences.push(difference.dot(SHARES));
+                differences.push(difference.dot(CHANNEL_WEIGHTS));
             }
         }
         let claim = Claim::Exact {
@@ -155,7 +155,7 @@ impl Image {
         ];
         let range = replication..replication + 1;
         render_lanes(scenes[0], path, sampling, &mut films[0], &range, &|_| true).ok()?;
-        let singles = ByLanes {
+        let singles = LaneRenderer {
             estimator: path,
             sampling,
             precision: Precision::Single,
@@ -358,25 +358,25 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         ],
         faults: vec![
             fault!("albedos-in-bfloat", SINGLE_PRECISION, "albedos and reflectances are rounded to 8 bits",
-                = Roundings { albedo: rounded::<BFLOAT>, ..RIGHT },
+                = Roundings { albedo: rounded::<BFLOAT>, ..CORRECT },
                 "images/single-precision/coloured-room"),
             fault!("vertices-in-bfloat", SINGLE_PRECISION, "coordinates and radii are rounded to 8 bits",
-                = Roundings { length: rounded::<BFLOAT>, ..RIGHT },
+                = Roundings { length: rounded::<BFLOAT>, ..CORRECT },
                 "images/single-precision/several-lights"),
             fault!("indices-in-bfloat", SINGLE_PRECISION, "indices of refraction are rounded to 8 bits",
-                = Roundings { index: rounded::<BFLOAT>, ..RIGHT },
+                = Roundings { index: rounded::<BFLOAT>, ..CORRECT },
                 "images/single-precision/within-glass"),
             fault!("radiance-in-rgbe", SINGLE_PRECISION, "the radiance of lights has the 8 bits of an RGBE file",
-                = Roundings { radiance: rounded::<BFLOAT>, ..RIGHT },
+                = Roundings { radiance: rounded::<BFLOAT>, ..CORRECT },
                 "images/single-precision/coloured-room", "images/single-precision/within-glass",
                 "images/single-precision/report", "images/single-precision/several-lights"),
             fault!("pixels-cut", SINGLE_PRECISION, "pixels are cut to 8 bits, not rounded",
-                = Roundings { pixel: |_, value| value.map(|x| in_units::<BFLOAT>(x, f64::floor)), ..RIGHT },
+                = Roundings { pixel: |_, value| value.map(|x| in_units::<BFLOAT>(x, f64::floor)), ..CORRECT },
                 "images/single-precision/several-lights", "images/single-precision/report"),
             fault!("a-lane-lost", SINGLE_PRECISION, "of sixteen lanes one has no radiance",
-                = Roundings { pixel: |number, value| if number % SINGLES == 5 { DVec3::ZERO } else { value }, ..RIGHT },
+                = Roundings { pixel: |number, value| if number % SINGLES == 5 { DVec3::ZERO } else { value }, ..CORRECT },
                 "images/single-precision/report", "images/single-precision/within-glass"),
         ],
-        ..Family::whole("singles", RIGHT)
+        ..Family::whole("singles", CORRECT)
     })]
 }

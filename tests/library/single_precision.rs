@@ -12,15 +12,15 @@ use whitefurnace::light::environment::Environment;
 use whitefurnace::math::real::{Mask, Vector};
 use whitefurnace::math::simd::{Lanes3, SINGLES, Singles};
 use whitefurnace::render::{
-    ByLanes, LaneEstimator, Precision, Renderer, check_singles, render_lanes,
+    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision, render_lanes,
 };
 use whitefurnace::scene::file::Description;
 
 use crate::lanes::scenes::scenes;
 use crate::prelude::*;
 
-fn singles(estimator: LaneEstimator, sampling: Sampling) -> ByLanes {
-    ByLanes {
+fn singles(estimator: LaneEstimator, sampling: Sampling) -> LaneRenderer {
+    LaneRenderer {
         estimator,
         sampling,
         precision: Precision::Single,
@@ -217,10 +217,10 @@ fn rays_do_not_hit_the_body_that_they_leave() {
 /// edge, or after a few mirrors and balls, roundings grow. The fractions are three times those
 /// measured in the worst scene, the report's room, with thousands of independent samples, so that
 /// no seed exceeds them.
-const APART: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
-/// [`APART`] for specular next-event estimation: along caustics of balls a rounding spreads as
-/// light does.
-const APART_BY_BODIES: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
+const MAX_DIFFERING: [(f64, f64); 2] = [(1e-3, 0.04), (1e-2, 0.01)];
+/// [`MAX_DIFFERING`] for specular next-event estimation: along caustics of balls a rounding spreads
+/// as light does.
+const MAX_DIFFERING_SPECULAR_NEE: [(f64, f64); 2] = [(1e-3, 0.25), (1e-2, 0.06)];
 
 const FRAME: [u32; 2] = [64, 48];
 
@@ -277,7 +277,7 @@ fn images_differ_by_rounding() {
     let mut taken = 0;
     for scene in scenes().iter().chain([&faceted()]) {
         for estimator in all_estimators() {
-            if check_singles(scene).is_err() {
+            if check_single_precision(scene).is_err() {
                 continue;
             }
             taken += 1;
@@ -299,7 +299,11 @@ fn images_differ_by_rounding() {
                     .expect("legal values");
                 let specular_nee =
                     matches!(estimator, LaneEstimator::Path(path) if path.specular_nee);
-                for (apart, share) in if specular_nee { APART_BY_BODIES } else { APART } {
+                for (apart, share) in if specular_nee {
+                    MAX_DIFFERING_SPECULAR_NEE
+                } else {
+                    MAX_DIFFERING
+                } {
                     let far = |(a, b): &(&Pixel, &Pixel)| {
                         let [a, b] = [a, b].map(|pixel| pixel.mean());
                         (a - b).abs().max_element() > apart * a.max(b).max_element()
@@ -397,10 +401,10 @@ fn what_is_refused_is_wrong_and_what_is_taken_is_right() {
     for (reach, taken) in [(16.0, true), (1000.0, true), (4000.0, true), (1e6, false)] {
         let scene = ball_on_a_plane(reach);
         let estimator = LaneEstimator::Path(Path::new(DefaultParts, Finds::Bsdf));
-        assert_eq!(check_singles(&scene).is_ok(), taken, "{reach}");
+        assert_eq!(check_single_precision(&scene).is_ok(), taken, "{reach}");
         let [double, single] = [Precision::Double, Precision::UncheckedSingle].map(|precision| {
             let mut film = Film::new([32, 24], None, 1).expect("a legal size");
-            let lanes = ByLanes {
+            let lanes = LaneRenderer {
                 estimator,
                 sampling: plain(master()),
                 precision,
@@ -430,14 +434,17 @@ fn what_single_precision_would_show_is_refused() {
     };
     for size in [2e6, 1e-7, 1e12] {
         assert_option_refused(
-            check_singles(&of(size, 0.5 * size, diffuse(0.5))),
+            check_single_precision(&of(size, 0.5 * size, diffuse(0.5))),
             "the scene reaches to",
         );
     }
     for size in [1e-6, 1.0, 1e6] {
         let fine = of(size, size / 4097.0, diffuse(0.5));
-        assert_option_refused(check_singles(&fine), "too small for single precision");
-        check_singles(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
+        assert_option_refused(
+            check_single_precision(&fine),
+            "too small for single precision",
+        );
+        check_single_precision(&of(size, size / 4095.0, diffuse(0.5))).expect("coarse enough");
     }
     // Objects far from the camera, and zones, are refused, too.
     let far = of(1.0, 0.5, diffuse(0.5)).with_camera(Camera::new(
@@ -447,7 +454,7 @@ fn what_single_precision_would_show_is_refused() {
         0.1,
     ));
     assert_option_refused(
-        check_singles(&far.expect("a camera")),
+        check_single_precision(&far.expect("a camera")),
         "too small for single precision",
     );
     let ring = Sphere {
@@ -455,7 +462,10 @@ fn what_single_precision_would_show_is_refused() {
         ..Sphere::new(DVec3::ZERO, 1.0)
     };
     let ring = scene(|scene| ball(scene, ring, diffuse(0.5)));
-    assert_option_refused(check_singles(&ring), "too small for single precision");
+    assert_option_refused(
+        check_single_precision(&ring),
+        "too small for single precision",
+    );
     // Connected triangles are one object, however fine; an object that is thin in two directions is
     // small.
     let of_mesh = |mesh: &Mesh, scale: DVec3| {
@@ -476,7 +486,7 @@ fn what_single_precision_would_show_is_refused() {
         (DVec3::splat(1e-4), false),
     ] {
         let fine = of_mesh(&Mesh::globe(60, 60), scale);
-        assert_eq!(check_singles(&fine).is_ok(), taken, "{scale}");
+        assert_eq!(check_single_precision(&fine).is_ok(), taken, "{scale}");
     }
     let sliver = scene(|scene| {
         let grey = scene.surface(diffuse(0.5));
@@ -486,7 +496,10 @@ fn what_single_precision_would_show_is_refused() {
             grey,
         );
     });
-    assert_option_refused(check_singles(&sliver), "too small for single precision");
+    assert_option_refused(
+        check_single_precision(&sliver),
+        "too small for single precision",
+    );
     // Refused scenes are not rendered.
     let mut film = Film::new([2, 2], None, 1).expect("a legal size");
     let rendered = singles(path(Finds::Bsdf), plain(1)).add(&sliver, &mut film, 0..1, &|_| true);
@@ -502,6 +515,6 @@ fn what_single_precision_would_show_is_refused() {
         simple::furnace_box(0.75),
     ] {
         let built_in = built_in.expect("a scene");
-        check_singles(&built_in).expect("accepted");
+        check_single_precision(&built_in).expect("accepted");
     }
 }

@@ -54,7 +54,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
                 format!("a patch reflects {reference:.6} of a light that it sees {how} only");
             radiance(name, equation, scene, kind, near_origin)
                 .says(property)
-                .by_points(*reference, SINGLE, n)
+                .by_scrambles(*reference, SINGLE, n)
         };
     let mirror = (&mirror, "in a mirror", in_mirror);
     let glass = (&glass, "through glass", in_glass);

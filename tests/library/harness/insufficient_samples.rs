@@ -1,11 +1,11 @@
 //! Tests that no statistic says *holds* of samples that give no evidence.
 
-use whitefurnace::harness::welch_map::Skewed;
+use whitefurnace::harness::welch_map::ImageMoments;
 
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
 
-const WIDE: [Claim; 3] = [
+const WIDE_CLAIMS: [Claim; 3] = [
     Claim::Exact { delta: 1e3 },
     Claim::Approximate { margin: 1e3 },
     Claim::Test,
@@ -33,7 +33,7 @@ fn still(pixels: usize, count: u64) -> Image {
 fn image(pixels: usize, count: u64) -> Outcome {
     let still = still(pixels, count);
     let pixels = still.statistics();
-    let image = Skewed {
+    let image = ImageMoments {
         statistics: &pixels,
         skewness: &still.variance,
     };
@@ -45,8 +45,8 @@ fn image(pixels: usize, count: u64) -> Outcome {
 #[test]
 fn samples_that_say_nothing_are_undecided() {
     let mut outcomes = Vec::new();
-    for claim in WIDE {
-        for n in [0, 1, 2, 100, 2 * ENOUGH_EQUAL] {
+    for claim in WIDE_CLAIMS {
+        for n in [0, 1, 2, 100, 2 * MIN_CONSTANT_VALUES] {
             let (v, squares) = (same(n, 2.0), same(n, 0.5));
             outcomes.extend([
                 mean("t", &v, 2.0, claim),
@@ -101,7 +101,7 @@ fn samples_that_say_nothing_are_undecided() {
 fn samples_that_speak_against_a_claim_are_heard() {
     let claim = Claim::Exact { delta: 0.003 };
     let failing = [
-        mean("black", &same(2 * ENOUGH_EQUAL, 0.0), 1.0, claim),
+        mean("black", &same(2 * MIN_CONSTANT_VALUES, 0.0), 1.0, claim),
         counted(&[1.0, 0.0], &[999_999, 1]),
         kolmogorov_smirnov("stuck", &mut vec![0.5; 1000], |x| x, 0.01),
         binomial("never", 1, 1_000_000, 0.0, 0.01),

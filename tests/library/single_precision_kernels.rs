@@ -10,7 +10,7 @@ use crate::lanes::kernels::{Kernel, Question, of_every_kernel};
 use crate::prelude::*;
 
 /// Unit roundoff of single precision.
-const U1: f64 = 1.0 / 16_777_216.0;
+const UNIT_ROUNDOFF_F32: f64 = 1.0 / 16_777_216.0;
 
 /// Number of roundings that a kernel may be off by: in each argument, relative to the largest of
 /// them or 1, and in each result. Kernels are some tens of operations long; few of their errors
@@ -19,7 +19,7 @@ const ROUNDINGS: f64 = 16.0;
 
 /// Results below this have errors relative to it: a vanishing reflectance is the square of a
 /// difference of rounded numbers.
-const FAINT: f64 = 1e-3;
+const MIN_ERROR_SCALE: f64 = 1e-3;
 
 /// Compares every kernel with its value in double precision; the bound is the change of that value
 /// when arguments change by [`ROUNDINGS`], one by one. Where the value jumps, at the edge of total
@@ -44,7 +44,7 @@ const WIDE_BOUND: f64 = 1e-3;
 
 /// Maps arguments into the domain of a kernel.
 fn domain(name: &str, x: &mut [f64; 16]) {
-    let share = |x: f64| (x.abs() / 1.2).min(1.0 - U1);
+    let share = |x: f64| (x.abs() / 1.2).min(1.0 - UNIT_ROUNDOFF_F32);
     let index = |x: f64| 1.0 + x.abs();
     match name {
         "Turns" | "Directions" | "Triangle" | "Emitters" => {
@@ -106,12 +106,12 @@ impl Question for Near<'_> {
             let exact = K::run(x);
             let mut bounds: Vec<f64> = exact
                 .iter()
-                .map(|value| ROUNDINGS * U1 * value.abs().max(FAINT))
+                .map(|value| ROUNDINGS * UNIT_ROUNDOFF_F32 * value.abs().max(MIN_ERROR_SCALE))
                 .collect();
             let scale = x[..8].iter().fold(1.0_f64, |scale, x| scale.max(x.abs()));
             for (i, sign) in (0..8).flat_map(|i| [(i, 1.0), (i, -1.0)]) {
                 let mut moved = *x;
-                moved[i] += sign * ROUNDINGS * U1 * scale;
+                moved[i] += sign * ROUNDINGS * UNIT_ROUNDOFF_F32 * scale;
                 for ((bound, value), moved) in bounds.iter_mut().zip(&exact).zip(K::run(&moved)) {
                     *bound += (moved - value).abs();
                 }
@@ -211,7 +211,7 @@ fn uniform_numbers_lie_below_one_and_near() {
     for word in words.chain((0..100_000).map(|_| rng.next_u64())) {
         let (single, double) = (f64::from(f32::unit(word)), f64::unit(word));
         assert!(
-            (0.0..1.0).contains(&single) && single <= double && double - single < U1,
+            (0.0..1.0).contains(&single) && single <= double && double - single < UNIT_ROUNDOFF_F32,
             "{word:x}"
         );
     }

@@ -18,9 +18,9 @@ pub enum Light {
 
 /// Radiance estimated by a path tracer that adds the emission of the surfaces it hits.
 #[derive(Clone, Copy, Debug)]
-pub struct Naive(pub Light);
+pub struct ReferencePathTracer(pub Light);
 
-impl Estimator for Naive {
+impl Estimator for ReferencePathTracer {
     fn radiance<R: Sampler>(
         &self,
         scene: &Scene,

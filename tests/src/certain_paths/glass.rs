@@ -3,14 +3,14 @@
 
 use whitefurnace::integrator::{Lookup, TransportRules};
 
-use crate::exact_walks::eye::{EVERYWHERE, Eye, HITS, PARTICLES};
-use crate::exact_walks::{ENDLESS, certain};
+use crate::certain_paths::eye::{Eye, HITS, PARTICLES, UNBOUNDED_RADIUS};
+use crate::certain_paths::{ENDLESS, every_pixel_known};
 use crate::glass::{GLASS, INDEX};
 use crate::prelude::*;
 use crate::scenes::{self, LIGHT, TINT, hollow, lambert, light, seen_by};
 
 /// Segments of the estimators that have a limit: Whitted's tree leaves out R^11 < 10⁻¹³.
-const FEW_SEGMENTS: u32 = 12;
+const MAX_SEGMENTS: u32 = 12;
 /// Radius of the ball in the glass.
 const BALL: f64 = 0.3;
 
@@ -34,7 +34,7 @@ const EQUILIBRIUM: &[&str] = &[
     RULED[1],
 ];
 const RULED: &[&str] = &["glass/equilibrium/report", "glass/equilibrium/whitted"];
-pub(super) const LOOKED_UP: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
+pub(super) const PHOTON_LOOKUPS: &[&str] = &["glass/photons/direct", "glass/photons/gather"];
 
 pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
@@ -48,7 +48,7 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
     let family_trial = |name, subject, eye| {
-        certain(
+        every_pixel_known(
             name,
             subject,
             &REFRACTION,
@@ -66,19 +66,19 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
         family_trial(
             RULED[0],
             "integrator::Report",
-            Eye::Rays(EstimatorKind::Report(FEW_SEGMENTS)),
+            Eye::Rays(EstimatorKind::Report(MAX_SEGMENTS)),
         ),
         family_trial(
             RULED[1],
             "integrator::Whitted",
-            Eye::Rays(EstimatorKind::Whitted(FEW_SEGMENTS)),
+            Eye::Rays(EstimatorKind::Whitted(MAX_SEGMENTS)),
         ),
     ]
 }
 
 /// Trials of photons beyond glass: light of a ball in the glass that is looked up on the wall from
 /// within the glass, and reflected light that is looked up on the ball from outside.
-pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
+pub(super) fn photon_lookups() -> Vec<FamilyTrial<EstimatorSubject>> {
     let n2 = INDEX * INDEX;
     let black = Surface::new(lambert(0.0));
     let surfaces = [black, black.emitting(LIGHT * TINT)];
@@ -95,10 +95,10 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
     ];
     let gather = Lookup::FinalGather {
         caustic_particles: PARTICLES,
-        caustic_radius: EVERYWHERE,
+        caustic_radius: UNBOUNDED_RADIUS,
     };
     let family_trial = |name, lookup| {
-        certain(
+        every_pixel_known(
             name,
             "integrator::PhotonMapping",
             &REFRACTION,
@@ -108,22 +108,22 @@ pub(super) fn looked_up() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        family_trial(LOOKED_UP[0], Lookup::DirectVisualization),
-        family_trial(LOOKED_UP[1], gather),
+        family_trial(PHOTON_LOOKUPS[0], Lookup::DirectVisualization),
+        family_trial(PHOTON_LOOKUPS[1], gather),
     ]
 }
 
 /// Faults of the factor by which refraction scales radiance.
 pub(super) fn factors(
     table: PartTable,
-    caught_by: &'static [&'static str],
+    rejected_by: &'static [&'static str],
 ) -> Vec<Fault<EstimatorSubject>> {
     let fault = |name, wrong, radiance_factor: fn(f64, f64) -> f64| {
         let subject = parts(PartTable {
             radiance_factor,
             ..table
         });
-        fault(name, &REFRACTION, wrong, subject, caught_by)
+        fault(name, &REFRACTION, wrong, subject, rejected_by)
     };
     vec![
         fault(

@@ -9,7 +9,7 @@ use crate::glass::{GLASS, INDEX};
 use crate::mean_radiance::any_direction;
 use crate::path_weights::{density, probabilities};
 use crate::prelude::*;
-use crate::scenes::{FLOOR, ball, lambert, mirror, panel, seen_by, shares_of_picks, square};
+use crate::scenes::{FLOOR, ball, lambert, mirror, panel, pick_probabilities, seen_by, square};
 
 const EYE: DVec3 = DVec3::new(0.2, -1.8, 1.3);
 const TARGET: DVec3 = DVec3::new(0.1, 0.3, 1.0);
@@ -17,10 +17,10 @@ const HALF_HEIGHT: f64 = 0.7;
 pub(super) const FRAME: [u32; 2] = [8, 6];
 pub(super) const EMITTERS: usize = 4;
 
-/// Roulette numbers: `LIVES` always survives, `LAST` ends the path. `LAST` also fills in for
-/// missing numbers.
-pub(super) const LIVES: f64 = 0.0;
-pub(super) const LAST: f64 = 0.999_999;
+/// Roulette numbers: `SURVIVE` always survives, `TERMINATE` ends the path. `TERMINATE` also fills
+/// in for missing numbers.
+pub(super) const SURVIVE: f64 = 0.0;
+pub(super) const TERMINATE: f64 = 0.999_999;
 
 /// Builds a room with mirrors, glass, and four lights from a speck to a wall, one of them inside
 /// the glass.
@@ -90,7 +90,7 @@ pub(super) enum Kind {
 }
 
 impl Vertex {
-    pub fn specular(&self) -> bool {
+    pub fn is_specular(&self) -> bool {
         matches!(self.kind, Kind::Mirror | Kind::Glass(_))
     }
 
@@ -108,7 +108,7 @@ impl Vertex {
 
 /// Returns the direction after a specular vertex, and whether it is transmitted, by Snell's law in
 /// vectors.
-fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
+fn specular_direction(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool) {
     let normal = front * -front.dot(d).signum();
     let along = d - d.dot(normal) * normal;
     let ratio = if front.dot(d) < 0.0 {
@@ -116,34 +116,37 @@ fn specular(d: DVec3, front: DVec3, glass: bool, through: bool) -> (DVec3, bool)
     } else {
         INDEX
     };
-    let bent = ratio * along;
-    if glass && through && bent.length_squared() < 0.99 {
-        (bent - normal * (1.0 - bent.length_squared()).sqrt(), true)
+    let tangential = ratio * along;
+    if glass && through && tangential.length_squared() < 0.99 {
+        (
+            tangential - normal * (1.0 - tangential.length_squared()).sqrt(),
+            true,
+        )
     } else {
         (d - 2.0 * d.dot(normal) * normal, false)
     }
 }
 
 /// Least cosines and distances of a path: below these, rounding would show.
-const LEAST_COSINE: f64 = 0.05;
-const LEAST_DISTANCE: f64 = 0.1;
-const LONGEST: usize = 6;
+const MIN_COSINE: f64 = 0.05;
+const MIN_DISTANCE: f64 = 0.1;
+const MAX_VERTICES: usize = 6;
 
 /// Traces a random path from the eye to an emitter; its vertices are returned from the emitter on.
 pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option<Vec<Vertex>> {
     let mut ray = scene.camera().ray(FRAME, x, y);
     let (mut path, mut index) = (Vec::new(), 1.0);
-    while path.len() < LONGEST {
+    while path.len() < MAX_VERTICES {
         let hit = scene.intersect(&ray)?;
         let cosine = -hit.normal.dot(ray.direction);
-        if cosine.abs() < LEAST_COSINE || hit.t < LEAST_DISTANCE {
+        if cosine.abs() < MIN_COSINE || hit.t < MIN_DISTANCE {
             return None;
         }
         let bsdf = &scene.surface(&hit).bsdf;
         let (glass, through) = (matches!(bsdf, Bsdf::Glass { .. }), uniform(rng) < 0.7);
-        let (way, went) = specular(ray.direction, hit.normal, glass, through);
+        let (way, transmitted) = specular_direction(ray.direction, hit.normal, glass, through);
         let kind = match bsdf {
-            Bsdf::Glass { .. } => Kind::Glass(if went { LAST } else { 0.0 }),
+            Bsdf::Glass { .. } => Kind::Glass(if transmitted { TERMINATE } else { 0.0 }),
             Bsdf::Mirror { .. } => Kind::Mirror,
             Bsdf::Black => Kind::Black,
             _ => Kind::Diffuse,
@@ -162,7 +165,7 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
         let direction = match kind {
             Kind::Black => return None,
             Kind::Mirror | Kind::Glass(_) => {
-                if went {
+                if transmitted {
                     index = if cosine > 0.0 { INDEX } else { 1.0 };
                 }
                 way
@@ -176,7 +179,7 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
         };
         let onward = direction.dot(hit.normal);
         let same_side = onward * cosine > 0.0;
-        if onward.abs() < LEAST_COSINE || (kind == Kind::Diffuse && !same_side) {
+        if onward.abs() < MIN_COSINE || (kind == Kind::Diffuse && !same_side) {
             return None;
         }
         ray = scene.spawn_ray(hit.point, hit.normal, direction);
@@ -185,7 +188,7 @@ pub(super) fn trace(scene: &Scene, rng: &mut Stream, [x, y]: [f64; 2]) -> Option
 }
 
 /// Returns the area of an emitter, and the random numbers that sample a point on it.
-pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
+pub(super) fn area_and_sample(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) {
     match *shape {
         EmitterShape::Rectangle { corner, edges } => (
             edges[0].length() * edges[1].length(),
@@ -203,20 +206,21 @@ pub(super) fn on_emitter(shape: &EmitterShape, point: DVec3) -> (f64, [f64; 2]) 
 }
 
 /// Returns the probabilities with which particles start on the emitters, all of which are white.
-pub(super) fn shares(scene: &Scene) -> Vec<f64> {
-    let flux = |emitter: &Emitter| emitter.radiance.x * on_emitter(&emitter.shape, DVec3::ZERO).0;
-    shares_of_picks(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
+pub(super) fn pick_pmf(scene: &Scene) -> Vec<f64> {
+    let flux =
+        |emitter: &Emitter| emitter.radiance.x * area_and_sample(&emitter.shape, DVec3::ZERO).0;
+    pick_probabilities(&scene.emitters().iter().map(flux).collect::<Vec<_>>())
 }
 
 /// Returns the random number in the middle of the interval that picks an emitter by its
 /// probability.
-pub(super) fn middle(shares: &[f64], emitter: usize) -> f64 {
-    shares[..emitter].iter().sum::<f64>() + 0.5 * shares[emitter]
+pub(super) fn middle_of_interval(pmf: &[f64], emitter: usize) -> f64 {
+    pmf[..emitter].iter().sum::<f64>() + 0.5 * pmf[emitter]
 }
 
 /// Returns the random numbers with which a shadow ray from a path's second vertex, which is not
 /// specular, samples its first, and the density of that with respect to area.
-pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
+pub(super) fn shadow_ray_sample(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     const LIGHTS: LightSampling = LightSampling::ByContribution;
     let (light, from) = (&path[0], path[1].point);
     let index = light.emitter.map_or(0, |index| index as usize);
@@ -224,7 +228,7 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
         &scene.emitters()[index],
         probabilities(scene.emitters(), LIGHTS, from),
     );
-    let mut on_light = on_emitter(&emitter.shape, light.point).1;
+    let mut on_light = area_and_sample(&emitter.shape, light.point).1;
     if let EmitterShape::Sphere(sphere) = emitter.shape {
         // The cone around the sphere is sampled by 1 − cos and by the azimuth around its axis.
         let to_centre = sphere.centre - from;
@@ -245,7 +249,11 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
     );
     let per_area = light.cosine(from) / from.distance_squared(light.point);
     (
-        [middle(&probabilities, index), on_light[0], on_light[1]],
+        [
+            middle_of_interval(&probabilities, index),
+            on_light[0],
+            on_light[1],
+        ],
         by_angle * per_area,
     )
 }
@@ -253,15 +261,15 @@ pub(super) fn picked(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
 /// Densities in closed form of the light's walk and the eye's at each vertex; `None` where the walk
 /// arrives from a specular vertex: cos θ cos θ′/(π d²), pick/A on an emitter, and for the eye its
 /// share of the image's area at distance 1.
-pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
+pub(super) fn known_densities(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2]> {
     let walk = |from: &Vertex, to: &Vertex| {
         let distance_squared = from.point.distance_squared(to.point);
         let density = from.cosine(to.point) * to.cosine(from.point) * FRAC_1_PI / distance_squared;
-        (!from.specular()).then_some(density)
+        (!from.is_specular()).then_some(density)
     };
     let start = |x: &Vertex| {
         let index = x.emitter? as usize;
-        Some(shares(scene)[index] / on_emitter(&scene.emitters()[index].shape, x.point).0)
+        Some(pick_pmf(scene)[index] / area_and_sample(&scene.emitters()[index].shape, x.point).0)
     };
     let seen = |x: &Vertex| {
         let away = x.point - EYE;
@@ -289,26 +297,26 @@ pub(super) fn closed_form(scene: &Scene, path: &[Vertex]) -> Vec<[Option<f64>; 2
 /// Across mirrors and glass n² cos θ dω dA is conserved, so the two walks' densities from one end
 /// of a specular chain to the other have the ratio of the two n². A shadow ray picks its light by
 /// its importance.
-pub(super) fn by_strategy(
+pub(super) fn strategy_pdfs(
     scene: &Scene,
     path: &[Vertex],
     known: &[[Option<f64>; 2]],
 ) -> Vec<Option<f64>> {
     let factors = path.iter().zip(known).enumerate().map(|(i, (x, density))| {
-        if x.specular() {
+        if x.is_specular() {
             return [1.0, 1.0];
         }
-        let end = path[..i].iter().rev().find(|end| !end.specular());
+        let end = path[..i].iter().rev().find(|end| !end.is_specular());
         let chain = end.map_or(f64::NAN, |end| (x.index / end.index).powi(2));
         [density[0].unwrap_or(chain), density[1].unwrap_or(1.0)]
     });
     let factors: Vec<[f64; 2]> = factors.collect();
-    let open = |i: usize| path.get(i).is_none_or(|x| !x.specular());
+    let open = |i: usize| path.get(i).is_none_or(|x| !x.is_specular());
     (0..=path.len())
         .map(|s| {
             let exists = s == 0 || (open(s - 1) && open(s));
             let light: f64 = if exists && s == 1 && path.len() > 1 {
-                picked(scene, path).1
+                shadow_ray_sample(scene, path).1
             } else {
                 factors[..s].iter().map(|f| f[0]).product()
             };
