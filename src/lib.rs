@@ -34,7 +34,7 @@
 //! [`equation`], [`error`], [`material`], [`sampling`], [`math`] and the shapes and radiometry of
 //! [`geometry`].
 //!
-//! - `render`: [`camera`], [`film`], [`integrator`], [`light`], [`mod@render`], [`scene`] with its
+//! - `render`: [`camera`], [`film`], [`integrator`], [`light`], [`render`], [`scene`] with its
 //!   builder, Sobol' points, SIMD lanes, the hierarchy over shapes. The harness compares images in
 //!   parallel.
 //! - `files`: [`image`] files, scene files with the built-in scenes that are written as such,

@@ -17,7 +17,7 @@ use whitefurnace::scene::simple::cornell;
 /// Width and height, pixels.
 const SIZE: [u32; 2] = [32, 32];
 /// Number of images of each renderer.
-const IMAGES: u64 = 8;
+const IMAGES: u64 = 16;
 
 /// Renders independent images of Cornell's box, and returns the green channel of each.
 fn images(renderer: &Path, seeds: std::ops::Range<u64>) -> Result<Vec<Vec<f64>>, Error> {
@@ -41,7 +41,7 @@ fn images(renderer: &Path, seeds: std::ops::Range<u64>) -> Result<Vec<Vec<f64>>,
 fn on_trial(name: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> Comparison {
     let [a, b] = [a, b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
     let rules = Rules {
-        margin: 0.02,
+        margin: 0.05,
         ..Rules::default()
     };
     let comparison = compare(SIZE[0] as usize, &[[a, b]], &rules);
