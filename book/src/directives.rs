@@ -12,7 +12,7 @@ pub struct DirectiveKind {
     pub inline: bool,
 }
 
-pub const ALL: [DirectiveKind; 17] = [
+pub const ALL: [DirectiveKind; 18] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -32,6 +32,7 @@ pub const ALL: [DirectiveKind; 17] = [
     kind("trials", "", false),
     kind("faults", "", false),
     kind("traceability", "", false),
+    kind("models", "", false),
     kind("mutants", "", false),
     kind("run", "", false),
 ];

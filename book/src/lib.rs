@@ -12,6 +12,7 @@
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
 //! | `{{#run}}` | a link to the page that compares the reader's own run with the record |
+//! | `{{#models}}` | the models of scene files, with their keys and ranges |
 //! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.

@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use mdbook_driver::book::Book;
+use whitefurnace::material::named;
 
 use crate::bibliography::Bibliography;
 use crate::error::Problem;
@@ -212,6 +213,7 @@ impl<'a> BookBuilder<'a> {
                 },
             ))),
             ("faults", []) => Ok(block(registry::faults())),
+            ("models", []) => Ok(block(named::table())),
             ("run", []) => Ok(block(self.run(current.path))),
             ("mutants", []) => {
                 Record::read(self.results.folder()).map(|record| block(record.tables()))

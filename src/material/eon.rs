@@ -9,6 +9,21 @@
 use std::f64::consts::FRAC_1_PI;
 
 use glam::DVec3;
+use super::Bsdf;
+use super::named::{ALBEDO, NamedModel, number};
+
+/// The entry of [`MODELS`](super::MODELS).
+pub(super) const NAMED: NamedModel = NamedModel {
+    name: "eon",
+    about: "energy-preserving Oren-Nayar, whose albedo is that of single scattering",
+    parameters: &[ALBEDO, number("roughness", [0.0, 1.0], "")],
+    build: |values| {
+        Ok(Bsdf::Eon {
+            albedo: values.colour("albedo"),
+            roughness: values.number("roughness"),
+        })
+    },
+};
 
 /// Largest value of G(θ)/π, at grazing: c = 1/2 − 2/(3π).
 pub const MAX_G_OVER_PI: f64 = 0.5 - 2.0 / 3.0 * FRAC_1_PI;

@@ -8,7 +8,25 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
+use super::named::{ALPHA, NamedModel, colour};
+use super::Bsdf;
 use super::Model;
+
+/// The entry of [`MODELS`](super::MODELS).
+pub(super) const NAMED: NamedModel = NamedModel {
+    name: "ggx",
+    about: "a rough conductor",
+    parameters: &[
+        colour("reflectance", "of its facets at normal incidence"),
+        ALPHA,
+    ],
+    build: |values| {
+        Ok(Bsdf::model(Ggx {
+            reflectance: values.colour("reflectance"),
+            alpha: values.number("alpha"),
+        }))
+    },
+};
 
 /// A rough conductor.
 #[derive(Clone, Copy, Debug, PartialEq)]

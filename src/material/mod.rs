@@ -6,6 +6,7 @@
 pub mod eon;
 pub mod fresnel;
 pub mod ggx;
+pub mod named;
 pub mod rough_glass;
 mod scattering;
 
@@ -17,7 +18,20 @@ use rand::Rng;
 pub use scattering::{BsdfSample, DefaultParts, Model, Scattering, Vertex};
 
 use crate::math::real::{Real, Vector};
+use named::NamedModel;
 use rough_glass::RoughGlass;
+
+/// The models that scene files know, by name.
+pub const MODELS: [NamedModel; 8] = [
+    named::BLACK,
+    named::LAMBERT,
+    named::OREN_NAYAR,
+    eon::NAMED,
+    named::MIRROR,
+    named::GLASS,
+    rough_glass::NAMED,
+    ggx::NAMED,
+];
 
 /// A reflection model. Albedos are per colour channel, in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,8 +14,32 @@
 use glam::DVec3;
 use statrs::function::beta::ln_beta;
 
+use super::Bsdf;
+use super::named::{ALPHA, INDEX, NamedModel};
 use super::fresnel;
 use super::ggx::{sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf};
+
+/// The entry of [`MODELS`](super::MODELS).
+pub(super) const NAMED: NamedModel = NamedModel {
+    name: "rough-glass",
+    about: "only path tracing supports it (`--estimator mis`, `bsdf` and `light`), and its index must \
+            differ from 1",
+    parameters: &[INDEX, ALPHA],
+    build: |values| {
+        let glass = RoughGlass {
+            index: values.number("index"),
+            alpha: values.number("alpha"),
+        };
+        if glass.is_valid() {
+            Ok(Bsdf::RoughGlass(glass))
+        } else {
+            Err((
+                "index",
+                "must differ from 1 by 0.001 at least: no facet bends light there",
+            ))
+        }
+    },
+};
 
 /// A rough surface of glass.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,9 @@ use exr::prelude::{
     LayerAttributes, Vec2, WritableImage as _,
 };
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
+use whitefurnace::material::MODELS;
 use whitefurnace::material::ggx::Ggx;
+use whitefurnace::material::named::{Parameter, ParameterKind, table};
 use whitefurnace::material::rough_glass::RoughGlass;
 use whitefurnace::scene::file::{Description, LARGEST_FILE, Object, SceneFile};
 use whitefurnace::suggest::did_you_mean;
@@ -647,6 +649,47 @@ fn page() -> &'static str {
     include_str!("../../book/pages/scenes.md")
 }
 
+/// Every named model is built from values at the ends of its ranges, and refuses the others; the
+/// page's table has its name, keys and ranges.
+#[test]
+fn every_named_model_is_read_with_its_ranges() {
+    let table = table();
+    for model in MODELS {
+        let scene = |bad: Option<&Parameter>, high: bool| {
+            let mut text = format!("model = \"{}\"", model.name);
+            for parameter in model.parameters {
+                let is_bad = bad.is_some_and(|bad| bad.name == parameter.name);
+                let value = match parameter.kind {
+                    ParameterKind::Colour => (if is_bad { "1.5" } else { "[0, 0.5, 1]" }).to_owned(),
+                    ParameterKind::Number(_, top) if high => {
+                        (if is_bad { top + 0.5 } else { top }).to_string()
+                    }
+                    ParameterKind::Number(low, _) => {
+                        (if is_bad { low - 0.5 } else { low }).to_string()
+                    }
+                    ParameterKind::Choice(words) => {
+                        format!("\"{}\"", if is_bad { "neither" } else { words[1] })
+                    }
+                };
+                text += &format!(", {} = {value}", parameter.name);
+            }
+            Description::parse("named", &format!("camera = {{ eye = [0, -5, 0], target = [0, 0, 0], \
+                up = [0, 0, 1], fov_deg = 40 }}\nmaterials.it = {{ {text} }}\n\
+                objects = [{{ shape = \"sphere\", material = \"it\", centre = [0, 0, 0], radius = 1 }}]"))
+        };
+        assert!(table.contains(&format!("| `{}` |", model.name)), "{}", model.name);
+        for high in [false, true] {
+            let built = scene(None, high).map(|description| description.build());
+            assert!(matches!(built, Ok(Ok(_))), "{}: {built:?}", model.name);
+            for parameter in model.parameters {
+                assert!(table.contains(&format!("`{}`", parameter.name)), "{}", parameter.name);
+                let message = scene(Some(parameter), high).expect_err("refused").to_string();
+                assert!(message.contains(parameter.name), "{message}");
+            }
+        }
+    }
+}
+
 /// The page's example is a scene that renders and has the properties that the page states.
 #[test]
 fn the_pages_example_renders() {
@@ -727,7 +770,7 @@ fn the_page_has_every_key() {
             .unwrap_or_else(|| panic!("{what}: {message}"));
         for name in names.split(", ") {
             assert!(
-                page().contains(&format!("`{name}`")),
+                page().contains(&format!("`{name}`")) || table().contains(&format!("`{name}`")),
                 "the page lacks {name}"
             );
             seen += 1;

@@ -5,77 +5,49 @@ use glam::DVec3;
 use super::keys::refuse_light;
 use super::reader::{LARGEST, Table};
 use crate::error::Error;
-use crate::material::ggx::Ggx;
-use crate::material::rough_glass::RoughGlass;
-use crate::material::{Bsdf, OrenNayarForm};
+use crate::material::MODELS;
+use crate::material::named::{Parameter, ParameterKind, Value, Values};
 use crate::scene::Surface;
 
-/// Models with their own keys.
-const MODELS: [(&str, &[&str]); 8] = [
-    ("black", &[]),
-    ("lambert", &["albedo", "coefficient"]),
-    ("oren-nayar", &["albedo", "coefficient", "sigma", "form"]),
-    ("eon", &["albedo", "coefficient", "roughness"]),
-    ("mirror", &["reflectance", "coefficient"]),
-    ("glass", &["index"]),
-    ("rough-glass", &["index", "alpha"]),
-    ("ggx", &["reflectance", "coefficient", "alpha"]),
-];
-
+/// Reads a surface: a model of [`MODELS`] with its parameters, emission and absorption.
 pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
     refuse_light(table)?;
-    let (model, keys) = table.need("model")?.choice(&MODELS)?;
-    table.keys(&[keys, &["model", "emission", "absorption"]])?;
+    let (_, model) = table
+        .need("model")?
+        .choice(&MODELS.map(|model| (model.name, model)))?;
+    let has_colour = |parameter: &Parameter| matches!(parameter.kind, ParameterKind::Colour);
+    let coefficient: &[&str] = if model.parameters.iter().any(has_colour) {
+        &["coefficient"]
+    } else {
+        &[]
+    };
+    let keys: Vec<&str> = model.parameters.iter().map(|key| key.name).collect();
+    table.keys(&[&keys, coefficient, &["model", "emission", "absorption"]])?;
     let or = |key, default| {
         table
             .get(key)
             .map_or(Ok(default), |value| value.number(0.0..=1.0))
     };
-    let share = |key| Ok(table.need(key)?.colour(0.0..=1.0)? * or("coefficient", 1.0)?);
-    let number = |key, range| table.need(key)?.number(range);
-    let bsdf = match model {
-        "black" => Bsdf::Black,
-        "lambert" => Bsdf::Lambert {
-            albedo: share("albedo")?,
-        },
-        "oren-nayar" => {
-            let forms = [
-                ("corrected", OrenNayarForm::Corrected),
-                ("printed", OrenNayarForm::Printed),
-            ];
-            let form = table
-                .get("form")
-                .map_or(Ok(OrenNayarForm::Corrected), |form| {
-                    Ok(form.choice(&forms)?.1)
-                })?;
-            Bsdf::oren_nayar(share("albedo")?, number("sigma", 0.0..=1.5)?, form)
-        }
-        "eon" => Bsdf::Eon {
-            albedo: share("albedo")?,
-            roughness: number("roughness", 0.0..=1.0)?,
-        },
-        "mirror" => Bsdf::Mirror {
-            reflectance: share("reflectance")?,
-        },
-        "glass" => Bsdf::Glass {
-            index: number("index", 0.1..=10.0)?,
-        },
-        "rough-glass" => {
-            let glass = RoughGlass {
-                index: number("index", 0.1..=10.0)?,
-                alpha: number("alpha", 0.001..=1.0)?,
-            };
-            if !glass.is_valid() {
-                return Err(table
-                    .need("index")?
-                    .error("must differ from 1 by 0.001 at least: no facet bends light there"));
+    let value_of = |parameter: &Parameter| -> Result<(&'static str, Value), Error> {
+        let name = parameter.name;
+        let value = match parameter.kind {
+            ParameterKind::Colour => {
+                let colour = table.need(name)?.colour(0.0..=1.0)?;
+                Value::Colour(colour * or("coefficient", 1.0)?)
             }
-            Bsdf::RoughGlass(glass)
-        }
-        _ => Bsdf::model(Ggx {
-            reflectance: share("reflectance")?,
-            alpha: number("alpha", 0.001..=1.0)?,
-        }),
+            ParameterKind::Number(low, high) => Value::Number(table.need(name)?.number(low..=high)?),
+            ParameterKind::Choice(words) => {
+                let choices: Vec<_> = words.iter().map(|word| (*word, ())).collect();
+                let chosen = table.get(name).map(|value| value.choice(&choices));
+                Value::Choice(chosen.transpose()?.map_or(words[0], |(word, ())| word))
+            }
+        };
+        Ok((name, value))
+    };
+    let values: Result<Vec<_>, _> = model.parameters.iter().map(value_of).collect();
+    let bsdf = match (model.build)(&Values(values?)) {
+        Ok(bsdf) => bsdf,
+        Err((key, why)) => return Err(table.need(key)?.error_at(why)),
     };
     let emission = table
         .get("emission")
