@@ -8,9 +8,9 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use glam::DVec3;
 use super::Bsdf;
 use super::named::{ALBEDO, NamedModel, number};
+use glam::DVec3;
 
 /// The entry of [`MODELS`](super::MODELS).
 pub(super) const NAMED: NamedModel = NamedModel {

@@ -8,9 +8,9 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-use super::named::{ALPHA, NamedModel, colour};
 use super::Bsdf;
 use super::Model;
+use super::named::{ALPHA, NamedModel, colour};
 
 /// The entry of [`MODELS`](super::MODELS).
 pub(super) const NAMED: NamedModel = NamedModel {

@@ -15,9 +15,9 @@ use glam::DVec3;
 use statrs::function::beta::ln_beta;
 
 use super::Bsdf;
-use super::named::{ALPHA, INDEX, NamedModel};
 use super::fresnel;
 use super::ggx::{sample_visible_normal, smith_g2, smith_lambda, visible_normal_pdf};
+use super::named::{ALPHA, INDEX, NamedModel};
 
 /// The entry of [`MODELS`](super::MODELS).
 pub(super) const NAMED: NamedModel = NamedModel {

@@ -660,7 +660,9 @@ fn every_named_model_is_read_with_its_ranges() {
             for parameter in model.parameters {
                 let is_bad = bad.is_some_and(|bad| bad.name == parameter.name);
                 let value = match parameter.kind {
-                    ParameterKind::Colour => (if is_bad { "1.5" } else { "[0, 0.5, 1]" }).to_owned(),
+                    ParameterKind::Colour => {
+                        (if is_bad { "1.5" } else { "[0, 0.5, 1]" }).to_owned()
+                    }
                     ParameterKind::Number(_, top) if high => {
                         (if is_bad { top + 0.5 } else { top }).to_string()
                     }
@@ -673,17 +675,32 @@ fn every_named_model_is_read_with_its_ranges() {
                 };
                 text += &format!(", {} = {value}", parameter.name);
             }
-            Description::parse("named", &format!("camera = {{ eye = [0, -5, 0], target = [0, 0, 0], \
+            Description::parse(
+                "named",
+                &format!(
+                    "camera = {{ eye = [0, -5, 0], target = [0, 0, 0], \
                 up = [0, 0, 1], fov_deg = 40 }}\nmaterials.it = {{ {text} }}\n\
-                objects = [{{ shape = \"sphere\", material = \"it\", centre = [0, 0, 0], radius = 1 }}]"))
+                objects = [{{ shape = \"sphere\", material = \"it\", centre = [0, 0, 0], radius = 1 }}]"
+                ),
+            )
         };
-        assert!(table.contains(&format!("| `{}` |", model.name)), "{}", model.name);
+        assert!(
+            table.contains(&format!("| `{}` |", model.name)),
+            "{}",
+            model.name
+        );
         for high in [false, true] {
             let built = scene(None, high).map(|description| description.build());
             assert!(matches!(built, Ok(Ok(_))), "{}: {built:?}", model.name);
             for parameter in model.parameters {
-                assert!(table.contains(&format!("`{}`", parameter.name)), "{}", parameter.name);
-                let message = scene(Some(parameter), high).expect_err("refused").to_string();
+                assert!(
+                    table.contains(&format!("`{}`", parameter.name)),
+                    "{}",
+                    parameter.name
+                );
+                let message = scene(Some(parameter), high)
+                    .expect_err("refused")
+                    .to_string();
                 assert!(message.contains(parameter.name), "{message}");
             }
         }

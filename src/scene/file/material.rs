@@ -35,7 +35,9 @@ pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
                 let colour = table.need(name)?.colour(0.0..=1.0)?;
                 Value::Colour(colour * or("coefficient", 1.0)?)
             }
-            ParameterKind::Number(low, high) => Value::Number(table.need(name)?.number(low..=high)?),
+            ParameterKind::Number(low, high) => {
+                Value::Number(table.need(name)?.number(low..=high)?)
+            }
             ParameterKind::Choice(words) => {
                 let choices: Vec<_> = words.iter().map(|word| (*word, ())).collect();
                 let chosen = table.get(name).map(|value| value.choice(&choices));
@@ -47,7 +49,7 @@ pub(super) fn surface(table: &Table) -> Result<Surface, Error> {
     let values: Result<Vec<_>, _> = model.parameters.iter().map(value_of).collect();
     let bsdf = match (model.build)(&Values(values?)) {
         Ok(bsdf) => bsdf,
-        Err((key, why)) => return Err(table.need(key)?.error_at(why)),
+        Err((key, why)) => return Err(table.need(key)?.error(why)),
     };
     let emission = table
         .get("emission")
