@@ -48,11 +48,11 @@ pub enum ParameterKind {
 /// A value of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// Of [`ParameterKind::Colour`].
+    /// A value of [`ParameterKind::Colour`], times the coefficient.
     Colour(DVec3),
-    /// Of [`ParameterKind::Number`].
+    /// A value of [`ParameterKind::Number`].
     Number(f64),
-    /// Of [`ParameterKind::Choice`].
+    /// A word of [`ParameterKind::Choice`].
     Choice(&'static str),
 }
 

@@ -239,7 +239,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
         SamplerKind::Independent,
         [1, 1],
         0..1,
-        "only by Sobol' points",
+        "need Sobol' points",
     );
     refused(
         Jitter(2),

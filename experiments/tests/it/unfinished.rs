@@ -110,7 +110,7 @@ fn what_cannot_go_on_is_refused_and_stays() {
         ),
         (
             other("--out", "--estimator bsdf --out"),
-            "heuristic=power, specular-shadow-rays=yes there, estimator=bsdf here",
+            "heuristic=power, specular-nee=yes there, estimator=bsdf here",
         ),
         (
             other("--out", "--shard 1/2 --out"),
