@@ -1,7 +1,7 @@
 //! Defaults of `render`, in one place: the value of each option that is not given.
 //!
 //! [`BASE`] holds the value of every option by itself. The options of [`DEPENDENT`] then follow
-//! from the others, in this order. [`scrambles`] and [`RR_DEPTH`] complete the table.
+//! from the others, in this order. `scrambles` and [`RR_DEPTH`] complete the table.
 //!
 //! - The command line of `render` takes all of it, and its help states it as `[default: ...]`.
 //! - [`Job::default()`](Job) is [`BASE`] alone: an experiment states what it wants besides.
