@@ -2,8 +2,10 @@
 //! decides which triangle is hit, and otherwise traversal of the hierarchy, as a packet or ray by
 //! ray.
 
+mod data;
 pub(crate) mod material;
 mod rays;
+mod triangles;
 mod walls;
 
 use std::array::from_fn;
@@ -12,100 +14,20 @@ use std::fmt;
 use glam::DVec3;
 
 use super::{PrimitiveShape, Scene, ScenePrimitive};
-use crate::film::FixedPointFeatures;
 use crate::geometry::bvh::{Nearest, PacketHit, PacketStack, PrimitiveHit, sphere_hit};
 use crate::geometry::hull::MAX_PRIMITIVES;
 use crate::geometry::offsets::{EDGE_MARGIN, RayOrigin};
 use crate::geometry::shape::{Ray, Sphere};
-use crate::geometry::specular_connection::{Caster, CasterKind};
-use crate::geometry::watertight::{LaneShear, Projected, Shear, TriangleHit, edge};
+use crate::geometry::watertight::Shear;
 use crate::math::real::{Mask, Real, Vector};
-use crate::math::simd::{AlignedArray, Scalar, Wide};
-use material::{EMITTER, Material, SPHERE};
+use crate::math::simd::{Scalar, Wide};
 use walls::HullWalls;
 
+pub(crate) use data::{CasterData, PrimitiveData};
 pub use rays::{EightRays, LaneRays};
 
-/// Intersection and shading data of a primitive.
-pub(crate) struct PrimitiveData<T> {
-    /// Three corners of a triangle, the first of which is the centre of a sphere; the normal of a
-    /// triangle's front; the margin of a triangle for
-    /// [`inner_point`](crate::geometry::offsets::inner_point), or the radius of a sphere, negative
-    /// if its normal points to its centre; the colour and the numbers of its [`Material`]; the
-    /// height above it at which rays start. The remaining entries are padding.
-    pub numbers: AlignedArray<T, 24>,
-    /// Kinds of its material, with [`EMITTER`] and [`SPHERE`].
-    pub kinds: u16,
-    /// Features of a triangle, for the film.
-    pub features: Option<FixedPointFeatures>,
-    pub surface: u32,
-    pub emitter: Option<u32>,
-    /// Indices of the [specular casters](Scene::specular_casters) by which it reflects and
-    /// refracts.
-    pub casters: [u8; 2],
-}
-
-/// Distances that rays keep from a primitive and its edges.
-#[derive(Clone, Copy)]
-struct RayMargins {
-    /// Margin at the edges of a triangle: [`EDGE_MARGIN`], or its counterpart in single precision.
-    margin: f64,
-    /// Height above the primitive at which rays start.
-    offset: f64,
-}
-
-/// A primitive in a list that all lanes test.
-struct ListedPrimitive<T, S> {
-    /// Index among the primitives of the scene.
-    id: T,
-    /// Whether it is glass, which some shadow rays ignore.
-    is_glass: bool,
-    shape: S,
-}
-
-/// Indices of a triangle's vertices and edges.
-struct Triangle<T> {
-    vertices: [u8; 3],
-    /// Edges opposite to each vertex.
-    edges: [u8; 3],
-    /// -1 for edges stored in the opposite direction, else 1.
-    signs: [T; 3],
-    /// Whether each edge is stored in the opposite direction.
-    reversed: [bool; 3],
-}
-
-/// Triangles of a small scene with shared vertices and edges.
-#[derive(Default)]
-struct Triangles<T> {
-    vertices: Vec<[T; 3]>,
-    /// Vertices of each edge, shared by the triangles on both sides.
-    edges: Vec<[u8; 2]>,
-    list: Vec<ListedPrimitive<T, Triangle<T>>>,
-}
-
-/// A specular caster in the precision of the lanes.
-pub(crate) struct CasterData<T> {
-    pub kind: CasterKind,
-    pub numbers: AlignedArray<T, 16>,
-}
-
-impl<T: Scalar> CasterData<T> {
-    pub fn new(kind: CasterKind, caster: &Caster<DVec3>) -> Self {
-        let [a, b, c] = [caster.centre, caster.normal, caster.reflectance].map(|v| v.to_array());
-        let numbers = [
-            a,
-            b,
-            c,
-            [caster.radius, caster.area, caster.selection_weight],
-            [caster.relative_ior, caster.index, 0.0],
-            [0.0; 3],
-        ];
-        Self {
-            kind,
-            numbers: AlignedArray(from_fn(|i| T::rounded(numbers[i / 3][i % 3]))),
-        }
-    }
-}
+use data::RayMargins;
+use triangles::{ListedPrimitive, ProjectedScene, Triangles};
 
 /// Scene data in the precision of the lanes.
 pub(crate) struct SceneData<T> {
@@ -147,23 +69,6 @@ pub(crate) struct IntersectionScratch<R, const N: usize> {
     /// Stack of packet traversal.
     stack: Option<Box<PacketStack<N>>>,
 }
-
-/// Vertices and edges projected along rays; as many entries as 8-bit indices.
-struct ProjectedScene<R, const N: usize> {
-    vertices: [Projected<R>; MAX_INDICES],
-    edges: [R; MAX_INDICES],
-    /// Bits of the lanes that have each vertex behind them, and `N` bits higher those for which it
-    /// is too far.
-    out_of_range: [u32; MAX_INDICES],
-    /// Bits of the lanes that pass each edge on its negative side, and `N` bits higher those on its
-    /// positive side; then both for the opposite direction of the edge.
-    side_masks: [[u32; 2]; MAX_INDICES],
-    /// Triangles that rays may hit, with bits of these lanes; one entry more than needed.
-    candidates: [(u8, u32); MAX_PRIMITIVES + 1],
-}
-
-/// Number of vertices or edges that 8 bits can index; [`MAX_PRIMITIVES`] triangles have fewer.
-const MAX_INDICES: usize = 256;
 
 impl<T: Scalar> SceneData<T> {
     pub fn new(scene: &Scene) -> Self {
@@ -416,193 +321,6 @@ fn rays<R: Wide<N>, const N: usize>(ray: &Ray<R::Vector>) -> [Ray; N] {
     from_fn(|i| Ray::new(of(origins, i), of(directions, i)))
 }
 
-impl<T: Scalar> Triangles<T> {
-    fn add(&mut self, corners: [DVec3; 3], id: T, is_glass: bool) {
-        let rounded = |corner: DVec3| corner.to_array().map(T::rounded);
-        let [a, b, c] = corners.map(|corner| index_of(&mut self.vertices, rounded(corner)));
-        let ends = [[c, b], [a, c], [b, a]];
-        let edges = ends.map(|[from, to]| index_of(&mut self.edges, [from.min(to), from.max(to)]));
-        let reversed = ends.map(|[from, to]| from > to);
-        let signs = reversed.map(|turned| T::rounded(if turned { -1.0 } else { 1.0 }));
-        let shape = Triangle {
-            vertices: [a, b, c],
-            edges,
-            signs,
-            reversed,
-        };
-        self.list.push(ListedPrimitive {
-            id,
-            is_glass,
-            shape,
-        });
-    }
-
-    /// Projects vertices and edges along rays, which may end at `limit`.
-    #[inline]
-    fn project<R: Wide<N, Scalar = T>, const N: usize>(
-        &self,
-        shear: &LaneShear<R>,
-        limit: Option<R>,
-        projected: &mut ProjectedScene<R, N>,
-    ) {
-        let zero = R::splat(0.0);
-        let pair = |first: R::Mask, second: R::Mask| first.bits() | second.bits() << N;
-        // The distance of a hit is a weighted mean of its vertices' distances, up to rounding.
-        let limit = limit.map(|limit| limit * R::by_precision(1.0 + 1e-9, 1.0 + 1e-5));
-        for ((vertex, projected), out_of_range) in self
-            .vertices
-            .iter()
-            .zip(&mut projected.vertices)
-            .zip(&mut projected.out_of_range)
-        {
-            *projected = shear.project(vertex.map(R::splat_scalar));
-            let distance = shear.distance(projected[2]);
-            *out_of_range = distance.below(zero).bits();
-            if let Some(limit) = limit {
-                *out_of_range |= distance.above(limit).bits() << N;
-            }
-        }
-        for ((&[a, b], value), side_masks) in self
-            .edges
-            .iter()
-            .zip(&mut projected.edges)
-            .zip(&mut projected.side_masks)
-        {
-            *value = edge(
-                &projected.vertices[usize::from(a)],
-                &projected.vertices[usize::from(b)],
-            );
-            let [negative, positive] = [value.below(zero), value.above(zero)];
-            *side_masks = [pair(negative, positive), pair(positive, negative)];
-        }
-    }
-
-    /// Calls `on_hit` with the primitives and hits of the `active` lanes, in batches of at most one
-    /// hit per lane.
-    #[inline]
-    fn hits<R: Wide<N, Scalar = T>, const N: usize>(
-        &self,
-        shear: &LaneShear<R>,
-        projected: &mut ProjectedScene<R, N>,
-        active: R::Mask,
-        through_glass: bool,
-        mut on_hit: impl FnMut(R, &TriangleHit<R>),
-    ) {
-        let zero = R::splat(0.0);
-        // Triangles without area are not hit.
-        let (mut ids, mut edges, mut depths) = (zero, [zero; 3], [zero; 3]);
-        let mut taken = 0;
-        let count = self.list_candidates(active, through_glass, projected);
-        for &(index, lanes) in &projected.candidates[..count] {
-            let ListedPrimitive { id, shape, .. } = &self.list[usize::from(index)];
-            if taken & lanes != 0 {
-                on_hit(ids, &shear.hit_within(edges, depths));
-                (edges, taken) = ([zero; 3], 0);
-            }
-            taken |= lanes;
-            let lanes = R::Mask::from_bits(lanes);
-            ids = R::choose(lanes, R::splat_scalar(*id), ids);
-            for k in 0..3 {
-                edges[k] = R::choose(
-                    lanes,
-                    projected.edges[usize::from(shape.edges[k])] * R::splat_scalar(shape.signs[k]),
-                    edges[k],
-                );
-                depths[k] = R::choose(
-                    lanes,
-                    projected.vertices[usize::from(shape.vertices[k])][2],
-                    depths[k],
-                );
-            }
-        }
-        if taken != 0 {
-            on_hit(ids, &shear.hit_within(edges, depths));
-        }
-    }
-
-    /// Lists the triangles that a ray in an `active` lane may hit, and returns their number: the
-    /// ray's line passes through, and the vertices are neither all behind it nor all beyond its
-    /// limit.
-    #[inline]
-    fn list_candidates<R: Wide<N, Scalar = T>, const N: usize>(
-        &self,
-        active: R::Mask,
-        through_glass: bool,
-        projected: &mut ProjectedScene<R, N>,
-    ) -> usize {
-        let active = active.bits();
-        let mut count = 0;
-        for (index, triangle) in self.list.iter().enumerate() {
-            let asking = if through_glass & triangle.is_glass {
-                0
-            } else {
-                active
-            };
-            let lanes = asking & !projected.misses(&triangle.shape);
-            projected.candidates[count] = (index as u8, lanes);
-            count += usize::from(lanes != 0);
-        }
-        count
-    }
-}
-
-impl<T: Scalar> PrimitiveData<T> {
-    fn new(
-        scene: &Scene,
-        id: u32,
-        &ScenePrimitive {
-            surface,
-            emitter,
-            shape,
-            ..
-        }: &ScenePrimitive,
-        margins: RayMargins,
-    ) -> Self {
-        let ([a, b, c], normal, radius) = match shape {
-            PrimitiveShape::Triangle { vertices, normal } => {
-                (scene.corners(vertices), normal, margins.margin)
-            }
-            PrimitiveShape::Sphere(Sphere {
-                centre,
-                radius,
-                inward,
-                ..
-            }) => ([centre; 3], DVec3::Z, if inward { -radius } else { radius }),
-        };
-        let is_sphere = matches!(shape, PrimitiveShape::Sphere(_));
-        let of = &scene.surfaces()[surface as usize];
-        let (material, colour) = (Material::new(of), of.bsdf.albedo());
-        let kind = |kind: u16, is: bool| if is { kind } else { 0 };
-        let kinds = material.kinds | kind(EMITTER, emitter.is_some()) | kind(SPHERE, is_sphere);
-        let mut numbers = [T::default(); 24];
-        let all = [a, b, c, normal]
-            .into_iter()
-            .flat_map(|vector| vector.to_array());
-        let all = all
-            .chain([radius])
-            .chain(colour.to_array())
-            .chain(material.numbers)
-            .chain([margins.offset]);
-        numbers
-            .iter_mut()
-            .zip(all)
-            .for_each(|(number, value)| *number = T::rounded(value));
-        let features = if is_sphere {
-            None
-        } else {
-            FixedPointFeatures::new(colour, normal)
-        };
-        Self {
-            numbers: AlignedArray(numbers),
-            kinds,
-            features,
-            surface,
-            emitter,
-            casters: scene.specular_casters().casters_of_primitive(id),
-        }
-    }
-}
-
 impl<R: Real, const N: usize> IntersectionScratch<R, N> {
     pub fn new() -> Self {
         Self {
@@ -619,49 +337,4 @@ impl<R: Real, const N: usize> IntersectionScratch<R, N> {
     fn stack(&mut self) -> &mut PacketStack<N> {
         self.stack.get_or_insert_with(Box::default)
     }
-}
-
-impl<R: Real, const N: usize> ProjectedScene<R, N> {
-    fn new() -> Self {
-        let zero = R::splat(0.0);
-        let (vertices, edges) = ([[zero; 3]; MAX_INDICES], [zero; MAX_INDICES]);
-        let (out_of_range, side_masks, candidates) = (
-            [0; MAX_INDICES],
-            [[0; 2]; MAX_INDICES],
-            [(0, 0); MAX_PRIMITIVES + 1],
-        );
-        Self {
-            vertices,
-            edges,
-            out_of_range,
-            side_masks,
-            candidates,
-        }
-    }
-
-    /// Returns bits of the lanes that certainly miss a triangle.
-    #[inline]
-    fn misses<T>(&self, triangle: &Triangle<T>) -> u32 {
-        let side = |k: usize| {
-            self.side_masks[usize::from(triangle.edges[k])][usize::from(triangle.reversed[k])]
-        };
-        let [a, b, c] = [side(0), side(1), side(2)];
-        let [x, y, z] = triangle
-            .vertices
-            .map(|vertex| self.out_of_range[usize::from(vertex)]);
-        let (side_masks, out_of_range) = (a | b | c, x & y & z);
-        (side_masks & side_masks >> N) | out_of_range | out_of_range >> N
-    }
-}
-
-/// Returns the index of a value in a list, to which it is added if missing.
-fn index_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> u8 {
-    let index = list
-        .iter()
-        .position(|known| *known == value)
-        .unwrap_or_else(|| {
-            list.push(value);
-            list.len() - 1
-        });
-    index as u8
 }
