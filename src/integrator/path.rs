@@ -63,6 +63,19 @@ impl<P> Path<P> {
             bounces: None,
         }
     }
+
+    /// Returns this configuration with other parts.
+    pub fn with_parts<Q>(self, parts: Q) -> Path<Q> {
+        Path {
+            parts,
+            strategy: self.strategy,
+            lights: self.lights,
+            heuristic: self.heuristic,
+            rr_depth: self.rr_depth,
+            specular_nee: self.specular_nee,
+            bounces: self.bounces,
+        }
+    }
 }
 
 impl<P: PathParts> Path<P> {

@@ -3,6 +3,8 @@
 pub mod frame;
 #[cfg(feature = "render")]
 pub mod kd_tree;
+#[cfg(feature = "render")]
+mod lanes3;
 pub mod moments;
 pub mod real;
 #[cfg(feature = "render")]

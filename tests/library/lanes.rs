@@ -44,24 +44,8 @@ fn assert_same(scene: &Scene, lanes: LaneEstimator, sampling: Sampling, empty: F
     let replications = 5;
     for range in [0..1, 1..replications] {
         match lanes {
-            LaneEstimator::Path(Path {
-                strategy,
-                lights,
-                heuristic,
-                rr_depth,
-                specular_nee,
-                bounces,
-                ..
-            }) => {
-                let path = Path {
-                    parts: ScalarParts,
-                    strategy,
-                    lights,
-                    heuristic,
-                    rr_depth,
-                    specular_nee,
-                    bounces,
-                };
+            LaneEstimator::Path(path) => {
+                let path = path.with_parts(ScalarParts);
                 render(scene, &path, sampling, &mut alone, &range, &|_| true)
             }
             LaneEstimator::Report(Report {

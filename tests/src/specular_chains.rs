@@ -41,6 +41,15 @@ fn light_in_glass() -> Arc<Scene> {
     })
 }
 
+/// A patch that sees a light through one specular caster only.
+struct LitThroughCaster {
+    scene: Arc<Scene>,
+    /// The way in which the light is seen, in words.
+    how: &'static str,
+    /// Radiance that the patch reflects.
+    reference: f64,
+}
+
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let mirror = light_in_mirror();
     let image = polygon_irradiance(&corners(DVec3::Z, 6.0));
@@ -48,16 +57,28 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let glass = light_in_glass();
     // Transmitted radiance, (1 − R)/n² in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
-    let family_trial =
-        |name, (scene, how, reference): &(&Arc<Scene>, &str, f64), kind, equation, n| {
-            let property =
-                format!("a patch reflects {reference:.6} of a light that it sees {how} only");
-            radiance(name, equation, scene, kind, near_origin)
-                .says(property)
-                .by_scrambles(*reference, SINGLE, n)
-        };
-    let mirror = (&mirror, "in a mirror", in_mirror);
-    let glass = (&glass, "through glass", in_glass);
+    let family_trial = |name, lit: &LitThroughCaster, kind, equation, n| {
+        let LitThroughCaster {
+            scene,
+            how,
+            reference,
+        } = lit;
+        let property =
+            format!("a patch reflects {reference:.6} of a light that it sees {how} only");
+        radiance(name, equation, scene, kind, near_origin)
+            .says(property)
+            .by_scrambles(*reference, SINGLE, n)
+    };
+    let mirror = LitThroughCaster {
+        scene: mirror,
+        how: "in a mirror",
+        reference: in_mirror,
+    };
+    let glass = LitThroughCaster {
+        scene: glass,
+        how: "through glass",
+        reference: in_glass,
+    };
     vec![
         family_trial(
             "irradiance/after-mirror/light",

@@ -154,24 +154,7 @@ fn film(scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
 
 fn by_path<P: PathParts + Copy>(row: &Row, parts: P, scene: &Scene, seed: u64) -> Film {
     let (path, sampling) = (path_of(row), sampling_of(row, seed));
-    let Path {
-        strategy,
-        lights,
-        heuristic,
-        rr_depth,
-        specular_nee,
-        bounces,
-        ..
-    } = path;
-    let estimator = Path {
-        parts,
-        strategy,
-        lights,
-        heuristic,
-        rr_depth,
-        specular_nee,
-        bounces,
-    };
+    let estimator = path.with_parts(parts);
     let lanes = |precision| LaneRenderer {
         estimator: LaneEstimator::Path(path),
         sampling,

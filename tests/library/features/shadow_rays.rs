@@ -273,38 +273,13 @@ fn watch(follows: bool, mut check: impl FnMut(&Row, &Path<()>, Found)) {
     for row in path_rows() {
         let row = row.with("finds", "mis");
         let scene = scene_of(&row);
-        let Path {
-            strategy,
-            lights,
-            heuristic,
-            rr_depth,
-            specular_nee,
-            bounces,
-            ..
-        } = path_of(&row);
-        let settings = Path {
-            parts: (),
-            strategy,
-            lights,
-            heuristic,
-            rr_depth,
-            specular_nee,
-            bounces,
-        };
+        let settings = path_of(&row).with_parts(());
         let parts = ShadowRayFollower {
             scene: &scene,
             follows,
             events: Mutex::default(),
         };
-        let path = Path {
-            parts,
-            strategy,
-            lights,
-            heuristic,
-            rr_depth,
-            specular_nee,
-            bounces,
-        };
+        let path = settings.with_parts(parts);
         for _ in 0..(2000.0 * context("features").scale) as u32 {
             let [x, y] = uniform2(&mut rng);
             let ray = scene.camera().ray([1, 1], x, y);

@@ -1,91 +1,17 @@
-//! Specular connections between two points through one caster, and their geometry terms.
+//! Connections through a sphere: the roots of an equation of one angle.
 
 use glam::DVec3;
 
+use super::{Caster, SpecularConnection};
 use crate::math::real::{Mask, Real, Vector};
-
-/// Kinds of specular scattering at a caster.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CasterKind {
-    /// Reflection at the front of a flat mirror.
-    Flat,
-    /// Reflection at the outside of a sphere of mirror or glass.
-    Reflection,
-    /// Refraction through a sphere of glass.
-    Refraction,
-}
-
-impl CasterKind {
-    /// Returns the number of scattering events at the caster.
-    pub fn bounces(self) -> u32 {
-        if self == Self::Refraction { 2 } else { 1 }
-    }
-}
-
-/// Parameters of a specular caster, for one ray or one per lane.
-#[derive(Clone, Copy, Debug)]
-pub struct Caster<V: Vector> {
-    /// Centre of a sphere, or of a flat mirror.
-    pub centre: V,
-    /// Radius of a sphere.
-    pub radius: V::Real,
-    /// Area of a flat mirror.
-    pub area: V::Real,
-    /// Unit normal of the front of a flat mirror; zero for spheres.
-    pub normal: V,
-    /// Relative refractive index 1/n (sine inside over sine outside) for refraction; else zero.
-    pub relative_ior: V::Real,
-    /// Refractive index n of glass; 0 for mirrors.
-    pub index: V::Real,
-    /// Reflectance of mirrors.
-    pub reflectance: V,
-    /// Selection weight of the caster, before its solid angle.
-    pub selection_weight: V::Real,
-}
-
-impl<V: Vector> Caster<V> {
-    /// Returns the same caster for every ray.
-    #[inline]
-    pub fn splat(caster: &Caster<DVec3>) -> Self {
-        let (vector, all) = (V::splat_vector, V::Real::splat);
-        Self {
-            centre: vector(caster.centre),
-            radius: all(caster.radius),
-            area: all(caster.area),
-            normal: vector(caster.normal),
-            relative_ior: all(caster.relative_ior),
-            index: all(caster.index),
-            reflectance: vector(caster.reflectance),
-            selection_weight: all(caster.selection_weight),
-        }
-    }
-}
-
-/// A specular connection from x through a caster to y.
-#[derive(Clone, Copy, Debug)]
-pub struct SpecularConnection<V: Vector> {
-    /// Whether the connection exists, apart from occlusion.
-    pub exists: <V::Real as Real>::Mask,
-    /// Unit direction at x.
-    pub direction: V,
-    /// Unit direction of arrival at y.
-    pub arriving: V,
-    /// First point on the caster, and the unit normal there.
-    pub first: (V, V),
-    /// Last point on the caster, and the unit normal there; for reflections equal to `first`.
-    pub last: (V, V),
-    /// cos α ≥ 0, between the normal and the connection outside.
-    pub cosine: V::Real,
-    /// Generalized geometry term dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: solid angle at x
-    /// per perpendicular area at y.
-    pub geometry_term: V::Real,
-}
 
 /// Maximum number of steps to a root. They approach from one side, so that the distance to a double
 /// root falls by a factor of four with each; convergence to simple roots becomes quadratic.
 const MAX_STEPS: u32 = 48;
+
 /// Step size below which the iteration ends.
 const STEP_TOLERANCE: f64 = 1e-7;
+
 /// [`STEP_TOLERANCE`] in single precision.
 const SINGLE_STEP_TOLERANCE: f64 = 1e-4;
 
@@ -425,113 +351,15 @@ impl<'a> SphereConnections<'a, DVec3> {
     }
 }
 
-impl<V: Vector> SpecularConnection<V> {
-    /// Returns the connection of a lane.
-    pub(crate) fn lane(&self, lane: usize) -> SpecularConnection<DVec3> {
-        let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
-        SpecularConnection {
-            exists: self.exists.lane(lane),
-            direction: self.direction.lane(lane),
-            arriving: self.arriving.lane(lane),
-            first: end(self.first),
-            last: end(self.last),
-            cosine: self.cosine.lane(lane),
-            geometry_term: self.geometry_term.lane(lane),
-        }
-    }
-
-    /// Collects the connections of all lanes; `None` means that a lane has none.
-    pub(crate) fn from_lanes(
-        connection: impl Fn(usize) -> Option<SpecularConnection<DVec3>>,
-    ) -> Self {
-        let vector = |of: fn(&SpecularConnection<DVec3>) -> DVec3| {
-            V::from_fn(|i| connection(i).map_or(DVec3::Z, |connection| of(&connection)))
-        };
-        let number = |of: fn(&SpecularConnection<DVec3>) -> f64| {
-            V::Real::from_lanes(|i| connection(i).map_or(1.0, |connection| of(&connection)))
-        };
-        Self {
-            exists: Mask::from_fn(|i| connection(i).is_some_and(|connection| connection.exists)),
-            direction: vector(|connection| connection.direction),
-            arriving: vector(|connection| connection.arriving),
-            first: (
-                vector(|connection| connection.first.0),
-                vector(|connection| connection.first.1),
-            ),
-            last: (
-                vector(|connection| connection.last.0),
-                vector(|connection| connection.last.1),
-            ),
-            cosine: number(|connection| connection.cosine),
-            geometry_term: number(|connection| connection.geometry_term),
-        }
-    }
-
-    /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
-    #[inline]
-    pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
-        let both =
-            |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
-        Self {
-            exists: (mask & yes.exists) | (!mask & no.exists),
-            direction: V::choose(mask, yes.direction, no.direction),
-            arriving: V::choose(mask, yes.arriving, no.arriving),
-            first: both(yes.first, no.first),
-            last: both(yes.last, no.last),
-            cosine: V::Real::choose(mask, yes.cosine, no.cosine),
-            geometry_term: V::Real::choose(mask, yes.geometry_term, no.geometry_term),
-        }
-    }
-}
-
-/// Connects two points by reflection at the front of a flat mirror, assumed to be infinite.
+/// Returns [`geometry_term`](super::geometry_term) for a sphere.
 #[inline]
-pub fn mirror_connection<V: Vector>(
+pub(super) fn geometry_term_of_sphere<V: Vector>(
     caster: &Caster<V>,
-    x: V,
-    y: V,
-    active: <V::Real as Real>::Mask,
-) -> SpecularConnection<V> {
-    let zero = V::Real::splat(0.0);
-    let normal = caster.normal;
-    let [height_x, height_y] = [x, y].map(|v| (v - caster.centre).dot(normal));
-    let (foot_x, foot_y) = (x - normal * height_x, y - normal * height_y);
-    let between = (height_x + height_y).recip();
-    let point = (foot_x * height_y + foot_y * height_x) * between;
-    let from_image = y - (foot_x - normal * height_x);
-    let geometry_term = from_image.length_squared().recip();
-    let direction = (point - x).normalize();
-    let exists = active & height_x.above(zero) & height_y.above(zero);
-    let (first, cosine) = ((point, normal), -direction.dot(normal));
-    SpecularConnection {
-        exists,
-        direction,
-        arriving: (y - point).normalize(),
-        first,
-        last: first,
-        cosine,
-        geometry_term,
-    }
-}
-
-/// Returns dω/dA⊥ at y of the connection that leaves x in a direction, 0 if there is none, and the
-/// cosine at the caster.
-#[inline]
-pub fn geometry_term<V: Vector>(
-    caster: &Caster<V>,
-    kind: CasterKind,
     x: V,
     direction: V,
     y: V,
 ) -> (V::Real, V::Real) {
     let (zero, one) = (V::Real::splat(0.0), V::Real::splat(1.0));
-    if kind == CasterKind::Flat {
-        let image = x - caster.normal * ((x - caster.centre).dot(caster.normal) * 2.0);
-        return (
-            (y - image).length_squared().recip(),
-            -direction.dot(caster.normal),
-        );
-    }
     let pair = Pair::new(x, y, caster.centre, caster.radius);
     let aside = pair.x - direction * pair.x.dot(direction);
     let sin = aside.length_squared().sqrt();
