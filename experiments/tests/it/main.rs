@@ -10,7 +10,9 @@ use experiments::run::record::{recorded_folder, result};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
 mod compare;
+mod compare_files; // files as other programs write them
 mod compare_noise;
+mod compare_without_noise;
 mod defaults;
 mod densities;
 mod export;
