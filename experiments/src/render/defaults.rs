@@ -19,7 +19,8 @@ use super::{
 pub use whitefurnace::sampling::roulette::RR_DEPTH;
 
 /// Value of each option where no other option matters: the report's figure 6 under the `physical`
-/// convention, with independent random numbers and equal numbers of samples in all pixels.
+/// convention, with independent random numbers, equal numbers of samples in all pixels, and no
+/// supersampling of silhouettes.
 pub const BASE: Job = Job {
     scene: SceneSource::Named(SceneName::Report),
     convention: ConventionName::Physical,

@@ -1,11 +1,11 @@
 //! Tests of the table of defaults: help and command line state and do what it says.
 
 use clap::CommandFactory as _;
-use experiments::render::Job;
 use experiments::render::command::Render;
 use experiments::render::defaults::{
     BASE, DEPENDENT, MAX_POINTS_PER_SCRAMBLE, MIN_ADAPTIVE_SPP, MIN_SCRAMBLES,
 };
+use experiments::render::{AdaptiveName, Job};
 
 use crate::job;
 
@@ -72,6 +72,23 @@ fn defaults_stated_by_clap_are_those_of_the_table() {
     let parsed = <Render as clap::FromArgMatches>::from_arg_matches(&command).expect("options");
     assert_eq!(format!("{:?}", parsed.job), format!("{BASE:?}"));
     assert_eq!(format!("{:?}", Job::default()), format!("{BASE:?}"));
+}
+
+#[test]
+fn the_base_is_what_its_documentation_says() {
+    for (option, value) in [
+        ("scene", "report"),
+        ("convention", "physical"),
+        ("estimator", "mis"),
+        ("sampler", "independent"),
+        ("silhouettes", "no"),
+        ("heuristic", "power"),
+        ("specular-nee", "yes"),
+        ("light-sampler", "by-contribution"),
+    ] {
+        assert_eq!(recorded(&BASE, option).as_deref(), Some(value), "{option}");
+    }
+    assert_eq!(BASE.adaptive, AdaptiveName::No);
 }
 
 #[test]
