@@ -52,8 +52,8 @@ fn the_seen_share_of_a_light_is_that_of_its_geometry_terms() {
     let [a, b] = edges;
     let triangle = [corner, corner + a, corner + b];
     let radiance = DVec3::new(3.0, 2.0, 1.0);
-    let silhouettes: [&[DVec3]; 2] = [&[corner, corner + a, corner + a + b, corner + b], &triangle];
-    for (outline, flat) in silhouettes.into_iter().zip([false, true]) {
+    let polygons: [&[DVec3]; 2] = [&[corner, corner + a, corner + a + b, corner + b], &triangle];
+    for (outline, flat) in polygons.into_iter().zip([false, true]) {
         let scene = scene(|s| {
             square(s, 0.5, 0.0, true, diffuse(0.5));
             let light = s.surface(Surface::new(Bsdf::Black).emitting(radiance));
