@@ -10,7 +10,9 @@ use crate::error::Error;
 use crate::math::moments::FIXED_POINT_UNIT;
 
 pub use pixel::{Features, Pixel, check_radiance};
-pub(crate) use pixel::{FixedPointFeatures, SUMS, WORDS, features, is_valid_depth};
+pub(crate) use pixel::{FixedPointFeatures, features, is_valid_depth};
+#[cfg(feature = "files")]
+pub(crate) use pixel::{SUMS, WORDS};
 
 /// A rectangle of pixels: `corner` is its first pixel, x to the right, y down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
