@@ -67,11 +67,11 @@ equations! {
         r"T(u,v) = (1-u-v)V_0 + uV_1 + vV_2", None,
         "Möller and Trumbore 1997", Correct,
         "Barycentric coordinates with u, v ≥ 0 and u + v ≤ 1.";
-    TRIANGLE_SYSTEM = "triangle.system", "3", "Ray meets triangle",
+    TRIANGLE_SYSTEM = "triangle.system", "3", "Ray-triangle intersection, linear system",
         r"\begin{bmatrix} -D & V_1-V_0 & V_2-V_0 \end{bmatrix} \begin{bmatrix} t \\ u \\ v \end{bmatrix} = O - V_0", None,
         "Möller and Trumbore 1997", Correct,
         "Three linear equations in t, u, v.";
-    TRIANGLE_SOLUTION = "triangle.solution", "4", "Möller-Trumbore solution",
+    TRIANGLE_SOLUTION = "triangle.solution", "4", "Ray-triangle intersection, solution of Möller and Trumbore",
         r"\begin{bmatrix} t \\ u \\ v \end{bmatrix} = \frac{1}{P \cdot E_1} \begin{bmatrix} Q \cdot E_2 \\ P \cdot T \\ Q \cdot D \end{bmatrix}", None,
         "Möller and Trumbore 1997; watertight form: Woop, Benthin and Wald, JCGT 2(1), 2013", Trap,
         "No test of the determinant, and rays aimed at a shared edge may miss both triangles.";
@@ -83,7 +83,7 @@ equations! {
         r"\mathbf{x} = \mathbf{o} + d\,\mathbf{l}", None,
         "as (1)", Correct,
         "The same ray as (1) under other names.";
-    SPHERE_DISTANCE = "sphere.distance", "7", "Ray meets sphere",
+    SPHERE_DISTANCE = "sphere.distance", "7", "Ray-sphere intersection",
         r"d = -\mathbf{l}\cdot(\mathbf{o}-\mathbf{c}) \pm \sqrt{(\mathbf{l}\cdot(\mathbf{o}-\mathbf{c}))^2 - \lVert\mathbf{o}-\mathbf{c}\rVert^2 + r^2}",
         Some(r"d = -\frac{2\mathbf{l}(\mathbf{o}-\mathbf{c})}{2} \pm \sqrt{\left(\frac{2\mathbf{l}(\mathbf{o}-\mathbf{c})}{2}\right)^2 - ((\mathbf{o}-\mathbf{c})^2 - r^2)}"),
         "stable form: Haines, Günther and Akenine-Möller, Ray Tracing Gems, ch. 7, 2019", Trap,
@@ -134,7 +134,7 @@ equations! {
         r"f_2 = \frac{\rho_m}{\pi}\,\frac{(1 - E(\theta_i))(1 - E(\theta_o))}{1 - \bar E}, \quad \rho_m = \frac{\rho^2 \bar E}{1 - \rho(1 - \bar E)}", None,
         "Portsmouth, Kutz and Hill, JCGT 14(1), 2025; Kulla and Conty, SIGGRAPH course, 2017", Added,
         "With it a white surface reflects all light, whatever its roughness: neither form of (14) does.";
-    GGX_NORMALS = "ggx.normals", "", "GGX, normals of microfacets",
+    GGX_NORMALS = "ggx.normals", "", "GGX, distribution of normals",
         r"D(m) = \frac{\alpha^2}{\pi\,(1 + (\alpha^2 - 1)\cos^2\theta_m)^2}, \quad f_r = \frac{F\,D\,G_2}{4\cos\theta_i\cos\theta_o}", None,
         "Walter et al., EGSR 2007", Added,
         "A rough conductor that loses the light that meets a second facet.";
@@ -154,7 +154,7 @@ equations! {
         r"m \propto \pm(\omega_o + n\,\omega_i), \quad J_t = \frac{n^2\,\lvert\omega_i \cdot m\rvert}{\lVert\omega_o + n\,\omega_i\rVert^2}, \quad J_r = \frac{1}{4\,\omega_o \cdot m}", None,
         "Walter et al., EGSR 2007", Added,
         "n is the index beyond the surface to that on the side of ω_o; m points to that side.";
-    ROUGH_GLASS_MASKING = "rough-glass.masking", "", "Rough dielectric, facets seen from opposite sides",
+    ROUGH_GLASS_MASKING = "rough-glass.masking", "", "Rough dielectric, masking and shadowing",
         r"G_2 = \int_0^1 u^{\Lambda(\omega_o)} (1 - u)^{\Lambda(\omega_i)}\, du = B(1 + \Lambda(\omega_o), 1 + \Lambda(\omega_i))", None,
         "Heitz, JCGT 3(2), 2014; Heitz, Hanika, d'Eon and Dachsbacher, ACM TOG 35(4), 2016", Added,
         "u is the quantile of a facet's height: high facets are visible from above and hidden from below; for reflection they are visible from both directions.";
@@ -191,7 +191,7 @@ equations! {
         r"L' = \begin{cases} L/(1-\alpha) & r \le 1-\alpha \\ 0 & \text{otherwise} \end{cases}", None,
         "Arvo and Kirk, SIGGRAPH 1990", Trap,
         "Only the rest of the path is divided by the survival probability; one below the squared albedo has infinite variance.";
-    PATH_LENGTH = "path.length", "3.1", "Seven bounces at most",
+    PATH_LENGTH = "path.length", "3.1", "Limit of seven bounces",
         r"L_b = L\,(1 - a^{b+1})", Some(r"b \le 7 \text{, called unbiased}"),
         "Neumann series of the closed furnace", Error,
         "Cutting the path after b bounces is a relative bias of −a^(b+1) in a furnace of albedo a.";
@@ -203,7 +203,7 @@ equations! {
         r"I = \frac{1}{N}\sum_{i} L(\xi_i, \eta_i), \quad \text{jittered: } L\!\left(\frac{j+\xi}{n}, \frac{k+\eta}{n}\right)", None,
         "report, 2.7; Cook, ACM TOG 5(1), 1986", Trap,
         "Grid and randomness together are the jittered grid, whose error falls faster than that of random rays.";
-    ADAPTIVE = "adaptive", "", "Adaptive numbers of samples",
+    ADAPTIVE = "adaptive", "", "Adaptive sampling",
         r"n_i = 1 + (n - 1)\left(1 + (1 - \varepsilon)(s_i - \langle s\rangle)\right), \quad s_i = \min\!\left(\frac{\tilde\sigma_i}{\langle\tilde\sigma\rangle}, 8\right), \quad I_i = \frac{1}{n_i}\sum_{j \le n_i} L_{ij}", None,
         "Neyman, J. Royal Statistical Society 97(4), 558-625, 1934; Kirk and Arvo, SIGGRAPH 1991", Added,
         "Unbiased if no sample that decides n has a share in I: the noise σ̃ is that of a pilot, averaged over neighbours.";
@@ -231,27 +231,27 @@ equations! {
         r"\tan\frac{\Omega}{2} = \frac{a \cdot (b \times c)}{1 + a \cdot b + b \cdot c + c \cdot a}", None,
         "van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30(2), 125-126, 1983", Added,
         "For unit vectors to the vertices; no sum of angles cancels.";
-    LIGHT_TRIANGLE = "light.triangle", "", "Uniform directions in a triangle",
+    LIGHT_TRIANGLE = "light.triangle", "", "Uniform sampling of a triangle by solid angle",
         r"\Omega(A, B, C') = r_1\Omega, \quad \cos(B, P) = 1 - r_2(1 - B \cdot C'), \quad p = \frac{1}{\Omega}", None,
         "Arvo, SIGGRAPH 1995", Added,
         "C' on the arc AC solves the solid angle's formula for the tangent of half its arc: no cancellation.";
-    LIGHT_RECTANGLE = "light.rectangle", "", "Uniform directions in a rectangle",
+    LIGHT_RECTANGLE = "light.rectangle", "", "Uniform sampling of a rectangle by solid angle",
         r"\Omega = \sum_{i=0}^{3}\arcsin(z_i z_{i+1}), \quad p = \frac{1}{\Omega}", None,
         "Ureña, Fajardo and King, Computer Graphics Forum 32(4), 2013", Added,
         "z are the components, along the rectangle's normal, of the unit normals of the planes through its edges.";
-    LIGHT_SPHERE = "light.sphere", "", "Uniform directions in a sphere's cone",
+    LIGHT_SPHERE = "light.sphere", "", "Uniform sampling of a sphere by solid angle",
         r"\Omega = \frac{2\pi\sin^2\theta}{1 + \cos\theta}, \quad \sin\theta = \frac{R}{d}, \quad p = \frac{1}{\Omega}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996", Added,
         "The form 2π(1 - cos θ) loses all digits for far spheres; half of the points uniform in area are unseen.";
-    LIGHT_PICK = "light.pick", "", "Picks of emitters",
+    LIGHT_PICK = "light.pick", "", "Selection of an emitter",
         r"p_i = (1 - \varepsilon)\frac{C_i}{\sum_k C_k} + \frac{\varepsilon\,[C_i > 0]}{\#\{k : C_k > 0\}}, \quad C = L_e A \left(\frac{h + a}{d^2 + a^2}\right)^2, \quad a^2 = \frac{A}{\pi}", None,
         "Shirley, Wang and Zimmerman, ACM TOG 15(1), 1996, with C and ε of our own", Added,
         "The importance of an emitter, at distance d and height h over its plane, must be above 0 wherever it is visible.";
-    SPECULAR_ANGLE = "specular.angle", "", "Routes by a sphere",
+    SPECULAR_ANGLE = "specular.angle", "", "Specular connections at a sphere",
         r"f(\alpha) = 2\alpha - 2\beta - \arcsin\frac{\sin\alpha}{X} - \arcsin\frac{\sin\alpha}{Y} = \tau, \quad \sin\beta = \frac{\sin\alpha}{n}", None,
         "Mitchell and Hanrahan, SIGGRAPH 1992; Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
         "Between points at distances X and Y of the centre, in radii, an angle Θ apart. A reflection has β = 0, τ = Θ and one root; light through glass has τ = ±(π − Θ) and up to three. As f is convex, Newton's steps find all.";
-    SPECULAR_SPREAD = "specular.spread", "", "Spread of a route by a sphere",
+    SPECULAR_SPREAD = "specular.spread", "", "Geometry term of a specular connection",
         r"\frac{d\omega}{dA_\perp} = \frac{\sin\alpha\cos\alpha}{r^2\,X Y \sin\Theta\,\sqrt{X^2 - \sin^2\alpha}\,\sqrt{Y^2 - \sin^2\alpha}\,\lvert f'(\alpha)\rvert}", None,
         "Walter, Zhao, Holzschuch and Bala, ACM TOG 28(3), 2009", Added,
         "Replaces the 1/d² of a straight connection. It is the same from either end, and unbounded where f' = 0: the caustic.";

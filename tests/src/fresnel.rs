@@ -7,6 +7,7 @@ use whitefurnace::material::fresnel::{
 };
 use whitefurnace::sampling::warp::cosine_hemisphere;
 
+use crate::mean_radiance::largest;
 use crate::prelude::*;
 
 /// A reflectance as a function of cos θ₁, n₁, n₂.
@@ -189,6 +190,64 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
     outcomes
 }
 
+/// Indices, angle in degrees, and the amplitudes r_p and r_s as the page *Fresnel's equations* of
+/// HyperPhysics gives them and Mitsuba 3 keeps them for its own tests (mitsuba3 at b45b0a930,
+/// src/render/tests/test_fresnel.py).
+struct SpotValue {
+    indices: [f64; 2],
+    degrees: f64,
+    amplitudes: [f64; 2],
+}
+
+const SPOT_VALUES: [SpotValue; 4] = [
+    SpotValue {
+        indices: [1.0, 1.5],
+        degrees: 45.0,
+        amplitudes: [0.09201336304552442, 0.3033370452904235],
+    },
+    SpotValue {
+        indices: [1.5, 1.0],
+        degrees: 10.0,
+        amplitudes: [0.19046797197779405, 0.20949431963852014],
+    },
+    SpotValue {
+        indices: [1.5, 1.0],
+        degrees: 45.0,
+        amplitudes: [1.0, 1.0],
+    },
+    // Brewster's angle to four decimals.
+    SpotValue {
+        indices: [1.0, 1.5],
+        degrees: 56.3099,
+        amplitudes: [0.0, 0.3846150939598947],
+    },
+];
+
+/// Largest error of the spot values: at Brewster's angle, which is rounded to four decimals, R_p is
+/// of the order of 10⁻¹³.
+const SPOT_TOLERANCE: f64 = 1e-12;
+
+/// Compares all three reflectances with values from outside.
+fn spot_values(_: &Context, parts: Reflectances) -> Vec<Outcome> {
+    let error = |value: &SpotValue| {
+        let ([n1, n2], cosine) = (value.indices, value.degrees.to_radians().cos());
+        let [p, s] = value.amplitudes.map(|amplitude| amplitude * amplitude);
+        [
+            (parts.p)(cosine, n1, n2) - p,
+            (parts.s)(cosine, n1, n2) - s,
+            (parts.unpolarised)(cosine, n1, n2) - 0.5 * (p + s),
+        ]
+    };
+    let errors = SPOT_VALUES.iter().flat_map(error).map(f64::abs);
+    vec![Outcome::exact(
+        "spot values",
+        3 * SPOT_VALUES.len() as u64,
+        largest(errors),
+        SPOT_TOLERANCE,
+        "four angles",
+    )]
+}
+
 /// The reflectances (10), (11) and (12), each replaceable.
 #[derive(Clone, Copy)]
 pub struct Reflectances {
@@ -268,6 +327,12 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
             &FRESNEL,
             critical,
         ),
+        family_trial(
+            "spot-values",
+            "R_p, R_s and R have the values that Mitsuba 3 keeps for its own tests",
+            &FRESNEL,
+            spot_values,
+        ),
         trial(
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
@@ -303,7 +368,8 @@ fn faults() -> Vec<Fault<Reflectances>> {
             = whole(literal), "fresnel/critical: total reflection"),
         fault!("only-s", FRESNEL, "R_s alone, as if light were polarised",
             = whole(reflectance_s),
-            "fresnel/averages: average by sampling, outside | average by sampling, inside"),
+            "fresnel/averages: average by sampling, outside | average by sampling, inside",
+            "fresnel/spot-values"),
         fault!("swapped-indices", FRESNEL, "n₁ and n₂ exchanged",
             = whole(|c, n1, n2| reflectance(c, n2, n1)), "fresnel/critical: critical angle times 0.999"),
     ]

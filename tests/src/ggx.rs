@@ -9,7 +9,10 @@ use whitefurnace::material::ggx::{
 };
 use whitefurnace::math::frame::from_spherical;
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
+
 use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals};
+use crate::mean_radiance::largest;
 use crate::prelude::*;
 use crate::scenes::{floor, scene, towards_origin};
 use crate::subject::{self, in_batches};
@@ -134,8 +137,61 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     )]
 }
 
+/// Smith's G₁ of GGX with α = 0.1 as Mitsuba 3 keeps it for its own tests, in single precision:
+/// inclination in radians and G₁ (mitsuba3 at b45b0a930, src/render/tests/test_microfacet.py).
+const MITSUBA_MASKING: [[f64; 2]; 20] = [
+    [FRAC_PI_3, 0.99261039],
+    [1.074755381491245, 0.99160647],
+    [1.102313211785892, 0.99042398],
+    [1.12987104208054, 0.98901933],
+    [1.157428872375187, 0.98733366],
+    [1.184986702669834, 0.98528832],
+    [1.212544532964482, 0.98277503],
+    [1.240102363259129, 0.97964239],
+    [1.267660193553776, 0.97567332],
+    [1.295218023848423, 0.97054905],
+    [1.322775854143071, 0.9637875],
+    [1.350333684437718, 0.95463598],
+    [1.377891514732365, 0.94187391],
+    [1.405449345027013, 0.92344058],
+    [1.43300717532166, 0.8956942],
+    [1.460565005616307, 0.85189372],
+    [1.488122835910955, 0.77902949],
+    [1.515680666205602, 0.65144652],
+    [1.543238496500249, 0.41989169],
+    [FRAC_PI_2, 3.2584082e-06],
+];
+
+/// Largest error that Mitsuba's own test of these numbers allows.
+const MITSUBA_TOLERANCE: f64 = 1e-5;
+
+/// Compares the masking factor G₁ = D_o(n)/D(n) with Mitsuba's numbers.
+fn masking(_: &Context, parts: GgxParts) -> Vec<Outcome> {
+    const ALPHA: f64 = 0.1;
+    let error = |[inclination, reference]: [f64; 2]| {
+        let wo = from_spherical(inclination, 0.0);
+        let masking = (parts.visible)(ALPHA, wo, DVec3::Z) / (parts.ndf)(ALPHA, DVec3::Z);
+        (masking - reference).abs()
+    };
+    let largest = largest(MITSUBA_MASKING.into_iter().map(error));
+    vec![Outcome::exact(
+        "G₁",
+        MITSUBA_MASKING.len() as u64,
+        largest,
+        MITSUBA_TOLERANCE,
+        "α = 0.1",
+    )]
+}
+
 fn trials() -> Vec<FamilyTrial<GgxParts>> {
     vec![
+        trial(
+            "bsdf/ggx-masking",
+            "Smith's masking factor has the values that Mitsuba 3 keeps for its own tests",
+            &GGX_MASKING,
+            ["material::ggx::visible_normal_pdf, ndf", "exact"],
+            masking,
+        ),
         trial(
             "bsdf/ggx",
             "white GGX passes the check-up and has the directional albedo of its microfacets",
@@ -255,7 +311,8 @@ fn faults() -> Vec<Fault<GgxParts>> {
         fault!("not-projected", GGX_NORMALS, "D normalised over solid angle, not over the projected area",
             GgxParts: { ndf: |alpha, m| ndf(alpha, m) * m.z }, "bsdf/ggx-normals"),
         fault!("cosine-forgotten", GGX_VISIBLE, "D_o without 1/cos θ_o",
-            GgxParts: { visible: |alpha, wo, m| visible_normal_pdf(alpha, wo, m) * wo.z }, "bsdf/ggx-visible"),
+            GgxParts: { visible: |alpha, wo, m| visible_normal_pdf(alpha, wo, m) * wo.z },
+            "bsdf/ggx-visible", "bsdf/ggx-masking"),
     ]
 }
 

@@ -86,20 +86,19 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// Returns the values of the mean [`mean_channel`] of each region, one per replication; cubes
-    /// are summed about `centre`.
+    /// Returns the values of the mean [`mean_channel`] of each region, one per replication. Cubes are
+    /// summed about the number beside the region.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,
         parts: P,
-        regions: &[Region],
-        centre: f64,
+        regions: &[(Region, f64)],
     ) -> Option<Vec<Values>> {
         let [width, height] = self.frame;
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let inside: Vec<Vec<usize>> = regions
             .iter()
-            .map(|region| {
+            .map(|(region, _)| {
                 let holds = |(_, pixel): &(usize, [u32; 2])| (region.holds)(*pixel, self.frame);
                 pixels
                     .clone()
@@ -109,7 +108,10 @@ impl Passes {
                     .collect()
             })
             .collect();
-        let mut values = vec![Values::new(centre); regions.len()];
+        let mut values: Vec<_> = regions
+            .iter()
+            .map(|(_, centre)| Values::new(*centre))
+            .collect();
         let (numbers, seed, passes) = (
             self.numbers,
             context.seed_of("passes"),
@@ -148,11 +150,10 @@ fn not_an_image() -> Vec<Outcome> {
     vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
 }
 
-/// Compares the mean radiance of each region with the same closed form.
+/// Compares the mean radiance of each region with its closed form.
 struct MeanImage {
     passes: Passes,
-    reference: f64,
-    regions: Vec<Region>,
+    regions: Vec<(Region, f64)>,
 }
 
 impl Property for MeanImage {
@@ -161,17 +162,14 @@ impl Property for MeanImage {
         context: &Context,
         setup: Configuration<P>,
     ) -> Vec<Outcome> {
-        let means = self
-            .passes
-            .means(context, setup.parts, &self.regions, self.reference);
-        let Some(means) = means else {
+        let Some(means) = self.passes.means(context, setup.parts, &self.regions) else {
             return not_an_image();
         };
-        let outcome = |(region, values): (&Region, &Values)| {
+        let outcome = |((region, reference), values): (&(Region, f64), &Values)| {
             let claim = Claim::Exact {
-                delta: region.delta * self.reference,
+                delta: region.delta * reference,
             };
-            mean(region.name, values, self.reference, claim)
+            mean(region.name, values, *reference, claim)
         };
         self.regions.iter().zip(&means).map(outcome).collect()
     }
@@ -187,10 +185,21 @@ pub fn image(
     reference: f64,
     regions: &[Region],
 ) -> FamilyTrial<EstimatorSubject> {
+    let regions = regions.iter().map(|region| (*region, reference)).collect();
+    image_of_regions(name, property, equation, passes, regions)
+}
+
+/// Returns a trial of regions, each with its own mean radiance, to within a δ relative to it.
+pub fn image_of_regions(
+    name: &'static str,
+    property: impl Into<String>,
+    equation: &'static Equation,
+    passes: &Passes,
+    regions: Vec<(Region, f64)>,
+) -> FamilyTrial<EstimatorSubject> {
     let same = MeanImage {
         passes: passes.clone(),
-        reference,
-        regions: regions.to_vec(),
+        regions,
     };
     trial(
         name,
@@ -236,8 +245,8 @@ impl Property for SameAsPath {
         let frames = context.n(self.frames);
         let path = Values::collect(0.0, frames, || self.frame(&mut rng));
         let mean = path.moments.mean();
-        let regions = [whole(self.delta)];
-        let means = self.passes.means(context, setup.parts, &regions, mean);
+        let regions = [(whole(self.delta), mean)];
+        let means = self.passes.means(context, setup.parts, &regions);
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
         };

@@ -28,6 +28,7 @@ mod image_mean;
 mod images;
 mod infinite_variance;
 mod irradiance;
+mod manufactured;
 mod mean_radiance;
 mod near_coincident;
 mod path_weights;
@@ -36,6 +37,7 @@ mod prelude;
 mod published;
 pub mod radiosity;
 mod rays_per_hit;
+mod references;
 mod render_streams;
 pub mod rough_glass;
 pub mod roulette;
@@ -86,6 +88,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         bidirectional::families(),
         bdpt_densities::families(),
         radiosity::families(),
+        manufactured::families(),
+        references::families(),
     ]
     .into_iter()
     .flatten()

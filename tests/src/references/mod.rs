@@ -1,0 +1,254 @@
+//! References that nobody here wrote: images that the authors of Mitsuba 3 have rendered and
+//! committed to judge their own integrators, of scenes that need only what this project has.
+//!
+//! Their tests allow mean errors of 1.5 to 5 %. Here each image is judged by its mean, and its 64
+//! tiles by theirs. Where the radiance has a closed form, their images are within 10⁻⁴ of it.
+
+use std::collections::HashMap;
+
+use rand::RngExt;
+use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
+use whitefurnace::harness::welch_map::{PixelStatistics, map};
+use whitefurnace::sampling::rng::stream;
+use whitefurnace::sampling::sampler::{Sobol, scramble};
+use whitefurnace::sampling::warp::uniform_hemisphere;
+use whitefurnace::scene::file::Description;
+
+use crate::prelude::*;
+use crate::scenes::valid;
+
+/// Tiles across and down.
+const TILES: usize = 8;
+/// Width and height of an image whose pixels are the tiles.
+const SIZE: [u32; 2] = [TILES as u32; 2];
+/// Camera rays through each tile in a replication: the points of one scrambled Sobol' sequence.
+const POINTS: u16 = 4;
+/// Samples of each tile of the references.
+const THEIR_SAMPLES: u64 = 12_000 * 16 * 16;
+/// Variance of the references, per sample, in units of ours. Their samples are not stratified over
+/// tiles as ours are; four times is more than any scene here has without strata.
+const THEIR_VARIANCE: u64 = 4;
+/// One of their scenes, with one channel of their image.
+#[derive(Clone, Copy)]
+struct Reference {
+    /// Name of the trial.
+    name: &'static str,
+    /// Scene file.
+    scene: &'static str,
+    /// Name in the table of tiles.
+    image: &'static str,
+    /// Red is 0, green 1.
+    channel: usize,
+    /// Longest path in segments without the camera ray, which their `max_depth` counts.
+    segments: u32,
+    /// Relative δ of the mean of the image.
+    delta: f64,
+    /// The scene, in words.
+    about: &'static str,
+}
+
+const REFERENCES: [Reference; 5] = [
+    Reference {
+        name: "references/mitsuba/sky",
+        scene: include_str!("mitsuba-diffuse-albedo.toml"),
+        image: "diffuse_albedo",
+        channel: 1,
+        segments: 2,
+        delta: SINGLE,
+        about: "a ball in a plane under a uniform sky",
+    },
+    Reference {
+        name: "references/mitsuba/two-bounces-red",
+        scene: include_str!("mitsuba-diffuse-albedo-g-i.toml"),
+        image: "diffuse_albedo_g_i",
+        channel: 0,
+        segments: 3,
+        delta: SINGLE,
+        about: "a ball in a plane beside a coloured wall, red after two bounces",
+    },
+    Reference {
+        name: "references/mitsuba/two-bounces-green",
+        scene: include_str!("mitsuba-diffuse-albedo-g-i.toml"),
+        image: "diffuse_albedo_g_i",
+        channel: 1,
+        segments: 3,
+        delta: SINGLE,
+        about: "a ball in a plane beside a coloured wall, green after two bounces",
+    },
+    Reference {
+        name: "references/mitsuba/light-and-shadow",
+        scene: include_str!("mitsuba-area-light-radiance.toml"),
+        image: "area_light_radiance",
+        channel: 1,
+        segments: 2,
+        delta: IMAGE,
+        about: "a ball and its shadow beside an upright light",
+    },
+    Reference {
+        name: "references/mitsuba/light-below",
+        scene: include_str!("mitsuba-translate-plane-and-area-emitter.toml"),
+        image: "translate_plane_and_area_emitter",
+        channel: 1,
+        segments: 2,
+        delta: BOUNCES,
+        about: "a slanted square over a light",
+    },
+];
+
+/// Returns the 64 means of the tiles of an image, row by row from the top.
+///
+/// # Panics
+/// If the table does not have them.
+fn tiles(image: &str, channel: usize) -> Vec<f64> {
+    let channel = ["R", "G", "B"][channel];
+    let rows: HashMap<&str, Vec<f64>> = include_str!("tiles.tsv")
+        .lines()
+        .filter_map(|line| {
+            let (key, rest) = line.split_once('\t')?;
+            let (of, rest) = rest.split_once('\t')?;
+            let (row, numbers) = rest.split_once('\t')?;
+            let numbers = numbers.split('\t').map(|number| number.parse().ok());
+            (key == image && of == channel).then_some((row, numbers.collect::<Option<_>>()?))
+        })
+        .collect();
+    let all: Vec<f64> = (0..TILES)
+        .flat_map(|row| rows[row.to_string().as_str()].clone())
+        .collect();
+    assert_eq!(all.len(), TILES * TILES, "tiles of {image}");
+    all
+}
+
+/// Compares the image of a path tracer with a reference: its mean and its tiles.
+struct SameAsReference {
+    scene: Arc<Scene>,
+    reference: Reference,
+    tiles: Vec<f64>,
+    replications: u64,
+}
+
+impl SameAsReference {
+    /// Returns the mean of each tile in one replication.
+    fn replication<P: EstimatorParts + Copy>(
+        &self,
+        setup: Configuration<P>,
+        seed: u64,
+        number: u32,
+    ) -> Vec<f64> {
+        let samples = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y]));
+        let samples = samples.flat_map(|tile| (0..POINTS).map(move |index| (tile, index)));
+        let rays = samples.map(|([x, y], index)| {
+            let tile = y * SIZE[0] + x;
+            let fill = stream(seed, tile << 16 | u32::from(index), number);
+            let mut points = Sobol::new(index, scramble(seed, tile, number), fill);
+            let [u, v]: [f64; 2] = [points.random(), points.random()];
+            let ray = self
+                .scene
+                .camera()
+                .ray(SIZE, f64::from(x) + u, f64::from(y) + v);
+            (ray, points)
+        });
+        let kind = EstimatorKind::PathWithMaxSegments(self.reference.segments);
+        let values = kind.radiances(setup, &self.scene, rays);
+        let mean = |points: &[DVec3]| {
+            let sum: f64 = points.iter().map(|l| l[self.reference.channel]).sum();
+            sum / f64::from(POINTS)
+        };
+        values.chunks(POINTS.into()).map(mean).collect()
+    }
+}
+
+impl Property for SameAsReference {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
+        let theirs = self.tiles.iter().sum::<f64>() / self.tiles.len() as f64;
+        let mut image = Values::new(theirs);
+        let mut tiles: Vec<Values> = self.tiles.iter().map(|mean| Values::new(*mean)).collect();
+        let (seed, n) = (context.seed_of("image"), context.n(self.replications));
+        for number in 0..n as u32 {
+            let means = self.replication(setup, seed, number);
+            image.push(means.iter().sum::<f64>() / means.len() as f64);
+            tiles
+                .iter_mut()
+                .zip(means)
+                .for_each(|(values, mean)| values.push(mean));
+        }
+        let column = |of: fn(&Values) -> f64| tiles.iter().map(of).collect::<Vec<_>>();
+        let (means, variances) = (
+            column(|tile| tile.moments.mean()),
+            column(|tile| tile.moments.variance()),
+        );
+        let ours = PixelStatistics {
+            mean: &means,
+            variance: &variances,
+            count: &vec![n; tiles.len()],
+        };
+        let reference = PixelStatistics {
+            mean: &self.tiles,
+            variance: &variances,
+            count: &vec![THEIR_SAMPLES / u64::from(POINTS) / THEIR_VARIANCE; tiles.len()],
+        };
+        let claim = Claim::Exact {
+            delta: self.reference.delta * theirs,
+        };
+        vec![
+            mean("image mean", &image, theirs, claim),
+            map(&ours, &reference, TILES, 1).smallest("tiles", n),
+        ]
+    }
+}
+
+/// Trials against references and the faults that they see.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let trial_of = |reference: Reference| {
+        let description = Description::parse("reference", reference.scene);
+        let same = SameAsReference {
+            scene: valid(description.and_then(|scene| scene.build())),
+            reference,
+            tiles: tiles(reference.image, reference.channel),
+            replications: MIN_SYMMETRIC_VALUES,
+        };
+        trial(
+            reference.name,
+            format!("the image of {} is Mitsuba's reference", reference.about),
+            &RENDERING,
+            ["integrator::Path", "t, Welch map"],
+            with_parts(same),
+        )
+    };
+    vec![Box::new(Family {
+        trials: REFERENCES.map(trial_of).into(),
+        faults: faults(),
+        ..Family::whole("references", STANDARD)
+    })]
+}
+
+fn faults() -> Vec<Fault<EstimatorSubject>> {
+    let segments = |segments| Configuration {
+        segments: Some(segments),
+        ..STANDARD
+    };
+    vec![
+        fault!("albedo-low", RENDERING, "every surface reflects 3 % less",
+            { brdf: |bsdf, wo, wi| 0.97 * DefaultParts.brdf(bsdf, wo, wi) },
+            "references/mitsuba/sky: image mean", "references/mitsuba/two-bounces-red: image mean",
+            "references/mitsuba/two-bounces-green: image mean",
+            "references/mitsuba/light-and-shadow: image mean",
+            "references/mitsuba/light-below: image mean"),
+        fault!("no-shadow", GEOMETRY, "every point is in sight of every other",
+            { visible: |_, _, _, _| true },
+            "references/mitsuba/light-and-shadow: tiles"),
+        fault!("uniform-directions", HEMISPHERE_PDF, "uniform directions with the weight of cosine-distributed ones",
+            { cosine_hemisphere: uniform_hemisphere },
+            "references/mitsuba/sky: tiles", "references/mitsuba/two-bounces-red: tiles",
+            "references/mitsuba/two-bounces-green: tiles"),
+        fault!("bounce-left-out", PATH_LENGTH, "one bounce less than said",
+            = segments(2), "references/mitsuba/two-bounces-red: tiles",
+            "references/mitsuba/two-bounces-green: tiles"),
+        fault!("one-sided-cosine", GEOMETRY, "the cosine at the light is left out",
+            { solid_angle_per_area: |_, distance_squared| 1.0 / distance_squared },
+            "references/mitsuba/light-below: tiles"),
+    ]
+}
