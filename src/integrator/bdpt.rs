@@ -47,15 +47,23 @@ pub struct Bdpt<P = DefaultParts> {
 }
 
 impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
-        let image = Splats::new(frame);
+    fn image(
+        &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error> {
+        let image = Splats::new(resolution);
         let buffers = || (Vec::new(), image.buffer());
-        in_batches(frame[0] * frame[1]).try_for_each_init(buffers, |(spare, splats), pixels| {
-            let place = |pixel| [pixel % frame[0], pixel / frame[0]];
-            let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
-            self.pairs(scene, pixels, frame, splats, spare)?;
-            splats.flush()
-        })?;
+        in_batches(resolution[0] * resolution[1]).try_for_each_init(
+            buffers,
+            |(spare, splats), pixels| {
+                let place = |pixel| [pixel % resolution[0], pixel / resolution[0]];
+                let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
+                self.pairs(scene, pixels, resolution, splats, spare)?;
+                splats.flush()
+            },
+        )?;
         Ok(image.into_values())
     }
 }
@@ -88,7 +96,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         &self,
         scene: &Scene,
         pixel: [u32; 2],
-        frame: [u32; 2],
+        resolution: [u32; 2],
         image: &Splats,
         rng: R,
     ) -> Result<(), Error> {
@@ -96,7 +104,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         self.pairs(
             scene,
             std::iter::once((pixel, rng)),
-            frame,
+            resolution,
             &mut splats,
             &mut Vec::new(),
         )?;
@@ -109,7 +117,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         &self,
         scene: &'a Scene,
         pixels: impl Iterator<Item = ([u32; 2], R)>,
-        frame: [u32; 2],
+        resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
         spare: &mut Vec<Vec<PathVertex<'a>>>,
     ) -> Result<(), Error> {
@@ -142,7 +150,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                             light_vertex,
                             &mut pair.light,
                             &mut densities,
-                            frame,
+                            resolution,
                             splats,
                         );
                     }
@@ -156,8 +164,8 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             rng.block(0);
             let [x, y] = uniform2(&mut rng);
             let [column, row] = item.pixel.map(f64::from);
-            let ray = scene.camera().ray(frame, column + x, row + y);
-            item.importance = importance_per_particle(parts, scene, frame, ray.direction);
+            let ray = scene.camera().ray(resolution, column + x, row + y);
+            item.importance = importance_per_particle(parts, scene, resolution, ray.direction);
             PendingWalk {
                 item,
                 ray: Some(ray),
@@ -214,7 +222,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
         light_vertex: &PathVertex<'a>,
         light: &mut Vec<PathVertex<'a>>,
         densities: &mut Vec<Density>,
-        frame: [u32; 2],
+        resolution: [u32; 2],
         splats: &mut SplatBuffer<'_>,
     ) -> Result<(), Error> {
         light.push(light_vertex.after(&self.parts, light));
@@ -224,7 +232,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 light_sampling_pdf(&self.parts, scene, emitter, &start.at, next.at.point)
             });
         }
-        if let Some(splat) = connect_to_eye(&self.parts, scene, frame, light_vertex) {
+        if let Some(splat) = connect_to_eye(&self.parts, scene, resolution, light_vertex) {
             let (origin, importance) = (scene.camera().eye, splat.importance);
             let path = FullPath {
                 light,

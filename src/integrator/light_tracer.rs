@@ -22,9 +22,14 @@ pub struct LightTracer<P = DefaultParts> {
 }
 
 impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
-        let image = Splats::new(frame);
-        let count = frame[0] * frame[1];
+    fn image(
+        &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error> {
+        let image = Splats::new(resolution);
+        let count = resolution[0] * resolution[1];
         in_batches(count).try_for_each_init(
             || image.buffer(),
             |splats, numbers| {
@@ -34,7 +39,7 @@ impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
                 };
                 particles(&self.parts, scene, items, named, |event| match event {
                     ParticleEvent::Vertex(_, vertex) => {
-                        match connect_to_eye(&self.parts, scene, frame, vertex) {
+                        match connect_to_eye(&self.parts, scene, resolution, vertex) {
                             Some(splat) => splats.add(splat.pixel, splat.value),
                             None => Ok(()),
                         }

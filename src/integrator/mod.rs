@@ -115,13 +115,18 @@ pub struct Sample<R> {
 
 /// An estimator of a whole image, for methods in which one path contributes to many pixels.
 pub trait ImageEstimator: Sync {
-    /// Returns one estimate of the mean radiance over each pixel of the `frame` (width, height),
-    /// row by row from the top. It is a function of its arguments alone, independent of the number
+    /// Returns one estimate of the mean radiance over each pixel of an image of this
+    /// `resolution` (width, height), row by row from the top. It is a function of its arguments alone, independent of the number
     /// of threads. Passes of different replications are independent.
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error>;
+    fn image(
+        &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error>;
 
     /// Returns pass `index` with independent random numbers; each pass is a replication.
     ///
@@ -130,11 +135,11 @@ pub trait ImageEstimator: Sync {
     fn pass(
         &self,
         scene: &Scene,
-        frame: [u32; 2],
+        resolution: [u32; 2],
         seed: u64,
         index: u32,
     ) -> Result<Vec<DVec3>, Error> {
-        self.image(scene, frame, (seed, index).into())
+        self.image(scene, resolution, (seed, index).into())
     }
 }
 

@@ -94,12 +94,12 @@ pub(super) struct Splat {
 pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     parts: &P,
     scene: &Scene,
-    frame: [u32; 2],
+    resolution: [u32; 2],
     vertex: &PathVertex<'_>,
 ) -> Option<Splat> {
     let (point, normal) = (vertex.at.point, vertex.normal());
     let camera = scene.camera();
-    let seen = camera.project(frame, point)?;
+    let seen = camera.project(resolution, point)?;
     let cosine = parts.cosine(normal, seen.to_eye);
     let outgoing = vertex.outgoing_radiance(parts, seen.to_eye);
     if cosine <= 0.0
@@ -113,7 +113,7 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     {
         return None;
     }
-    let importance = importance_per_particle(parts, scene, frame, -seen.to_eye);
+    let importance = importance_per_particle(parts, scene, resolution, -seen.to_eye);
     Some(Splat {
         pixel: seen.pixel,
         value: outgoing * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
@@ -126,9 +126,9 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
 pub(super) fn importance_per_particle<P: Bidirectional>(
     parts: &P,
     scene: &Scene,
-    frame: [u32; 2],
+    resolution: [u32; 2],
     direction: DVec3,
 ) -> f64 {
-    let particles = f64::from(frame[0]) * f64::from(frame[1]);
-    parts.importance(scene.camera(), frame, direction) / particles
+    let particles = f64::from(resolution[0]) * f64::from(resolution[1]);
+    parts.importance(scene.camera(), resolution, direction) / particles
 }

@@ -30,7 +30,12 @@ pub struct Sppm<P = DefaultParts> {
 }
 
 impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
-    fn image(&self, scene: &Scene, frame: [u32; 2], pass: ImagePass) -> Result<Vec<DVec3>, Error> {
+    fn image(
+        &self,
+        scene: &Scene,
+        resolution: [u32; 2],
+        pass: ImagePass,
+    ) -> Result<Vec<DVec3>, Error> {
         check_radius(self.radius)?;
         let first = self.radius * self.radius;
         let radius = self.parts.pass_radius_squared(first, pass.index).sqrt();
@@ -43,20 +48,20 @@ impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
             radius,
             pass.of("pass"),
         )?;
-        let rows = (0..frame[1]).into_par_iter().map(|y| {
+        let rows = (0..resolution[1]).into_par_iter().map(|y| {
             let sample = |x: u32| {
-                let mut rng = pass.pixel(y * frame[0] + x);
+                let mut rng = pass.pixel(y * resolution[0] + x);
                 let [u, v] = uniform2(&mut rng);
                 let ray = scene
                     .camera()
-                    .ray(frame, f64::from(x) + u, f64::from(y) + v);
+                    .ray(resolution, f64::from(x) + u, f64::from(y) + v);
                 Sample {
                     ray,
                     hit: None,
                     rng,
                 }
             };
-            let row = photons.radiances(scene, (0..frame[0]).map(sample));
+            let row = photons.radiances(scene, (0..resolution[0]).map(sample));
             for (x, radiance) in row.iter().enumerate() {
                 let place = || format!(" at pixel ({x}, {y}), pass {}", pass.index);
                 check_radiance(*radiance).map_err(|error| error.at(place))?;
