@@ -39,7 +39,7 @@ struct Reference {
     image: &'static str,
     /// Red is 0, green 1.
     channel: usize,
-    /// Longest path in segments without the camera ray, which their `max_depth` counts.
+    /// Longest path in segments, with the camera ray: their `max_depth`.
     segments: u32,
     /// Relative δ of the mean of the image.
     delta: f64,
