@@ -38,6 +38,7 @@ mod image;
 mod image_read; // EXR of other programs, PFM, and refusals
 mod lanes; // eight paths at a time, with the bits of one
 mod light_sampler;
+mod lights_without_extent; // refused, with a light that does the same
 mod meshes; // OBJ files and meshes as other programs write them
 mod models; // reflection models from outside the library
 mod moments;
