@@ -11,6 +11,7 @@ pub mod compare;
 pub mod experiments;
 pub mod export;
 pub mod judge;
+pub mod metamorphic;
 pub mod plot;
 pub mod render;
 pub mod run;

@@ -30,6 +30,7 @@ mod infinite_variance;
 mod irradiance;
 mod manufactured;
 mod mean_radiance;
+pub mod metamorphic;
 mod near_coincident;
 mod path_weights;
 pub mod photon;

@@ -1,0 +1,186 @@
+//! Random scenes under metamorphic relations: statements about renders of any scene that need no
+//! reference, such as that a scene and its camera may be moved together.
+//!
+//! [`generate()`] makes a scene file from a seed, [`Case::check`] tests a [`Relation`] on it, and
+//! [`reduce()`] looks for the smallest scene file that still breaks it. The program `metamorphic`
+//! hunts with all three; the trials of this module run a few fixed scenes.
+
+mod generate;
+mod reduce;
+mod relations;
+mod scene;
+mod technique;
+
+use glam::DVec3;
+use whitefurnace::error::Error;
+use whitefurnace::harness::images::{Rules, Side, compare};
+use whitefurnace::harness::outcome::Verdict;
+use whitefurnace::math::moments::FIXED_POINT_UNIT;
+use whitefurnace::sampling::rng::{seed_for, stream};
+
+pub use generate::generate;
+pub use reduce::reduce;
+pub use relations::{Part, RELATIONS, Relation};
+pub use scene::{Material, Object, SceneText, Similarity, View};
+pub use technique::{RESOLUTION, TECHNIQUES, Technique};
+
+use crate::subject::EstimatorParts;
+
+/// A relation on a scene.
+#[derive(Clone)]
+pub struct Case {
+    /// The relation.
+    pub relation: &'static Relation,
+    /// The technique of its renders.
+    pub technique: Technique,
+    /// The scene.
+    pub scene: SceneText,
+    /// Seed of its choices and of the images.
+    pub seed: u64,
+}
+
+/// Result of a case.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// No difference, and the means are equal within 1 %.
+    Holds,
+    /// No difference, but noise may hide one of 1 %.
+    Undecided,
+    /// The relation does not apply to the scene.
+    NotApplicable,
+    /// A program would refuse one of the scenes, with this message.
+    Refused(String),
+    /// The sides differ, in words.
+    Fails(String),
+}
+
+/// Returns the relation of a name.
+pub fn relation_named(name: &str) -> Option<&'static Relation> {
+    RELATIONS.iter().find(|relation| relation.name == name)
+}
+
+/// Images of each side of a first look, and of the look that confirms a difference.
+const IMAGES: [u32; 2] = [8, 32];
+/// Levels of the two looks. A difference must be seen in both, so a right renderer fails a case with
+/// a probability of at most 1e-9.
+const LEVELS: [f64; 2] = [1e-3, 1e-6];
+/// Differences below this fraction are rounding, by which the sides may differ; that of single
+/// precision is larger.
+const ROUNDING: f64 = 1e-3;
+
+/// Rounding of a pixel's mean in the fixed-point sums of films, a few units.
+const FILM_ROUNDING: f64 = 16.0 * FIXED_POINT_UNIT;
+
+impl Case {
+    /// Tests the relation by the images that these parts of estimators make.
+    pub fn check<P: EstimatorParts + Copy>(&self, parts: P) -> Found {
+        let mut rng = stream(seed_for(self.seed, self.relation.name), 1, 0);
+        let Some(sides) = (self.relation.sides)(&self.scene, self.technique, &mut rng) else {
+            return Found::NotApplicable;
+        };
+        let mut looks = IMAGES.into_iter().zip(LEVELS).map(|(images, level)| {
+            let seed = seed_for(self.seed, &format!("{images} images"));
+            self.look(parts, &sides, images, level, seed)
+                .unwrap_or_else(|error| match error {
+                    Error::Scene { .. } | Error::Option(_) => Found::Refused(error.to_string()),
+                    _ => Found::Fails(error.to_string()),
+                })
+        });
+        match looks.next() {
+            Some(Found::Fails(_)) => looks.next().unwrap_or(Found::NotApplicable),
+            Some(other) => other,
+            None => Found::NotApplicable,
+        }
+    }
+
+    fn look<P: EstimatorParts + Copy>(
+        &self,
+        parts: P,
+        sides: &[Vec<Part>; 2],
+        images: u32,
+        level: f64,
+        seed: u64,
+    ) -> Result<Found, Error> {
+        let mut of_sides = Vec::new();
+        for (side, renders) in ["first", "second"].iter().zip(sides) {
+            let (seed, count) = match self.relation.tolerance {
+                Some(_) => (seed, 1),
+                None => (seed_for(seed, side), images),
+            };
+            let mut sum = vec![Vec::new(); count as usize];
+            for (number, part) in renders.iter().enumerate() {
+                let scene = part.scene.build()?;
+                for (index, sum) in sum.iter_mut().enumerate() {
+                    let seed = seed_for(seed, &format!("render {number}, image {index}"));
+                    let image = (part.adjust)(part.technique.image(parts, &scene, seed)?);
+                    if sum.is_empty() {
+                        *sum = image;
+                    } else {
+                        sum.iter_mut().zip(image).for_each(|(sum, of)| *sum += of);
+                    }
+                }
+            }
+            of_sides.push(sum);
+        }
+        Ok(match self.relation.tolerance {
+            Some(tolerance) => same(&of_sides, tolerance),
+            None => judge(&of_sides, level),
+        })
+    }
+}
+
+/// Compares the single images of two sides pixel by pixel.
+fn same(sides: &[Vec<Vec<DVec3>>], tolerance: f64) -> Found {
+    let differs = |(a, b): &(&DVec3, &DVec3)| {
+        let units = if tolerance > 0.0 { FILM_ROUNDING } else { 0.0 };
+        (**a - **b).abs().max_element() > tolerance * a.max_element() + units
+    };
+    let pixels = sides[0][0].iter().zip(&sides[1][0]);
+    match pixels.filter(differs).count() {
+        0 => Found::Holds,
+        count => Found::Fails(format!("{count} pixels differ under one seed")),
+    }
+}
+
+/// Compares two sides as the program `compare` does.
+fn judge(sides: &[Vec<Vec<DVec3>>], level: f64) -> Found {
+    let channel = |side: usize, channel: usize| -> Vec<Vec<f64>> {
+        let of = |image: &Vec<DVec3>| image.iter().map(|pixel| pixel[channel]).collect();
+        sides[side].iter().map(of).collect()
+    };
+    let values = [0, 1, 2].map(|c| [channel(0, c), channel(1, c)]);
+    let of_channels = values.each_ref().map(|sides| {
+        sides
+            .each_ref()
+            .map(|side| Side::Images(side.iter().map(Vec::as_slice).collect()))
+    });
+    let rules = Rules {
+        level,
+        tile: 4,
+        rounding: ROUNDING,
+        ..Rules::default()
+    };
+    let comparison = compare(RESOLUTION[0] as usize, &of_channels, &rules);
+    match comparison.verdict {
+        Verdict::Holds => Found::Holds,
+        Verdict::Undecided { .. } => Found::Undecided,
+        Verdict::Fails => {
+            let rejected = comparison.kinds.iter().flat_map(|kind| {
+                kind.rejected().map(|test| {
+                    let [x0, y0, x1, y1] = test.area;
+                    let [a, b] = test.means;
+                    format!(
+                        "{} [{x0}..{x1}, {y0}..{y1}] channel {}: {a:.6e} and {b:.6e}, {:.1} standard errors",
+                        kind.name, test.channel, test.sigmas
+                    )
+                })
+            });
+            let all: Vec<String> = rejected.collect();
+            let more = match all.len() {
+                0 | 1 => String::new(),
+                count => format!(" (and {} more)", count - 1),
+            };
+            Found::Fails(format!("{}{more}", all.first().map_or("", String::as_str)))
+        }
+    }
+}
