@@ -19,7 +19,7 @@ use trials::metamorphic::{TECHNIQUES, relation_named};
 use whitefurnace::error::Error;
 use whitefurnace::image::write_atomically;
 use whitefurnace::integrator::DefaultParts;
-use whitefurnace::sampling::rng::{seed_for, stream};
+use whitefurnace::sampling::rng::seed_for;
 use whitefurnace::suggest::did_you_mean;
 
 use crate::print_line;
@@ -183,13 +183,10 @@ impl Metamorphic {
             if self.relation.is_some_and(|only| only.name != relation.name) {
                 continue;
             }
-            let mut rng = stream(seed_for(seed, relation.name), 0, 0);
-            let any = Technique::pick(scene, &mut rng);
+            let any = Case::of(relation, scene, seed);
             let case = Case {
-                relation,
-                technique: self.technique.unwrap_or(any),
-                scene: scene.clone(),
-                seed,
+                technique: self.technique.unwrap_or(any.technique),
+                ..any
             };
             let found = checked(&case);
             if let Found::Fails(why) = &found {

@@ -91,6 +91,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         radiosity::families(),
         manufactured::families(),
         references::families(),
+        metamorphic::trials::families(),
     ]
     .into_iter()
     .flatten()

@@ -20,6 +20,7 @@ mod photon_bias;
 pub mod power;
 mod prelude;
 mod radiosity;
+mod random_scenes;
 mod regions;
 mod renderers;
 mod sampling_claims;
@@ -67,6 +68,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &single::SINGLE,
     &comparisons::COMPARISONS,
     &speed::SPEED,
+    &random_scenes::RANDOM_SCENES,
     &trials::TRIALS,
     &faults::FAULTS,
     &calibration::CALIBRATION,
@@ -76,13 +78,14 @@ pub const EXPERIMENTS: &[&Experiment] = &[
 
 /// Experiments that the default run leaves out: they test the test suite, measure differences of
 /// variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
-pub const NOT_BY_DEFAULT: [&str; 11] = [
+pub const NOT_BY_DEFAULT: [&str; 12] = [
     "scrambles",
     "adaptive",
     "renderers",
     "single",
     "comparisons",
     "speed",
+    "random-scenes",
     "trials",
     "faults",
     "calibration",

@@ -32,6 +32,16 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     trials.extend(images::trials());
     trials.extend(specular_nee::trials());
     trials.extend(near_coincident::trials());
+    vec![Box::new(Family {
+        trials,
+        faults: faults(),
+        equivalents: equivalents(),
+        ..Family::whole("estimator", STANDARD)
+    })]
+}
+
+/// Faults of whole estimators.
+pub fn faults() -> Vec<Fault<EstimatorSubject>> {
     let mut faults = reflection::faults();
     faults.extend(sampling::faults());
     faults.extend(lights::faults());
@@ -41,12 +51,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     faults.extend(environment_map::faults());
     faults.extend(specular_nee::faults());
     faults.extend(near_coincident::faults());
-    vec![Box::new(Family {
-        trials,
-        faults,
-        equivalents: equivalents(),
-        ..Family::whole("estimator", STANDARD)
-    })]
+    faults
 }
 
 /// Faults in the configuration of an estimator.

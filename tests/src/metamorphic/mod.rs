@@ -10,6 +10,7 @@ mod reduce;
 mod relations;
 mod scene;
 mod technique;
+pub mod trials;
 
 use glam::DVec3;
 use whitefurnace::error::Error;
@@ -22,9 +23,10 @@ pub use generate::generate;
 pub use reduce::reduce;
 pub use relations::{Part, RELATIONS, Relation};
 pub use scene::{Material, Object, SceneText, Similarity, View};
+use technique::{Images, SAMPLES};
 pub use technique::{RESOLUTION, TECHNIQUES, Technique};
 
-use crate::subject::EstimatorParts;
+use crate::subject::{EstimatorParts, PartTable};
 
 /// A relation on a scene.
 #[derive(Clone)]
@@ -59,6 +61,32 @@ pub fn relation_named(name: &str) -> Option<&'static Relation> {
     RELATIONS.iter().find(|relation| relation.name == name)
 }
 
+/// Parts of estimators of which one is wrong.
+#[derive(Clone, Copy)]
+pub struct FaultyParts {
+    /// Name of the fault.
+    pub name: &'static str,
+    /// The error in one line.
+    pub wrong: &'static str,
+    /// The parts.
+    pub parts: PartTable,
+}
+
+/// Returns the faults of whole estimators that replace a part of the path tracers.
+pub fn faults() -> Vec<FaultyParts> {
+    crate::estimator::faults()
+        .into_iter()
+        .filter_map(|fault| {
+            let parts = fault.subject.parts?;
+            Some(FaultyParts {
+                name: fault.name,
+                wrong: fault.wrong,
+                parts,
+            })
+        })
+        .collect()
+}
+
 /// Images of each side of a first look, and of the look that confirms a difference.
 const IMAGES: [u32; 2] = [8, 32];
 /// Levels of the two looks. A difference must be seen in both, so a right renderer fails a case with
@@ -71,11 +99,38 @@ const ROUNDING: f64 = 1e-3;
 /// Rounding of a pixel's mean in the fixed-point sums of films, a few units.
 const FILM_ROUNDING: f64 = 16.0 * FIXED_POINT_UNIT;
 
+/// Tests the random scene of a seed under all relations, each by a random technique, until one
+/// fails.
+pub fn test_scene<P: EstimatorParts + Copy>(seed: u64, parts: P) -> Vec<(Case, Found)> {
+    let scene = generate(seed);
+    let mut all = Vec::new();
+    for relation in &RELATIONS {
+        let case = Case::of(relation, &scene, seed);
+        let found = case.check(parts);
+        let fails = matches!(found, Found::Fails(_));
+        all.push((case, found));
+        if fails {
+            break;
+        }
+    }
+    all
+}
+
 impl Case {
+    /// Creates the case of a relation on a scene, with a random technique.
+    pub fn of(relation: &'static Relation, scene: &SceneText, seed: u64) -> Self {
+        let mut rng = stream(seed_for(seed, relation.name), 0, 0);
+        Self {
+            relation,
+            technique: Technique::pick(scene, &mut rng),
+            scene: scene.clone(),
+            seed,
+        }
+    }
+
     /// Tests the relation by the images that these parts of estimators make.
     pub fn check<P: EstimatorParts + Copy>(&self, parts: P) -> Found {
-        let mut rng = stream(seed_for(self.seed, self.relation.name), 1, 0);
-        let Some(sides) = (self.relation.sides)(&self.scene, self.technique, &mut rng) else {
+        let Some(sides) = self.sides() else {
             return Found::NotApplicable;
         };
         let mut looks = IMAGES.into_iter().zip(LEVELS).map(|(images, level)| {
@@ -93,6 +148,12 @@ impl Case {
         }
     }
 
+    /// Returns the two sides of the relation; `None` where it does not apply to the scene.
+    fn sides(&self) -> Option<[Vec<Part>; 2]> {
+        let mut rng = stream(seed_for(self.seed, self.relation.name), 1, 0);
+        (self.relation.sides)(&self.scene, self.technique, &mut rng)
+    }
+
     fn look<P: EstimatorParts + Copy>(
         &self,
         parts: P,
@@ -107,39 +168,50 @@ impl Case {
                 Some(_) => (seed, 1),
                 None => (seed_for(seed, side), images),
             };
-            let mut sum = vec![Vec::new(); count as usize];
+            let images = Images {
+                count,
+                samples: SAMPLES,
+            };
+            let mut sums = vec![Vec::new(); count as usize];
             for (number, part) in renders.iter().enumerate() {
                 let scene = part.scene.build()?;
-                for (index, sum) in sum.iter_mut().enumerate() {
-                    let seed = seed_for(seed, &format!("render {number}, image {index}"));
-                    let image = (part.adjust)(part.technique.image(parts, &scene, seed)?);
-                    if sum.is_empty() {
-                        *sum = image;
-                    } else {
-                        sum.iter_mut().zip(image).for_each(|(sum, of)| *sum += of);
-                    }
+                let seed = seed_for(seed, &format!("render {number}"));
+                let rendered = part.technique.images(parts, &scene, seed, images)?;
+                for (sum, image) in sums.iter_mut().zip(rendered) {
+                    add(sum, (part.adjust)(image));
                 }
             }
-            of_sides.push(sum);
+            of_sides.push(sums);
         }
         Ok(match self.relation.tolerance {
-            Some(tolerance) => same(&of_sides, tolerance),
+            Some(tolerance) => {
+                match differing_pixels(&of_sides[0][0], &of_sides[1][0], tolerance) {
+                    0 => Found::Holds,
+                    count => Found::Fails(format!("{count} pixels differ under one seed")),
+                }
+            }
             None => judge(&of_sides, level),
         })
     }
 }
 
-/// Compares the single images of two sides pixel by pixel.
-fn same(sides: &[Vec<Vec<DVec3>>], tolerance: f64) -> Found {
+/// Adds an image to a sum that is empty before the first.
+fn add(sum: &mut Vec<DVec3>, image: Vec<DVec3>) {
+    if sum.is_empty() {
+        *sum = image;
+    } else {
+        sum.iter_mut().zip(image).for_each(|(sum, of)| *sum += of);
+    }
+}
+
+/// Counts the pixels that differ by more than a fraction of their brightest channel, and rounding
+/// of the film unless the fraction is 0.
+fn differing_pixels(a: &[DVec3], b: &[DVec3], tolerance: f64) -> usize {
+    let units = if tolerance > 0.0 { FILM_ROUNDING } else { 0.0 };
     let differs = |(a, b): &(&DVec3, &DVec3)| {
-        let units = if tolerance > 0.0 { FILM_ROUNDING } else { 0.0 };
         (**a - **b).abs().max_element() > tolerance * a.max_element() + units
     };
-    let pixels = sides[0][0].iter().zip(&sides[1][0]);
-    match pixels.filter(differs).count() {
-        0 => Found::Holds,
-        count => Found::Fails(format!("{count} pixels differ under one seed")),
-    }
+    a.iter().zip(b).filter(differs).count()
 }
 
 /// Compares two sides as the program `compare` does.

@@ -16,6 +16,10 @@ use crate::mean_radiance::any_direction;
 use super::scene::{Material, Object, SceneText, Similarity, View};
 use super::technique::{RESOLUTION, Technique};
 
+/// Makes the two sides of a relation on a scene, by random choices; `None` where the relation does
+/// not apply.
+pub type MakeSides = fn(&SceneText, Technique, &mut Stream) -> Option<[Vec<Part>; 2]>;
+
 /// A relation that holds for every scene to which it applies.
 pub struct Relation {
     /// Its name.
@@ -25,8 +29,8 @@ pub struct Relation {
     /// Largest difference of a pixel under one seed, relative to the pixel's brightest channel; with
     /// 0 the sides are equal to the bit. `None` if only their expectations are equal.
     pub tolerance: Option<f64>,
-    /// Makes the two sides; `None` where the relation does not apply to the scene.
-    pub sides: fn(&SceneText, Technique, &mut Stream) -> Option<[Vec<Part>; 2]>,
+    /// Makes the two sides.
+    pub sides: MakeSides,
 }
 
 /// One of the renders of a side.
@@ -35,7 +39,7 @@ pub struct Part {
     pub scene: SceneText,
     /// The technique that renders it.
     pub technique: Technique,
-    /// What is done with the image before it is added.
+    /// Changes the image before it is added.
     pub adjust: fn(Vec<DVec3>) -> Vec<DVec3>,
 }
 

@@ -5,11 +5,11 @@ use rand::Rng;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::integrator::{
-    Bdpt, Connections, DefaultParts, Estimator, Heuristic, ImageEstimator, Path, Strategy,
+    Bdpt, Connections, DefaultParts, Heuristic, ImageEstimator, Path, Strategy,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
-    LaneEstimator, LaneRenderer, Precision, Renderer, check_single_precision, render,
+    LaneEstimator, LaneRenderer, Precision, RayRenderer, Renderer, check_single_precision,
 };
 use whitefurnace::sampling::Sampling;
 use whitefurnace::sampling::pixel::PixelSampling;
@@ -21,8 +21,8 @@ use crate::subject::EstimatorParts;
 
 /// Width and height of the images: not square, so that rows and columns are told apart.
 pub const RESOLUTION: [u32; 2] = [12, 8];
-/// Samples per pixel of one image.
-const SAMPLES: u32 = 64;
+/// Samples per pixel of an image of the hunt, and of all images by Sobol' points.
+pub const SAMPLES: u32 = 64;
 
 /// An estimator with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,39 +127,72 @@ impl Technique {
         !matches!(self.estimator, TechniqueKind::Bdpt(_)) || !scene.uses(&["rough-glass"])
     }
 
-    /// Renders one image, row by row from the top.
+    /// Returns the path tracer of the technique; `None` if it is another estimator.
+    pub fn path<P>(&self, parts: P) -> Option<Path<P>> {
+        let TechniqueKind::Path {
+            strategy,
+            lights,
+            heuristic,
+            specular_nee,
+        } = self.estimator
+        else {
+            return None;
+        };
+        Some(Path {
+            lights,
+            heuristic,
+            specular_nee,
+            ..Path::new(parts, strategy)
+        })
+    }
+
+    /// Renders images, each row by row from the top.
     ///
     /// # Errors
     /// [`Error::Option`] for a scene that single precision does not take, [`Error::Radiance`] for
     /// a value that no film can hold.
-    pub fn image<P: EstimatorParts + Copy>(
+    pub fn images<P: EstimatorParts + Copy>(
         &self,
         parts: P,
         scene: &Scene,
         seed: u64,
-    ) -> Result<Vec<DVec3>, Error> {
+        Images { count, samples }: Images,
+    ) -> Result<Vec<Vec<DVec3>>, Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
             numbers: self.numbers,
             seed,
             silhouettes: self.silhouettes,
         };
+        if let Some(estimator) = self.path(parts) {
+            let renderer = RayRenderer {
+                estimator,
+                sampling,
+            };
+            return films(&renderer, scene, Images { count, samples });
+        }
         match self.estimator {
-            TechniqueKind::Path {
-                strategy,
-                lights,
-                heuristic,
-                specular_nee,
-            } => film(sampling, |film, replications| {
-                let path = Path {
-                    lights,
-                    heuristic,
-                    specular_nee,
-                    ..Path::new(parts, strategy)
+            TechniqueKind::Bdpt(connections) => {
+                let bdpt = Bdpt { parts, connections };
+                let numbers = self.numbers;
+                let image = |number: u32| {
+                    let mut sum = vec![DVec3::ZERO; (RESOLUTION[0] * RESOLUTION[1]) as usize];
+                    for index in number * samples..(number + 1) * samples {
+                        let pass = ImagePass {
+                            numbers,
+                            seed,
+                            index,
+                        };
+                        let image = bdpt.image(scene, RESOLUTION, pass)?;
+                        for (sum, value) in sum.iter_mut().zip(image) {
+                            *sum += value / f64::from(samples);
+                        }
+                    }
+                    Ok(sum)
                 };
-                render_all(scene, &path, sampling, film, replications)
-            }),
-            TechniqueKind::Single => {
+                (0..count).map(image).collect()
+            }
+            TechniqueKind::Path { .. } | TechniqueKind::Single => {
                 check_single_precision(scene)?;
                 let path = Path {
                     lights: LightSampling::ByContribution,
@@ -172,56 +205,31 @@ impl Technique {
                     sampling,
                     precision: Precision::Single,
                 };
-                film(sampling, |film, replications| {
-                    renderer
-                        .add(scene, film, 0..replications, &|_| true)
-                        .map(|_| ())
-                })
-            }
-            TechniqueKind::Bdpt(connections) => {
-                let mut sum = vec![DVec3::ZERO; (RESOLUTION[0] * RESOLUTION[1]) as usize];
-                for index in 0..SAMPLES {
-                    let pass = ImagePass {
-                        numbers: self.numbers,
-                        seed,
-                        index,
-                    };
-                    let image = Bdpt { parts, connections }.image(scene, RESOLUTION, pass)?;
-                    for (sum, value) in sum.iter_mut().zip(image) {
-                        *sum += value / f64::from(SAMPLES);
-                    }
-                }
-                Ok(sum)
+                films(&renderer, scene, Images { count, samples })
             }
         }
     }
 }
 
-fn render_all<E: Estimator>(
-    scene: &Scene,
-    estimator: &E,
-    sampling: Sampling,
-    film: &mut Film,
-    replications: u32,
-) -> Result<(), Error> {
-    render(
-        scene,
-        estimator,
-        sampling,
-        film,
-        &(0..replications),
-        &|_| true,
-    )
-    .map(|_| ())
+/// Number of images, and samples per pixel of each; at least a replication.
+#[derive(Clone, Copy, Debug)]
+pub struct Images {
+    /// Number of images.
+    pub count: u32,
+    /// Samples per pixel.
+    pub samples: u32,
 }
 
-/// Returns the pixel means of a film that `add` adds a number of replications to.
-fn film(
-    sampling: Sampling,
-    add: impl FnOnce(&mut Film, u32) -> Result<(), Error>,
-) -> Result<Vec<DVec3>, Error> {
-    let samples = sampling.samples_per_replication();
-    let mut film = Film::new(RESOLUTION, None, samples)?;
-    add(&mut film, SAMPLES / samples)?;
-    Ok(film.pixels().iter().map(Pixel::mean).collect())
+/// Returns the pixel means of a film for each image.
+fn films(renderer: &dyn Renderer, scene: &Scene, images: Images) -> Result<Vec<Vec<DVec3>>, Error> {
+    let per_replication = renderer.samples_per_replication();
+    let replications = images.samples.div_ceil(per_replication);
+    let prepared = renderer.prepare(scene, RESOLUTION)?;
+    let image = |number: u32| {
+        let mut film = Film::new(RESOLUTION, None, per_replication)?;
+        let range = number * replications..(number + 1) * replications;
+        prepared.add(&mut film, range, &|_| true)?;
+        Ok(film.pixels().iter().map(Pixel::mean).collect())
+    };
+    (0..images.count).map(image).collect()
 }

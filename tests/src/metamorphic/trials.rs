@@ -1,0 +1,206 @@
+//! Trials of relations on a fixed random scene each. The program `metamorphic` tests them on any
+//! number of scenes.
+
+use glam::DVec3;
+use whitefurnace::harness::mean::welch;
+use whitefurnace::integrator::{NextEvent, Sample};
+use whitefurnace::sampling::rng::seed_for;
+use whitefurnace::scene::Scene;
+
+use super::relations::{Part, Relation};
+use super::technique::{Images, RESOLUTION, Technique};
+use super::{Case, differing_pixels, generate};
+use crate::prelude::*;
+use crate::subject::in_batches;
+
+/// δ relative to the image mean.
+const DELTA: f64 = 0.05;
+/// Weights of the channels in the number that stands for an image: unequal, so that exchanged or
+/// mixed channels change it.
+const WEIGHTS: DVec3 = DVec3::new(1.0 / 7.0, 2.0 / 7.0, 4.0 / 7.0);
+
+/// Camera rays of each side.
+const RAYS: u64 = 200_000;
+
+/// A relation on the random scene of a seed.
+struct OnScene {
+    relation: &'static Relation,
+    technique: &'static str,
+    scene: u64,
+}
+
+impl OnScene {
+    /// Returns the two sides with their scenes built.
+    fn sides(&self) -> [Vec<(Part, Scene)>; 2] {
+        let case = Case {
+            technique: Technique::named(self.technique).expect("a technique"),
+            ..Case::of(self.relation, &generate(self.scene), self.scene)
+        };
+        let built = |part: Part| {
+            let scene = part.scene.build().expect("a scene that programs take");
+            (part, scene)
+        };
+        let sides = case.sides().expect("a relation that applies to the scene");
+        sides.map(|parts| parts.into_iter().map(built).collect())
+    }
+}
+
+/// Renders one image of a side; `None` if it has values that no film can hold, which is a fault.
+fn image<P: EstimatorParts + Copy>(
+    parts: P,
+    side: &[(Part, Scene)],
+    seed: u64,
+) -> Option<Vec<DVec3>> {
+    let images = Images {
+        count: 1,
+        samples: 1,
+    };
+    let mut sum = Vec::new();
+    for (part, scene) in side {
+        let rendered = part.technique.images(parts, scene, seed, images).ok()?;
+        super::add(&mut sum, (part.adjust)(rendered.into_iter().next()?));
+    }
+    Some(sum)
+}
+
+/// Returns the radiances along `count` random camera rays of a side, each the sum over its renders.
+fn radiances<P: EstimatorParts + Copy>(
+    parts: P,
+    side: &[(Part, Scene)],
+    seed: u64,
+    count: u64,
+) -> Values {
+    let mut renders = Vec::new();
+    for (number, (part, scene)) in side.iter().enumerate() {
+        let path = part.technique.path(parts).expect("a path tracer");
+        let seed = seed_for(seed, &format!("render {number}"));
+        renders.push(in_batches(seed, move |rngs| {
+            let sample = |mut rng: Stream| {
+                let [x, y] = uniform2(&mut rng);
+                let [width, height] = RESOLUTION.map(f64::from);
+                Sample {
+                    ray: scene.camera().ray(RESOLUTION, width * x, height * y),
+                    hit: None,
+                    rng,
+                }
+            };
+            path.radiances(scene, rngs.map(sample))
+        }));
+    }
+    let sum = || renders.iter_mut().map(|next| next().dot(WEIGHTS)).sum();
+    Values::collect(0.0, count, sum)
+}
+
+impl Property for OnScene {
+    fn run<P: EstimatorParts + Copy>(
+        &self,
+        context: &Context,
+        setup: Configuration<P>,
+    ) -> Vec<Outcome> {
+        let parts = setup.parts;
+        let sides = self.sides();
+        if let Some(tolerance) = self.relation.tolerance {
+            let seed = context.seed_of("images");
+            let [Some(a), Some(b)] = sides.each_ref().map(|side| image(parts, side, seed)) else {
+                return not_an_image();
+            };
+            let differing = differing_pixels(&a, &b, tolerance) as f64;
+            let (pixels, worst) = (a.len() as u64, "number of pixels that differ");
+            return vec![Outcome::exact("image", pixels, differing, 0.0, worst)];
+        }
+        let [first, second] = [0, 1].map(|i| {
+            let seed = context.seed_of(["first", "second"][i]);
+            radiances(parts, &sides[i], seed, context.n(RAYS))
+        });
+        let claim = Claim::Exact {
+            delta: DELTA * second.moments.mean(),
+        };
+        vec![welch("image mean", &first, &second, claim)]
+    }
+}
+
+fn not_an_image() -> Vec<Outcome> {
+    let worst = "a radiance that no film holds";
+    vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
+}
+
+/// Returns the trial of a relation.
+fn on_scene(
+    name: &'static str,
+    technique: &'static str,
+    scene: u64,
+) -> FamilyTrial<EstimatorSubject> {
+    let (_, of_relation) = name.split_once('/').expect("group/relation");
+    let relation = super::relation_named(of_relation).expect("a relation");
+    let statistic = match relation.tolerance {
+        Some(_) => "exact",
+        None => "Welch",
+    };
+    let property = OnScene {
+        relation,
+        technique,
+        scene,
+    };
+    trial(
+        name,
+        format!("{}, on a random scene", relation.about),
+        &RENDERING,
+        ["integrator::Path", statistic],
+        with_parts(property),
+    )
+}
+
+/// Trials and faults of relations.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    vec![Box::new(Family {
+        trials: vec![
+            on_scene("metamorphic/colours", "mis", 12),
+            on_scene("metamorphic/doubled", "mis", 12),
+            on_scene("metamorphic/unit", "mis-area", 26),
+            on_scene("metamorphic/rigid-motion", "mis-area", 26),
+            on_scene("metamorphic/mirrored", "mis-area", 26),
+            on_scene("metamorphic/split", "light", 26),
+            on_scene("metamorphic/permuted", "light", 26),
+            on_scene("metamorphic/index-one", "mis", 4),
+            on_scene("metamorphic/lamps", "mis-area", 96),
+            on_scene("metamorphic/reciprocity", "mis-area", 130),
+            on_scene("metamorphic/techniques", "light", 26),
+        ],
+        faults: faults(),
+        ..Family::whole("metamorphic", STANDARD)
+    })]
+}
+
+fn faults() -> Vec<Fault<EstimatorSubject>> {
+    vec![
+        fault!("roulette-by-red", ROULETTE, "paths survive by the first channel of their throughput",
+            { survival_by_throughput: |throughput, _| throughput.x.clamp(0.05, 1.0) },
+            "metamorphic/colours: image"),
+        fault!("importance-with-constant", LIGHT_PICK, "a constant is added to the importance of each emitter",
+            { emitter_importance: |emitter, from| DefaultParts.emitter_importance(emitter, from) + 1.0 },
+            "metamorphic/doubled: image"),
+        fault!("distance-with-constant", GEOMETRY, "a small area is added to the squared distance, so that it is never 0",
+            { solid_angle_per_area: |cosine, d2| cosine / (d2 + 0.1) }, "metamorphic/unit: image mean"),
+        fault!("reflects-by-side", LAMBERT, "surfaces reflect more along the world's x axis than against it",
+            { cosine: |normal, direction| {
+                DefaultParts.cosine(normal, direction) * (1.0 + direction.x)
+            } }, "metamorphic/mirrored: image mean"),
+        fault!("reflects-to-one-side", LAMBERT, "surfaces reflect along the world's y axis, and not against it",
+            { cosine: |normal, direction| {
+                DefaultParts.cosine(normal, direction) * if direction.y > 0.0 { 2.0 } else { 0.0 }
+            } }, "metamorphic/rigid-motion: image mean"),
+        fault!("area-of-lamps-lost", ESTIMATOR, "the density of points on a lamp is 1, whatever its area",
+            { emitter_pdf_area: |_| 1.0 }, "metamorphic/split: image mean"),
+        fault!("first-emitter-only", LIGHT_PICK, "the first emitter is picked every time, with the density of all",
+            { pick_by_probability: |_, shares| (0, shares[0]) }, "metamorphic/permuted: image mean"),
+        fault!("air-reflects", FRESNEL, "glass of index 1 reflects a tenth of the light",
+            { fresnel: |cos_1, n1, n2| DefaultParts.fresnel(cos_1, n1, n2).max(0.1) },
+            "metamorphic/index-one: image mean"),
+        fault!("pick-probability-lost", LIGHT_PICK, "the density of a point ignores that its lamp was picked",
+            { pdf_of_pick: |pdf, _| pdf }, "metamorphic/lamps: image mean"),
+        fault!("light-cosine-lost", GEOMETRY, "the cosine at the lamp is missing in the change of measure",
+            { solid_angle_per_area: |_, d2| 1.0 / d2 }, "metamorphic/reciprocity: image mean"),
+        fault!("counted-twice", MIS, "light that is hit and light that is sampled both count in full",
+            { mis_power_weight: |_, _| 1.0 }, "metamorphic/techniques: image mean"),
+    ]
+}
