@@ -18,6 +18,8 @@
 //! The explorables' scripts in `pages/explore` compare their functions with the library's values, which
 //! are written to `explore/reference.js`.
 //!
+//! The first use of a glossary's word on a page is linked to its entry, see [`glossary`].
+//!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
 
 use std::path::{Path, PathBuf};
@@ -31,6 +33,7 @@ mod directives;
 mod equations;
 mod error;
 mod explorables;
+mod glossary;
 mod links;
 mod listing;
 mod mathml;
