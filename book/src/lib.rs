@@ -15,6 +15,11 @@
 //! | `{{#models}}` | the models of scene files, with their keys and ranges |
 //! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
 //!
+//! The explorables' scripts in `pages/explore` compare their functions with the library's values, which
+//! are written to `explore/reference.js`.
+//!
+//! The first use of a glossary's word on a page is linked to its entry, see [`glossary`].
+//!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
 
 use std::path::{Path, PathBuf};
@@ -27,6 +32,8 @@ pub mod check;
 mod directives;
 mod equations;
 mod error;
+mod explorables;
+mod glossary;
 mod links;
 mod listing;
 mod mathml;
@@ -108,6 +115,11 @@ pub fn build(options: &Options) -> Result<PathBuf, Error> {
         let folder = copy.parent().unwrap_or(&out);
         std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         std::fs::copy(file, &copy).map_err(Error::io(file))?;
+    }
+    let explorables = out.join("explore");
+    if explorables.is_dir() {
+        let file = explorables.join("reference.js");
+        std::fs::write(&file, explorables::reference()).map_err(Error::io(&file))?;
     }
     check::targets(&builder.targets, &out)?;
     check::output(&out)?;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use mdbook_markdown::pulldown_cmark::{
-    BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag,
+    BrokenLink, CodeBlockKind, CowStr, Event, LinkType, Options, Parser, Tag, TagEnd,
 };
 
 /// A directive `{{#name arguments}}` outside of code.
@@ -39,6 +39,8 @@ pub struct Page {
     pub formulas: Vec<Formula>,
     /// Link and image targets.
     pub links: Vec<(Range<usize>, String)>,
+    /// Running text outside of headings, quotes, links and code, with directives.
+    pub prose: Vec<Range<usize>>,
     /// Errors in the Markdown itself.
     pub problems: Vec<(usize, String)>,
 }
@@ -71,7 +73,22 @@ pub fn page(text: &str) -> Page {
         None
     };
     let parser = Parser::new_with_broken_link_callback(text, options(), Some(&mut on_broken));
+    // Number of open elements whose text is not prose.
+    let mut apart = 0_u32;
+    let is_apart = |tag: TagEnd| {
+        use TagEnd::{BlockQuote, CodeBlock, Heading, Image, Link};
+        matches!(tag, Heading(_) | BlockQuote(_) | CodeBlock | Link | Image)
+    };
     for (event, span) in parser.into_offset_iter() {
+        match &event {
+            Event::Start(tag) if is_apart(tag.to_end()) => apart += 1,
+            Event::End(tag) if is_apart(*tag) => apart -= 1,
+            Event::Text(_) | Event::SoftBreak if apart == 0 => match page.prose.last_mut() {
+                Some(last) if last.end == span.start => last.end = span.end,
+                _ => page.prose.push(span.clone()),
+            },
+            _ => {}
+        }
         match event {
             Event::Code(_) => code.push(span),
             Event::Start(Tag::CodeBlock(kind)) => {

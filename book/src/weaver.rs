@@ -11,6 +11,7 @@ use whitefurnace::material::named;
 
 use crate::bibliography::Bibliography;
 use crate::error::Problem;
+use crate::glossary::{self, Entry};
 use crate::links::{Target, address, line, to_root};
 use crate::mathml::{Math, escape};
 use crate::mutants::Record;
@@ -38,6 +39,7 @@ pub struct BookBuilder<'a> {
     pub has_run: bool,
     math: Math,
     index: PageIndex,
+    glossary: Vec<Entry>,
     pub problems: Vec<Problem>,
     /// Figures to copy, as `EXPERIMENT/NAME` and file.
     pub figures: BTreeMap<String, PathBuf>,
@@ -69,6 +71,7 @@ impl<'a> BookBuilder<'a> {
             has_run: false,
             math: Math::default(),
             index: PageIndex::default(),
+            glossary: Vec::new(),
             problems: Vec::new(),
             figures: BTreeMap::new(),
             targets: Vec::new(),
@@ -82,6 +85,9 @@ impl<'a> BookBuilder<'a> {
             if let Some(path) = &chapter.path {
                 let page = scan::page(&chapter.content);
                 self.index_page(path, &chapter.content, &page);
+                if path == Path::new(glossary::PAGE) {
+                    self.glossary = glossary::entries(&chapter.content);
+                }
                 scanned.insert(path.clone(), page);
             }
         }
@@ -146,8 +152,8 @@ impl<'a> BookBuilder<'a> {
 
     /// Returns a page with directives and formulas replaced.
     fn page(&mut self, current: &mut CurrentPage<'_>, page: Page) -> String {
+        let mut edits = glossary::edits(&self.glossary, current.path, current.text, &page);
         let mut problems = page.problems;
-        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
         for formula in page.formulas {
             match self.math.inline(&formula.latex, formula.display) {
                 Ok(html) if formula.display => edits.push((formula.span, html)),

@@ -23,7 +23,7 @@ mod geometry;
 pub mod ggx;
 mod glass;
 mod glass_bodies;
-mod hemisphere;
+pub mod hemisphere;
 mod image_mean;
 mod images;
 mod infinite_variance;

@@ -118,6 +118,27 @@ fn what_is_missing_broken_or_misused_is_refused() {
     }
 }
 
+/// The first use of a word on a page is linked to the glossary, but not in a heading, a link, a formula,
+/// code or a directive.
+#[test]
+fn words_are_linked_to_the_glossary() {
+    let book = Small::new(
+        "# A trial\n\n> A trial?\n\n`trial` [trial](plain.txt) $trial$ pretrial TRIAL (Trials, trials)\n\nPower of \
+         multiple-importance\nsampling by MIS.\n",
+    );
+    book.write(
+        "book/pages/SUMMARY.md",
+        "- [Page](page.md)\n- [Glossary](glossary.md)\n",
+    );
+    let words = "# Glossary\n\n**Trial.** A trial.\n\n**MIS, multiple importance sampling.** x\n\n**Power.** x\n";
+    book.write("book/pages/glossary.md", words);
+    let html = book.shows(&[
+        "(<a href=\"glossary.html#term-trial\">Trials</a>, trials)",
+        "Power of <a href=\"glossary.html#term-mis\">multiple-importance\nsampling</a> by MIS.",
+    ]);
+    assert_eq!(html.matches("glossary.html#").count(), 2);
+}
+
 /// Figures that no browser can show, or without a stated size, are refused.
 #[test]
 fn a_damaged_figure_is_refused() {

@@ -53,6 +53,7 @@ fn weaves_twice_to_the_same_bytes_and_loads_nothing_from_outside() {
             .any(|(file, _)| file.as_deref() == Ok(Path::new(name)))
     };
     assert!(has("searchindex.js") && has("index.html") && has("equations.html"));
+    assert!(has("explore/reference.js"));
 }
 
 /// Returns HTML without its comments.
