@@ -157,7 +157,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             on_scene("metamorphic/colours", "mis", 12),
             on_scene("metamorphic/doubled", "mis", 12),
             on_scene("metamorphic/unit", "mis-area", 26),
-            on_scene("metamorphic/rigid-motion", "mis-area", 26),
+            on_scene("metamorphic/rigid-motion", "mis-area", 12),
             on_scene("metamorphic/mirrored", "mis-area", 26),
             on_scene("metamorphic/split", "light", 26),
             on_scene("metamorphic/permuted", "light", 26),
@@ -185,10 +185,9 @@ fn faults() -> Vec<Fault<EstimatorSubject>> {
             { cosine: |normal, direction| {
                 DefaultParts.cosine(normal, direction) * (1.0 + direction.x)
             } }, "metamorphic/mirrored: image mean"),
-        fault!("reflects-to-one-side", LAMBERT, "surfaces reflect along the world's y axis, and not against it",
-            { cosine: |normal, direction| {
-                DefaultParts.cosine(normal, direction) * if direction.y > 0.0 { 2.0 } else { 0.0 }
-            } }, "metamorphic/rigid-motion: image mean"),
+        fault!("shadowed-from-one-side", WHITTED, "shadow rays along the world's y axis never arrive, those against it do",
+            { visible: |scene, x, y, glass| y.point.y < x.point.y && scene.visible(x, y, glass) },
+            "metamorphic/rigid-motion: image mean"),
         fault!("area-of-lamps-lost", ESTIMATOR, "the density of points on a lamp is 1, whatever its area",
             { emitter_pdf_area: |_| 1.0 }, "metamorphic/split: image mean"),
         fault!("first-emitter-only", LIGHT_PICK, "the first emitter is picked every time, with the density of all",
