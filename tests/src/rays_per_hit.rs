@@ -145,6 +145,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             format!("furnace/report/rays-{rays}"),
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
+            format!("tracing {rays} rays at each hit makes images too bright or too dark"),
             &ESTIMATOR,
             [subject, "t"],
             with_parts(Mean(furnace)),
@@ -154,6 +155,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             format!("furnace/report/cost-{rays}"),
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
+            format!(
+                "renders of {rays} rays at each hit take another time than stated, or skip bounces"
+            ),
             &ESTIMATOR,
             [subject, "exact"],
             with_parts(Cost(SampleRays::new(0.0, rays, ESTIMATES))),

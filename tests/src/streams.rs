@@ -195,32 +195,37 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Numbers>> {
-    let family_trial = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
-        let subject = "sampling::rng::stream, sampling::rng::uniform";
-        trial(
-            format!("streams/{name}"),
-            property,
-            &ESTIMATOR,
-            [subject, statistic],
-            on,
-        )
-    };
+    let family_trial =
+        |name: &str, property: &str, consequence: &str, statistic, on: TrialFn<Numbers>| {
+            let subject = "sampling::rng::stream, sampling::rng::uniform";
+            trial(
+                format!("streams/{name}"),
+                property,
+                consequence,
+                &ESTIMATOR,
+                [subject, statistic],
+                on,
+            )
+        };
     vec![
         family_trial(
             "distinct",
             "numbers of different pixels are distinct: 53 random bits",
+            "random numbers are so coarse that small lamps and thin mirrors fall between them",
             "Poisson",
             distinct,
         ),
         family_trial(
             "gaps",
             "gaps between visits of [0, 1/2) are geometric",
+            "samples are more even than random ones, so that error bars lie",
             "chi-square",
             gaps,
         ),
         family_trial(
             "neighbours",
             "neighbouring pixels, samples and draws are independent",
+            "neighbouring pixels or bounces share random numbers: noise forms patterns",
             "chi-square and t",
             neighbours,
         ),

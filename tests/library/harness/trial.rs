@@ -42,6 +42,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
     Trial {
         name: String::from("toy/verdicts"),
         property: String::from("it is so"),
+        consequence: String::from("all is lost"),
         source: "estimator",
         subject: "toy",
         statistic: "t",

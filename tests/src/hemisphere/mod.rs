@@ -175,10 +175,14 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let reflects =
         "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     let judged = |statistic| [law.subject, statistic];
+    let by = format!("by {} directions", law.name);
     vec![
         trial(
             name("cells"),
             cells_are,
+            format!(
+                "light from a part of the sky counts too much {by}: a lamp there is too bright"
+            ),
             law.angles,
             judged("chi-square"),
             move |c, method: Method| cells(c, law.domain, method.sampler),
@@ -186,6 +190,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("moments"),
             moments_are,
+            format!("light from one side, or low over the horizon, counts too much {by}"),
             law.angles,
             judged("t"),
             move |c, method: Method| moments(c, law.moments, method.sampler),
@@ -193,6 +198,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("angles"),
             angles_are,
+            format!("shading leans to one side {by}, as in raytracing.github.io#145"),
             &HEMISPHERE_PHI,
             judged("Kolmogorov-Smirnov"),
             move |c, method: Method| angles(c, law.cos_cdf, method.sampler),
@@ -200,6 +206,9 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("furnaces"),
             reflects,
+            format!(
+                "walls are too bright or dark under a sky that varies {by}, if not under an even one"
+            ),
             &ESTIMATOR,
             judged("t"),
             move |c, method: Method| furnaces(c, law.domain, method),
@@ -207,6 +216,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("pdf"),
             "the pdf integrates to one",
+            format!("everything lit {by} is too bright or too dark by the same factor"),
             &HEMISPHERE_PDF,
             judged("exact"),
             |_, method: Method| normalised(method.pdf),
