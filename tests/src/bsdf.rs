@@ -199,7 +199,7 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
         family_trial(
             "oren-nayar",
             "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
-            "clay and plaster are too dark at grazing angles, as in glsl-diffuse-oren-nayar#1",
+            "clay and plaster have a wrong shading, as in glslify/glsl-diffuse-oren-nayar#1",
             &OREN_NAYAR,
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),

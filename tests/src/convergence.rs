@@ -234,7 +234,7 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
             format!("convergence/{name}-error"),
             format!("the mean squared error on an edge is {error:.6}"),
             format!(
-                "edges are more jagged or noisier than {name} points in a pixel should leave them"
+                "edges in a picture are rougher than {name} sampling of pixels should leave them"
             ),
             equation,
             [subject, "t"],
@@ -243,7 +243,7 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
         trial(
             format!("convergence/{name}-slope"),
             format!("the squared error falls with the power {order} of the number of samples"),
-            format!("more {name} points in a pixel smooth its edges too slowly"),
+            format!("more samples by {name} sampling smooth the edges in a picture too slowly"),
             equation,
             [subject, "t of slopes"],
             move |c, strategy: Strategy| edge_slope(c, strategy, order),

@@ -116,13 +116,13 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         floor(
             "sky/overcast/mis",
-            "outdoor scenes are too bright or dark: sky that is hit is counted twice",
+            "outdoor scenes are too bright or dark, as hits of the sky count twice or too little",
             EstimatorKind::Path,
             500_000,
         ),
         floor(
             "sky/overcast/light",
-            "the bright part of an environment map gets too many shadow rays: its light is off",
+            "outdoor light is off, as shadow rays crowd at the top of an environment map",
             by(Strategy::Light),
             1_500_000,
         ),

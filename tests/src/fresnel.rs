@@ -309,7 +309,7 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
         family_trial(
             "brewster",
             "R_p vanishes at Brewster's angle and R_s has its closed form",
-            "water and glass reflect too much at middle angles",
+            "water and glass reflect too much or too little at middle angles",
             &FRESNEL_P,
             brewster,
         ),

@@ -78,7 +78,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/path/albedo-0.75",
-            "light rooms lose or gain light at each bounce, or to an unpaid roulette",
+            "rooms with pale walls are too dark or too bright, more so than grey ones",
             "closed furnace box",
             0.75,
             cube(0.75),
@@ -178,7 +178,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/report/albedo-0.65",
-            "the report's method makes light rooms too dark or bright if few paths end",
+            "the report's method makes pale rooms too dark or bright if few paths end",
             0.65,
             0.05,
             MANY_SEGMENTS,
@@ -186,7 +186,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/report/seven-segments",
-            "seven segments darken a picture more or less than the book says",
+            "a limit of seven segments darkens rooms more or less than stated",
             0.75,
             0.1,
             7,
@@ -194,7 +194,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/report/three-segments",
-            "three segments darken a picture more or less than the book says",
+            "a limit of three segments darkens rooms more or less than stated",
             0.9,
             0.1,
             3,
@@ -303,7 +303,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             property.clone(),
-            "what stands by a path-traced floor takes too much or too little sky from it",
+            "a wall takes too much or too little skylight from the floor by it when path traced",
         )
         .by_scrambles(visible, SINGLE, 140_000),
         radiance(
@@ -315,7 +315,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             property,
-            "what stands by a floor takes too much or too little sky from it by the report",
+            "the report's method lets a wall take too much or too little skylight from a floor",
         )
         .by_scrambles(visible, SINGLE, 330_000),
         radiance(
@@ -372,7 +372,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!(
                 "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
             ),
-            "mirrors facing mirrors are too dark or too bright, or roulette is not paid there",
+            "mirrors that face mirrors get too dark or too bright in the depth",
         )
         .by_rays(hall_mean, BOUNCES, 1_700_000),
         radiance(

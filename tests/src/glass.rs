@@ -102,7 +102,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             "light from within glass arrives as (1 − R)/n² of its radiance",
-            "lamps in glass or water look n² too bright from outside, the doubt of pbrt-v4#30",
+            "lamps in glass or water look n² too bright, as suspected in tunabrain/tungsten#54",
         )
         .by_rays(transmitted / LIGHT, SINGLE, 2_400_000),
     ]
@@ -192,7 +192,7 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
     )
     .says(
         "within glass, past the critical angle, the surface shows the lit ground undiminished",
-        "water seen from below is dark where it must mirror, as in pbrt-v3#254",
+        "water seen from below is black where it must mirror, as in Twinklebear/ChameleonRT#3",
     )
     .by_rays(1.0, 0.0, 2_000_000)
 }
@@ -238,7 +238,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             "a glass cube under a white sky shows 1 from outside",
-            "a block of glass has dark or bright faces under a white sky, as in ChameleonRT#3",
+            "a block of glass has dark areas under a white sky, as in mmp/pbrt-v3#254",
         )
         .by_rays(1.0, BOUNCES, 1_000_000),
         radiance(
@@ -290,7 +290,7 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
     )
     .says(
         "a sphere of index 1 before a light changes nothing",
-        "glass between a lamp and a floor casts a shadow that is too dark, or none",
+        "a body that bends no light casts a shadow on a floor, or brightens it",
     )
     .by_rays(reference, IMAGE, 5_800_000)
 }

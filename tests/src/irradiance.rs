@@ -409,7 +409,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         picks(
             "irradiance/picks-by-share",
-            "lamps next to each other in the scene's list exchange brightness",
+            "lamps are too bright or dim, as each has the probability of the next one",
             "from given shares",
             &LIGHT_PICK,
             "light::light_sampler::pick",

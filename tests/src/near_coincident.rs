@@ -158,7 +158,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         trial(
             "near-coincident/covered",
-            "nothing is seen of a light, mirror or ball of glass just behind another surface", "a lamp or mirror just behind a wall shines through it",
+            "nothing is seen of a light, mirror or ball of glass just behind another surface",
+            "a lamp or mirror just behind a wall shines through it",
             &GEOMETRY,
             ["integrator::Path", "exact"],
             with_parts(Covered(covered)),

@@ -157,7 +157,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             family_trial(
                 "distinct",
                 "the first numbers of all pixels and samples are distinct",
-                "pixels far apart show the same noise, which no averaging over them removes",
+                "pixels far apart show the same noise, as if a tile were copied",
                 "Poisson",
                 distinct,
             ),

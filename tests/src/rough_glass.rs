@@ -305,7 +305,7 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
         trial(
             "bsdf/rough-glass-reciprocity",
             "f is reciprocal, across the surface up to the square of the index",
-            "frosted glass looks different when light is traced from the lamp, not the eye",
+            "frosted glass is brighter or darker if traced from the lamp, as in mmp/pbrt-v4#30",
             &ROUGH_GLASS,
             ["material::rough_glass::RoughGlass", "exact"],
             reciprocity,
@@ -541,7 +541,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             "from within, directions and shadow rays find the light before and behind rough glass",
-            "a lamp behind frosted glass is counted twice, or lost, in its shadow rays",
+            "a lamp behind frosted glass is counted twice or not at all",
         )
         .by_rays(LIGHT * seen_from_within, IMAGE, 1_400_000),
         radiance(

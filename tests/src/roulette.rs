@@ -160,7 +160,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
     let mut trials = vec![trial(
         name("mean"),
         format!("the mean is {m:.0} whatever the survival"),
-        format!("rooms of albedo {a} are too dark or too bright if paths survive with {q}"),
+        format!("rooms of albedo {a} are too dark or too bright at survival {q}"),
         &ROULETTE,
         [SUBJECT, "t"],
         move |c, parts| mean_is_right(c, parts, pair),
@@ -169,7 +169,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
         trials.push(trial(
             name("variance"),
             format!("the variance is {:.6}", variance(a, q)),
-            format!("rooms of albedo {a} are noisier than planned if paths survive with {q}"),
+            format!("rooms of albedo {a} are noisier than planned at survival {q}"),
             &ROULETTE,
             [SUBJECT, "t"],
             move |c, parts| variance_is_right(c, parts, pair),
@@ -183,7 +183,7 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
     trials.push(trial(
         "roulette/same-mean",
         "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
-        "stricter roulette makes a room darker, as in chunky#1018",
+        "stricter roulette makes a room darker, as in chunky-dev/chunky#1018",
         &ROULETTE,
         [SUBJECT, "Welch"],
         |c, parts| same_mean(c, [CORRECT, parts], 0.75, [0.75, 0.9]),

@@ -361,7 +361,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             same(
                 "several-lights",
                 "hits and shadow rays to a sphere, a rectangle and a triangle",
-                "lamps light things differently in single precision, as they move or lose rays",
+                "lamps light things differently in single precision, as they shift or lose rays",
                 several_lights(),
             ),
         ],

@@ -257,7 +257,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         // few others skew the means.
         lit(
             "irradiance/sphere/light-area",
-            "globe lamps are too bright or dim: shadow rays reach their far side, too",
+            "globe lamps are too bright or dim: points on their far side count wrongly",
             &sphere,
             LIGHT_AREA,
             near_origin,
@@ -266,7 +266,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-sphere/light-angle",
-            "globe lamps are too bright or dim: rays miss the rim of what is visible",
+            "globe lamps near a floor light it wrongly: shadow rays crowd at their middle",
             &near_sphere,
             LIGHT_ANGLE,
             &LIGHT_SPHERE,
@@ -290,7 +290,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/three-lights/light-angle",
-            "scenes with lamps of several shapes are too bright: the choice of one is not paid",
+            "rooms get darker the more lamps they have, if sampled by solid angle",
             &three,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
@@ -298,7 +298,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/three-lights/contribution",
-            "lamps that seem unimportant where they are are lost, or paid as if picked often",
+            "lamps that are picked by their importance are too bright, too dim or never on",
             &three,
             LIGHT_CONTRIBUTION,
             &LIGHT_PICK,
@@ -359,7 +359,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         family_trial(
             "irradiance/penumbra/bright",
-            "the bright side of a soft shadow is too dark, as if the shadow were wider",
+            "soft shadows are too wide or too narrow towards their bright side",
             -0.6,
             |_| to_floor(-0.6),
             LIGHT_ANGLE,
@@ -429,7 +429,7 @@ fn power_weights() -> FamilyTrial<EstimatorSubject> {
     trial(
         "irradiance/power-weights",
         property,
-        "lit surfaces are too dark with the power heuristic, as its weights add up to less than one",
+        "lit surfaces are too dark or bright with the power heuristic, which loses or adds light",
         &MIS_POWER,
         judged,
         with_parts(Weights(Heuristic::Power)),

@@ -211,14 +211,14 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
         family_trial(
             "distinct",
             "numbers of different pixels are distinct: 53 random bits",
-            "random numbers are so coarse that small lamps and thin mirrors fall between them",
+            "random numbers are so coarse that small, far lamps are missed or hit too often",
             "Poisson",
             distinct,
         ),
         family_trial(
             "gaps",
             "gaps between visits of [0, 1/2) are geometric",
-            "samples are more even than random ones, so that error bars lie",
+            "samples repeat, or are too even: the error bars of images are wrong",
             "chi-square",
             gaps,
         ),

@@ -132,7 +132,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         sphere(
             "bidirectional/bdpt/sphere",
-            "direct light of a globe lamp is counted more or less than once bidirectionally",
+            "a globe lamp's light falls off wrongly where bidirectional paths are joined",
             Bdpt,
             MIN_SYMMETRIC_VALUES,
         ),
@@ -267,7 +267,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         furnace(
             "bidirectional/bdpt/furnace-box",
-            "a white furnace is not uniform bidirectionally, as in mitsuba#80",
+            "a furnace is too dark or bright bidirectionally, as in mitsuba-renderer/mitsuba#80",
             Bdpt,
             [10, 8],
             MIN_SYMMETRIC_VALUES,
@@ -282,7 +282,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         cavity(
             "bidirectional/bdpt/cavity-black",
-            "a bidirectional room is too bright: lamps found in several ways count for all",
+            "a room lit by a small window is too dark or too bright bidirectionally",
             Bdpt,
             Cap::Black,
             SMALL,
@@ -454,8 +454,7 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     let room = scenes::diffuse_room().ok();
     let light_tracer = cornell.map(|scene| {
         let name = "bidirectional/light-tracer/cornell";
-        let consequence =
-            "the Cornell box differs by method, as ptracer did from path in mitsuba3#42";
+        let consequence = "the Cornell box differs by method, as in mitsuba-renderer/mitsuba3#42";
         same(
             name,
             consequence,

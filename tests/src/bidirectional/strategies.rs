@@ -77,12 +77,25 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
     trials.extend(
         [
             (
-                "bidirectional/alone/sphere-hits", "indirect light is wrong where eye paths hit a lamp at their end",
+                "bidirectional/alone/sphere-hits",
+                "indirect light is wrong where eye paths hit a lamp at their end",
                 only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject,
             ),
-            ("bidirectional/alone/sphere-shadow-rays", "indirect light is wrong where eye paths end in a shadow ray", only!(4, 1)),
-            ("bidirectional/alone/sphere-inner-connections", "indirect light is wrong where two paths join between the lamp and the eye's hits", only!(4, 2)),
-            ("bidirectional/alone/sphere-first-connections", "indirect light is wrong where a light path joins the first point that the eye sees", only!(4, 3)),
+            (
+                "bidirectional/alone/sphere-shadow-rays",
+                "indirect light is wrong where eye paths end in a shadow ray",
+                only!(4, 1),
+            ),
+            (
+                "bidirectional/alone/sphere-inner-connections",
+                "indirect light is wrong where an eye path and a light path join half way",
+                only!(4, 2),
+            ),
+            (
+                "bidirectional/alone/sphere-first-connections",
+                "indirect light is wrong where light paths join what the eye sees first",
+                only!(4, 3),
+            ),
         ]
         .map(|(name, consequence, only)| sphere(name, consequence, only)),
     );

@@ -341,14 +341,14 @@ fn trials() -> Vec<FamilyTrial<Shapes>> {
         family_trial(
             "triangle-solution",
             "(4) recovers t, u, v at every size, and misses what it must",
-            "small triangles vanish from meshes, as in tinybvh PR #283",
+            "small triangles vanish from meshes, as in jbikker/tinybvh#283",
             &TRIANGLE_SOLUTION,
             solution,
         ),
         family_trial(
             "triangle-edges",
             "a ray into a closed fan of triangles meets one, at edges and vertices, too",
-            "light leaks through the seams of a mesh, as in three.js PR #33661",
+            "light leaks through the seams of a mesh, as in mrdoob/three.js#33661",
             &TRIANGLE_SOLUTION,
             fan,
         ),

@@ -180,9 +180,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("cells"),
             cells_are,
-            format!(
-                "light from a part of the sky counts too much {by}: a lamp there is too bright"
-            ),
+            format!("lamps in one part of the sky are too bright, in others too dim {by}"),
             law.angles,
             judged("chi-square"),
             move |c, method: Method| cells(c, law.domain, method.sampler),
@@ -198,7 +196,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("angles"),
             angles_are,
-            format!("shading leans to one side {by}, as in raytracing.github.io#145"),
+            format!("shading leans to one side, or lamps overhead are too bright or dim {by}"),
             &HEMISPHERE_PHI,
             judged("Kolmogorov-Smirnov"),
             move |c, method: Method| angles(c, law.cos_cdf, method.sampler),
@@ -206,9 +204,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("furnaces"),
             reflects,
-            format!(
-                "walls are too bright or dark under a sky that varies {by}, if not under an even one"
-            ),
+            format!("walls under an uneven sky are too bright or too dark {by}"),
             &ESTIMATOR,
             judged("t"),
             move |c, method: Method| furnaces(c, law.domain, method),

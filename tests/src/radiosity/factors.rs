@@ -228,7 +228,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         of(
             "radiosity/ball",
             around,
-            "round things in a radiosity room are too dark, or too dark a spot in it",
+            "balls in a room give and get too much or too little light by radiosity",
             ball_in_room(),
             300,
             ball,
@@ -237,7 +237,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         of(
             "radiosity/reciprocity",
             mutual,
-            "big walls light small things well and get too little back by radiosity",
+            "light is lost between walls by radiosity: one gives what the other does not get",
             cube,
             400,
             reciprocity,

@@ -201,7 +201,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "radiosity/cavity/black",
-            "a small lamp in a radiosity room is spread over too much or too little of it",
+            "a room lit by a small window is too dark or too bright by radiosity",
             format!("off a black cap the radiance in a cavity is {black:.6}"),
             of(cavity(Cap::Black), 100, &[(off_cap, grey(black))]),
         ),

@@ -455,7 +455,7 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
         family_trial(
             "uniform",
             "over scrambles each coordinate is uniform, in its lower bits, too",
-            "parts of lamps, lenses and directions are never sampled: images are biased",
+            "parts of lamps and of the sky are never sampled: images are biased",
             "chi-square",
             uniformity,
         ),
@@ -469,7 +469,7 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
         family_trial(
             "independent",
             "blocks, pixels, scrambles and coordinates are uncorrelated",
-            "images repeat a pattern across pixels, as in mmp/pbrt-v3#236",
+            "images show a pattern over their pixels, as in mmp/pbrt-v3#236",
             "t",
             independence,
         ),
@@ -496,7 +496,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 family_trial(
                     "error-bars",
                     "the variance over scrambles gives the error of their mean",
-                    "error bars of images by Sobol' points are several times too wide or too narrow",
+                    "error bars of images by Sobol' points are far too wide or too narrow",
                     "variance ratio",
                     error_bars,
                 ),
