@@ -175,7 +175,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let reflects =
         "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     let judged = |statistic| [law.subject, statistic];
-    let by = format!("by {} directions", law.name);
+    let by = format!("with {} directions", law.name);
     vec![
         trial(
             name("cells"),
