@@ -24,7 +24,7 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
             let (property, statistic) = (capitalized(&typeset(&trial.property)), escape(trial.statistic));
-            let consequence = with_issues(&typeset(&trial.consequence));
+            let consequence = typeset(&trial.consequence);
             format!(
                 "<tr id=\"{place}\"><td>{equation}</td><td>{property}.\
                  <div class=\"consequence\">If this fails: {consequence}.</div><div class=\"equation-source\">{}; \
@@ -35,17 +35,6 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
         })
         .collect();
     table(&["equation", "property", "statistic", "n", "δ"], &rows)
-}
-
-/// Links issues, as in "mmp/pbrt-v3#254", to their pages.
-fn with_issues(html: &str) -> String {
-    let linked = |word: &str| match word.split_once('#') {
-        Some((repository, number)) if repository.contains('/') => format!(
-            "<a href=\"https://github.com/{repository}/issues/{number}\">{repository}#{number}</a>"
-        ),
-        _ => word.to_owned(),
-    };
-    html.split(' ').map(linked).collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the name of a trial, checked against the registry.
