@@ -24,8 +24,10 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
             let (property, statistic) = (capitalized(&typeset(&trial.property)), escape(trial.statistic));
+            let consequence = typeset(&trial.consequence);
             format!(
-                "<tr id=\"{place}\"><td>{equation}</td><td>{property}.<div class=\"equation-source\">{}; \
+                "<tr id=\"{place}\"><td>{equation}</td><td>{property}.\
+                 <div class=\"consequence\">If this fails: {consequence}.</div><div class=\"equation-source\">{}; \
                  controls {}</div></td><td>{statistic}</td><td>{n}</td><td class=\"nowrap\">{delta}</td></tr>",
                 code(&trial.name),
                 controls.join(", "),

@@ -56,6 +56,8 @@ pub struct Trial {
     pub name: String,
     /// The statement that is true or false.
     pub property: String,
+    /// Symptom in a renderer where the property is false: a clause that a user would say.
+    pub consequence: String,
     /// Source of the property: the id of an [`Equation`](crate::equation::Equation), or a source in
     /// words.
     pub source: &'static str,

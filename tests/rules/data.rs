@@ -1,8 +1,8 @@
 //! The rules that trials and faults as data follow.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use trials::{all, all_faults};
+use trials::{all, all_faults, families};
 use whitefurnace::equation;
 
 #[test]
@@ -16,6 +16,23 @@ fn every_trial_has_a_claim_a_control_and_its_own_name() {
         for control in &trial.controls {
             let fresh = controls.insert(control.name);
             assert!(fresh, "{}!{} twice", trial.name, control.name);
+        }
+    }
+}
+
+/// A consequence says more than the property, in a clause of its own family.
+#[test]
+fn consequences_say_what_a_user_would_see() {
+    let mut owners = BTreeMap::new();
+    for (family, trials) in families().iter().map(|family| family.trials()).enumerate() {
+        for trial in trials {
+            let (name, text) = (trial.name, trial.consequence);
+            let is_clause = text.split_whitespace().count() >= 5 && !text.ends_with('.');
+            assert!(is_clause, "{name}: \"{text}\" is no clause");
+            let repeats = text.contains(&trial.property) || trial.property.contains(&text);
+            assert!(!repeats, "{name}: \"{text}\" repeats the property");
+            let owner = owners.entry(text.clone()).or_insert(family);
+            assert_eq!(*owner, family, "{name}: \"{text}\" is of another family");
         }
     }
 }

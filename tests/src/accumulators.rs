@@ -153,6 +153,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         trials: vec![trial(
             "accumulator/known-values",
             "mean, variance and standard error of known values, merged from two parts",
+            "the error bars of every image and verdict are wrong, above all after a merge",
             &ESTIMATOR,
             [
                 "math::moments::Moments, math::moments::ExactMoments",

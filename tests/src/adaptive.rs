@@ -132,6 +132,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         trials: vec![trial(
             "convergence/adaptive",
             "sample counts that a pilot decides leave the mean of an image unbiased",
+            "adaptive sampling makes rare highlights too dark: a bias, not only noise",
             &ADAPTIVE,
             ["render::adaptive::counts", "t"],
             move |context: &Context, subject| images(context, &scene, subject),

@@ -162,26 +162,30 @@ fn other_constant(wo: DVec3, wi: DVec3) -> f64 {
 
 fn trials() -> Vec<FamilyTrial<PartTable>> {
     // Weights are constant at these inclinations, so the furnace is exact, without chance.
-    let family_trial = |name: &str, property: &str, equation, on: TrialFn<PartTable>| {
-        let subject = "material::Scattering::sample_rough, sample_uniform";
-        trial(
-            format!("bsdf/{name}"),
-            property,
-            equation,
-            [subject, "BSDF check-up"],
-            on,
-        )
-    };
+    let family_trial =
+        |name: &str, property: &str, consequence: &str, equation, on: TrialFn<PartTable>| {
+            let subject = "material::Scattering::sample_rough, sample_uniform";
+            trial(
+                format!("bsdf/{name}"),
+                property,
+                consequence,
+                equation,
+                [subject, "BSDF check-up"],
+                on,
+            )
+        };
     vec![
         family_trial(
             "lambert",
             "Lambert passes the check-up and its directional albedo is ρ",
+            "matte walls are too bright by π, or their light comes from the wrong directions",
             &LAMBERT,
             |c, parts| lambert_check(c, as_rendered(parts, lambert(RHO)), &CheckUp::default()),
         ),
         family_trial(
             "cosine",
             "f_r, not f_r cos θ, is what eval returns and what is reciprocal",
+            "matte things are shaded by a cosine too many or too few",
             &COSINE,
             |c, parts| {
                 // Twice the usual size: relative standard deviation 1/√3.
@@ -195,12 +199,14 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
         family_trial(
             "oren-nayar",
             "Oren-Nayar passes the check-up and has the directional albedo of sin α tan β",
+            "clay and plaster have a wrong shading, as in glslify/glsl-diffuse-oren-nayar#1",
             &OREN_NAYAR,
             |c, parts| oren_nayar_check(c, parts, OrenNayarForm::Corrected, oren_nayar_albedo),
         ),
         family_trial(
             "oren-nayar-printed",
             "the printed form has its own closed-form albedo: it is not Oren-Nayar",
+            "pictures of the report's Oren-Nayar do not show the formula that it prints",
             &OREN_NAYAR_CONSTANTS,
             |c, parts| {
                 oren_nayar_check(c, parts, OrenNayarForm::Printed, oren_nayar_printed_albedo)

@@ -111,13 +111,14 @@ fn roof(name: &str, obstructed: bool) -> Arc<Scene> {
 }
 
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let family_trial = |name, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
-        let reference = FLOOR * l * f;
-        let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
-        radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
-            .says(property)
-            .by_scrambles(reference, SINGLE, n)
-    };
+    let family_trial =
+        |name, consequence, what: &str, scene: &Arc<Scene>, ray: Rays, l, f: f64, n| {
+            let reference = FLOOR * l * f;
+            let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
+            radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
+                .says(property, consequence)
+                .by_scrambles(reference, SINGLE, n)
+        };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];
     // The obstruction's edge, projected from the origin onto the plane of the opening.
@@ -127,6 +128,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         family_trial(
             "cie/panel-floor",
+            "a plan for ceiling panels gives a desk too many or too few lux",
             "a luminous rectangle over a floor",
             &lit(
                 "luminous panel over a floor",
@@ -142,6 +144,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "cie/panel-wall",
+            "a plan for lit panels beside a wall gives it too many or too few lux",
             "a luminous rectangle beside a wall",
             &lit(
                 "luminous panel beside a wall",
@@ -155,6 +158,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "cie/roof-opening",
+            "a daylight study lets too much or too little sky in through a skylight",
             "a roof opening under a uniform sky",
             &roof("roof opening", false),
             |_| ray_to(DVec3::ZERO, DVec3::Z),
@@ -164,6 +168,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "cie/obstruction",
+            "a daylight study ignores the house before the window, or counts it twice",
             "an opening before which an obstruction hides a part of a uniform sky",
             &roof("obstructed roof opening", true),
             |_| ray_to(DVec3::ZERO, DVec3::Z),

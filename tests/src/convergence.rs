@@ -28,6 +28,8 @@ const SLOPE_MARGIN: f64 = 0.05;
 pub struct Profile {
     /// Its name.
     pub name: &'static str,
+    /// The incoming light, in words.
+    pub light: &'static str,
     /// Incoming radiance from a local direction.
     pub radiance: fn(DVec3) -> f64,
     /// Mean under the density cos θ/π.
@@ -51,6 +53,7 @@ impl Profile {
 pub const PROFILES: [Profile; 4] = [
     profile(
         "cos",
+        "strongest overhead",
         |w| w.z,
         2.0 / 3.0,
         4.0 / 5.0 - 4.0 / 9.0,
@@ -58,6 +61,7 @@ pub const PROFILES: [Profile; 4] = [
     ),
     profile(
         "1-cos",
+        "strongest at the horizon",
         |w| 1.0 - w.z,
         1.0 / 3.0,
         2.0 / 15.0 - 1.0 / 9.0,
@@ -65,6 +69,7 @@ pub const PROFILES: [Profile; 4] = [
     ),
     profile(
         "cos2",
+        "concentrated overhead",
         |w| w.z * w.z,
         1.0 / 2.0,
         4.0 / 7.0 - 1.0 / 4.0,
@@ -72,6 +77,7 @@ pub const PROFILES: [Profile; 4] = [
     ),
     profile(
         "cap",
+        "a disc overhead",
         |w| if w.z > 0.9 { 1.0 } else { 0.0 },
         0.19,
         4.0 / 3.0 * (1.0 - 0.729) - 0.0361,
@@ -81,6 +87,7 @@ pub const PROFILES: [Profile; 4] = [
 
 const fn profile(
     name: &'static str,
+    light: &'static str,
     radiance: fn(DVec3) -> f64,
     mean: f64,
     uniform: f64,
@@ -88,6 +95,7 @@ const fn profile(
 ) -> Profile {
     Profile {
         name,
+        light,
         radiance,
         mean,
         uniform,
@@ -187,6 +195,10 @@ fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
     trial(
         format!("convergence/ratio-{}", profile.name),
         format!("uniform sampling has {ratio_of:.4} times the variance of cosine sampling"),
+        format!(
+            "light that is {} is noisier than the choice of sampler promises",
+            profile.light
+        ),
         &COSINE_HEMISPHERE,
         [
             "sampling::warp::uniform_hemisphere, sampling::warp::cosine_hemisphere",
@@ -221,6 +233,9 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
         trial(
             format!("convergence/{name}-error"),
             format!("the mean squared error on an edge is {error:.6}"),
+            format!(
+                "edges in a picture are rougher than {name} sampling of pixels should leave them"
+            ),
             equation,
             [subject, "t"],
             move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
@@ -228,6 +243,7 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
         trial(
             format!("convergence/{name}-slope"),
             format!("the squared error falls with the power {order} of the number of samples"),
+            format!("more samples by {name} sampling smooth the edges in a picture too slowly"),
             equation,
             [subject, "t of slopes"],
             move |c, strategy: Strategy| edge_slope(c, strategy, order),

@@ -62,6 +62,7 @@ fn trials() -> Vec<FamilyTrial<Points>> {
         trial(
             format!("emitter/{name}"),
             property,
+            format!("a {name} that gives light is brighter in one part, and shadows are skewed"),
             equation,
             [subject, "chi-square"],
             on,

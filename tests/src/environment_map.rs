@@ -86,6 +86,7 @@ fn behind_light() -> Arc<Scene> {
 pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
     let of = |name,
+              consequence: &str,
               scene: &Arc<Scene>,
               (kind, ray): (EstimatorKind, Rays),
               what: &str,
@@ -94,14 +95,15 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let reference = FLOOR * FRAC_1_PI * irradiance;
         let property = format!("{what} reflects {reference:.6}");
         radiance(name, &MIS, scene, kind, ray)
-            .says(property)
+            .says(property, consequence)
             .by_rays(reference, BOUNCES, n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
-    let floor = |name, kind, n| {
+    let floor = |name, consequence, kind, n| {
         let irradiance = 7.0 / 9.0 * PI * LIGHT;
         of(
             name,
+            consequence,
             &overcast,
             (kind, |_| at_origin()),
             "a floor under the CIE overcast sky",
@@ -112,11 +114,27 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let panel = polygon_irradiance(&RECTANGLE);
     let panelled = PI - panel + LIGHT * panel;
     vec![
-        floor("sky/overcast/mis", EstimatorKind::Path, 500_000),
-        floor("sky/overcast/light", by(Strategy::Light), 1_500_000),
-        floor("sky/overcast/bsdf", by(Strategy::Bsdf), 800_000),
+        floor(
+            "sky/overcast/mis",
+            "outdoor scenes are too bright or dark, as hits of the sky count twice or too little",
+            EstimatorKind::Path,
+            500_000,
+        ),
+        floor(
+            "sky/overcast/light",
+            "outdoor light is off, as shadow rays crowd at the top of an environment map",
+            by(Strategy::Light),
+            1_500_000,
+        ),
+        floor(
+            "sky/overcast/bsdf",
+            "an environment map lights matte things too much or too little by BSDF samples",
+            by(Strategy::Bsdf),
+            800_000,
+        ),
         of(
             "sky/wall/mis",
+            "an environment map lights walls from the wrong side, as if mirrored or turned",
             &wall(),
             (EstimatorKind::Path, |_| {
                 let w = (towards_third() + 0.4 * DVec3::Z).normalize();
@@ -128,6 +146,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         of(
             "sky/panel",
+            "a lamp before an environment map is too dim, or the map shines through it",
             &behind_light,
             (EstimatorKind::Path, |_| at_origin()),
             "a floor under a white sky of which a light hides a part",

@@ -80,12 +80,14 @@ fn reflected(roughness: f64, wo: DVec3) -> f64 {
 fn trials() -> Vec<FamilyTrial<EonParts>> {
     let family_trial = |name: &str,
                         property: &str,
+                        consequence: &str,
                         equation: &'static Equation,
                         subject,
                         on: TrialFn<EonParts>| {
         trial(
             format!("bsdf/{name}"),
             property,
+            consequence,
             equation,
             [subject, "exact"],
             on,
@@ -104,6 +106,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
         trial(
             "bsdf/eon",
             "white EON passes the check-up and its directional albedo is 1",
+            "rough plaster as the renderer samples it is too bright, too dark or noisy",
             &EON_MULTIPLE,
             ["material::Scattering::sample_rough", "BSDF check-up"],
             |context, parts: EonParts| {
@@ -116,6 +119,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
         family_trial(
             "eon-white",
             "white EON reflects all light, at every angle and roughness",
+            "white plaster turns grey as it gets rougher, or glows at some angles",
             &EON_MULTIPLE,
             lobes,
             |_, parts| {
@@ -130,6 +134,7 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
         family_trial(
             "eon-coloured",
             "EON of albedo 0.5 reflects the sum of all orders of scattering",
+            "rough coloured clay is too pale or too saturated",
             &EON_MULTIPLE,
             lobes,
             |_, parts| {
@@ -141,12 +146,18 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
                 )
             },
         ),
-        family_trial("eon-single", grazes, &EON_SINGLE, single, |_, parts| {
-            grazing(parts)
-        }),
+        family_trial(
+            "eon-single",
+            grazes,
+            "rough things have dark rims where they turn away from the eye",
+            &EON_SINGLE,
+            single,
+            |_, parts| grazing(parts),
+        ),
         family_trial(
             "eon-albedo",
             is_integral,
+            "rough things get too much or too little light back between their facets",
             &EON_ALBEDO,
             closed,
             |_, parts| {

@@ -26,21 +26,22 @@ pub struct FamilyTrial<S> {
     pub on: On<S>,
 }
 
-/// Builds a trial from its name, its property, its equation, the code on trial with the statistic
-/// that judges it, and its function.
+/// Builds a trial from its name, its property, the symptom in a renderer where that is false, its
+/// equation, the code on trial with the statistic that judges it, and its function.
 pub fn trial<S>(
     name: impl Into<String>,
     property: impl Into<String>,
+    consequence: impl Into<String>,
     equation: &'static Equation,
     [subject, statistic]: [&'static str; 2],
     on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
 ) -> FamilyTrial<S> {
     let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
-    let (name, property, source) = (name.into(), property.into(), equation.id);
     let trial = Trial {
-        name,
-        property,
-        source,
+        name: name.into(),
+        property: property.into(),
+        consequence: consequence.into(),
+        source: equation.id,
         subject,
         statistic,
         run,
@@ -257,6 +258,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
             Trial {
                 name: data.name.clone(),
                 property: data.property.clone(),
+                consequence: data.consequence.clone(),
                 run: Box::new(move |context| on(context, correct)),
                 controls: named
                     .map(|(fault, rejected_by)| NegativeControl {

@@ -56,7 +56,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let upright = lit("perpendicular squares", |s| {
         panel(s, DVec3::ZERO, [DVec3::Y, DVec3::Z], light(LIGHT));
     });
-    let family_trial = |name, how: &str, scene, factor: f64, samples| {
+    let family_trial = |name, consequence, how: &str, scene, factor: f64, samples| {
         let property = format!("the form factor between {how} unit squares is {factor:.6}");
         let reference = FLOOR * LIGHT * factor;
         radiance(
@@ -66,12 +66,13 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             ray_to_square as Rays,
         )
-        .says(property)
+        .says(property, consequence)
         .by_rays(reference, SINGLE, samples)
     };
     vec![
         family_trial(
             "irradiance/parallel-squares",
+            "a luminous ceiling lights the floor opposite by a wrong amount",
             "opposite",
             &opposite,
             parallel(1.0, 1.0),
@@ -81,6 +82,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         // multiple importance sampling bound every value.
         family_trial(
             "irradiance/perpendicular-squares",
+            "a luminous wall is too bright or dark on the floor along their common edge",
             "perpendicular, adjacent",
             &upright,
             perpendicular(1.0, 1.0),

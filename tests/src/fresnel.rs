@@ -286,56 +286,65 @@ fn literal(cos_1: f64, n1: f64, n2: f64) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Reflectances>> {
-    let family_trial = |name: &str, property: &str, equation, on: TrialFn<Reflectances>| {
-        let subject = "material::fresnel::reflectance, reflectance_s, reflectance_p";
-        trial(
-            format!("fresnel/{name}"),
-            property,
-            equation,
-            [subject, "exact"],
-            on,
-        )
-    };
+    let family_trial =
+        |name: &str, property: &str, consequence: &str, equation, on: TrialFn<Reflectances>| {
+            let subject = "material::fresnel::reflectance, reflectance_s, reflectance_p";
+            trial(
+                format!("fresnel/{name}"),
+                property,
+                consequence,
+                equation,
+                [subject, "exact"],
+                on,
+            )
+        };
     vec![
         family_trial(
             "energy",
             "reflected and transmitted flux sum to one for each polarisation",
+            "glass makes light, or swallows it, at its surface",
             &FRESNEL_S,
             energy,
         ),
         family_trial(
             "brewster",
             "R_p vanishes at Brewster's angle and R_s has its closed form",
+            "water and glass reflect too much or too little at middle angles",
             &FRESNEL_P,
             brewster,
         ),
         family_trial(
             "reversible",
             "R is the same from both sides along one ray",
+            "glass looks right from outside and wrong from within",
             &FRESNEL,
             reversible,
         ),
         family_trial(
             "limits",
             "R at normal and at grazing incidence",
+            "glass seen squarely reflects too much, or its rim is no mirror",
             &FRESNEL,
             limits,
         ),
         family_trial(
             "critical",
             "reflection is total past the critical angle and not before",
+            "total reflection in glass is missing, comes too early, or leaves NaN pixels",
             &FRESNEL,
             critical,
         ),
         family_trial(
             "spot-values",
             "R_p, R_s and R have the values that Mitsuba 3 keeps for its own tests",
+            "glass reflects another share of light than in Mitsuba at the same angle",
             &FRESNEL,
             spot_values,
         ),
         trial(
             "fresnel/averages",
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
+            "glass or water under an even sky passes too much or too little light in all",
             &REFRACTION,
             ["material::fresnel::reflectance", "t"],
             averages,

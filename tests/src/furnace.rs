@@ -70,6 +70,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "furnace/path/albedo-0.5",
+            "grey rooms lose or gain light at each bounce of a path",
             "closed furnace box",
             0.5,
             cube(0.5),
@@ -77,6 +78,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/path/albedo-0.75",
+            "rooms with pale walls are too dark or too bright, more so than grey ones",
             "closed furnace box",
             0.75,
             cube(0.75),
@@ -84,6 +86,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/path/albedo-0.9",
+            "white rooms are too dark or too bright by BSDF sampling alone",
             "spherical furnace",
             0.9,
             sphere(hits),
@@ -91,6 +94,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/path/early",
+            "white rooms change brightness when roulette starts later",
             "spherical furnace without early roulette",
             0.9,
             sphere(EstimatorKind::PathWithRrDepth),
@@ -98,13 +102,15 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
     ]
     .into_iter()
-    .map(|(name, what, a, (scene, kind, ray), samples)| {
-        let m = 1.0 / (1.0 - a);
-        let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
-        radiance(name, &RENDERING, &scene, kind, ray)
-            .says(property)
-            .by_rays(m, BOUNCES, samples)
-    })
+    .map(
+        |(name, consequence, what, a, (scene, kind, ray), samples)| {
+            let m = 1.0 / (1.0 - a);
+            let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
+            radiance(name, &RENDERING, &scene, kind, ray)
+                .says(property, consequence)
+                .by_rays(m, BOUNCES, samples)
+        },
+    )
     .collect()
 }
 
@@ -114,17 +120,35 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let (cube, sphere) = (valid(furnace_box(0.5)), sphere_furnace(lambert(0.5), 0.5));
     [
-        ("furnace/bsdf/box", &cube, Strategy::Bsdf, 2_000_000),
-        ("furnace/light/box", &cube, Strategy::Light, 1_300_000),
-        ("furnace/light/sphere", &sphere, Strategy::Light, 700_000),
+        (
+            "furnace/bsdf/box",
+            "rooms are too dark or too bright without shadow rays",
+            &cube,
+            Strategy::Bsdf,
+            2_000_000,
+        ),
+        (
+            "furnace/light/box",
+            "rooms are too dark or too bright by shadow rays alone, most in their corners",
+            &cube,
+            Strategy::Light,
+            1_300_000,
+        ),
+        (
+            "furnace/light/sphere",
+            "domes are too dark or too bright by shadow rays alone",
+            &sphere,
+            Strategy::Light,
+            700_000,
+        ),
     ]
     .into_iter()
-    .map(|(name, scene, strategy, samples)| {
+    .map(|(name, consequence, scene, strategy, samples)| {
         let property =
             format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
         let kind = by(strategy, LightSampling::SolidAngle);
         radiance(name, &RENDERING, scene, kind, in_box)
-            .says(property)
+            .says(property, consequence)
             .by_rays(2.0, BOUNCES, samples)
     })
     .collect()
@@ -138,6 +162,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "furnace/report/absorption-0.25",
+            "the report's method darkens or brightens rooms if it ends a quarter of the paths",
             0.5,
             0.25,
             MANY_SEGMENTS,
@@ -145,6 +170,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/report/absorption-0.1",
+            "the report's method darkens or brightens rooms if it ends a tenth of the paths",
             0.5,
             0.1,
             MANY_SEGMENTS,
@@ -152,16 +178,31 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "furnace/report/albedo-0.65",
+            "the report's method makes pale rooms too dark or bright if few paths end",
             0.65,
             0.05,
             MANY_SEGMENTS,
             1_300_000,
         ),
-        ("furnace/report/seven-segments", 0.75, 0.1, 7, 2_600_000),
-        ("furnace/report/three-segments", 0.9, 0.1, 3, 1_000_000),
+        (
+            "furnace/report/seven-segments",
+            "a limit of seven segments darkens rooms more or less than stated",
+            0.75,
+            0.1,
+            7,
+            2_600_000,
+        ),
+        (
+            "furnace/report/three-segments",
+            "a limit of three segments darkens rooms more or less than stated",
+            0.9,
+            0.1,
+            3,
+            1_000_000,
+        ),
     ]
     .into_iter()
-    .map(|(name, a, absorption, segments, samples)| {
+    .map(|(name, consequence, a, absorption, segments, samples)| {
         let scene = sphere_furnace(lambert(a), absorption);
         let m = cut(a, segments);
         let (property, equation) = if segments == MANY_SEGMENTS {
@@ -180,7 +221,7 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Report(segments),
             inside as Rays,
         )
-        .says(property)
+        .says(property, consequence)
         .by_rays(m, BOUNCES, samples)
     })
     .collect()
@@ -200,9 +241,10 @@ fn within() -> FamilyTrial<EstimatorSubject> {
         EstimatorKind::PathWithMaxSegments(segments),
         inside,
     )
-    .says(format!(
-        "light of at most {segments} segments in a furnace of albedo {a} is {m}"
-    ))
+    .says(
+        format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"),
+        "a limit on bounces keeps one bounce too many or too few",
+    )
     .by_rays(m, BOUNCES, 1_400_000)
 }
 
@@ -211,14 +253,21 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "furnace/cavity/reflecting",
+            "light that a lamp itself reflects is lost or counted twice",
             "reflecting",
             Cap::Reflecting,
             2_100_000,
         ),
-        ("furnace/cavity/black", "black", Cap::Black, 970_000),
+        (
+            "furnace/cavity/black",
+            "the light of a small bright window is counted twice or lost in a room",
+            "black",
+            Cap::Black,
+            970_000,
+        ),
     ]
     .into_iter()
-    .map(|(name, what, cap, samples)| {
+    .map(|(name, consequence, what, cap, samples)| {
         let reference = off_cap_radiance(rho, cap);
         radiance(
             name,
@@ -227,9 +276,10 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             off_cap,
         )
-        .says(format!(
-            "off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"
-        ))
+        .says(
+            format!("off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"),
+            consequence,
+        )
         .by_rays(reference, BOUNCES, samples)
     })
     .collect()
@@ -251,7 +301,10 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             |_| at_origin(),
         )
-        .says(property.clone())
+        .says(
+            property.clone(),
+            "a wall takes too much or too little skylight from the floor by it when path traced",
+        )
         .by_scrambles(visible, SINGLE, 140_000),
         radiance(
             "furnace/sky/report",
@@ -260,7 +313,10 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Report(2),
             |_| at_origin(),
         )
-        .says(property)
+        .says(
+            property,
+            "the report's method lets a wall take too much or too little skylight from a floor",
+        )
         .by_scrambles(visible, SINGLE, 330_000),
         radiance(
             "furnace/sky/oren-nayar",
@@ -269,9 +325,10 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             grazing,
         )
-        .says(format!(
-            "at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"
-        ))
+        .says(
+            format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
+            "plaster floors are too bright or too dark far from the eye",
+        )
         .by_scrambles(albedo, SINGLE, 38_000),
         radiance(
             "furnace/sky/eon",
@@ -280,7 +337,10 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             |_| at_origin(),
         )
-        .says("a white floor of EON with roughness 1 reflects all of a white sky")
+        .says(
+            "a white floor of EON with roughness 1 reflects all of a white sky",
+            "a white rough floor is visibly darker than the even sky above it",
+        )
         .by_rays(1.0, SINGLE, 2_400_000),
     ]
 }
@@ -308,9 +368,12 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             inside,
         )
-        .says(format!(
-            "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
-        ))
+        .says(
+            format!(
+                "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
+            ),
+            "mirrors that face mirrors get too dark or too bright in the depth",
+        )
         .by_rays(hall_mean, BOUNCES, 1_700_000),
         radiance(
             "furnace/mirrors/facing",
@@ -325,6 +388,7 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
+            "a render of two facing mirrors never ends, or ends too dark",
         )
         .by_rays(1.0, BOUNCES, 1_200_000),
     ]

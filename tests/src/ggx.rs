@@ -188,6 +188,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "bsdf/ggx-masking",
             "Smith's masking factor has the values that Mitsuba 3 keeps for its own tests",
+            "rough metal at grazing angles is brighter or darker than in Mitsuba",
             &GGX_MASKING,
             ["material::ggx::visible_normal_pdf, ndf", "exact"],
             masking,
@@ -195,6 +196,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "bsdf/ggx",
             "white GGX passes the check-up and has the directional albedo of its microfacets",
+            "rough metal is too bright, too dark or full of fireflies",
             &GGX_VISIBLE,
             [
                 "material::ggx::Ggx, material::Scattering::sample_rough",
@@ -213,6 +215,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "bsdf/ggx-normals",
             "the projected areas of the microfacets sum to the surface's area",
+            "highlights on rough metal are too strong or too weak at some roughness",
             &GGX_NORMALS,
             ["material::ggx::normals", "exact"],
             |_, parts: GgxParts| {
@@ -227,6 +230,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "bsdf/ggx-visible",
             "the density of visible normals integrates to 1 from every side",
+            "rough metal seen at a slant is too bright or dark: hidden facets are sampled",
             &GGX_VISIBLE,
             ["material::ggx::visible_normals", "exact"],
             |_, parts: GgxParts| {
@@ -241,6 +245,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "bsdf/ggx-coloured",
             "GGX of reflectance 0.5 has the directional albedo of its microfacets",
+            "rough metal reflects light that its own facets hide, or too little",
             &GGX_MASKING,
             ["material::ggx::Ggx", "exact"],
             |_, parts: GgxParts| {
@@ -253,6 +258,7 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
         trial(
             "furnace/ggx-floor",
             "a white rough metal, rendered with its own sampler, loses the light that meets a second microfacet",
+            "a floor of rough metal glows under an even sky, or darkens more than facets explain",
             &GGX_MASKING,
             ["integrator::Path, material::ggx::Ggx", "t"],
             on_a_floor,

@@ -76,7 +76,10 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Whitted(3),
             probe,
         )
-        .says("a small light lies where the law of reflection says, and is seen in the mirror")
+        .says(
+            "a small light lies where the law of reflection says, and is seen in the mirror",
+            "things seen in a mirror appear in the wrong place",
+        )
         .by_rays(0.9 * LIGHT, 0.0, 1000),
         radiance(
             "glass/snell-aim",
@@ -85,7 +88,10 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Whitted(3),
             probe,
         )
-        .says("a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance")
+        .says(
+            "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
+            "things under water or in glass appear in the wrong place, or at full brightness",
+        )
         .by_rays(transmitted, 0.0, 1000),
         radiance(
             "glass/lit-from-below",
@@ -94,7 +100,10 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             probe,
         )
-        .says("light from within glass arrives as (1 − R)/n² of its radiance")
+        .says(
+            "light from within glass arrives as (1 − R)/n² of its radiance",
+            "lamps in glass or water look n² too bright, as suspected in tunabrain/tungsten#54",
+        )
         .by_rays(transmitted / LIGHT, SINGLE, 2_400_000),
     ]
 }
@@ -138,6 +147,7 @@ fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             name,
             property,
+            format!("a window seen at {theta}° reflects too strongly or too weakly"),
             &FRESNEL,
             ["integrator::Report", "binomial"],
             with_parts(lobe),
@@ -180,7 +190,10 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
         EstimatorKind::Report(3),
         up,
     )
-    .says("within glass, past the critical angle, the surface shows the lit ground undiminished")
+    .says(
+        "within glass, past the critical angle, the surface shows the lit ground undiminished",
+        "water seen from below is black where it must mirror, as in Twinklebear/ChameleonRT#3",
+    )
     .by_rays(1.0, 0.0, 2_000_000)
 }
 
@@ -223,7 +236,10 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             from_outside,
         )
-        .says("a glass cube under a white sky shows 1 from outside")
+        .says(
+            "a glass cube under a white sky shows 1 from outside",
+            "a block of glass has dark areas under a white sky, as in mmp/pbrt-v3#254",
+        )
         .by_rays(1.0, BOUNCES, 1_000_000),
         radiance(
             "glass/cube-inside",
@@ -232,7 +248,10 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             leaving,
         )
-        .says("from inside it a glass cube under a white sky shows n² in directions that can leave")
+        .says(
+            "from inside it a glass cube under a white sky shows n² in directions that can leave",
+            "the world seen from within glass is as dim as from outside",
+        )
         .by_rays(n2, BOUNCES, 2_400_000),
         radiance(
             "glass/cube-trapped",
@@ -241,7 +260,10 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             trapped,
         )
-        .says("from inside it a glass cube shows nothing in directions that total reflection traps")
+        .says(
+            "from inside it a glass cube shows nothing in directions that total reflection traps",
+            "light seeps into a block of glass at angles at which none can enter",
+        )
         .by_rays(0.0, 0.0, 1_600_000),
     ]
 }
@@ -266,6 +288,9 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
         EstimatorKind::Path,
         |_| at_origin(),
     )
-    .says("a sphere of index 1 before a light changes nothing")
+    .says(
+        "a sphere of index 1 before a light changes nothing",
+        "a body that bends no light casts a shadow on a floor, or brightens it",
+    )
     .by_rays(reference, IMAGE, 5_800_000)
 }

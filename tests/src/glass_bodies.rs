@@ -87,11 +87,14 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         radiance("glass/slab", &FRESNEL, &slab(), EstimatorKind::Path, |_| {
             towards_origin(60f64.to_radians())
         })
-        .says(format!(
-            "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
+        .says(
+            format!(
+                "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                  anew for light without polarisation at each face, as (12) has it",
-            through(r)
-        ))
+                through(r)
+            ),
+            "a window pane seen at a slant is too dark or too clear",
+        )
         .by_scrambles(through(r), SINGLE, 170_000),
         radiance(
             "glass/prism",
@@ -100,14 +103,18 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X),
         )
-        .says(format!(
-            "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
-            through(r0)
-        ))
+        .says(
+            format!(
+                "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
+                through(r0)
+            ),
+            "the view through a prism or a periscope is too dark or in the wrong place",
+        )
         .by_scrambles(through(r0) * LIGHT, SINGLE, 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",
+            "a body of the index of air, which should be invisible, shows as an outline",
             &REFRACTION,
             ["integrator::Whitted", "exact"],
             with_parts(Vanishing {

@@ -180,19 +180,21 @@ impl Property for MeanImage {
 pub fn image(
     name: &'static str,
     property: impl Into<String>,
+    consequence: &'static str,
     equation: &'static Equation,
     passes: &Passes,
     reference: f64,
     regions: &[Region],
 ) -> FamilyTrial<EstimatorSubject> {
     let regions = regions.iter().map(|region| (*region, reference)).collect();
-    image_of_regions(name, property, equation, passes, regions)
+    image_of_regions(name, property, consequence, equation, passes, regions)
 }
 
 /// Returns a trial of regions, each with its own mean radiance, to within a δ relative to it.
 pub fn image_of_regions(
     name: &'static str,
     property: impl Into<String>,
+    consequence: &'static str,
     equation: &'static Equation,
     passes: &Passes,
     regions: Vec<(Region, f64)>,
@@ -204,6 +206,7 @@ pub fn image_of_regions(
     trial(
         name,
         property,
+        consequence,
         equation,
         [passes.kind.path(), "t"],
         with_parts(same),
@@ -262,6 +265,7 @@ impl Property for SameAsPath {
 pub fn same_as_path(
     name: &'static str,
     property: impl Into<String>,
+    consequence: &'static str,
     equation: &'static Equation,
     passes: &Passes,
     frames: u64,
@@ -275,6 +279,7 @@ pub fn same_as_path(
     trial(
         name,
         property,
+        consequence,
         equation,
         [passes.kind.path(), "Welch"],
         with_parts(same),

@@ -323,6 +323,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "images/white-furnace",
             "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
+            "white, mirror and glass objects stand out from the sky, or take on a tint",
             &RENDERING,
             ["render::render, integrator::Path", "t"],
             with_parts(white),
@@ -330,6 +331,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "images/diffuse-room",
             "the path tracer and the report's estimator, unlimited, make the same image",
+            "the report's method and path tracing show rooms of different brightness",
             &RENDERING,
             [
                 "render::render, integrator::Path, integrator::Report",
@@ -340,6 +342,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "images/convex-object",
             "Whitted's estimator and the path tracer make the same image of a convex diffuse object",
+            "Whitted's ray tracing lights a lone ball differently than path tracing does",
             &WHITTED,
             [
                 "render::render, integrator::Whitted, integrator::Path",
@@ -350,6 +353,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "images/three-strategies",
             "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
+            "switching shadow rays on or off changes how bright an image is",
             &MIS,
             ["render::render, integrator::Path", "Welch"],
             with_parts(strategies),

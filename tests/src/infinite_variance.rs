@@ -185,6 +185,7 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
         trial(
             "roulette/infinite-variance/law",
             format!("at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"),
+            "a long render settles on too dark a room: rare, very bright paths are missing",
             &ROULETTE,
             [SUBJECT, "chi-square, empirical Bernstein"],
             law,
@@ -192,6 +193,7 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
         trial(
             "roulette/infinite-variance/boundary",
             "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
+            "advice on how often roulette may end paths is wrong: fireflies never cease",
             &ROULETTE,
             [SUBJECT, "exact"],
             boundary,
@@ -214,6 +216,7 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
         format!(
             "in a hall of mirrors of reflectance {ALBEDO} survival {SURVIVAL} gives the closed-form law"
         ),
+        "halls of mirrors settle on a wrong brightness where roulette leaves fireflies",
         &ROULETTE,
         ["integrator::Path", "chi-square, empirical Bernstein"],
         move |context: &Context, subject: EstimatorSubject| {

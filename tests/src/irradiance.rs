@@ -53,6 +53,7 @@ pub(super) struct Light {
 /// Returns a trial of the radiance that the floor reflects of a light at the origin.
 pub(super) fn lit(
     name: &'static str,
+    consequence: &'static str,
     light: &Light,
     kind: EstimatorKind,
     ray: Rays,
@@ -62,7 +63,7 @@ pub(super) fn lit(
     let reference = reflected(light.irradiance);
     let property = format!("a floor reflects {reference:.6} of {}", light.what);
     radiance(name, equation, &light.scene, kind, ray)
-        .says(property)
+        .says(property, consequence)
         .by_draws(reference, SINGLE, draws)
 }
 
@@ -100,9 +101,10 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         irradiance: three(),
         what: "three lights of different size and radiance",
     };
-    let by = |name, light, kind, equation, scrambles| {
+    let by = |name, consequence, light, kind, equation, scrambles| {
         lit(
             name,
+            consequence,
             light,
             kind,
             |_| at_origin(),
@@ -111,9 +113,17 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     vec![
-        by("irradiance/rectangle", &square, Path, &GEOMETRY, 32_000),
+        by(
+            "irradiance/rectangle",
+            "a floor under a panel lamp is too bright or too dark when path traced",
+            &square,
+            Path,
+            &GEOMETRY,
+            32_000,
+        ),
         by(
             "irradiance/rectangle-report",
+            "the report's method makes a floor under a panel lamp too bright or too dark",
             &square,
             Report(2),
             &GEOMETRY,
@@ -121,22 +131,64 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/rectangle-whitted",
+            "Whitted's ray tracing makes a floor under a panel lamp too bright or too dark",
             &square,
             Whitted(7),
             &WHITTED,
             11_000,
         ),
-        by("irradiance/half-hidden", &hidden, Path, &GEOMETRY, 980_000),
-        by("irradiance/behind", &away, Path, &GEOMETRY, 11_000),
-        by("irradiance/triangle", &triangle, Path, &GEOMETRY, 70_000),
-        by("irradiance/sphere", &sphere, Path, &GEOMETRY, 52_000),
-        by("irradiance/three-lights", &three, Path, &ESTIMATOR, 200_000),
+        by(
+            "irradiance/half-hidden",
+            "what stands before a lamp casts too dark or too light a soft shadow",
+            &hidden,
+            Path,
+            &GEOMETRY,
+            980_000,
+        ),
+        by(
+            "irradiance/behind",
+            "one-sided lamps shine from their backs, too",
+            &away,
+            Path,
+            &GEOMETRY,
+            11_000,
+        ),
+        by(
+            "irradiance/triangle",
+            "a slanted triangle of a mesh lamp is too bright or too dim",
+            &triangle,
+            Path,
+            &GEOMETRY,
+            70_000,
+        ),
+        by(
+            "irradiance/sphere",
+            "globe lamps light a floor too much or too little when path traced",
+            &sphere,
+            Path,
+            &GEOMETRY,
+            52_000,
+        ),
+        by(
+            "irradiance/three-lights",
+            "the more lamps a scene has, the more its brightness is off",
+            &three,
+            Path,
+            &ESTIMATOR,
+            200_000,
+        ),
     ]
 }
 
 /// Trials of one strategy of the path tracer, with the other removed and all the MIS weight.
 fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let alone = |name, how, scene, polygon: &[_], scrambles, alone: fn(PartTable) -> PartTable| {
+    let alone = |name,
+                 consequence,
+                 how,
+                 scene,
+                 polygon: &[_],
+                 scrambles,
+                 alone: fn(PartTable) -> PartTable| {
         let reference = reflected(polygon_irradiance(polygon));
         let property = format!("{how} alone: a floor reflects {reference:.6} of a square light");
         let probe = Probe {
@@ -153,6 +205,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             name,
             property,
+            consequence,
             &MIS,
             ["integrator::Path", "t"],
             move |context: &Context, subject: EstimatorSubject| {
@@ -178,6 +231,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         alone(
             "irradiance/shadow-rays-alone",
+            "shadow rays bring too much or too little light: lit floors and shadows are off",
             "by shadow rays",
             far,
             &RECTANGLE,
@@ -186,6 +240,7 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         alone(
             "irradiance/hits-alone",
+            "lamps that paths hit by chance count too much or too little: a glow near them",
             "by hits",
             near_light(),
             &NEAR,
@@ -248,6 +303,7 @@ fn weights() -> FamilyTrial<EstimatorSubject> {
     trial(
         "irradiance/weights",
         property,
+        "direct light counts more or less than once: lit surfaces are too bright or too dark",
         &MIS,
         judged,
         with_parts(Weights(Heuristic::Balance)),
@@ -314,13 +370,14 @@ impl Property for Picks {
 fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
     const PROBABILITIES: [f64; 4] = [0.4, 0.3, 0.0, 0.3];
     const FLUXES: [f64; 4] = [3.0, 2.0, 0.0, 3.0];
-    let picks = |name, of, equation, part, picks| {
+    let picks = |name, consequence, of, equation, part, picks| {
         let property = format!(
             "each of four emitters is picked with its probability {of}, and never if that is 0"
         );
         trial(
             name,
             property,
+            consequence,
             equation,
             [part, "chi-square"],
             with_parts(picks),
@@ -344,6 +401,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         picks(
             "irradiance/picks",
+            "some of many lamps are too bright, others too dim or never on",
             "by flux",
             &ESTIMATOR,
             "light::light_sampler::FluxPicks",
@@ -351,6 +409,7 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         picks(
             "irradiance/picks-by-share",
+            "lamps are too bright or dim, as each has the probability of the next one",
             "from given shares",
             &LIGHT_PICK,
             "light::light_sampler::pick",

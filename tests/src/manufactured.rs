@@ -145,11 +145,17 @@ impl Property for ZoneRadiances {
 }
 
 /// Returns a trial of rays to each zone.
-fn by_rays(name: &'static str, kind: EstimatorKind, rays: u64) -> FamilyTrial<EstimatorSubject> {
+fn by_rays(
+    name: &'static str,
+    consequence: &'static str,
+    kind: EstimatorKind,
+    rays: u64,
+) -> FamilyTrial<EstimatorSubject> {
     let scene = cavity();
     trial(
         name,
         "each zone of a cavity has the radiance e + ρ Σhe/(1 − Σhρ) in all channels",
+        consequence,
         &RENDERING,
         [path(kind), "t"],
         with_parts(ZoneRadiances { scene, kind, rays }),
@@ -179,6 +185,7 @@ fn by_images() -> FamilyTrial<EstimatorSubject> {
     image_of_regions(
         "manufactured/zones/bdpt",
         "the halves of an image of a cavity show the radiance of two of its zones",
+        "a wall has its neighbour's brightness or hue in bidirectional images",
         &RENDERING,
         &passes,
         regions,
@@ -203,9 +210,15 @@ fn with_albedo(albedo: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: vec![
-            by_rays("manufactured/zones/path", EstimatorKind::Path, 450_000),
+            by_rays(
+                "manufactured/zones/path",
+                "walls exchange their albedos or lamps are lost, which no even furnace shows",
+                EstimatorKind::Path,
+                450_000,
+            ),
             by_rays(
                 "manufactured/zones/report",
+                "the report's method confuses walls or lamps of different brightness",
                 EstimatorKind::Report(SEGMENTS),
                 550_000,
             ),

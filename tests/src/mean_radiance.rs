@@ -170,28 +170,39 @@ pub fn radiance(
             kind,
             ray,
         },
-        property: String::new(),
     }
 }
 
-/// A trial of a mean radiance that still lacks its [property](Self::says) and its
-/// [reference](Self::by_rays).
+/// A trial of a mean radiance that still lacks its [property and consequence](Self::says).
 pub struct Radiance {
     name: &'static str,
     equation: &'static Equation,
     probe: Probe,
+}
+
+/// A trial of a mean radiance that still lacks its [reference](Self::by_rays).
+pub struct StatedRadiance {
+    radiance: Radiance,
     property: String,
+    consequence: String,
 }
 
 impl Radiance {
-    /// Sets the property, in words.
-    pub fn says(self, property: impl Into<String>) -> Self {
-        Self {
+    /// Sets the property, and the symptom in a renderer where it is false.
+    pub fn says(
+        self,
+        property: impl Into<String>,
+        consequence: impl Into<String>,
+    ) -> StatedRadiance {
+        StatedRadiance {
+            radiance: self,
             property: property.into(),
-            ..self
+            consequence: consequence.into(),
         }
     }
+}
 
+impl StatedRadiance {
     /// Returns the trial by independent rays: reference and relative δ as in [`mean_of`], and the
     /// number of rays at scale 1.
     pub fn by_rays(self, reference: f64, delta: f64, rays: u64) -> FamilyTrial<EstimatorSubject> {
@@ -215,16 +226,16 @@ impl Radiance {
         delta: f64,
         draws: Draws,
     ) -> FamilyTrial<EstimatorSubject> {
-        let Self {
+        let Radiance {
             name,
             equation,
             probe,
-            property,
-        } = self;
+        } = self.radiance;
         let judged = [path(probe.kind), "t"];
         trial(
             name,
-            property,
+            self.property,
+            self.consequence,
             equation,
             judged,
             with_parts(MeanRadiance {

@@ -159,6 +159,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "near-coincident/covered",
             "nothing is seen of a light, mirror or ball of glass just behind another surface",
+            "a lamp or mirror just behind a wall shines through it",
             &GEOMETRY,
             ["integrator::Path", "exact"],
             with_parts(Covered(covered)),
@@ -170,9 +171,12 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             SPECULAR_NEE,
             near_origin,
         )
-        .says(format!(
-            "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
-        ))
+        .says(
+            format!(
+                "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
+            ),
+            "a mirror hung close to a wall, or a lamp close to a ceiling, goes dark",
+        )
         .by_scrambles(in_mirror, SINGLE, 59_000),
     ]
 }

@@ -145,6 +145,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             format!("furnace/report/rays-{rays}"),
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
+            format!("images by N = {rays} are too bright or too dark"),
             &ESTIMATOR,
             [subject, "t"],
             with_parts(Mean(furnace)),
@@ -154,6 +155,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             format!("furnace/report/cost-{rays}"),
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
+            format!("a render of N = {rays} takes another time than stated, or skips bounces"),
             &ESTIMATOR,
             [subject, "exact"],
             with_parts(Cost(SampleRays::new(0.0, rays, ESTIMATES))),

@@ -140,12 +140,13 @@ fn changed(scene: &Scene, seed: u64, sample: u32, change: fn(&mut DVec3)) -> Vec
 /// Trials and faults of the streams of `render`.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let scene = nothing();
-    let family_trial = |name: &str, property: &str, statistic, on: On| {
+    let family_trial = |name: &str, property: &str, consequence: &str, statistic, on: On| {
         let (name, scene) = (format!("streams/render/{name}"), Arc::clone(&scene));
         let on = move |context: &Context, numbers| on(context, &scene, numbers);
         trial(
             name,
             property,
+            consequence,
             &ESTIMATOR,
             ["render::render", statistic],
             on,
@@ -156,12 +157,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             family_trial(
                 "distinct",
                 "the first numbers of all pixels and samples are distinct",
+                "pixels far apart show the same noise, as if a tile were copied",
                 "Poisson",
                 distinct,
             ),
             family_trial(
                 "neighbours",
                 "neighbouring columns, rows, samples and draws, and a ray's position and its first draw, are independent",
+                "the noise of an image forms stripes and blocks, and its error bars are too narrow",
                 "chi-square and t",
                 neighbours,
             ),

@@ -297,6 +297,7 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
         trial(
             "bsdf/rough-glass",
             "rough glass passes the check-up from both sides and has the albedo of its microfacets",
+            "frosted glass is too bright, too dark or full of fireflies",
             &ROUGH_GLASS_PDF,
             ["material::rough_glass::RoughGlass", "BSDF check-up"],
             on_both_sides,
@@ -304,6 +305,7 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
         trial(
             "bsdf/rough-glass-reciprocity",
             "f is reciprocal, across the surface up to the square of the index",
+            "frosted glass is brighter or darker if traced from the lamp, as in mmp/pbrt-v4#30",
             &ROUGH_GLASS,
             ["material::rough_glass::RoughGlass", "exact"],
             reciprocity,
@@ -311,6 +313,7 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
         trial(
             "bsdf/rough-glass-smooth",
             "for α near 0 rough glass scatters as smooth glass does",
+            "the less frosted glass is, the less it looks like clear glass",
             &ROUGH_GLASS_REFRACTION,
             ["material::rough_glass::RoughGlass", "exact"],
             smooth,
@@ -524,7 +527,10 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             from_outside,
         )
-        .says("under a sky rough glass loses the light that meets a second microfacet, and no more")
+        .says(
+            "under a sky rough glass loses the light that meets a second microfacet, and no more",
+            "frosted glass under an even sky glows, or is darker than its facets explain",
+        )
         .by_rays(seen_from_outside, BOUNCES, 3_000_000),
         radiance(
             "glass/rough-by-both",
@@ -535,6 +541,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
         .says(
             "from within, directions and shadow rays find the light before and behind rough glass",
+            "a lamp behind frosted glass is counted twice or not at all",
         )
         .by_rays(LIGHT * seen_from_within, IMAGE, 1_400_000),
         radiance(
@@ -544,7 +551,10 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             by(Strategy::Mis),
             from_outside,
         )
-        .says("directions and shadow rays find an environment map before and behind rough glass")
+        .says(
+            "directions and shadow rays find an environment map before and behind rough glass",
+            "an environment map behind frosted glass is counted twice or not at all",
+        )
         .by_rays(LIGHT * seen_from_outside, IMAGE, 350_000),
     ]
 }

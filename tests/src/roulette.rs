@@ -160,6 +160,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
     let mut trials = vec![trial(
         name("mean"),
         format!("the mean is {m:.0} whatever the survival"),
+        format!("rooms of albedo {a} are too dark or too bright at survival {q}"),
         &ROULETTE,
         [SUBJECT, "t"],
         move |c, parts| mean_is_right(c, parts, pair),
@@ -168,6 +169,7 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
         trials.push(trial(
             name("variance"),
             format!("the variance is {:.6}", variance(a, q)),
+            format!("rooms of albedo {a} are noisier than planned at survival {q}"),
             &ROULETTE,
             [SUBJECT, "t"],
             move |c, parts| variance_is_right(c, parts, pair),
@@ -181,6 +183,7 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
     trials.push(trial(
         "roulette/same-mean",
         "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
+        "stricter roulette makes a room darker, as in chunky-dev/chunky#1018",
         &ROULETTE,
         [SUBJECT, "Welch"],
         |c, parts| same_mean(c, [CORRECT, parts], 0.75, [0.75, 0.9]),
@@ -189,6 +192,7 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
         trial(
             format!("roulette/albedo-{a}/cut"),
             "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
+            format!("a limit on bounces darkens rooms of albedo {a} more or less than stated"),
             &PATH_LENGTH,
             [SUBJECT, "t"],
             move |c, parts| truncation(c, parts, a),

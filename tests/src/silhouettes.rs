@@ -145,6 +145,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             trial(
                 "convergence/outlines",
                 "supersampled emitter silhouettes leave the mean of a pixel unbiased",
+                "lamps in the picture have bright or dark rims",
                 &RANDOMISATION,
                 ["render::silhouette::replaced", "t"],
                 channels,
@@ -152,6 +153,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             trial(
                 "convergence/in-mirrors",
                 "camera rays that follow a mirror first, and supersampled silhouettes in it, leave the mean of a pixel unbiased",
+                "lamps seen in a mirror have bright or dark rims, or are as bright as unmirrored",
                 &RANDOMISATION,
                 ["render::silhouette::View::in_mirrors", "t"],
                 channels_in_mirror,

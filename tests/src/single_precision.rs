@@ -325,10 +325,11 @@ fn several_lights() -> Image {
 
 /// Trials and faults of rendering in single precision.
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    let same = |name: &str, what: &str, image: Image| {
+    let same = |name: &str, what: &str, consequence: &str, image: Image| {
         trial(
             format!("images/single-precision/{name}"),
             format!("{what} have the same mean in single as in double precision"),
+            consequence,
             &SINGLE_PRECISION,
             [
                 "render::ByLanes, render::render_lanes",
@@ -342,17 +343,25 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             same(
                 "coloured-room",
                 "paths in a room of coloured walls",
+                "coloured walls change their hue or brightness in the fast single-precision mode",
                 coloured_room(),
             ),
-            same("within-glass", "paths from within glass", within_glass()),
+            same(
+                "within-glass",
+                "paths from within glass",
+                "glass lets through more or less light in single precision",
+                within_glass(),
+            ),
             same(
                 "report",
                 "paths in the report's room, with mirror and glass",
+                "rooms with mirrors and glass are darker in single precision, as rays are lost",
                 report_room(),
             ),
             same(
                 "several-lights",
                 "hits and shadow rays to a sphere, a rectangle and a triangle",
+                "lamps light things differently in single precision, as they shift or lose rays",
                 several_lights(),
             ),
         ],

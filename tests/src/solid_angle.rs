@@ -182,6 +182,7 @@ fn trials() -> Vec<FamilyTrial<Sample>> {
             trial(
                 format!("emitter/{name}"),
                 format!("directions to {what} are uniform in its solid angle"),
+                format!("soft shadows lean to one side where {what} that gives light is near"),
                 equation,
                 [subject, "chi-square, t"],
                 move |context: &Context, subject| seen(context, subject, &shape()),

@@ -57,7 +57,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let glass = light_in_glass();
     // Transmitted radiance, (1 − R)/n² in the thinner medium, averaged over the hemisphere.
     let in_glass = FLOOR * LIGHT * (1.0 - walsh(INDEX)) / (INDEX * INDEX);
-    let family_trial = |name, lit: &LitThroughCaster, kind, equation, n| {
+    let family_trial = |name, consequence, lit: &LitThroughCaster, kind, equation, n| {
         let LitThroughCaster {
             scene,
             how,
@@ -66,7 +66,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property =
             format!("a patch reflects {reference:.6} of a light that it sees {how} only");
         radiance(name, equation, scene, kind, near_origin)
-            .says(property)
+            .says(property, consequence)
             .by_scrambles(*reference, SINGLE, n)
     };
     let mirror = LitThroughCaster {
@@ -82,6 +82,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         family_trial(
             "irradiance/after-mirror/light",
+            "light from a mirror is missing where only shadow rays look for lamps",
             &mirror,
             LIGHT_ANGLE,
             &MIS,
@@ -89,6 +90,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/after-mirror/mis",
+            "light that a mirror throws on a wall is counted twice or lost when path traced",
             &mirror,
             MIS_ANGLE,
             &MIS,
@@ -96,6 +98,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/after-mirror/by-bodies",
+            "shadow rays by way of a mirror make its spot of light too bright or too dim",
             &mirror,
             SPECULAR_NEE,
             &SPECULAR_SPREAD,
@@ -103,6 +106,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/after-mirror/report",
+            "light that a mirror throws on a wall is missing by the report's method",
             &mirror,
             REPORT,
             &RENDERING,
@@ -110,6 +114,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/after-glass/mis",
+            "the shadow of glass is too dark, as light through it is lost when path traced",
             &glass,
             MIS_ANGLE,
             &REFRACTION,
@@ -117,6 +122,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/after-glass/report",
+            "the shadow of glass is too dark, or light through it too bright, by the report",
             &glass,
             REPORT,
             &RENDERING,

@@ -124,11 +124,11 @@ fn through_lens(reflections: Range<i32>) -> f64 {
 
 pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let level = 1.0 / (1.0 - ALBEDO);
-    let furnace = |name, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
+    let furnace = |name, consequence, what, equation, scene: &Arc<Scene>, kind, ray, samples| {
         let property =
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, scene, kind, ray)
-            .says(property)
+            .says(property, consequence)
             .by_rays(level, BOUNCES, samples)
     };
     let (glass, mirrors, lens) = (
@@ -146,9 +146,12 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             SPECULAR_NEE,
             near_origin,
         )
-        .says(format!(
-            "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
-        ))
+        .says(
+            format!(
+                "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
+            ),
+            "the caustic of a glass ball is too bright or too dim by specular shadow rays",
+        )
         .by_scrambles(lit, BOUNCES, 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
@@ -157,12 +160,16 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::PathWithMaxSegments(4),
             near_origin,
         )
-        .says(format!(
-            "without reflections within the ball of glass the patch reflects {straight:.6}"
-        ))
+        .says(
+            format!(
+                "without reflections within the ball of glass the patch reflects {straight:.6}"
+            ),
+            "a limit on bounces cuts the caustic of a glass ball, or does not limit it",
+        )
         .by_scrambles(straight, BOUNCES, 140_000),
         furnace(
             "furnace/by-bodies/glass",
+            "glass balls in a room change how bright it is: their caustics are counted wrongly",
             "balls of glass",
             &SPECULAR_ANGLE,
             &glass,
@@ -172,6 +179,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         furnace(
             "furnace/by-bodies/mirrors",
+            "mirrors in a room change how bright it is: their light is counted twice or lost",
             "mirrors",
             &SPECULAR_SPREAD,
             &mirrors,

@@ -153,9 +153,10 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         irradiance: polygon_irradiance(&NEAR) + (BRIGHT - 1.0) * bright,
         what: "a light of tiles",
     };
-    let by = |name, light, kind, equation, scrambles| {
+    let by = |name, consequence, light, kind, equation, scrambles| {
         lit(
             name,
+            consequence,
             light,
             kind,
             near_origin,
@@ -166,6 +167,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         by(
             "irradiance/near-square/bsdf",
+            "a panel just above a floor lights it wrongly if paths find it by chance",
             &near_square,
             BSDF,
             &MIS,
@@ -173,6 +175,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/square/light-area",
+            "a panel's light does not fall off with distance and angle as it should",
             &square,
             LIGHT_AREA,
             &GEOMETRY,
@@ -180,6 +183,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-square/light-angle",
+            "a panel just above a floor lights it wrongly by shadow rays in solid angle",
             &near_square,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
@@ -187,6 +191,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-square/mis-area",
+            "hits and shadow rays together make the floor under a near panel glow or darken",
             &near_square,
             MIS_AREA,
             &MIS,
@@ -194,6 +199,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-square/mis-angle",
+            "a near panel sampled by solid angle is counted more or less than once with MIS",
             &near_square,
             MIS_ANGLE,
             &LIGHT_RECTANGLE,
@@ -201,6 +207,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-triangle/bsdf",
+            "a near triangle of a mesh lamp is too bright or dim if paths find it by chance",
             &near_triangle,
             BSDF,
             &MIS,
@@ -208,6 +215,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/triangle/light-area",
+            "mesh lamps are too bright or dim by shadow rays, most where they are slanted",
             &far_triangle,
             LIGHT_AREA,
             &GEOMETRY,
@@ -215,6 +223,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-triangle/light-angle",
+            "a near triangle of a mesh lamp is too bright or dim by rays in solid angle",
             &near_triangle,
             LIGHT_ANGLE,
             &SOLID_ANGLE,
@@ -222,6 +231,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-triangle/mis-area",
+            "mesh lamps near a wall glow or darken if MIS weights them by area",
             &near_triangle,
             MIS_AREA,
             &MIS,
@@ -229,6 +239,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-triangle/mis-angle",
+            "mesh lamps near a wall glow or darken if MIS weights them by solid angle",
             &near_triangle,
             MIS_ANGLE,
             &LIGHT_TRIANGLE,
@@ -236,6 +247,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-sphere/bsdf",
+            "a globe lamp close to a floor lights it wrongly if paths find it by chance",
             &near_sphere,
             BSDF,
             &MIS,
@@ -245,6 +257,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         // few others skew the means.
         lit(
             "irradiance/sphere/light-area",
+            "globe lamps are too bright or dim: points on their far side count wrongly",
             &sphere,
             LIGHT_AREA,
             near_origin,
@@ -253,6 +266,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-sphere/light-angle",
+            "globe lamps near a floor light it wrongly: shadow rays crowd at their middle",
             &near_sphere,
             LIGHT_ANGLE,
             &LIGHT_SPHERE,
@@ -260,6 +274,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-sphere/mis-area",
+            "globe lamps near a floor glow or darken if MIS weights them by area",
             &near_sphere,
             MIS_AREA,
             &MIS,
@@ -267,6 +282,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/near-sphere/mis-angle",
+            "globe lamps near a floor glow or darken if MIS weights their visible cap",
             &near_sphere,
             MIS_ANGLE,
             &LIGHT_SPHERE,
@@ -274,6 +290,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/three-lights/light-angle",
+            "rooms get darker the more lamps they have, if sampled by solid angle",
             &three,
             LIGHT_ANGLE,
             &LIGHT_RECTANGLE,
@@ -281,6 +298,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/three-lights/contribution",
+            "lamps that are picked by their importance are too bright, too dim or never on",
             &three,
             LIGHT_CONTRIBUTION,
             &LIGHT_PICK,
@@ -288,6 +306,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         by(
             "irradiance/mosaic/mis",
+            "one bright tile in a large lamp is too bright or too dim near it",
             &mosaic,
             MIS_CONTRIBUTION,
             &LIGHT_PICK,
@@ -330,16 +349,17 @@ pub fn to_floor(y: f64) -> Ray {
 
 fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
     let scene = penumbra_scene();
-    let family_trial = |name, y: f64, ray: Rays, kind, scrambles| {
+    let family_trial = |name, consequence, y: f64, ray: Rays, kind, scrambles| {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
-            .says(property)
+            .says(property, consequence)
             .by_scrambles(reference, SINGLE, scrambles)
     };
     vec![
         family_trial(
             "irradiance/penumbra/bright",
+            "soft shadows are too wide or too narrow towards their bright side",
             -0.6,
             |_| to_floor(-0.6),
             LIGHT_ANGLE,
@@ -347,6 +367,7 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "irradiance/penumbra/middle",
+            "soft shadows are too dark or too light half way through",
             -0.2,
             |_| to_floor(-0.2),
             LIGHT_ANGLE,
@@ -395,6 +416,7 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
     trial(
         "irradiance/heuristics",
         property,
+        "choosing another MIS heuristic changes the brightness of an image, not only its noise",
         &MIS_POWER,
         ["integrator::Path", "Welch"],
         with_parts(same),
@@ -407,6 +429,7 @@ fn power_weights() -> FamilyTrial<EstimatorSubject> {
     trial(
         "irradiance/power-weights",
         property,
+        "lit surfaces are too dark or bright with the power heuristic, which loses or adds light",
         &MIS_POWER,
         judged,
         with_parts(Weights(Heuristic::Power)),

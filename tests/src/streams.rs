@@ -195,32 +195,37 @@ fn golden(seed: u64, pixel: u32, sample: u32, draw: u32) -> f64 {
 }
 
 fn trials() -> Vec<FamilyTrial<Numbers>> {
-    let family_trial = |name: &str, property: &str, statistic, on: TrialFn<Numbers>| {
-        let subject = "sampling::rng::stream, sampling::rng::uniform";
-        trial(
-            format!("streams/{name}"),
-            property,
-            &ESTIMATOR,
-            [subject, statistic],
-            on,
-        )
-    };
+    let family_trial =
+        |name: &str, property: &str, consequence: &str, statistic, on: TrialFn<Numbers>| {
+            let subject = "sampling::rng::stream, sampling::rng::uniform";
+            trial(
+                format!("streams/{name}"),
+                property,
+                consequence,
+                &ESTIMATOR,
+                [subject, statistic],
+                on,
+            )
+        };
     vec![
         family_trial(
             "distinct",
             "numbers of different pixels are distinct: 53 random bits",
+            "random numbers are so coarse that small, far lamps are missed or hit too often",
             "Poisson",
             distinct,
         ),
         family_trial(
             "gaps",
             "gaps between visits of [0, 1/2) are geometric",
+            "samples repeat, or are too even: the error bars of images are wrong",
             "chi-square",
             gaps,
         ),
         family_trial(
             "neighbours",
             "neighbouring pixels, samples and draws are independent",
+            "neighbouring pixels or bounces share random numbers: noise forms patterns",
             "chi-square and t",
             neighbours,
         ),

@@ -122,6 +122,7 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
         trial(
             "roulette/by-throughput/mean",
             "survival by the largest channel of the throughput preserves the mean of every channel",
+            "light of one colour is lost where roulette looks at another",
             &ROULETTE,
             [subject, "t"],
             channels,
@@ -129,6 +130,7 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
         trial(
             "roulette/by-throughput/bounds",
             "survival is at most 1 at early hits and 0.95 later, and a survivor's largest channel 1 or what it was divided by that",
+            "renders between mirrors never end, or survivors become fireflies",
             &ROULETTE,
             [subject, "exact"],
             bounds,
@@ -212,6 +214,7 @@ pub fn cavity() -> FamilyTrial<EstimatorSubject> {
     trial(
         "furnace/cavity/policies",
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
+        "choosing another roulette changes how bright a room is",
         &ROULETTE,
         [
             "integrator::Path, sampling::roulette::by_throughput",

@@ -183,11 +183,12 @@ fn explain(trial: &Trial, rows: &[Row], context: &Context) -> String {
         };
         let _ = writeln!(
             text,
-            "{}: {verdict}\n  property   {}\n  source     {}\n  subject    {}\n  \
+            "{}: {verdict}\n  property   {}\n  if this fails: {}\n  source     {}\n  subject    {}\n  \
              statistic  {} of {}: {:.6}, n = {}, p = {:.3e}\n  estimate   {:.9} in [{:.9}, {:.9}], \
              should be {:.9} ± {:.3e}\n  power      {} at that size, detects {:.3e}\n  worst      {}\n  repeat     {}",
             row.trial,
             trial.property,
+            trial.consequence,
             source,
             trial.subject,
             o.statistic,

@@ -42,6 +42,7 @@ fn trial(verdicts: Vec<Verdict>, control: Vec<Verdict>) -> Trial {
     Trial {
         name: String::from("toy/verdicts"),
         property: String::from("it is so"),
+        consequence: String::from("all is lost"),
         source: "estimator",
         subject: "toy",
         statistic: "t",
@@ -291,7 +292,8 @@ fn messages_speak_of_what_is_red() {
     assert!(message.find("fails") < message.find("was not rejected"));
     // The message has the claim, its subject and equation, and how to repeat it.
     let repeat = "WHITEFURNACE_SEED=7 cargo test -- --exact 'harness::trial::messages_speak";
-    for part in ["it is so", "estimator (16)", "toy", repeat] {
+    let symptom = "\n  if this fails: all is lost\n";
+    for part in ["it is so", symptom, "estimator (16)", "toy", repeat] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
     // A source that is not an equation's id is printed as it is.

@@ -51,6 +51,7 @@ struct Size {
 /// Returns a trial of the mean of a whole image.
 fn mean(
     name: &'static str,
+    consequence: &'static str,
     kind: ImageEstimatorKind,
     equation: &'static Equation,
     what: &str,
@@ -71,6 +72,7 @@ fn mean(
     image(
         name,
         format!("{what}: the image has mean {reference:.6}"),
+        consequence,
         equation,
         &passes,
         reference,
@@ -85,10 +87,11 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         count,
         delta: IMAGE,
     };
-    let rectangle = |name, kind, count| {
+    let rectangle = |name, consequence, kind, count| {
         let what = "a floor under a square light";
         mean(
             name,
+            consequence,
             kind,
             &GEOMETRY,
             what,
@@ -96,17 +99,46 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
             square(count),
         )
     };
-    let sphere = |name, kind, count| {
+    let sphere = |name, consequence, kind, count| {
         let what = "a floor under a spherical light";
-        mean(name, kind, &GEOMETRY, what, scenes::sphere(), square(count))
+        mean(
+            name,
+            consequence,
+            kind,
+            &GEOMETRY,
+            what,
+            scenes::sphere(),
+            square(count),
+        )
     };
     vec![
-        rectangle("bidirectional/light-tracer/rectangle", LightTracer, 10_000),
-        rectangle("bidirectional/bdpt/rectangle", Bdpt, 8_000),
-        sphere("bidirectional/light-tracer/sphere", LightTracer, 20_000),
-        sphere("bidirectional/bdpt/sphere", Bdpt, MIN_SYMMETRIC_VALUES),
+        rectangle(
+            "bidirectional/light-tracer/rectangle",
+            "a panel lamp lights a floor by a wrong amount when its light is traced from it",
+            LightTracer,
+            10_000,
+        ),
+        rectangle(
+            "bidirectional/bdpt/rectangle",
+            "direct light of a panel is counted more or less than once bidirectionally",
+            Bdpt,
+            8_000,
+        ),
+        sphere(
+            "bidirectional/light-tracer/sphere",
+            "a globe lamp is too bright or too dim when its light is traced from it",
+            LightTracer,
+            20_000,
+        ),
+        sphere(
+            "bidirectional/bdpt/sphere",
+            "a globe lamp's light falls off wrongly where bidirectional paths are joined",
+            Bdpt,
+            MIN_SYMMETRIC_VALUES,
+        ),
         mean(
             "bidirectional/bdpt/behind",
+            "a one-sided lamp lights a floor through its own back, bidirectionally",
             Bdpt,
             &GEOMETRY,
             "a floor under a light that faces up",
@@ -117,9 +149,24 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
                 delta: 0.0,
             },
         ),
-        frame("bidirectional/light-tracer/frame", LightTracer, 17_000),
-        frame("bidirectional/bdpt/frame", Bdpt, 13_000),
-        frame("bidirectional/bdpt-ends/frame", BdptEnds, 11_000),
+        frame(
+            "bidirectional/light-tracer/frame",
+            "a wide light-traced image gets darker or brighter towards its sides",
+            LightTracer,
+            17_000,
+        ),
+        frame(
+            "bidirectional/bdpt/frame",
+            "a wide bidirectional image gets darker or brighter towards its sides",
+            Bdpt,
+            13_000,
+        ),
+        frame(
+            "bidirectional/bdpt-ends/frame",
+            "a wide image darkens at its sides when only the ends of paths are joined",
+            BdptEnds,
+            11_000,
+        ),
     ]
 }
 
@@ -127,6 +174,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// as well.
 fn frame(
     name: &'static str,
+    consequence: &'static str,
     kind: ImageEstimatorKind,
     count: u64,
 ) -> FamilyTrial<EstimatorSubject> {
@@ -150,6 +198,7 @@ fn frame(
     image(
         name,
         property,
+        consequence,
         &IMPORTANCE,
         &passes,
         reference,
@@ -160,7 +209,7 @@ fn frame(
 /// Trials of multiple reflection: closed boxes, cavities with a cap, and a white sky.
 fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     let rho = 0.75;
-    let furnace = |name, kind, frame, count| {
+    let furnace = |name, consequence, kind, frame, count| {
         let what = "a closed furnace box of albedo 0.75";
         let image = KnownImage {
             scene: Arc::new(furnace_box(rho).ok()?),
@@ -171,9 +220,9 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             count,
             delta: IMAGE,
         };
-        Some(mean(name, kind, &RENDERING, what, image, size))
+        Some(mean(name, consequence, kind, &RENDERING, what, image, size))
     };
-    let cavity = |name, kind, cap, frame, count| {
+    let cavity = |name, consequence, kind, cap, frame, count| {
         let (what, reference) = match cap {
             Cap::Reflecting => (
                 "a cavity of albedo 0.75 with a reflecting cap that emits",
@@ -193,9 +242,9 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             count,
             delta: IMAGE,
         };
-        Some(mean(name, kind, &RENDERING, what, image, size))
+        Some(mean(name, consequence, kind, &RENDERING, what, image, size))
     };
-    let sky = |name, count| {
+    let sky = |name, consequence, count| {
         let what = "white surfaces, mirror and glass under a white sky";
         let image = KnownImage {
             scene: Arc::new(environment().ok()?),
@@ -206,23 +255,26 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
             count,
             delta: SINGLE,
         };
-        Some(mean(name, Bdpt, &RENDERING, what, image, size))
+        Some(mean(name, consequence, Bdpt, &RENDERING, what, image, size))
     };
     [
         furnace(
             "bidirectional/light-tracer/furnace-box",
+            "each bounce of a particle loses or gains light: rooms are too dark or too bright",
             LightTracer,
             [16, 12],
             10_000,
         ),
         furnace(
             "bidirectional/bdpt/furnace-box",
+            "a furnace is too dark or bright bidirectionally, as in mitsuba-renderer/mitsuba#80",
             Bdpt,
             [10, 8],
             MIN_SYMMETRIC_VALUES,
         ),
         cavity(
             "bidirectional/light-tracer/cavity-reflecting",
+            "a lamp that also reflects gives a light-traced room too much or too little light",
             LightTracer,
             Cap::Reflecting,
             SQUARE,
@@ -230,6 +282,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         cavity(
             "bidirectional/bdpt/cavity-black",
+            "a room lit by a small window is too dark or too bright bidirectionally",
             Bdpt,
             Cap::Black,
             SMALL,
@@ -237,12 +290,17 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         cavity(
             "bidirectional/bdpt-ends/cavity-black",
+            "leaving out connections between inner vertices darkens rooms",
             BdptEnds,
             Cap::Black,
             SMALL,
             10_500,
         ),
-        sky("bidirectional/bdpt/environment", 60_000),
+        sky(
+            "bidirectional/bdpt/environment",
+            "white things stand out from a white sky: a bidirectional path loses or adds light",
+            60_000,
+        ),
     ]
     .into_iter()
     .flatten()
@@ -252,7 +310,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// Trials by Sobol' points for both walks of a pixel, and for all particles of an image. The box's
 /// light comes from everywhere, so that walks which share their numbers would show.
 fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let furnace = |name, kind, frame, count| {
+    let furnace = |name, consequence, kind, frame, count| {
         let rho = 0.75;
         let (scene, reference) = (Arc::new(furnace_box(rho).ok()?), 1.0 / (1.0 - rho));
         let passes = Passes {
@@ -268,6 +326,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
         Some(image(
             name,
             property,
+            consequence,
             &SOBOL,
             &passes,
             reference,
@@ -277,11 +336,18 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         furnace(
             "bidirectional/light-tracer/sobol",
+            "particles by Sobol' points miss parts of a room: it is too dark or too bright",
             LightTracer,
             [8, 6],
             MIN_SYMMETRIC_VALUES,
         ),
-        furnace("bidirectional/bdpt/sobol", Bdpt, [6, 4], 12_000),
+        furnace(
+            "bidirectional/bdpt/sobol",
+            "eye and light paths share their Sobol' points: bidirectional images are biased",
+            Bdpt,
+            [6, 4],
+            12_000,
+        ),
     ]
     .into_iter()
     .flatten()
@@ -290,10 +356,11 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
 
 /// Trials with mirror and glass between light and surface.
 fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let mirror = |name, kind, count| {
+    let mirror = |name, consequence, kind, count| {
         let what = "a floor lit through a mirror";
         mean(
             name,
+            consequence,
             kind,
             &PATH_DENSITY,
             what,
@@ -306,7 +373,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         )
     };
     let (scene, eta_squared, share) = scenes::in_glass();
-    let glass = |name, kind, what, mean_radiance, frame, count| {
+    let glass = |name, consequence, kind, what, mean_radiance, frame, count| {
         let image = KnownImage {
             scene: Arc::clone(&scene),
             mean: mean_radiance,
@@ -316,17 +383,24 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             count,
             delta: IMAGE,
         };
-        mean(name, kind, &REFRACTION, what, image, size)
+        mean(name, consequence, kind, &REFRACTION, what, image, size)
     };
     vec![
         mirror(
             "bidirectional/light-tracer/mirror-caustic",
+            "a mirror throws a spot of the wrong brightness on a floor in light-traced images",
             LightTracer,
             53_000,
         ),
-        mirror("bidirectional/bdpt/mirror-caustic", Bdpt, 53_000),
+        mirror(
+            "bidirectional/bdpt/mirror-caustic",
+            "light that a mirror throws on a floor is lost or counted twice bidirectionally",
+            Bdpt,
+            53_000,
+        ),
         glass(
             "bidirectional/light-tracer/in-glass",
+            "what lies in glass is n² times too bright or too dark in light-traced images",
             LightTracer,
             "a ball in glass in thermal equilibrium, which is all that a light tracer sees",
             share * eta_squared,
@@ -335,6 +409,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         glass(
             "bidirectional/bdpt/in-glass",
+            "what lies in glass is too bright or too dark where bidirectional paths refract",
             Bdpt,
             "a ball in glass in thermal equilibrium",
             eta_squared,
@@ -343,6 +418,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         glass(
             "bidirectional/bdpt-ends/in-glass",
+            "what lies in glass changes brightness when inner connections are left out",
             BdptEnds,
             "a ball in glass in thermal equilibrium",
             eta_squared,
@@ -355,7 +431,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// Trials of equality with the path tracer where no closed form is known.
 fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
     // Many small frames: the sample skewness is less noisy the more values there are.
-    let same = |name, kind, scene, frame, count, frames| {
+    let same = |name, consequence, kind, scene, frame, count, frames| {
         let passes = Passes {
             scene,
             kind,
@@ -364,17 +440,35 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             count,
         };
         let property = "the image has the mean of the path tracer's";
-        same_as_path(name, property, &RENDERING, &passes, frames, IMAGE)
+        same_as_path(
+            name,
+            property,
+            consequence,
+            &RENDERING,
+            &passes,
+            frames,
+            IMAGE,
+        )
     };
     let cornell = scenes::cornell_box().ok();
     let room = scenes::diffuse_room().ok();
     let light_tracer = cornell.map(|scene| {
         let name = "bidirectional/light-tracer/cornell";
-        same(name, LightTracer, scene, [16, 12], 26_000, 20_000)
+        let consequence = "the Cornell box differs by method, as in mitsuba-renderer/mitsuba3#42";
+        same(
+            name,
+            consequence,
+            LightTracer,
+            scene,
+            [16, 12],
+            26_000,
+            20_000,
+        )
     });
     let bdpt = room.map(|scene| {
         let name = "bidirectional/bdpt/diffuse-room";
-        same(name, Bdpt, scene, [8, 6], 19_000, 66_000)
+        let consequence = "a room gets darker when rendered bidirectionally, as in yuphin/Lumen#42";
+        same(name, consequence, Bdpt, scene, [8, 6], 19_000, 66_000)
     });
     light_tracer.into_iter().chain(bdpt).collect()
 }

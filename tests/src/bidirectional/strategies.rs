@@ -38,18 +38,20 @@ macro_rules! only {
 
 /// Trials in which one strategy alone finds all the light of the paths that it makes.
 pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let floor = |name, what, scene, count, only: fn(EstimatorSubject) -> EstimatorSubject| {
-        let size = Size {
-            frame: SQUARE,
-            count,
-            delta: IMAGE,
+    let floor =
+        |name, consequence, what, scene, count, only: fn(EstimatorSubject) -> EstimatorSubject| {
+            let size = Size {
+                frame: SQUARE,
+                count,
+                delta: IMAGE,
+            };
+            let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
+            with_altered_subject(family_trial, only)
         };
-        let family_trial = mean(name, Bdpt, &MIS, what, scene, size);
-        with_altered_subject(family_trial, only)
-    };
     let mut trials = vec![
         floor(
             "bidirectional/alone/hits",
+            "bidirectional paths that run into a lamp make its surroundings too bright or dim",
             "a floor under a near light, by hits alone",
             scenes::near(),
             7_000,
@@ -57,6 +59,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "bidirectional/alone/shadow-rays",
+            "shadow rays of bidirectional paths make lit floors too bright or too dark",
             "a floor under a square light, by shadow rays alone",
             scenes::rectangle(false),
             7_000,
@@ -64,6 +67,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "bidirectional/alone/seen-particles",
+            "particles joined to the camera make lit floors too bright or too dark",
             "a floor under a square light, by particles that the camera sees",
             scenes::rectangle(false),
             8_000,
@@ -74,13 +78,26 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
         [
             (
                 "bidirectional/alone/sphere-hits",
+                "indirect light is wrong where eye paths hit a lamp at their end",
                 only!(4, 0) as fn(EstimatorSubject) -> EstimatorSubject,
             ),
-            ("bidirectional/alone/sphere-shadow-rays", only!(4, 1)),
-            ("bidirectional/alone/sphere-inner-connections", only!(4, 2)),
-            ("bidirectional/alone/sphere-first-connections", only!(4, 3)),
+            (
+                "bidirectional/alone/sphere-shadow-rays",
+                "indirect light is wrong where eye paths end in a shadow ray",
+                only!(4, 1),
+            ),
+            (
+                "bidirectional/alone/sphere-inner-connections",
+                "indirect light is wrong where an eye path and a light path join half way",
+                only!(4, 2),
+            ),
+            (
+                "bidirectional/alone/sphere-first-connections",
+                "indirect light is wrong where light paths join what the eye sees first",
+                only!(4, 3),
+            ),
         ]
-        .map(|(name, only)| sphere(name, only)),
+        .map(|(name, consequence, only)| sphere(name, consequence, only)),
     );
     trials
 }
@@ -90,6 +107,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
 /// would add its noise; walks end after three scatterings instead.
 fn sphere(
     name: &'static str,
+    consequence: &'static str,
     only: fn(EstimatorSubject) -> EstimatorSubject,
 ) -> FamilyTrial<EstimatorSubject> {
     let rho: f64 = 0.5;
@@ -103,7 +121,7 @@ fn sphere(
         delta: 0.0,
     };
     let what = "light that a sphere reflects three times, by one strategy alone";
-    let family_trial = mean(name, Bdpt, &PATH_DENSITY, what, image, size);
+    let family_trial = mean(name, consequence, Bdpt, &PATH_DENSITY, what, image, size);
     with_altered_subject(family_trial, move |subject| {
         let table = only(subject).parts.unwrap_or(CORRECT);
         Configuration {
@@ -173,6 +191,7 @@ pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
     trial(
         name,
         property,
+        "bidirectional images are too bright or dark, as light counts more or less than once",
         &PATH_DENSITY,
         ["integrator::weight", "exact"],
         with_parts(Weights),

@@ -47,29 +47,47 @@ pub(super) fn equilibrium() -> Vec<FamilyTrial<EstimatorSubject>> {
         (glass("within, outwards", 0.5, 1.0, true, surfaces), n2),
         (glass("from outside", 1.4, 0.25, false, surfaces), 1.0),
     ];
-    let family_trial = |name, subject, eye| {
+    let family_trial = |name, by: &str, subject, eye| {
         every_pixel_known(
             name,
             subject,
             &REFRACTION,
             format!("in thermal equilibrium the radiance is {n2} within glass and 1 outside"),
+            format!("what lies in glass is n² too bright or too dark {by}"),
             eye,
             scenes.to_vec(),
         )
     };
     let photons = Eye::Photons(Lookup::DirectVisualization);
     vec![
-        family_trial(EQUILIBRIUM[0], "integrator::Path", HITS),
-        family_trial(EQUILIBRIUM[1], "integrator::PhotonMapping", photons),
-        family_trial(EQUILIBRIUM[2], "integrator::Sppm", Eye::Sppm),
-        family_trial(EQUILIBRIUM[3], "integrator::Bdpt", Eye::Bdpt),
+        family_trial(EQUILIBRIUM[0], "by path tracing", "integrator::Path", HITS),
+        family_trial(
+            EQUILIBRIUM[1],
+            "by photon mapping",
+            "integrator::PhotonMapping",
+            photons,
+        ),
+        family_trial(
+            EQUILIBRIUM[2],
+            "by progressive photon mapping",
+            "integrator::Sppm",
+            Eye::Sppm,
+        ),
+        family_trial(
+            EQUILIBRIUM[3],
+            "by bidirectional path tracing",
+            "integrator::Bdpt",
+            Eye::Bdpt,
+        ),
         family_trial(
             RULED[0],
+            "by the report's method",
             "integrator::Report",
             Eye::Rays(EstimatorKind::Report(MAX_SEGMENTS)),
         ),
         family_trial(
             RULED[1],
+            "by Whitted's ray tracing",
             "integrator::Whitted",
             Eye::Rays(EstimatorKind::Whitted(MAX_SEGMENTS)),
         ),
@@ -97,19 +115,28 @@ pub(super) fn photon_lookups() -> Vec<FamilyTrial<EstimatorSubject>> {
         caustic_particles: PARTICLES,
         caustic_radius: UNBOUNDED_RADIUS,
     };
-    let family_trial = |name, lookup| {
+    let family_trial = |name, consequence, lookup| {
         every_pixel_known(
             name,
             "integrator::PhotonMapping",
             &REFRACTION,
             format!("photons of {flux:.6} beyond glass look n² as bright from within"),
+            consequence,
             Eye::Photons(lookup),
             scenes.clone(),
         )
     };
     vec![
-        family_trial(PHOTON_LOOKUPS[0], Lookup::DirectVisualization),
-        family_trial(PHOTON_LOOKUPS[1], gather),
+        family_trial(
+            PHOTON_LOOKUPS[0],
+            "photons on the bottom of a pool look n² too bright or dark through the water",
+            Lookup::DirectVisualization,
+        ),
+        family_trial(
+            PHOTON_LOOKUPS[1],
+            "caustics seen through glass are n² too bright or dark by final gathering",
+            gather,
+        ),
     ]
 }
 

@@ -151,12 +151,14 @@ fn every_pixel_known(
     subject: &'static str,
     equation: &'static Equation,
     property: String,
+    consequence: impl Into<String>,
     eye: Eye,
     scenes: Vec<(Arc<Scene>, f64)>,
 ) -> FamilyTrial<EstimatorSubject> {
     trial(
         name,
         property,
+        consequence,
         equation,
         [subject, "exact"],
         with_parts(EveryPixelKnown { eye, scenes }),
@@ -166,6 +168,7 @@ fn every_pixel_known(
 /// Returns a trial of [`ParticleSum`] in a diffuse cavity, by its image (`by_eye`) or its photons.
 fn particle_sum(
     name: &str,
+    consequence: &str,
     subject: &'static str,
     by_eye: bool,
     expected: f64,
@@ -178,6 +181,7 @@ fn particle_sum(
     trial(
         name,
         property,
+        consequence,
         &PATH_LENGTH,
         [subject, "exact"],
         with_parts(ParticleSum {
@@ -195,7 +199,7 @@ const EYE_OUTSIDE: DVec3 = DVec3::new(0.0, -5.0, 0.0);
 fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let all = 1.0 / (1.0 - ALBEDO);
     let cut = all * (1.0 - ALBEDO.powi(SEGMENTS as i32));
-    let mirrors = |name, subject, eye, expected: f64| {
+    let mirrors = |name, by: &str, subject, eye, expected: f64| {
         let scene = cavity("mirrors", mirror(ALBEDO), EYE_INSIDE);
         let property =
             format!("between mirrors of {ALBEDO} that emit 1 every path sees {expected:.6}");
@@ -204,6 +208,7 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
             subject,
             &PATH_LENGTH,
             property,
+            format!("a hall of mirrors is too dark {by}, as deep reflections are cut"),
             eye,
             vec![(scene, expected)],
         )
@@ -213,6 +218,7 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
         "integrator::Path",
         &PATH_LENGTH,
         format!("in a diffuse cavity of albedo {ALBEDO} every path sees {all:.6}"),
+        "white rooms are too dark, as very long paths are cut without saying so",
         HITS,
         vec![(cavity("diffuse cavity", lambert(ALBEDO), EYE_INSIDE), all)],
     );
@@ -221,24 +227,39 @@ fn long() -> Vec<FamilyTrial<EstimatorSubject>> {
     let flux = PI * 4.0 * PI * all;
     vec![
         diffuse,
-        mirrors(MIRRORS[0], "integrator::Path", HITS, all),
-        mirrors(MIRRORS[1], mapping, photons, all),
-        mirrors(MIRRORS[2], "integrator::Sppm", Eye::Sppm, all),
-        mirrors(MIRRORS[3], "integrator::Bdpt", Eye::Bdpt, all),
+        mirrors(MIRRORS[0], "by path tracing", "integrator::Path", HITS, all),
+        mirrors(MIRRORS[1], "by photon mapping", mapping, photons, all),
+        mirrors(
+            MIRRORS[2],
+            "by progressive photon mapping",
+            "integrator::Sppm",
+            Eye::Sppm,
+            all,
+        ),
+        mirrors(
+            MIRRORS[3],
+            "by bidirectional path tracing",
+            "integrator::Bdpt",
+            Eye::Bdpt,
+            all,
+        ),
         mirrors(
             LIMITED[0],
+            "by the report's method",
             "integrator::Report",
             Eye::Rays(EstimatorKind::Report(SEGMENTS)),
             cut,
         ),
         mirrors(
             LIMITED[1],
+            "by Whitted's ray tracing",
             "integrator::Whitted",
             Eye::Rays(EstimatorKind::Whitted(SEGMENTS)),
             cut,
         ),
         particle_sum(
             "furnace/long/photon-map",
+            "white rooms are too dark by photon mapping, as particles stop too early",
             "integrator::photon::photon_map::PhotonMap",
             false,
             flux,
@@ -331,6 +352,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
     let splats = 4.0 * PI / (1.0 - ALBEDO);
     let tracer = particle_sum(
         PARTICLE[0],
+        "white rooms are too dark in light-traced images, as particles stop too early",
         "integrator::LightTracer",
         true,
         splats,

@@ -297,62 +297,79 @@ fn readable(ray: &Ray, v: Corners, limit: f64) -> Tuv {
 }
 
 fn trials() -> Vec<FamilyTrial<Shapes>> {
-    let family_trial =
-        |name: &str, property: &str, equation: &'static Equation, on: TrialFn<Shapes>| {
-            let subject = if equation == &TRIANGLE_SOLUTION {
-                "geometry::watertight::Shear::intersect"
-            } else {
-                "shape"
-            };
-            trial(
-                format!("geometry/{name}"),
-                property,
-                equation,
-                [subject, "exact"],
-                on,
-            )
+    let family_trial = |name: &str,
+                        property: &str,
+                        consequence: &str,
+                        equation: &'static Equation,
+                        on: TrialFn<Shapes>| {
+        let subject = if equation == &TRIANGLE_SOLUTION {
+            "geometry::watertight::Shear::intersect"
+        } else {
+            "shape"
         };
+        trial(
+            format!("geometry/{name}"),
+            property,
+            consequence,
+            equation,
+            [subject, "exact"],
+            on,
+        )
+    };
     vec![
-        family_trial("ray", "the ray's point at t is O + tD", &RAY, ray),
+        family_trial(
+            "ray",
+            "the ray's point at t is O + tD",
+            "hits lie beside surfaces, and shadows and reflections start in the wrong place",
+            &RAY,
+            ray,
+        ),
         family_trial(
             "triangle-point",
             "T is affine and meets the corners",
+            "triangles of a mesh are bent, or tied to the wrong corners",
             &TRIANGLE_POINT,
             point,
         ),
         family_trial(
             "triangle-system",
             "(3) vanishes at the solution and changes by −D, E₁, E₂",
+            "meshes look sheared or mirrored: rays meet the wrong points of triangles",
             &TRIANGLE_SYSTEM,
             system,
         ),
         family_trial(
             "triangle-solution",
             "(4) recovers t, u, v at every size, and misses what it must",
+            "small triangles vanish from meshes, as in jbikker/tinybvh#283",
             &TRIANGLE_SOLUTION,
             solution,
         ),
         family_trial(
             "triangle-edges",
             "a ray into a closed fan of triangles meets one, at edges and vertices, too",
+            "light leaks through the seams of a mesh, as in mrdoob/three.js#33661",
             &TRIANGLE_SOLUTION,
             fan,
         ),
         family_trial(
             "sphere",
             "(5) is the difference of two squares",
+            "spheres have the wrong size or position",
             &SPHERE,
             sphere,
         ),
         family_trial(
             "sphere-ray",
             "(6) is on the sphere at the ends of a chord",
+            "shading and shadows on spheres are off: hits do not lie on them",
             &SPHERE_RAY,
             on_sphere,
         ),
         family_trial(
             "sphere-distance",
             "(7) recovers both ends of a chord, and the nearer one ahead is seen",
+            "balls show their far side, or vanish when seen from within",
             &SPHERE_DISTANCE,
             distances,
         ),

@@ -175,10 +175,12 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let reflects =
         "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
     let judged = |statistic| [law.subject, statistic];
+    let by = format!("with {} directions", law.name);
     vec![
         trial(
             name("cells"),
             cells_are,
+            format!("lamps in one part of the sky are too bright, in others too dim {by}"),
             law.angles,
             judged("chi-square"),
             move |c, method: Method| cells(c, law.domain, method.sampler),
@@ -186,6 +188,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("moments"),
             moments_are,
+            format!("light from one side, or low over the horizon, counts too much {by}"),
             law.angles,
             judged("t"),
             move |c, method: Method| moments(c, law.moments, method.sampler),
@@ -193,6 +196,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("angles"),
             angles_are,
+            format!("shading leans to one side, or lamps overhead are too bright or dim {by}"),
             &HEMISPHERE_PHI,
             judged("Kolmogorov-Smirnov"),
             move |c, method: Method| angles(c, law.cos_cdf, method.sampler),
@@ -200,6 +204,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("furnaces"),
             reflects,
+            format!("walls under an uneven sky are too bright or too dark {by}"),
             &ESTIMATOR,
             judged("t"),
             move |c, method: Method| furnaces(c, law.domain, method),
@@ -207,6 +212,7 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
         trial(
             name("pdf"),
             "the pdf integrates to one",
+            format!("everything lit {by} is too bright or too dark by the same factor"),
             &HEMISPHERE_PDF,
             judged("exact"),
             |_, method: Method| normalised(method.pdf),

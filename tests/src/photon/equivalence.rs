@@ -115,17 +115,19 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "photon/caustic",
+            "the caustic of a glass ball is much brighter or dimmer by photons than by paths",
             "in the caustic of a glass sphere",
             caustic,
         ),
         (
             "photon/diffuse-room",
+            "a room by photons is visibly darker or brighter than by paths",
             "on the floor of the diffuse room",
             room,
         ),
     ]
     .into_iter()
-    .map(|(name, place, same)| {
+    .map(|(name, consequence, place, same)| {
         let percent = 100.0 * same.margin;
         let property = format!(
             "photon mapping and the path tracer find the same light {place} within {percent} %"
@@ -133,6 +135,7 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             name,
             property,
+            consequence,
             &PHOTON_DENSITY,
             ["estimator::PhotonMapping", "Welch, equivalence"],
             with_parts(same),

@@ -13,7 +13,7 @@ use whitefurnace::sampling::sampler::SamplerKind;
 use whitefurnace::scene::simple::{CAP_SHARE, Cap, cavity_cap, furnace_box};
 
 use crate::furnace::off_cap_radiance;
-use crate::photon::replications::{Flux, Mapping, Passes, family_trial};
+use crate::photon::replications::{Flux, Mapping, Mean, Passes, family_trial};
 use crate::prelude::*;
 use crate::scenes::{lambert, sphere_furnace, valid};
 
@@ -61,7 +61,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     };
     let whole = scenes::disc_average(scenes::RADIUS, f64::INFINITY);
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
-    let floor = |name, what: &str, scene, lookup, reference: f64, (rays, values)| {
+    let floor = |name, consequence, what: &str, scene, lookup, reference: f64, (rays, values)| {
         let property = format!("a floor reflects {reference:.6} {what}");
         let rays = vec![scenes::at_origin(); rays];
         let mapping = Mapping {
@@ -71,15 +71,13 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
             radius: scenes::RADIUS,
             rays,
         };
-        family_trial(
-            name,
-            &PHOTON_DENSITY,
-            property,
+        let mean = Mean {
+            replication: mapping,
             reference,
-            SINGLE,
+            delta: SINGLE,
             values,
-            mapping,
-        )
+        };
+        family_trial(name, property, consequence, &PHOTON_DENSITY, mean)
     };
     let disc = "on average over the disc around a point under a light";
     let point = "of a light by shadow rays, and nothing by photons";
@@ -90,6 +88,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         floor(
             "photon/disc",
+            "lit floors are darker by a photon map, as in SirKero/RTProgressivePhotonMapper#1",
             disc,
             scenes::over_floor(),
             Lookup::DirectVisualization,
@@ -98,6 +97,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "photon/shadow-rays",
+            "direct light counts twice or not at all with final gathering",
             point,
             scenes::over_floor(),
             gather,
@@ -106,6 +106,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "photon/index-matched",
+            "light through glass counts twice or not at all with final gathering",
             matched,
             scenes::matched(),
             gather,
@@ -114,6 +115,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "photon/behind",
+            "photons leak through floors: their dark side is lit",
             behind,
             scenes::under_floor(),
             Lookup::DirectVisualization,
@@ -122,6 +124,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         floor(
             "photon/corner",
+            "floors are too bright along walls, where photons of the wall count on them",
             corner,
             scenes::corner(),
             Lookup::DirectVisualization,
@@ -139,17 +142,15 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             .map(|w| Ray::new(DVec3::ZERO, w))
             .collect()
     };
-    let cavity = |name, what: String, mapping, reference: f64, values| {
+    let cavity = |name, consequence, what: String, mapping, reference: f64, values| {
         let property = format!("{what} the radiance is {reference:.6}");
-        family_trial(
-            name,
-            &PHOTON_DENSITY,
-            property,
+        let mean = Mean {
+            replication: mapping,
             reference,
-            BOUNCES,
+            delta: BOUNCES,
             values,
-            mapping,
-        )
+        };
+        family_trial(name, property, consequence, &PHOTON_DENSITY, mean)
     };
     let furnace = Mapping {
         scene: sphere_furnace(lambert(albedo), 0.0),
@@ -176,6 +177,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         cavity(
             "photon/furnace",
+            "rooms by a photon map are too dark or too bright after several bounces",
             in_furnace,
             furnace,
             1.0 / (1.0 - albedo),
@@ -183,6 +185,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         cavity(
             "photon/gather",
+            "indirect light counts twice or not at all with final gathering",
             off_cap,
             gather,
             off_cap_radiance(rho, Cap::Reflecting),
@@ -192,20 +195,15 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
 }
 
 fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let flux = |name, property, reference, delta, values, scene, kept| {
-        family_trial(
-            name,
-            &PHOTON_FLUX,
-            property,
-            reference,
-            delta,
-            values,
-            Flux {
-                scene,
-                kept,
-                particles: 256,
-            },
-        )
+    let flux = |scene, kept, reference, delta, values| Mean {
+        replication: Flux {
+            scene,
+            kept,
+            particles: 256,
+        },
+        reference,
+        delta,
+        values,
     };
     let caustic = scenes::flux_into_glass();
     let through = format!(
@@ -219,23 +217,19 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let balance = format!("in a closed box of albedo {albedo} photons of {arriving:.6} arrive");
     let cube = valid(furnace_box(albedo));
     vec![
-        flux(
+        family_trial(
             "photon/flux-through-glass",
             through,
-            caustic,
-            SINGLE,
-            18_000,
-            glass,
-            PhotonMapKind::Caustic,
+            "caustics of glass are too bright or too dim in a photon map",
+            &PHOTON_FLUX,
+            flux(glass, PhotonMapKind::Caustic, caustic, SINGLE, 18_000),
         ),
-        flux(
+        family_trial(
             "photon/flux-balance",
             balance,
-            arriving,
-            BOUNCES,
-            13_000,
-            cube,
-            PhotonMapKind::All,
+            "the indirect light of a photon map is too bright or too dim everywhere",
+            &PHOTON_FLUX,
+            flux(cube, PhotonMapKind::All, arriving, BOUNCES, 13_000),
         ),
     ]
 }
@@ -247,7 +241,7 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
     let disc =
         |index| scenes::disc_average(radius_squared(radius * radius, index).sqrt(), f64::INFINITY);
     let reference = (0..passes).map(disc).sum::<f64>() / f64::from(passes);
-    let series = |name, numbers, values| {
+    let series = |name, consequence, numbers, values| {
         let property = format!(
             "the first {passes} passes reflect {reference:.6}, the mean over discs that shrink"
         );
@@ -258,24 +252,24 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
             radius,
             numbers,
         };
-        family_trial(
-            name,
-            &PHOTON_RADIUS,
-            property,
+        let mean = Mean {
+            replication: series,
             reference,
-            SINGLE,
+            delta: SINGLE,
             values,
-            series,
-        )
+        };
+        family_trial(name, property, consequence, &PHOTON_RADIUS, mean)
     };
     vec![
         series(
             "photon/passes",
+            "progressive photon mapping stays as blurred, or as noisy, after many passes",
             SamplerKind::Independent,
             MIN_SYMMETRIC_VALUES,
         ),
         series(
             "photon/sobol",
+            "progressive photon mapping by Sobol' points settles on a wrong brightness",
             SamplerKind::Sobol(passes),
             MIN_SYMMETRIC_VALUES,
         ),

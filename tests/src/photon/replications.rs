@@ -16,11 +16,14 @@ pub(super) trait Replication: Send + Sync + 'static {
     fn value<P: EstimatorParts + Copy>(&self, parts: P, seed: u64, index: u32) -> f64;
 }
 
-struct Mean<T> {
-    replication: T,
-    reference: f64,
-    delta: f64,
-    values: u64,
+/// Compares the mean of replications with its closed form.
+pub(super) struct Mean<T> {
+    pub replication: T,
+    pub reference: f64,
+    /// Largest error allowed, relative to the reference.
+    pub delta: f64,
+    /// Number of replications at scale 1.
+    pub values: u64,
 }
 
 impl<T: Replication> Property for Mean<T> {
@@ -44,25 +47,18 @@ impl<T: Replication> Property for Mean<T> {
     }
 }
 
-/// Returns a trial of the mean of `values` replications at scale 1; δ is relative to the reference.
+/// Returns a trial of the mean of replications.
 pub(super) fn family_trial<T: Replication>(
     name: &str,
-    equation: &'static Equation,
     property: String,
-    reference: f64,
-    delta: f64,
-    values: u64,
-    replication: T,
+    consequence: &str,
+    equation: &'static Equation,
+    mean: Mean<T>,
 ) -> FamilyTrial<EstimatorSubject> {
-    let mean = Mean {
-        replication,
-        reference,
-        delta,
-        values,
-    };
     trial(
         name,
         property,
+        consequence,
         equation,
         [T::SUBJECT, "t over independent maps"],
         with_parts(mean),

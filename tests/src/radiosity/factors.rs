@@ -170,21 +170,23 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     });
     let parallel = plates("parallel plates", DVec3::Z, [DVec3::Y, DVec3::X]);
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
-    let of = |name: &str, property: &str, scene, patches, error: Error, tolerance| {
-        let judged = ["integrator::radiosity::FormFactors", "exact"];
-        trial(
-            name,
-            property,
-            &FORM_FACTOR,
-            judged,
-            with_parts(Factors {
-                scene,
-                patches,
-                error,
-                tolerance,
-            }),
-        )
-    };
+    let of =
+        |name: &str, property: &str, consequence: &str, scene, patches, error: Error, tolerance| {
+            let judged = ["integrator::radiosity::FormFactors", "exact"];
+            trial(
+                name,
+                property,
+                consequence,
+                &FORM_FACTOR,
+                judged,
+                with_parts(Factors {
+                    scene,
+                    patches,
+                    error,
+                    tolerance,
+                }),
+            )
+        };
     let opposite = format!("between parallel unit plates at distance 1 F = {OPPOSITE:.6}");
     let adjacent =
         format!("between unit plates at a right angle with a common edge F = {NEIGHBOURS:.6}");
@@ -199,6 +201,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         of(
             "radiosity/parallel-plates",
             &opposite,
+            "floor and ceiling exchange too much or too little light by radiosity",
             parallel,
             64,
             to_opposite,
@@ -207,6 +210,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         of(
             "radiosity/perpendicular-plates",
             &adjacent,
+            "walls that meet in a corner exchange too much or too little light by radiosity",
             perpendicular,
             400,
             to_adjacent,
@@ -215,15 +219,25 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
         of(
             "radiosity/closure",
             closed,
+            "radiosity loses light in a closed room, or makes it",
             Arc::clone(&cube),
             100,
             closure,
             SINGLE_PRECISION,
         ),
-        of("radiosity/ball", around, ball_in_room(), 300, ball, IMAGE),
+        of(
+            "radiosity/ball",
+            around,
+            "balls in a room give and get too much or too little light by radiosity",
+            ball_in_room(),
+            300,
+            ball,
+            IMAGE,
+        ),
         of(
             "radiosity/reciprocity",
             mutual,
+            "light is lost between walls by radiosity: one gives what the other does not get",
             cube,
             400,
             reciprocity,

@@ -40,6 +40,7 @@ fn from_below() -> Ray {
 /// form factor F of a light of radiance [`LIGHT`].
 fn family_trial(
     name: &str,
+    consequence: &str,
     what: &str,
     scene: Arc<Scene>,
     rays: &[(Rays, f64)],
@@ -62,6 +63,7 @@ fn family_trial(
     trial(
         name,
         property,
+        consequence,
         &FORM_FACTOR,
         [SUBJECT, "exact"],
         with_parts(known),
@@ -71,12 +73,20 @@ fn family_trial(
 /// Returns a trial along one ray to the floor's origin.
 fn lit(
     name: &str,
+    consequence: &str,
     what: &str,
     scene: Arc<Scene>,
     factor: f64,
     tolerance: f64,
 ) -> FamilyTrial<EstimatorSubject> {
-    family_trial(name, what, scene, &[(|_| at_origin(), factor)], tolerance)
+    family_trial(
+        name,
+        consequence,
+        what,
+        scene,
+        &[(|_| at_origin(), factor)],
+        tolerance,
+    )
 }
 
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -107,6 +117,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         lit(
             "radiosity/rectangle",
+            "a floor under a panel lamp is too bright or too dark by radiosity",
             "a square light's radiance",
             rectangle_light(false),
             4.0 * parallel_corner(1.0, 1.0, HEIGHT),
@@ -114,6 +125,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         lit(
             "radiosity/half-hidden",
+            "radiosity makes the soft shadow of a wall too dark or too light",
             "a square light that a wall hides by half",
             half_hidden_light(),
             2.0 * parallel_corner(1.0, 1.0, HEIGHT),
@@ -121,6 +133,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         lit(
             "radiosity/horizon",
+            "lamps half below a floor's horizon darken it, or light it too much, by radiosity",
             "an upright light of which half is below the horizon",
             upright,
             2.0 * upright_corner(1.0, 1.0, 1.0),
@@ -128,6 +141,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "radiosity/close",
+            "things close to a lamp are too bright or too dark by radiosity",
             "a light a two-thousandth of its side away",
             close,
             &[(ray_from_close_by, 2.0 * beside)],
@@ -160,6 +174,7 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
     vec![
         lit(
             "radiosity/skewed",
+            "radiosity takes a slanted, skewed panel for a rectangle: its light is off",
             "a skewed parallelogram of light",
             skewed,
             by_quadrature(Domain::Square, corner, edges),
@@ -167,6 +182,7 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         lit(
             "radiosity/triangle",
+            "mesh lamps light a floor by a wrong amount by radiosity",
             "a triangle of light",
             triangle_light(),
             triangle,
@@ -174,6 +190,7 @@ fn kinds() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         family_trial(
             "radiosity/sphere",
+            "globe lamps near a wall are blotchy or too bright by radiosity",
             "a sphere of light nearer than its patches are wide",
             sphere,
             &[(ray_from_close_by, share * share * cos)],
@@ -196,6 +213,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "radiosity/hidden-below",
+            "a low obstacle casts too strong a shadow by radiosity",
             "lower half",
             [-0.6, -0.5],
             [1.2, 1.0],
@@ -203,6 +221,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "radiosity/hidden-above",
+            "a high obstacle casts too weak a shadow by radiosity",
             "upper half",
             [-0.6, 0.5],
             [1.2, 0.8],
@@ -210,6 +229,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
         (
             "radiosity/hidden-aside",
+            "an obstacle at a lamp's side casts no shadow, or too large a one, by radiosity",
             "last quarter",
             [0.25, -0.5],
             [0.8, 1.8],
@@ -217,7 +237,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
         ),
     ]
     .into_iter()
-    .map(|(name, part, [y, z], [wide, high], factor)| {
+    .map(|(name, consequence, part, [y, z], [wide, high], factor)| {
         let scene = scene(name, |s| {
             floor(s, lambert(FLOOR));
             panel(s, corner, [height, width], light(LIGHT));
@@ -226,7 +246,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
             panel(s, DVec3::new(0.5, y, z), edges, Surface::new(Bsdf::Black));
         });
         let what = format!("an upright light of which a wall hides the {part}");
-        lit(name, &what, scene, factor, IMAGE)
+        lit(name, consequence, &what, scene, factor, IMAGE)
     })
     .collect()
 }
@@ -246,6 +266,7 @@ fn both_sides() -> FamilyTrial<EstimatorSubject> {
     ];
     family_trial(
         "radiosity/both-sides",
+        "thin walls lit from behind are bright in front by radiosity",
         "a light above and of another below",
         scene,
         &rays,

@@ -182,41 +182,48 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
     [
         (
             "radiosity/furnace-box",
+            "a radiosity room is too dark or too bright, as bounces are lost or gained",
             "in a closed furnace box of albedo 0.75 the radiance is 4".to_owned(),
             of(furnace(), 60, &[(in_box, grey(4.0))]),
         ),
         (
             "radiosity/corners",
+            "rooms by radiosity have dark or bright lines along edges and in corners",
             "gathered next to its edges and corners the radiance in the furnace box is 4, too"
                 .to_owned(),
             gathered,
         ),
         (
             "radiosity/cavity/reflecting",
+            "a lamp that also reflects gives a radiosity room too much or too little light",
             format!("off a reflecting cap the radiance in a cavity is {reflecting}"),
             of(cavity(Cap::Reflecting), 100, &[(off_cap, grey(reflecting))]),
         ),
         (
             "radiosity/cavity/black",
+            "a room lit by a small window is too dark or too bright by radiosity",
             format!("off a black cap the radiance in a cavity is {black:.6}"),
             of(cavity(Cap::Black), 100, &[(off_cap, grey(black))]),
         ),
         (
             "radiosity/nested",
+            "light leaks through walls into the next room by radiosity",
             format!("a furnace box in a dark box shows {lit:.6} inside and nothing outside"),
             of(nested, 150, &[(in_box, grey(lit)), (outside, DVec3::ZERO)]),
         ),
         (
             "radiosity/coloured",
+            "radiosity mixes up the colours of walls and of lamps",
             "in a furnace box each channel is its emission over 1 less its albedo".to_owned(),
             of(coloured, 60, &[(in_box, emission / (DVec3::ONE - albedo))]),
         ),
     ]
     .into_iter()
-    .map(|(name, property, known)| {
+    .map(|(name, consequence, property, known)| {
         trial(
             name,
             property,
+            consequence,
             &RADIOSITY,
             [SUBJECT, "exact"],
             with_parts(known),
@@ -230,6 +237,7 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "radiosity/energy",
             "in a cube with a wall of light all walls together receive the flux over 1 − ρ",
+            "radiosity creates or loses light in all, so that a whole room is too bright or dark",
             &RADIOSITY,
             [SUBJECT, "exact"],
             with_parts(factors::Energy),
@@ -237,6 +245,7 @@ fn rooms() -> Vec<FamilyTrial<EstimatorSubject>> {
         trial(
             "radiosity/diffuse-room",
             "radiosity and the path tracer make the same image of the diffuse room",
+            "a room by radiosity differs visibly from the same room by path tracing",
             &RADIOSITY,
             [SUBJECT, "Welch, equivalence"],
             with_parts(SameRoom(valid(diffuse()))),

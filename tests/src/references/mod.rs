@@ -45,6 +45,8 @@ struct Reference {
     delta: f64,
     /// The scene, in words.
     about: &'static str,
+    /// Symptom of a renderer whose image differs.
+    consequence: &'static str,
 }
 
 const REFERENCES: [Reference; 5] = [
@@ -56,6 +58,7 @@ const REFERENCES: [Reference; 5] = [
         segments: 2,
         delta: SINGLE,
         about: "a ball in a plane under a uniform sky",
+        consequence: "a ball outdoors is brighter or darker than in Mitsuba, as is the floor by it",
     },
     Reference {
         name: "references/mitsuba/two-bounces-red",
@@ -65,6 +68,7 @@ const REFERENCES: [Reference; 5] = [
         segments: 3,
         delta: SINGLE,
         about: "a ball in a plane beside a coloured wall, red after two bounces",
+        consequence: "a coloured wall tints its neighbours more or less than it does in Mitsuba",
     },
     Reference {
         name: "references/mitsuba/two-bounces-green",
@@ -74,6 +78,7 @@ const REFERENCES: [Reference; 5] = [
         segments: 3,
         delta: SINGLE,
         about: "a ball in a plane beside a coloured wall, green after two bounces",
+        consequence: "colour bleeding has another hue than in Mitsuba, as green differs from red",
     },
     Reference {
         name: "references/mitsuba/light-and-shadow",
@@ -83,6 +88,7 @@ const REFERENCES: [Reference; 5] = [
         segments: 2,
         delta: IMAGE,
         about: "a ball and its shadow beside an upright light",
+        consequence: "the shadow of a ball is missing, or lighter or darker than in Mitsuba",
     },
     Reference {
         name: "references/mitsuba/light-below",
@@ -92,6 +98,7 @@ const REFERENCES: [Reference; 5] = [
         segments: 2,
         delta: BOUNCES,
         about: "a slanted square over a light",
+        consequence: "a lamp lights what it sees at a slant as brightly as what it faces",
     },
 ];
 
@@ -213,6 +220,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         trial(
             reference.name,
             format!("the image of {} is Mitsuba's reference", reference.about),
+            reference.consequence,
             &RENDERING,
             ["integrator::Path", "t, Welch map"],
             with_parts(same),

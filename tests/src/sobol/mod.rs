@@ -433,12 +433,14 @@ fn coverage(context: &Context, subject: SobolParts) -> Vec<Outcome> {
 fn family_trial<S: 'static>(
     name: &str,
     property: &str,
+    consequence: &str,
     statistic: &'static str,
     on: TrialFn<S>,
 ) -> FamilyTrial<S> {
     trial(
         format!("sampler/{name}"),
         property,
+        consequence,
         &SOBOL,
         [
             "sampling::sampler::Sobol, sampling::sampler::scramble",
@@ -453,24 +455,28 @@ fn trials() -> Vec<FamilyTrial<SobolParts>> {
         family_trial(
             "uniform",
             "over scrambles each coordinate is uniform, in its lower bits, too",
+            "parts of lamps and of the sky are never sampled: images are biased",
             "chi-square",
             uniformity,
         ),
         family_trial(
             "stratified",
             "each elementary interval holds one of the first 2^m points of a scramble",
+            "Sobol' points leave as much noise as random ones",
             "exact",
             stratification,
         ),
         family_trial(
             "independent",
             "blocks, pixels, scrambles and coordinates are uncorrelated",
+            "images show a pattern over their pixels, as in mmp/pbrt-v3#236",
             "t",
             independence,
         ),
         family_trial(
             "mean",
             "the mean of 16 Sobol' points is unbiased through a path tracer",
+            "renders by Sobol' points settle on a wrong brightness",
             "t",
             unbiased,
         ),
@@ -490,12 +496,14 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 family_trial(
                     "error-bars",
                     "the variance over scrambles gives the error of their mean",
+                    "error bars of images by Sobol' points are far too wide or too narrow",
                     "variance ratio",
                     error_bars,
                 ),
                 family_trial(
                     "coverage",
                     "Student's intervals from four scrambles err as often as they say",
+                    "the stated interval of a pixel misses the truth more often than it says",
                     "Kolmogorov-Smirnov",
                     coverage,
                 ),
