@@ -129,6 +129,7 @@ fn on_scene(
     name: &'static str,
     technique: &'static str,
     scene: u64,
+    consequence: &'static str,
 ) -> FamilyTrial<EstimatorSubject> {
     let (_, of_relation) = name.split_once('/').expect("group/relation");
     let relation = super::relation_named(of_relation).expect("a relation");
@@ -144,6 +145,7 @@ fn on_scene(
     trial(
         name,
         format!("{}, on a random scene", relation.about),
+        consequence,
         &RENDERING,
         ["integrator::Path", statistic],
         with_parts(property),
@@ -154,17 +156,72 @@ fn on_scene(
 pub fn families() -> Vec<Box<dyn AnyFamily>> {
     vec![Box::new(Family {
         trials: vec![
-            on_scene("metamorphic/colours", "mis", 12),
-            on_scene("metamorphic/doubled", "mis", 12),
-            on_scene("metamorphic/unit", "mis-area", 26),
-            on_scene("metamorphic/rigid-motion", "mis-area", 12),
-            on_scene("metamorphic/mirrored", "mis-area", 26),
-            on_scene("metamorphic/split", "light", 26),
-            on_scene("metamorphic/permuted", "light", 26),
-            on_scene("metamorphic/index-one", "mis", 4),
-            on_scene("metamorphic/lamps", "mis-area", 96),
-            on_scene("metamorphic/reciprocity", "mis-area", 130),
-            on_scene("metamorphic/techniques", "light", 26),
+            on_scene(
+                "metamorphic/colours",
+                "mis",
+                12,
+                "a red lamp makes another image than the same lamp in blue, with the colours exchanged",
+            ),
+            on_scene(
+                "metamorphic/doubled",
+                "mis",
+                12,
+                "brighter lamps change the noise, or lamps of a small power are treated as none",
+            ),
+            on_scene(
+                "metamorphic/unit",
+                "mis-area",
+                26,
+                "a room modelled in centimetres renders brighter than the same room in metres",
+            ),
+            on_scene(
+                "metamorphic/rigid-motion",
+                "mis-area",
+                12,
+                "a model looks different when it is turned or moved together with its camera",
+            ),
+            on_scene(
+                "metamorphic/mirrored",
+                "mis-area",
+                26,
+                "a mirrored model is lit otherwise than the original",
+            ),
+            on_scene(
+                "metamorphic/split",
+                "light",
+                26,
+                "a lamp gets brighter or darker when a modeller cuts its rectangle in two",
+            ),
+            on_scene(
+                "metamorphic/permuted",
+                "light",
+                26,
+                "the image depends on the order in which a file lists its objects",
+            ),
+            on_scene(
+                "metamorphic/index-one",
+                "mis",
+                4,
+                "a body of air is seen in the image, as a faint reflection or a shadow",
+            ),
+            on_scene(
+                "metamorphic/lamps",
+                "mis-area",
+                96,
+                "rooms with several lamps are too dark or too bright, although each lamp alone is right",
+            ),
+            on_scene(
+                "metamorphic/reciprocity",
+                "mis-area",
+                130,
+                "light from A to B differs from light from B to A, so that particle and path tracing disagree",
+            ),
+            on_scene(
+                "metamorphic/techniques",
+                "light",
+                26,
+                "the image's brightness depends on which strategy for direct light the user chose",
+            ),
         ],
         faults: faults(),
         ..Family::whole("metamorphic", STANDARD)

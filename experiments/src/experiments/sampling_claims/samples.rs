@@ -46,6 +46,7 @@ pub fn hemispheres(run: &mut Run, file: &str) -> Result<(), Error> {
 const MORE: [Profile; 2] = [
     Profile {
         name: "1",
+        light: "the same from all directions",
         radiance: |_| 1.0,
         mean: 1.0,
         uniform: 1.0 / 3.0,
@@ -53,6 +54,7 @@ const MORE: [Profile; 2] = [
     },
     Profile {
         name: "band",
+        light: "in a band at the horizon",
         radiance: |w| if w.z < 0.1 { 1.0 } else { 0.0 },
         mean: 0.01,
         uniform: 4.0 / 3.0 * 0.001 - 0.0001,
