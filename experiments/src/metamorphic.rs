@@ -139,7 +139,7 @@ pub fn main() -> ExitCode {
             Some(path) => {
                 let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
                 let scene = SceneText::parse(&text)
-                    .map_err(|message| Error::Option(format!("{}: {message}", path.display())))?;
+                    .map_err(|message| Error::Option(format!("{}, {message}", path.display())))?;
                 options.test(&scene, options.seed, &tally)?;
             }
             None => options.hunt(&tally)?,

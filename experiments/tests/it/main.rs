@@ -19,6 +19,7 @@ mod export;
 mod figures;
 mod graded;
 mod judge;
+mod metamorphic;
 mod moments;
 mod mutants;
 mod numbers;

@@ -132,9 +132,13 @@ impl SceneText {
     /// Reads a scene file.
     ///
     /// # Errors
-    /// The message of the TOML reader.
+    /// The line and the message of the TOML reader.
     pub fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| error.to_string())
+        toml::from_str(text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+            format!("line {line}: {}", error.message())
+        })
     }
 
     /// Returns the scene file.

@@ -1,0 +1,111 @@
+//! Tests of `metamorphic`: the hunt, one scene file, refusals, the generator and the reducer.
+
+use std::collections::BTreeSet;
+
+use trials::metamorphic::{Case, Found, Object, SceneText, generate, reduce, relation_named};
+
+use crate::{folder, run, text};
+
+/// A ball under a sky.
+const BALL: &str = r#"
+background = [1.0, 0.5, 0.2]
+camera = { eye = [0.0, -5.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], half_height = 0.4 }
+materials.clay = { model = "lambert", albedo = [0.8, 0.4, 0.2] }
+objects = [{ shape = "sphere", material = "clay", centre = [0.0, 0.0, 0.0], radius = 1.0 }]
+"#;
+
+#[test]
+fn scenes_are_tested_and_counted() {
+    let folder = folder("metamorphic");
+    let run = |options: &str| run(env!("CARGO_BIN_EXE_metamorphic"), &folder, options);
+    let output = run("--scenes 2 --seed 3 --relation colours");
+    let lines = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{lines}");
+    assert!(lines.starts_with("2 scenes from seed 3\n"), "{lines}");
+    let row = |lines: &str| -> Vec<String> {
+        let last = lines.lines().last().expect("a row");
+        last.split_whitespace().map(str::to_owned).collect()
+    };
+    assert_eq!(row(&lines)[0], "colours");
+    let counts: u32 = row(&lines)[1..]
+        .iter()
+        .map(|n| n.parse::<u32>().expect("a count"))
+        .sum();
+    assert_eq!(counts, 2, "{lines}");
+
+    std::fs::write(folder.join("ball.toml"), BALL).expect("written");
+    let output = run("--scene ball.toml --relation doubled --technique bsdf");
+    assert_eq!(
+        row(&text(&output.stdout)),
+        ["doubled", "1", "0", "0", "0", "0"]
+    );
+
+    let refused = |options: &str, hint: &str| {
+        let output = run(options);
+        let lines = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{options}: {lines}");
+        assert!(
+            lines.starts_with("error: ") && lines.lines().count() == 1,
+            "{lines}"
+        );
+        assert!(lines.contains(hint), "{hint}: {lines}");
+    };
+    refused("--relation splt", "split");
+    refused("--technique bdtp", "bdpt");
+    refused("--time 10x", "10m");
+    refused("--scene none.toml", "none.toml");
+    std::fs::write(folder.join("bad.toml"), BALL.replace("half_height", "fov")).expect("written");
+    refused("--scene bad.toml", "bad.toml, line 3: ");
+}
+
+#[test]
+fn generated_scenes_are_valid_and_of_all_kinds() {
+    let mut refused = 0;
+    let mut kinds = BTreeSet::new();
+    for seed in 0..120 {
+        let scene = generate(seed);
+        let read = SceneText::parse(&scene.text()).expect("a scene that can be read");
+        assert_eq!(read, scene);
+        refused += u32::from(scene.build().is_err());
+        kinds.extend(scene.materials.values().map(|of| of.model.clone()));
+        kinds.extend(scene.objects.iter().map(|object| {
+            let kind = match object {
+                Object::Rectangle { .. } => "rectangle",
+                Object::Sphere { zone: Some(_), .. } => "zone",
+                Object::Sphere { zone: None, .. } => "sphere",
+                Object::Mesh { .. } => "mesh",
+            };
+            kind.to_owned()
+        }));
+    }
+    assert!(refused <= 12, "{refused} of 120 scenes are refused");
+    assert_eq!(kinds.len(), 12, "{kinds:?}");
+}
+
+/// The reducer is told that a scene fails if it has a zone of a sphere that emits.
+#[test]
+fn reduction_leaves_what_fails() {
+    let fails = |scene: &SceneText| {
+        scene.objects.iter().any(|object| {
+            matches!(object, Object::Sphere { zone: Some(_), material, .. }
+                if scene.materials[material].emission != [0.0; 3])
+        })
+    };
+    let scenes = (0..).map(generate);
+    let scene = scenes
+        .filter(|scene| scene.objects.len() > 3)
+        .find(fails)
+        .expect("a scene");
+    let relation = relation_named("split").expect("a relation");
+    let check = |case: &Case| match fails(&case.scene) {
+        true => Found::Fails(String::new()),
+        false => Found::Holds,
+    };
+    let smallest = reduce(&Case::of(relation, &scene, 1), &check).scene;
+    assert!(fails(&smallest));
+    assert_eq!(smallest.objects.len(), 1);
+    assert_eq!(smallest.materials.len(), 1);
+    let material = smallest.materials.values().next().expect("a material");
+    assert_eq!((&*material.model, material.emission), ("black", [1.0; 3]));
+    assert_eq!(smallest.background, [0.0; 3]);
+}
