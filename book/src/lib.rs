@@ -18,7 +18,7 @@
 //! The explorables' scripts in `pages/explore` compare their functions with the library's values, which
 //! are written to `explore/reference.js`.
 //!
-//! The first use of a glossary's word on a page is linked to its entry, see [`glossary`].
+//! The first use of a glossary's word on a page is linked to its entry, see `glossary`.
 //!
 //! Formulas are written `$…$` and `$$…$$`. Whatever is missing fails the build with file and line.
 

@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use rayon::prelude::*;
 use trials::metamorphic::{
-    Case, Found, RELATIONS, Relation, SceneText, Technique, generate, reduce,
+    Case, Found, RELATIONS, Relation, SceneText, TECHNIQUES, Technique, generate, reduce,
+    relation_named,
 };
-use trials::metamorphic::{TECHNIQUES, relation_named};
 use whitefurnace::error::Error;
 use whitefurnace::image::write_atomically;
 use whitefurnace::integrator::DefaultParts;
@@ -36,7 +36,7 @@ use crate::run::signals::{install_handlers, interrupted};
 ///                                                   test one scene file
 ///
 /// A difference counts if two looks see it, of which the second has four times as many images and
-/// other random numbers: right renders break one relation in 10^9. Each finding is written to the
+/// other random numbers, at levels of 1e-3 and 1e-6. Each finding is written to the
 /// folder --out as a scene file, and printed with the command that shows it again. Exit codes: 0 if
 /// no relation was broken, 1 if one was, 3 for bad input.
 #[derive(Parser)]
@@ -111,7 +111,7 @@ impl Tally {
 
     fn print(&self) {
         print_line!(
-            "{:<16}{:>8}{:>14}{:>16}{:>10}{:>8}",
+            "{:<16}{:>12}{:>15}{:>16}{:>10}{:>8}",
             "relation",
             "within 1 %",
             "no difference",
@@ -122,7 +122,7 @@ impl Tally {
         for relation in &RELATIONS {
             if let Some([holds, undecided, not, refused, fails]) = self.0.get(relation.name) {
                 print_line!(
-                    "{:<16}{holds:>8}{undecided:>14}{not:>16}{refused:>10}{fails:>8}",
+                    "{:<16}{holds:>12}{undecided:>15}{not:>16}{refused:>10}{fails:>8}",
                     relation.name
                 );
             }

@@ -10,7 +10,7 @@ use whitefurnace::sampling::rng::{Stream, stream, uniform};
 
 use crate::mean_radiance::any_direction;
 
-use super::scene::{DVec3Text, Material, Object, SceneText, Similarity, View};
+use super::scene::{Material, Object, SceneText, Similarity, Triple, View};
 
 /// Half the side of the cube in which objects stand, before the scene is scaled.
 const ROOM: f64 = 1.0;
@@ -75,7 +75,7 @@ impl Generator {
         DQuat::from_axis_angle(self.direction(), self.between(0.0, std::f64::consts::PI))
     }
 
-    fn colour(&mut self, low: f64, high: f64) -> DVec3Text {
+    fn colour(&mut self, low: f64, high: f64) -> Triple {
         [0; 3].map(|_| self.between(low, high))
     }
 
@@ -141,7 +141,7 @@ impl Generator {
         })
     }
 
-    fn emission(&mut self) -> DVec3Text {
+    fn emission(&mut self) -> Triple {
         let factor = self.log_between(0.3, 30.0);
         self.colour(0.2, 1.0).map(|channel| channel * factor)
     }

@@ -14,7 +14,7 @@ use whitefurnace::scene::file::Description;
 #[serde(deny_unknown_fields)]
 pub struct SceneText {
     /// Radiance of rays that hit nothing.
-    pub background: DVec3Text,
+    pub background: Triple,
     /// The camera.
     pub camera: View,
     /// Materials by name.
@@ -26,18 +26,18 @@ pub struct SceneText {
 }
 
 /// Three numbers: a point, a direction or a colour.
-pub type DVec3Text = [f64; 3];
+pub type Triple = [f64; 3];
 
 /// A camera as scene files describe it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct View {
     /// Origin of the rays.
-    pub eye: DVec3Text,
+    pub eye: Triple,
     /// A point in the middle of the image.
-    pub target: DVec3Text,
+    pub target: Triple,
     /// Direction that is upright in the image.
-    pub up: DVec3Text,
+    pub up: Triple,
     /// Half of the image's height at distance 1.
     pub half_height: f64,
 }
@@ -49,7 +49,7 @@ pub struct Material {
     pub model: String,
     /// Radiance emitted by the front.
     #[serde(default)]
-    pub emission: DVec3Text,
+    pub emission: Triple,
     /// Parameters of the model.
     #[serde(flatten)]
     pub parameters: toml::Table,
@@ -64,16 +64,16 @@ pub enum Object {
         /// Name of the material.
         material: String,
         /// One corner.
-        corner: DVec3Text,
+        corner: Triple,
         /// Edges from that corner.
-        edges: [DVec3Text; 2],
+        edges: [Triple; 2],
     },
     /// A sphere, or the part of one between two heights.
     Sphere {
         /// Name of the material.
         material: String,
         /// The centre.
-        centre: DVec3Text,
+        centre: Triple,
         /// The radius.
         radius: f64,
         /// Lowest and highest z, from the centre.
@@ -86,7 +86,7 @@ pub enum Object {
     /// A mesh.
     Mesh {
         /// Vertices of all faces.
-        vertices: Vec<DVec3Text>,
+        vertices: Vec<Triple>,
         /// Faces of each material.
         faces: BTreeMap<String, Vec<Vec<u32>>>,
     },
@@ -114,16 +114,16 @@ impl Similarity {
         translation: DVec3::ZERO,
     };
 
-    fn direction(&self, v: DVec3Text) -> DVec3Text {
+    fn direction(&self, v: Triple) -> Triple {
         let [x, y, z] = (self.rotation * DVec3::from(v)).to_array();
         [if self.mirrored { -x } else { x }, y, z]
     }
 
-    fn vector(&self, v: DVec3Text) -> DVec3Text {
+    fn vector(&self, v: Triple) -> Triple {
         self.direction(v).map(|x| x * self.scale)
     }
 
-    fn point(&self, p: DVec3Text) -> DVec3Text {
+    fn point(&self, p: Triple) -> Triple {
         (DVec3::from(self.vector(p)) + self.translation).to_array()
     }
 }
@@ -215,7 +215,7 @@ impl SceneText {
     #[must_use]
     pub fn tinted(&self, factor: DVec3) -> Self {
         let mut scene = self.clone();
-        let tint = |colour: &mut DVec3Text| *colour = (DVec3::from(*colour) * factor).to_array();
+        let tint = |colour: &mut Triple| *colour = (DVec3::from(*colour) * factor).to_array();
         tint(&mut scene.background);
         scene
             .materials
