@@ -1,6 +1,8 @@
 //! Check-ups of BSDFs computed in single precision, with vectors of their own: right ones hold, and
 //! with an error of one percent they fail.
 
+mod glass;
+
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use whitefurnace::harness::directions::{Density, Directions, Precision, Sample};
@@ -435,71 +437,4 @@ fn a_stated_precision_is_what_counts() {
         found(Some(1.0 / 512.0), "integral").verdict(),
         Verdict::Undecided { .. }
     ));
-}
-
-/// Returns glass in single precision; its weights have the relative error `error`.
-fn glass(error: f32) -> LobeSubject {
-    type Lobes = Vec<(V, f32, f32)>;
-    fn lobes(wo: V) -> Lobes {
-        let (eta, side) = if wo[2] > 0.0 {
-            (1.0 / 1.5, 1.0)
-        } else {
-            (1.5, -1.0)
-        };
-        let squared: f32 = 1.0 - eta * eta * (1.0 - wo[2] * wo[2]);
-        let mirrored = [-wo[0], -wo[1], wo[2]];
-        if squared <= 0.0 {
-            return vec![(mirrored, 1.0, 1.0)];
-        }
-        let (cos_i, cos_t) = (wo[2].abs(), squared.sqrt());
-        let [s, p] = [
-            (eta * cos_i - cos_t) / (eta * cos_i + cos_t),
-            (cos_i - eta * cos_t) / (cos_i + eta * cos_t),
-        ];
-        let r = 0.5 * (s * s + p * p);
-        let refracted = unit([-eta * wo[0], -eta * wo[1], -side * cos_t]);
-        vec![
-            (mirrored, r, r),
-            (refracted, 1.0 - r, (1.0 - r) * eta * eta),
-        ]
-    }
-    let single = |w: DVec3| w.to_array().map(|x| x as f32);
-    let double = |w: V| DVec3::from_array(w.map(f64::from));
-    LobeSubject::new(
-        move |wo| {
-            let lobe = |(w, probability, share): (V, f32, f32)| Lobe {
-                direction: double(w),
-                probability: f64::from(probability),
-                share: f64::from(share),
-            };
-            lobes(single(wo)).into_iter().map(lobe).collect()
-        },
-        move |wo, [u, ..]| {
-            let lobes = lobes(single(wo));
-            let (w, probability, share) = if (u as f32) < lobes[0].1 {
-                lobes[0]
-            } else {
-                *lobes.last()?
-            };
-            Some(LobeSample {
-                wi: double(w),
-                weight: f64::from(share / probability * (1.0 + error)),
-            })
-        },
-    )
-    .transmits(true)
-    .energy_bound(2.25)
-}
-
-#[test]
-fn glass_holds_and_with_an_error_of_one_percent_fails() {
-    for outcome in check_up_lobes(&glass(0.0), &size(Vec::new()), &context("single glass")) {
-        assert_eq!(outcome.verdict(), Verdict::Holds, "{outcome}");
-    }
-    let outcomes = check_up_lobes(&glass(0.01), &size(Vec::new()), &context("single glass"));
-    assert!(
-        outcomes
-            .iter()
-            .any(|o| o.name.starts_with("weight") && o.verdict() == Verdict::Fails)
-    );
 }
