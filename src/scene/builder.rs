@@ -387,8 +387,9 @@ pub(super) fn is_sound(sphere: &Sphere) -> bool {
     centre.is_finite() && radius.is_finite() && radius > 0.0 && sphere.area() >= SMALLEST_AREA
 }
 
-/// Returns vertices and triangles of a closed axis-parallel box, its fronts inside or outside.
-pub(super) fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u32; 3]; 12]) {
+/// Returns vertices and triangles of a closed axis-parallel box, its fronts inside or outside: two
+/// consecutive triangles for each of its six faces.
+pub fn cuboid(low: DVec3, high: DVec3, inward: bool) -> ([DVec3; 8], [[u32; 3]; 12]) {
     let vertices = std::array::from_fn(|i| {
         DVec3::select(glam::BVec3::new(i & 1 > 0, i & 2 > 0, i & 4 > 0), high, low)
     });

@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-pub use builder::{SceneBuilder, SurfaceId};
+pub use builder::{SceneBuilder, SurfaceId, cuboid};
 pub use coincident::{COINCIDENCE_TOLERANCE, Coincidence, SINGLE_COINCIDENCE_TOLERANCE};
 pub use detail::SMALLEST_DETAIL;
 use detail::longest_edge;

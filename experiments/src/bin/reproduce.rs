@@ -37,7 +37,8 @@ struct Reproduce {
     /// List the experiments and end
     #[arg(long)]
     list: bool,
-    /// Do everything again, even what an earlier run of this program has done
+    /// Do everything again, even what an earlier run of this program has done; images and p-values
+    /// that accumulate from run to run are added to those of earlier runs
     #[arg(long)]
     fresh: bool,
     /// Fail where a number differs from the record beyond the noise of both
@@ -70,6 +71,15 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
         return Err(Error::Option(
             "--against-record compares the default run: leave out --only and --tier".to_owned(),
         ));
+    }
+    let results = options.shared.out.join(record::RESULTS);
+    if options.against_record && options.fresh && results.exists() {
+        return Err(Error::Option(format!(
+            "{} is of an earlier run, to whose images a fresh run adds: compare with the record from another --out, or \
+             remove {}",
+            results.display(),
+            options.shared.out.display()
+        )));
     }
     if options.update_book
         && !is_default

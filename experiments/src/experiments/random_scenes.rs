@@ -84,7 +84,9 @@ fn correct(run: &Run, scenes: u64) -> Result<BTreeMap<String, Counts>, Error> {
         let key = format!("scenes {first} of {scenes}");
         let part: BTreeMap<String, Counts> = run.part(&key, || {
             let seed = |index| seed_for(run.seed(), &format!("random scene {index}"));
-            let results = parallel_map(&indices, |index| test_scene(seed(*index), DefaultParts))?;
+            let results = parallel_map(&indices, |index| {
+                test_scene(seed(*index), DefaultParts, |_| true)
+            })?;
             let mut part = BTreeMap::<String, Counts>::new();
             for (case, found) in results.into_iter().flatten() {
                 let of = part.entry(case.relation.name.to_owned()).or_default();
@@ -118,7 +120,7 @@ fn faulty(run: &mut Run) -> Result<(), Error> {
         let fault = &faults[*index];
         (1..=most).find_map(|scenes| {
             let seed = seed_for(run.seed(), &format!("{} {scenes}", fault.name));
-            let results = test_scene(seed, fault.parts);
+            let results = test_scene(seed, fault.parts, Case::uses_parts);
             let broken = |(case, found): (Case, Found)| {
                 matches!(found, Found::Fails(_)).then(|| Detected {
                     scenes,

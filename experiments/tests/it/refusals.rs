@@ -269,6 +269,11 @@ fn only_full_runs_are_recorded() {
     ] {
         refused(&reproduce(&folder("refuse"), options), "--tier full");
     }
+    let earlier = folder("against-record");
+    std::fs::create_dir_all(earlier.join("out")).expect("a folder");
+    std::fs::write(earlier.join("out/results.json"), "[]").expect("written");
+    let again = reproduce(&earlier, "--fresh --against-record --out out");
+    refused(&again, "results.json is of an earlier run");
 }
 
 #[test]

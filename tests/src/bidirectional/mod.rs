@@ -87,53 +87,43 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
         count,
         delta: IMAGE,
     };
-    let rectangle = |name, consequence, kind, count| {
-        let what = "a floor under a square light";
-        mean(
-            name,
-            consequence,
-            kind,
-            &GEOMETRY,
-            what,
-            scenes::rectangle(false),
-            square(count),
-        )
-    };
-    let sphere = |name, consequence, kind, count| {
-        let what = "a floor under a spherical light";
-        mean(
-            name,
-            consequence,
-            kind,
-            &GEOMETRY,
-            what,
-            scenes::sphere(),
-            square(count),
-        )
+    let under_square = "a floor under a square light";
+    let under_sphere = "a floor under a spherical light";
+    let floor = |name, consequence, kind, what, image, count| {
+        let size = square(count);
+        mean(name, consequence, kind, &GEOMETRY, what, image, size)
     };
     vec![
-        rectangle(
+        floor(
             "bidirectional/light-tracer/rectangle",
             "a panel lamp lights a floor by a wrong amount when its light is traced from it",
             LightTracer,
+            under_square,
+            scenes::rectangle(false),
             10_000,
         ),
-        rectangle(
+        floor(
             "bidirectional/bdpt/rectangle",
             "direct light of a panel is counted more or less than once bidirectionally",
             Bdpt,
+            under_square,
+            scenes::rectangle(false),
             8_000,
         ),
-        sphere(
+        floor(
             "bidirectional/light-tracer/sphere",
             "a globe lamp is too bright or too dim when its light is traced from it",
             LightTracer,
+            under_sphere,
+            scenes::sphere(),
             20_000,
         ),
-        sphere(
+        floor(
             "bidirectional/bdpt/sphere",
             "a globe lamp's light falls off wrongly where bidirectional paths are joined",
             Bdpt,
+            under_sphere,
+            scenes::sphere(),
             MIN_SYMMETRIC_VALUES,
         ),
         mean(

@@ -7,6 +7,7 @@ use rand::RngExt as _;
 use whitefurnace::material::MODELS;
 use whitefurnace::material::named::ParameterKind;
 use whitefurnace::sampling::rng::{Stream, stream, uniform};
+use whitefurnace::scene::cuboid;
 
 use crate::mean_radiance::any_direction;
 
@@ -220,13 +221,12 @@ impl Generator {
 
     fn cuboid(&mut self, centre: DVec3, half: DVec3, rotation: DQuat) {
         let material = self.material(true);
-        let vertices = (0..8u32).map(|i| {
-            let sign = |axis: u32| if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
-            (centre + rotation * (half * DVec3::new(sign(0), sign(1), sign(2)))).to_array()
-        });
+        let (corners, triangles) = cuboid(-half, half, false);
         self.scene.objects.push(Object::Mesh {
-            vertices: vertices.collect(),
-            faces: BTreeMap::from([(material, BOX.map(|face| face.to_vec()).to_vec())]),
+            vertices: corners
+                .map(|corner| (centre + rotation * corner).to_array())
+                .to_vec(),
+            faces: BTreeMap::from([(material, triangles.map(Vec::from).to_vec())]),
         });
     }
 
@@ -315,18 +315,14 @@ impl Generator {
     /// Adds a closed room with walls of two materials.
     fn room(&mut self) {
         let names = [self.material(false), self.material(false)];
-        let vertices = (0..8u32).map(|i| {
-            let sign = |axis: u32| if i >> axis & 1 == 1 { WALL } else { -WALL };
-            [sign(0), sign(1), sign(2)]
-        });
+        let (corners, triangles) = cuboid(DVec3::splat(-WALL), DVec3::splat(WALL), true);
         let mut faces = BTreeMap::<_, Vec<_>>::new();
-        for (i, face) in BOX.into_iter().enumerate() {
-            let mut inward = face.to_vec();
-            inward.reverse();
-            faces.entry(names[i % 2].clone()).or_default().push(inward);
+        for (i, triangle) in triangles.into_iter().enumerate() {
+            let name = names[i / 2 % 2].clone();
+            faces.entry(name).or_default().push(triangle.to_vec());
         }
         self.scene.objects.push(Object::Mesh {
-            vertices: vertices.collect(),
+            vertices: corners.map(|corner| corner.to_array()).to_vec(),
             faces,
         });
     }
@@ -392,13 +388,3 @@ impl Generator {
         };
     }
 }
-
-/// Faces of a box whose corner i has the signs of the bits of i, counter-clockwise from outside.
-const BOX: [[u32; 4]; 6] = [
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-];

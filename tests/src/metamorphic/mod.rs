@@ -6,6 +6,7 @@
 //! hunts with all three; the trials of this module run a few fixed scenes.
 
 mod generate;
+mod reciprocity;
 mod reduce;
 mod relations;
 mod scene;
@@ -18,6 +19,7 @@ use whitefurnace::harness::images::{Rules, Side, compare};
 use whitefurnace::harness::outcome::Verdict;
 use whitefurnace::math::moments::FIXED_POINT_UNIT;
 use whitefurnace::sampling::rng::{seed_for, stream};
+use whitefurnace::scene::Scene;
 
 pub use generate::generate;
 pub use reduce::reduce;
@@ -100,12 +102,19 @@ const ROUNDING: f64 = 1e-3;
 const FILM_ROUNDING: f64 = 16.0 * FIXED_POINT_UNIT;
 
 /// Tests the random scene of a seed under all relations, each by a random technique, until one
-/// fails.
-pub fn test_scene<P: EstimatorParts + Copy>(seed: u64, parts: P) -> Vec<(Case, Found)> {
+/// fails. Cases that `takes` refuses are left out.
+pub fn test_scene<P: EstimatorParts + Copy>(
+    seed: u64,
+    parts: P,
+    takes: fn(&Case) -> bool,
+) -> Vec<(Case, Found)> {
     let scene = generate(seed);
     let mut all = Vec::new();
     for relation in &RELATIONS {
         let case = Case::of(relation, &scene, seed);
+        if !takes(&case) {
+            continue;
+        }
         let found = case.check(parts);
         let fails = matches!(found, Found::Fails(_));
         all.push((case, found));
@@ -114,6 +123,30 @@ pub fn test_scene<P: EstimatorParts + Copy>(seed: u64, parts: P) -> Vec<(Case, F
         }
     }
     all
+}
+
+/// A render of a side with its scene built.
+struct Render {
+    part: Part,
+    scene: Scene,
+}
+
+/// Renders the images of a side, each the sum over its renders.
+fn images_of<P: EstimatorParts + Copy>(
+    parts: P,
+    side: &[Render],
+    seed: u64,
+    images: Images,
+) -> Result<Vec<Vec<DVec3>>, Error> {
+    let mut sums = vec![Vec::new(); images.count as usize];
+    for (number, Render { part, scene }) in side.iter().enumerate() {
+        let seed = seed_for(seed, &format!("render {number}"));
+        let rendered = part.technique.images(parts, scene, seed, images)?;
+        for (sum, image) in sums.iter_mut().zip(rendered) {
+            add(sum, (part.adjust)(image));
+        }
+    }
+    Ok(sums)
 }
 
 impl Case {
@@ -128,24 +161,32 @@ impl Case {
         }
     }
 
+    /// Returns whether all its renders are made by the parts that [`check`](Self::check) is given.
+    pub fn uses_parts(&self) -> bool {
+        let sides = self.sides();
+        let mut renders = sides.iter().flatten().flatten();
+        renders.all(|part| part.technique.uses_parts())
+    }
+
     /// Tests the relation by the images that these parts of estimators make.
     pub fn check<P: EstimatorParts + Copy>(&self, parts: P) -> Found {
-        let Some(sides) = self.sides() else {
-            return Found::NotApplicable;
+        let found = || {
+            let Some(sides) = self.renders()? else {
+                return Ok(Found::NotApplicable);
+            };
+            let mut found = Found::Undecided;
+            for (count, level) in IMAGES.into_iter().zip(LEVELS) {
+                found = self.look(parts, &sides, count, level)?;
+                if !matches!(found, Found::Fails(_)) {
+                    break;
+                }
+            }
+            Ok(found)
         };
-        let mut looks = IMAGES.into_iter().zip(LEVELS).map(|(images, level)| {
-            let seed = seed_for(self.seed, &format!("{images} images"));
-            self.look(parts, &sides, images, level, seed)
-                .unwrap_or_else(|error| match error {
-                    Error::Scene { .. } | Error::Option(_) => Found::Refused(error.to_string()),
-                    _ => Found::Fails(error.to_string()),
-                })
-        });
-        match looks.next() {
-            Some(Found::Fails(_)) => looks.next().unwrap_or(Found::NotApplicable),
-            Some(other) => other,
-            None => Found::NotApplicable,
-        }
+        found().unwrap_or_else(|error: Error| match error {
+            Error::Scene { .. } | Error::Option(_) => Found::Refused(error.to_string()),
+            _ => Found::Fails(error.to_string()),
+        })
     }
 
     /// Returns the two sides of the relation; `None` where it does not apply to the scene.
@@ -154,43 +195,45 @@ impl Case {
         (self.relation.sides)(&self.scene, self.technique, &mut rng)
     }
 
+    /// Returns the two sides with their scenes built.
+    fn renders(&self) -> Result<Option<[Vec<Render>; 2]>, Error> {
+        let build = |part: Part| {
+            let scene = part.scene.build()?;
+            Ok(Render { part, scene })
+        };
+        let build_all =
+            |parts: Vec<Part>| parts.into_iter().map(build).collect::<Result<_, Error>>();
+        let Some([first, second]) = self.sides() else {
+            return Ok(None);
+        };
+        Ok(Some([build_all(first)?, build_all(second)?]))
+    }
+
+    /// Compares `count` images of each side at a level, or one of each under one seed where the
+    /// relation is exact.
     fn look<P: EstimatorParts + Copy>(
         &self,
         parts: P,
-        sides: &[Vec<Part>; 2],
-        images: u32,
+        sides: &[Vec<Render>; 2],
+        count: u32,
         level: f64,
-        seed: u64,
     ) -> Result<Found, Error> {
-        let mut of_sides = Vec::new();
-        for (side, renders) in ["first", "second"].iter().zip(sides) {
-            let (seed, count) = match self.relation.tolerance {
-                Some(_) => (seed, 1),
-                None => (seed_for(seed, side), images),
-            };
-            let images = Images {
-                count,
-                samples: SAMPLES,
-            };
-            let mut sums = vec![Vec::new(); count as usize];
-            for (number, part) in renders.iter().enumerate() {
-                let scene = part.scene.build()?;
-                let seed = seed_for(seed, &format!("render {number}"));
-                let rendered = part.technique.images(parts, &scene, seed, images)?;
-                for (sum, image) in sums.iter_mut().zip(rendered) {
-                    add(sum, (part.adjust)(image));
-                }
-            }
-            of_sides.push(sums);
-        }
-        Ok(match self.relation.tolerance {
-            Some(tolerance) => {
-                match differing_pixels(&of_sides[0][0], &of_sides[1][0], tolerance) {
-                    0 => Found::Holds,
-                    count => Found::Fails(format!("{count} pixels differ under one seed")),
-                }
-            }
-            None => judge(&of_sides, level),
+        let seed = |side: &str| seed_for(self.seed, &format!("{count} images, {side}"));
+        let images = |side: usize, count, seed| {
+            let samples = SAMPLES;
+            images_of(parts, &sides[side], seed, Images { count, samples })
+        };
+        let Some(tolerance) = self.relation.tolerance else {
+            let sides = [
+                images(0, count, seed("first"))?,
+                images(1, count, seed("second"))?,
+            ];
+            return Ok(judge(&sides, level));
+        };
+        let [a, b] = [images(0, 1, seed("both"))?, images(1, 1, seed("both"))?];
+        Ok(match differing_pixels(&a[0], &b[0], tolerance) {
+            0 => Found::Holds,
+            count => Found::Fails(format!("{count} pixels differ under one seed")),
         })
     }
 }
@@ -215,7 +258,7 @@ fn differing_pixels(a: &[DVec3], b: &[DVec3], tolerance: f64) -> usize {
 }
 
 /// Compares two sides as the program `compare` does.
-fn judge(sides: &[Vec<Vec<DVec3>>], level: f64) -> Found {
+fn judge(sides: &[Vec<Vec<DVec3>>; 2], level: f64) -> Found {
     let channel = |side: usize, channel: usize| -> Vec<Vec<f64>> {
         let of = |image: &Vec<DVec3>| image.iter().map(|pixel| pixel[channel]).collect();
         sides[side].iter().map(of).collect()

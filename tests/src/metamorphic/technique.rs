@@ -127,6 +127,12 @@ impl Technique {
         !matches!(self.estimator, TechniqueKind::Bdpt(_)) || !scene.uses(&["rough-glass"])
     }
 
+    /// Returns whether its renders are made by the parts that they are given. Single precision has
+    /// its own, the correct ones.
+    pub fn uses_parts(&self) -> bool {
+        self.estimator != TechniqueKind::Single
+    }
+
     /// Returns the path tracer of the technique; `None` if it is another estimator.
     pub fn path<P>(&self, parts: P) -> Option<Path<P>> {
         let TechniqueKind::Path {

@@ -5,11 +5,10 @@ use glam::DVec3;
 use whitefurnace::harness::mean::welch;
 use whitefurnace::integrator::{NextEvent, Sample};
 use whitefurnace::sampling::rng::seed_for;
-use whitefurnace::scene::Scene;
 
-use super::relations::{Part, Relation};
+use super::relations::Relation;
 use super::technique::{Images, RESOLUTION, Technique};
-use super::{Case, differing_pixels, generate};
+use super::{Case, Render, differing_pixels, generate, images_of};
 use crate::prelude::*;
 use crate::subject::in_batches;
 
@@ -31,47 +30,20 @@ struct OnScene {
 
 impl OnScene {
     /// Returns the two sides with their scenes built.
-    fn sides(&self) -> [Vec<(Part, Scene)>; 2] {
+    fn sides(&self) -> [Vec<Render>; 2] {
         let case = Case {
             technique: Technique::named(self.technique).expect("a technique"),
             ..Case::of(self.relation, &generate(self.scene), self.scene)
         };
-        let built = |part: Part| {
-            let scene = part.scene.build().expect("a scene that programs take");
-            (part, scene)
-        };
-        let sides = case.sides().expect("a relation that applies to the scene");
-        sides.map(|parts| parts.into_iter().map(built).collect())
+        let sides = case.renders().expect("a scene that programs take");
+        sides.expect("a relation that applies to the scene")
     }
-}
-
-/// Renders one image of a side; `None` if it has values that no film can hold, which is a fault.
-fn image<P: EstimatorParts + Copy>(
-    parts: P,
-    side: &[(Part, Scene)],
-    seed: u64,
-) -> Option<Vec<DVec3>> {
-    let images = Images {
-        count: 1,
-        samples: 1,
-    };
-    let mut sum = Vec::new();
-    for (part, scene) in side {
-        let rendered = part.technique.images(parts, scene, seed, images).ok()?;
-        super::add(&mut sum, (part.adjust)(rendered.into_iter().next()?));
-    }
-    Some(sum)
 }
 
 /// Returns the radiances along `count` random camera rays of a side, each the sum over its renders.
-fn radiances<P: EstimatorParts + Copy>(
-    parts: P,
-    side: &[(Part, Scene)],
-    seed: u64,
-    count: u64,
-) -> Values {
+fn radiances<P: EstimatorParts + Copy>(parts: P, side: &[Render], seed: u64, count: u64) -> Values {
     let mut renders = Vec::new();
-    for (number, (part, scene)) in side.iter().enumerate() {
+    for (number, Render { part, scene }) in side.iter().enumerate() {
         let path = part.technique.path(parts).expect("a path tracer");
         let seed = seed_for(seed, &format!("render {number}"));
         renders.push(in_batches(seed, move |rngs| {
@@ -101,11 +73,19 @@ impl Property for OnScene {
         let sides = self.sides();
         if let Some(tolerance) = self.relation.tolerance {
             let seed = context.seed_of("images");
-            let [Some(a), Some(b)] = sides.each_ref().map(|side| image(parts, side, seed)) else {
-                return not_an_image();
+            let one = Images {
+                count: 1,
+                samples: 1,
             };
-            let differing = differing_pixels(&a, &b, tolerance) as f64;
-            let (pixels, worst) = (a.len() as u64, "number of pixels that differ");
+            let images = sides
+                .each_ref()
+                .map(|side| images_of(parts, side, seed, one));
+            let [Ok(a), Ok(b)] = images else {
+                let worst = "a radiance that no film holds";
+                return vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)];
+            };
+            let differing = differing_pixels(&a[0], &b[0], tolerance) as f64;
+            let (pixels, worst) = (a[0].len() as u64, "number of pixels that differ");
             return vec![Outcome::exact("image", pixels, differing, 0.0, worst)];
         }
         let [first, second] = [0, 1].map(|i| {
@@ -117,11 +97,6 @@ impl Property for OnScene {
         };
         vec![welch("image mean", &first, &second, claim)]
     }
-}
-
-fn not_an_image() -> Vec<Outcome> {
-    let worst = "a radiance that no film holds";
-    vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
 }
 
 /// Returns the trial of a relation.
