@@ -22,9 +22,10 @@ fn main() -> ExitCode {
         let start = Instant::now();
         let matches = cli::matches(Render::command());
         let mut options = cli::unwrap_or_exit(Render::from_matches(&matches));
+        // Checks may build the scene, on all threads.
         cli::exit(
-            options
-                .check(&matches)
+            cli::use_threads(options.threads)
+                .and_then(|()| options.check(&matches))
                 .and_then(|()| run(&mut options, start)),
         )
     })
@@ -33,7 +34,6 @@ fn main() -> ExitCode {
 fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
     // An unfinished image never replaces a finished one.
     let partial = options.out.with_extension("partial.exr");
-    cli::use_threads(options.threads)?;
     let mut previews = options.previews()?;
     options.preview.as_deref().map_or(Ok(()), check_writable)?;
     for exr in [&options.out, &partial] {

@@ -507,6 +507,8 @@ fn rows() -> Vec<Row> {
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
         Row("threads", "3", PLAIN, |_| {}),
+        // Its options are checked with the scene, which is built on all threads.
+        Row("threads", "3", RADIOSITY, |_| {}),
         Row("exposure", "-1.5", PLAIN, |c| {
             c.display = Display::Srgb { exposure: -1.5 }
         }),
