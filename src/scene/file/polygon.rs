@@ -34,7 +34,7 @@ impl Polygons {
     /// # Errors
     /// A message for a polygon that crosses itself.
     pub fn add(&mut self, vertices: &[DVec3], corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
-        for (index, vertex) in (0..).zip(vertices).skip(self.placed) {
+        for (index, vertex) in (self.placed as u32..).zip(&vertices[self.placed..]) {
             self.places.entry(bits(*vertex)).or_insert(index);
         }
         self.placed = vertices.len();
