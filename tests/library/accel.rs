@@ -311,6 +311,31 @@ fn equal_primitives_are_all_there() {
     }
 }
 
+/// Splits by area take the largest triangle off, again and again: the deepest tree there is.
+#[test]
+fn ever_smaller_triangles_make_no_tree_too_deep() {
+    let mut rng = rng("smaller");
+    for ratio in [0.5_f64, 0.9, 0.99] {
+        let primitives: Vec<_> = (0..1500)
+            .map(|i| {
+                let size = ratio.powi(i).max(1e-30);
+                Primitive::Triangle(random_triangle(&mut rng, 1.0).map(|v| (v + 2.0) * size))
+            })
+            .collect();
+        let rays: Vec<Ray> = (0..2000)
+            .map(|i| {
+                let Primitive::Triangle([a, b, c]) = primitives[i % primitives.len()] else {
+                    unreachable!("all are triangles")
+                };
+                let origin = 8.0 * unit_vector(&mut rng);
+                Ray::new(origin, (a + b + c) / 3.0 - origin)
+            })
+            .collect();
+        let hits = check_all(&primitives, &rays);
+        assert!(hits > 100, "{hits} hits at a ratio of {ratio}");
+    }
+}
+
 #[test]
 fn rays_of_no_numbers_hit_nothing() {
     let mut rng = rng("no numbers");

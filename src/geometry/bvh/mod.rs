@@ -93,9 +93,9 @@ struct Leaf {
 const WIDTH: usize = LANES;
 /// Largest number of primitives in a leaf.
 const MAX_LEAF_PRIMITIVES: usize = FOUR;
-/// Size of the traversal stack. Seven siblings wait per level, so this suffices for 18 levels: the
-/// hierarchy has fewer (`build::SAH_DEPTH`).
-const STACK_SIZE: usize = 128;
+/// Size of the traversal stack. Seven siblings wait per level, so this suffices for 73 levels,
+/// which the hierarchy does not exceed (`build::MAX_DEPTH`).
+const STACK_SIZE: usize = 512;
 /// Rounding of the ray's origin to single precision, relative to its largest coordinate, with a
 /// margin of two.
 const ORIGIN_MARGIN: f32 = 1.0 / 8_388_608.0;
@@ -134,7 +134,7 @@ impl Bvh {
             t: t_max,
             weights: [0.0; 3],
         };
-        self.traverse(ray, t_max, |leaf| {
+        self.traverse::<true>(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hit = leaf.hit(&shear);
                 let mut near = (!hit.t.above(Four::splat(nearest.t))
@@ -164,7 +164,7 @@ impl Bvh {
     pub fn occluded(&self, ray: &Ray, t_max: f64, blocks: impl Fn(u32) -> bool) -> bool {
         let shear = Shear::new(ray).splat();
         let mut occluded = false;
-        self.traverse(ray, t_max, |leaf| {
+        self.traverse::<false>(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hits = leaf.hit(&shear).t.below(Four::splat(t_max)).bits();
                 occluded = hits != 0
@@ -216,10 +216,15 @@ impl Bvh {
         &self.spheres[first as usize..][..count as usize]
     }
 
-    /// Calls `leaf` for the leaves that the ray may meet, near ones first. It returns the distance
-    /// beyond which hits no longer matter, or `None` to stop.
+    /// Calls `leaf` for the leaves that the ray may meet, near ones first if `SORTED`. It returns
+    /// the distance beyond which hits no longer matter, or `None` to stop.
     #[inline]
-    fn traverse(&self, ray: &Ray, t_max: f64, mut leaf: impl FnMut(&Leaf) -> Option<f64>) {
+    fn traverse<const SORTED: bool>(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        mut leaf: impl FnMut(&Leaf) -> Option<f64>,
+    ) {
         // With a single leaf, testing boxes saves nothing.
         if let [all] = &self.leaves[..] {
             leaf(all);
@@ -231,38 +236,70 @@ impl Bvh {
         let slabs = Slabs::new(ray);
         let mut limit = rounded_up(t_max as f32);
         // Not an array, which would be filled for every ray.
-        let mut waiting = ArrayVec::<(f32, u32), STACK_SIZE>::new();
-        waiting.push((0.0, 0));
-        while let Some((near, child)) = waiting.pop() {
-            if near > limit {
-                continue;
-            }
+        let mut waiting = ArrayVec::<Waiting, STACK_SIZE>::new();
+        let mut child = 0;
+        loop {
             let place = (child / 2) as usize;
             if child % 2 == 1 {
                 match leaf(&self.leaves[place]) {
                     Some(t_max) => limit = rounded_up(t_max as f32),
                     None => return,
                 }
-                continue;
-            }
-            let node = &self.nodes[place];
-            let (near, mut hits) = slabs.intersect(node, limit);
-            let near = near.lanes();
-            let bottom = waiting.len();
-            while hits != 0 {
-                let slot = hits.trailing_zeros() as usize % WIDTH;
-                hits &= hits - 1;
-                let entry = (near[slot], node.children[slot]);
-                let mut place = waiting.len();
-                waiting.push(entry);
-                while place > bottom && waiting[place - 1].0 < entry.0 {
-                    waiting[place] = waiting[place - 1];
-                    place -= 1;
+            } else {
+                let node = &self.nodes[place];
+                let (near, mut hits) = slabs.intersect(node, limit);
+                if hits != 0 {
+                    let near = near.lanes();
+                    let mut next = || {
+                        let slot = hits.trailing_zeros() as usize % WIDTH;
+                        hits &= hits - 1;
+                        let child = node.children[slot];
+                        (
+                            hits != 0,
+                            Waiting {
+                                near: near[slot],
+                                child,
+                            },
+                        )
+                    };
+                    // The nearest child is next, without a detour over the stack.
+                    let bottom = waiting.len();
+                    let (mut is_more, mut nearest) = next();
+                    while is_more {
+                        let (more, mut other) = next();
+                        is_more = more;
+                        if other.near < nearest.near {
+                            std::mem::swap(&mut nearest, &mut other);
+                        }
+                        let mut place = waiting.len();
+                        waiting.push(other);
+                        while SORTED && place > bottom && waiting[place - 1].near < other.near {
+                            waiting[place] = waiting[place - 1];
+                            place -= 1;
+                            waiting[place] = other;
+                        }
+                    }
+                    child = nearest.child;
+                    continue;
                 }
-                waiting[place] = entry;
             }
+            child = loop {
+                match waiting.pop() {
+                    Some(other) if other.near > limit => {}
+                    Some(other) => break other.child,
+                    None => return,
+                }
+            };
         }
     }
+}
+
+/// A child that is still to be visited.
+#[derive(Clone, Copy)]
+struct Waiting {
+    /// Distance at which the ray enters its box.
+    near: f32,
+    child: u32,
 }
 
 /// A ray prepared for the box test. Near planes are tested from an origin moved towards them and
