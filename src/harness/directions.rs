@@ -21,6 +21,8 @@
 //! ```
 
 mod density;
+mod neighbours;
+pub mod own_pdf;
 mod rounding;
 
 use glam::DVec3;

@@ -4,7 +4,8 @@ use whitefurnace::harness::bsdf_checkup::{CheckUp, assertions};
 
 use crate::features;
 use crate::harness::{
-    checkup_parts, directions, images, lobe_checkup as lobes, narrow_lobes, single_precision,
+    checkup_parts, directions, images, lobe_checkup as lobes, narrow_lobes, own_pdf,
+    single_precision,
 };
 use crate::shares::{MIN_COMPARISONS, RANDOM_ASSERTIONS};
 
@@ -26,6 +27,7 @@ fn the_shares_are_counted() {
         ("lobes", lobes::PASSES.iter().sum::<usize>() + lobes::FAULTY),
         ("checkup parts", checkup_parts::ASSERTIONS),
         ("narrow lobes", narrow_lobes::ASSERTIONS),
+        ("own pdfs", own_pdf::ASSERTIONS),
         ("features", features::ASSERTIONS),
         ("single precision", single_precision::ASSERTIONS),
         ("documentation", 1 + 10 + 3 * check_up + lobes::PASSES[2]),

@@ -17,12 +17,13 @@ pub const MIN_COMPARISONS: [(&str, usize, usize); 9] = [
 ];
 
 /// Number of random assertions among the library's tests, by module.
-pub const RANDOM_ASSERTIONS: [(&str, usize); 8] = [
+pub const RANDOM_ASSERTIONS: [(&str, usize); 9] = [
     ("directions", 31),
     ("images", 31),
     ("lobes", 50),
     ("checkup parts", 9),
     ("narrow lobes", 4),
+    ("own pdfs", 33),
     // One for each table, one for the negative control, and four for identities of random paths.
     ("features", 10),
     ("single precision", 17),

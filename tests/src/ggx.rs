@@ -1,6 +1,8 @@
 //! GGX: its distributions by quadrature, its check-up, and a floor rendered under a white sky.
 
 use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss, check_up};
+use whitefurnace::harness::directions::Precision;
+use whitefurnace::harness::directions::own_pdf::OwnPdfs;
 use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::integrator::Sample;
 use whitefurnace::material::Model;
@@ -183,8 +185,35 @@ fn masking(_: &Context, parts: GgxParts) -> Vec<Outcome> {
     )]
 }
 
+/// Number of directions that are judged by their own pdf: an interval of ±0.9 % in each region.
+const OWN_PDF_SAMPLES: u64 = 6_500_000;
+/// Number of draws among which neighbours are looked for: enough for a lobe as smooth as this.
+const OWN_PDF_BLOCK: usize = 512;
+/// Margin of the mean of a pdf in a region.
+const OWN_PDF_MARGIN: f64 = 0.02;
+
+/// Compares the pdf with the density of its own samples, which distances of neighbours tell.
+fn own_pdf(context: &Context, parts: GgxParts) -> Vec<Outcome> {
+    let (metal, wo) = (ggx(1.0, 0.4), from_spherical(FRAC_PI_3, 0.0));
+    let mut rng = context.rng("own pdf");
+    let mut own = OwnPdfs::new(Precision::DOUBLE).with_block_size(OWN_PDF_BLOCK);
+    for _ in 0..context.n(OWN_PDF_SAMPLES) {
+        let wi = (parts.sample)(&metal, wo, uniform2(&mut rng));
+        own.push(wi, wi.map_or(0.0, |wi| (parts.pdf)(&metal, wo, wi)));
+    }
+    own.outcomes(OWN_PDF_MARGIN)
+}
+
 fn trials() -> Vec<FamilyTrial<GgxParts>> {
     vec![
+        trial(
+            "bsdf/ggx-own-pdf",
+            "the pdf is the density of the sampled directions, by the distances of their neighbours",
+            "multiple importance sampling with rough metal is too bright in one part of the lobe, too dark in another",
+            &GGX_VISIBLE,
+            ["material::ggx::Ggx", "t"],
+            own_pdf,
+        ),
         trial(
             "bsdf/ggx-masking",
             "Smith's masking factor has the values that Mitsuba 3 keeps for its own tests",
@@ -290,7 +319,10 @@ fn faults() -> Vec<Fault<GgxParts>> {
             "bsdf/ggx: directional albedo at 75 degrees", "bsdf/ggx-coloured", "furnace/ggx-floor"),
         fault!("no-jacobian", GGX_VISIBLE, "the pdf is that of the half vector",
             GgxParts: { pdf: |metal, wo, wi| visible_normal_pdf(metal.alpha, wo, (wo + wi).normalize()) },
-            at_every_angle!("bsdf/ggx", "furnace")),
+            at_every_angle!("bsdf/ggx", "furnace"),
+            "bsdf/ggx-own-pdf: pdf in region 1 | pdf in region 2 | pdf in region 3 | pdf in region 4 \
+             | pdf in region 5 | pdf in region 6 | pdf in region 7 | pdf in region 8 \
+             | component 1 of the distances | component 2 of the distances"),
         fault!("all-normals", GGX_VISIBLE,
             "microfacets are sampled by their area, visible or not; the pdf is that of the visible ones",
             GgxParts: { sample: |metal, wo, [r1, r2]| {
@@ -298,12 +330,14 @@ fn faults() -> Vec<Fault<GgxParts>> {
                 mirrored(wo, from_spherical(tan.atan(), TAU * r2))
             } },
             "bsdf/ggx: chi-square of samples at 40 degrees | chi-square of samples at 75 degrees \
-             | chi-square of samples at 85 degrees"),
+             | chi-square of samples at 85 degrees",
+            "bsdf/ggx-own-pdf: component 1 of the distances"),
         fault!("roughness-squared-twice", GGX_NORMALS, "α² for α where microfacets are sampled",
             GgxParts: { sample: |metal, wo, random| {
                 mirrored(wo, sample_visible_normal(metal.alpha * metal.alpha, wo, random))
             } },
-            at_every_angle!("bsdf/ggx", "chi-square of samples")),
+            at_every_angle!("bsdf/ggx", "chi-square of samples"),
+            "bsdf/ggx-own-pdf: component 1 of the distances"),
         fault!("pdf-too-high", GGX_VISIBLE, "a pdf that is 3 % too high",
             GgxParts: { pdf: |metal, wo, wi| 1.03 * metal.pdf(wo, wi) },
             at_every_angle!("bsdf/ggx", "furnace"), "furnace/ggx-floor"),

@@ -1,16 +1,17 @@
-//! Comparison with another renderer's images of our scenes, and with its speed.
+//! Comparison with another renderer's images of our scenes and its speed, and with a ray tracer's.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::embree;
 use crate::experiments::prelude::*;
 
 pub(super) const MITSUBA: Experiment = Experiment {
     id: "mitsuba",
-    title: "our images beside those of Mitsuba 3, and their cost, from records",
+    title: "our images and their cost beside Mitsuba 3's, our rays beside Embree's, from records",
     headline: "from records: images agree with Mitsuba 3's in {scenes.agree %d} of {scenes.right %d} scenes; with wrong albedos {scenes.differ %d} of {scenes.wrong %d} differ",
-    version: 5,
+    version: 6,
     equations: &[&equation::RENDERING],
     run,
 };
@@ -64,7 +65,8 @@ struct Method {
 
 fn run(run: &mut Run) -> Result<(), Error> {
     images(run)?;
-    efficiency(run)
+    efficiency(run)?;
+    embree::rays(run)
 }
 
 fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> {

@@ -8,6 +8,7 @@ mod caustics;
 mod comparisons;
 mod convergence;
 mod diffuse;
+mod embree;
 mod errata;
 mod false_alarms;
 mod faults;

@@ -1,7 +1,9 @@
 //! The program `judge`: tests a sampler in any language by the directions that it writes to a file.
 
+mod columns;
 mod density;
 mod npy;
+mod own_pdf;
 mod precision;
 pub mod read;
 mod text;
@@ -10,10 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use glam::DVec3;
 use serde_json::{Value, json};
 use whitefurnace::error::Error;
-use whitefurnace::harness::directions::{Density, Directions, Precision, Sample};
+use whitefurnace::harness::directions::{Density, Directions, Precision};
 use whitefurnace::harness::domain::Domain;
 use whitefurnace::harness::outcome::{ALPHA, Outcome, Verdict};
 
@@ -21,6 +22,7 @@ use crate::plot::trial_cells;
 use crate::print_line;
 use crate::run::cli::{number, run_with_verdict};
 use crate::run::record::write_json;
+use columns::Columns;
 use density::NamedDensity;
 use precision::{FilePrecision, PrecisionOption, words};
 use read::{DigitCounts, Row};
@@ -43,6 +45,10 @@ use read::{DigitCounts, Row};
 /// that are rounded to the same numbers, so correct samples pass as often as exact ones, and
 /// effects hidden by the rounding are not judged.
 ///
+/// With --own-pdf no density is needed: the column pdf is tested against the density of the samples
+/// themselves, which the distances of nearest neighbours show. Four million samples are a good
+/// start.
+///
 /// The folder --out gets judge.json and a plot of the cells. Exit codes: 0 if the samples follow
 /// the density, 1 if not, 2 if more samples are needed to tell, 3 for bad input.
 #[derive(Parser)]
@@ -54,7 +60,7 @@ pub struct Judge {
     /// uniform-sphere, uniform-hemisphere, cosine, cosine-power:N, henyey-greenstein:G (about z),
     /// ggx-normals:ALPHA (all normals, by their projected area), or ggx:ALPHA,DEGREES (reflected at
     /// visible normals)
-    #[arg(long, value_name = "NAME", required_unless_present = "table")]
+    #[arg(long, value_name = "NAME", required_unless_present_any = ["table", "own_pdf"])]
     density: Option<NamedDensity>,
     /// Text or an array of at most a million numbers in proportion to the pdf, in place of
     /// --density: a row for each band of equal height from z = 1 down, a column for each sector of
@@ -64,6 +70,12 @@ pub struct Judge {
     /// The directions that a table covers
     #[arg(long, value_enum, default_value_t = TableDomain::Hemisphere, requires = "table")]
     domain: TableDomain,
+    /// Test the column pdf by the samples themselves
+    #[arg(long, conflicts_with_all = ["density", "table", "mean_weight"])]
+    own_pdf: bool,
+    /// The pdf is positive over this whole domain: test integrals over it as means of g/pdf, too
+    #[arg(long, value_enum, requires = "own_pdf")]
+    covers: Option<TableDomain>,
     /// The columns, of x, y, z, weight, pdf and - for one that is ignored [default: the file's
     /// names, or these in order]
     #[arg(
@@ -89,7 +101,7 @@ pub struct Judge {
     out: PathBuf,
 }
 
-/// Directions that a table covers.
+/// Directions that a table or a pdf covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TableDomain {
     /// Directions with z of at least 0
@@ -100,8 +112,6 @@ pub enum TableDomain {
 
 /// Largest number of entries of a table.
 const LARGEST_TABLE: usize = 1_000_000;
-/// Names of the columns of samples.
-const NAMES: [&str; 5] = ["x", "y", "z", "weight", "pdf"];
 
 /// Runs the whole program.
 pub fn main() -> ExitCode {
@@ -109,11 +119,6 @@ pub fn main() -> ExitCode {
 }
 
 fn run(options: &Judge) -> Result<u8, Error> {
-    let density = match (&options.density, &options.table) {
-        (Some(named), _) => named.density(),
-        (None, Some(table)) => read_table(table, options.domain)?,
-        (None, None) => unreachable!("the command line asks for one"),
-    };
     let columns = Columns::by_names(&options.columns).map_err(Error::Option)?;
     let precision = match options.precision {
         PrecisionOption::All(rounding) => Precision {
@@ -122,6 +127,14 @@ fn run(options: &Judge) -> Result<u8, Error> {
             pdf: rounding,
         },
         PrecisionOption::Auto => observe_precision(&options.samples, columns.clone())?.precision(),
+    };
+    let density = match (&options.density, &options.table) {
+        (Some(named), _) => named.density(),
+        (None, Some(table)) => read_table(table, options.domain)?,
+        (None, None) => {
+            let outcomes = own_pdf::outcomes(options, columns, precision)?;
+            return report(options, &precision, None, &outcomes);
+        }
     };
     let mut directions = Directions::with_precision(&density, precision);
     each_row(&options.samples, columns, &mut |columns, row| {
@@ -134,7 +147,7 @@ fn run(options: &Judge) -> Result<u8, Error> {
         ));
     }
     let outcomes = directions.outcomes(options.margin / 100.0, options.mean_weight);
-    report(options, &precision, &directions, &outcomes)
+    report(options, &precision, directions.mean_weight(), &outcomes)
 }
 
 /// Calls `each` with each row of samples and the indices of its columns.
@@ -232,116 +245,11 @@ pub fn read_table(path: &Path, domain: TableDomain) -> Result<Density, Error> {
     Ok(Density::from_table(domain, &table))
 }
 
-/// Index in a row of each of [`NAMES`].
-#[derive(Clone, Debug)]
-struct Columns {
-    places: [Option<usize>; NAMES.len()],
-    count: usize,
-}
-
-impl Columns {
-    /// Finds the columns by names; `None` if there are none.
-    fn by_names(names: &[String]) -> Result<Option<Self>, String> {
-        if names.is_empty() {
-            return Ok(None);
-        }
-        let mut columns = Self {
-            places: [None; NAMES.len()],
-            count: names.len(),
-        };
-        for (place, name) in names.iter().enumerate().filter(|(_, name)| *name != "-") {
-            match NAMES.iter().position(|known| known == name) {
-                Some(which) if columns.places[which].replace(place).is_none() => {}
-                Some(_) => return Err(format!("the column {name} occurs twice")),
-                None => {
-                    return Err(format!(
-                        "no column is called {name}: there are {}, and - for ignored ones (--columns)",
-                        NAMES.join(", ")
-                    ));
-                }
-            }
-        }
-        match columns.places[..3].iter().position(Option::is_none) {
-            Some(missing) => Err(format!("there is no column {}", NAMES[missing])),
-            None => Ok(Some(columns)),
-        }
-    }
-
-    /// Finds the columns by a header, or in order.
-    fn found(header: Option<&[String]>, count: usize) -> Result<Self, String> {
-        if let Some(columns) = Self::by_names(header.unwrap_or_default())? {
-            return Ok(columns);
-        }
-        if !(3..=NAMES.len()).contains(&count) {
-            return Err(format!(
-                "{count} columns, where 3 to 5 are expected: name them by --columns{}",
-                transposition_hint(count)
-            ));
-        }
-        Ok(Self {
-            places: std::array::from_fn(|which| (which < count).then_some(which)),
-            count,
-        })
-    }
-
-    /// Checks that a row has the expected number of columns.
-    fn check(&self, count: usize) -> Result<(), String> {
-        if count == self.count {
-            return Ok(());
-        }
-        Err(format!(
-            "{count} numbers, where {} are expected{}",
-            self.count,
-            transposition_hint(count)
-        ))
-    }
-
-    fn sample(&self, row: &[f64], precision: &Precision) -> Result<Sample, String> {
-        let [x, y, z, weight, pdf] = self.places.map(|place| place.map(|place| row[place]));
-        let direction = DVec3::new(x.unwrap_or(0.0), y.unwrap_or(0.0), z.unwrap_or(0.0));
-        let length = direction.length();
-        for (name, value) in NAMES[3..].iter().zip([weight, pdf]) {
-            if value.is_some_and(|value| !(value.is_finite() && value >= 0.0)) {
-                return Err(format!(
-                    "the {name} is {}, which must be finite and at least 0",
-                    value.unwrap_or_default()
-                ));
-            }
-        }
-        if length == 0.0 {
-            return Ok(Sample {
-                direction: None,
-                weight,
-                pdf,
-            });
-        }
-        if (length - 1.0).abs() <= precision.length_tolerance() {
-            return Ok(Sample {
-                direction: Some(direction),
-                weight,
-                pdf,
-            });
-        }
-        Err(format!(
-            "the direction {direction} has length {length}: it must be a unit vector, or 0, 0, 0 if lost"
-        ))
-    }
-}
-
-/// Suggests a transposition if a row has many numbers; else empty.
-fn transposition_hint(count: usize) -> &'static str {
-    if count > 2 * NAMES.len() {
-        "; if each column is a sample, transpose them: a row for each is needed"
-    } else {
-        ""
-    }
-}
-
 /// Writes judge.json and the plot, prints the result, and returns the exit code.
 fn report(
     options: &Judge,
     precision: &Precision,
-    directions: &Directions,
+    mean_weight: Option<[f64; 2]>,
     outcomes: &[Outcome],
 ) -> Result<u8, Error> {
     let fails = outcomes
@@ -380,12 +288,19 @@ fn report(
             "weight": words(&precision.weight),
             "pdf": words(&precision.pdf),
         },
-        "mean_weight": directions.mean_weight(),
+        "mean_weight": mean_weight,
         "outcomes": outcomes.iter().map(outcome_numbers).collect::<Vec<_>>(),
     });
     write_json(&options.out.join("judge.json"), &numbers)?;
     let why = match decisive {
-        None => "the samples follow the density, within the precision stated below".to_owned(),
+        None => {
+            let density = if options.own_pdf {
+                "their own pdf"
+            } else {
+                "the density"
+            };
+            format!("the samples follow {density}, within the precision stated below")
+        }
         Some(outcome) if samples_needed(outcome) > 0 => {
             let how_many = match samples_needed(outcome) {
                 u64::MAX => "cannot be decided by more samples".to_owned(),
@@ -409,7 +324,7 @@ fn report(
     for outcome in outcomes {
         print_line!("{}", line(outcome));
     }
-    if let (Some([mean, error]), None) = (directions.mean_weight(), options.mean_weight) {
+    if let (Some([mean, error]), None) = (mean_weight, options.mean_weight) {
         print_line!("mean weight: {mean:.6} ± {error:.1e}; --mean-weight tests it");
     }
     print_line!("{}", plot.display());

@@ -6,8 +6,9 @@ use std::path::Path;
 use flate2::read::DeflateDecoder;
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
+use super::columns::NAMES;
 use super::read::{Row, RowCallback};
-use super::{NAMES, text};
+use super::text;
 
 /// A number at the same position in every element of an array.
 struct Column {

@@ -93,7 +93,7 @@ impl Text {
             if self.style.is_none()
                 && names
                     .iter()
-                    .all(|name| super::NAMES.contains(&name.as_str()))
+                    .all(|name| super::columns::NAMES.contains(&name.as_str()))
             {
                 self.names = Some(names);
             }

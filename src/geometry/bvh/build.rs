@@ -5,6 +5,7 @@
 
 use std::array::from_fn;
 
+use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 
 use super::{Bvh, Leaf, MAX_LEAF_PRIMITIVES, Node, Primitive, STACK_SIZE, WIDTH};
@@ -123,7 +124,7 @@ impl Bvh {
 
     /// Adds the wide node of a binary one and all below; returns its index.
     fn add_wide(&mut self, tree: &Tree, place: Place) -> u32 {
-        let mut children = Vec::with_capacity(WIDTH);
+        let mut children = ArrayVec::new();
         let [left, right] = tree.halves(place);
         let of_left = usize::from(tree.node(place).left_children[0]);
         tree.list_children(left, of_left, &mut children);
@@ -161,7 +162,7 @@ impl Bvh {
 
     fn add_leaf(&mut self, items: &[Item], primitives: &[Primitive]) -> u32 {
         let first = self.spheres.len();
-        let mut triangles: Vec<([DVec3; 3], u32)> = Vec::with_capacity(MAX_LEAF_PRIMITIVES);
+        let mut triangles = ArrayVec::<([DVec3; 3], u32), MAX_LEAF_PRIMITIVES>::new();
         for &Item { id, .. } in items {
             match primitives[id as usize] {
                 Primitive::Triangle(vertices) => triangles.push((vertices, id)),
@@ -242,7 +243,7 @@ impl Tree<'_> {
     }
 
     /// Lists the nodes that become children of a wide node if this one may take up `count` of them.
-    fn list_children(&self, place: Place, count: usize, children: &mut Vec<Place>) {
+    fn list_children(&self, place: Place, count: usize, children: &mut ArrayVec<Place, WIDTH>) {
         if count == 1 {
             children.push(place);
             return;
@@ -347,7 +348,9 @@ fn divide(items: &mut [Item], depth: u32) -> usize {
         high: bounds.high.max(item.centre),
     });
     let levels = items.len().next_power_of_two().ilog2();
-    let split = (depth + levels < MAX_DEPTH)
+    // Most leaves hold as many as this, in whatever order.
+    let is_leaf = items.len() <= MAX_LEAF_PRIMITIVES;
+    let split = (!is_leaf && depth + levels < MAX_DEPTH)
         .then(|| best_split(items, &centres))
         .flatten();
     let Some(Split { axis, bin, .. }) = split else {

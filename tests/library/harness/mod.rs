@@ -14,6 +14,7 @@ pub mod lobe_checkup; // end-to-end check-ups of paper, mirrors and glass, and f
 mod mean;
 pub mod narrow_lobes; // BSDFs that scatter nearly all light in one direction
 mod outcome;
+pub mod own_pdf; // pdfs judged by their own samples
 mod power;
 mod quadrature;
 pub mod single_precision; // subjects that compute in f32

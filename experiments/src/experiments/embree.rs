@@ -1,0 +1,70 @@
+//! Rays per second beside another ray tracer, from a record.
+
+use serde::Deserialize;
+
+use crate::experiments::prelude::*;
+
+/// Record of `experiments/embree/rays.py`; not measured by this run.
+#[derive(Deserialize)]
+struct Record {
+    tracer: String,
+    meshes: Vec<Mesh>,
+}
+
+#[derive(Deserialize)]
+struct Mesh {
+    mesh: String,
+    triangles: u32,
+    /// Seconds.
+    build: Pair,
+    kinds: Vec<Kind>,
+}
+
+#[derive(Deserialize)]
+struct Kind {
+    name: String,
+    hits: Pair,
+    /// Millions of rays per second on one thread.
+    #[serde(flatten)]
+    rate: Pair,
+}
+
+#[derive(Deserialize)]
+struct Pair {
+    ours: f64,
+    theirs: f64,
+}
+
+/// Adds the ratios of rays per second and of build times to the run's numbers.
+pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
+    let record: Record = serde_json::from_str(include_str!("embree.json"))
+        .map_err(|error| Error::Option(format!("embree.json cannot be read: {error}")))?;
+    run.note("embree", record.tracer);
+    for Mesh {
+        mesh,
+        triangles,
+        build,
+        kinds,
+    } in record.meshes
+    {
+        run.numbers(
+            &format!("embree.{mesh}"),
+            [
+                ("triangles", f64::from(triangles)),
+                ("build.seconds", build.ours),
+                ("build.ratio", build.ours / build.theirs),
+            ],
+        );
+        for Kind { name, hits, rate } in kinds {
+            run.numbers(
+                &format!("embree.{mesh}.{name}"),
+                [
+                    ("rate", rate.ours),
+                    ("ratio", rate.ours / rate.theirs),
+                    ("hits.difference", hits.ours - hits.theirs),
+                ],
+            );
+        }
+    }
+    Ok(())
+}
