@@ -86,6 +86,12 @@ fn right_renderers_agree_and_faults_are_named() {
     let page = read("agree/report.html");
     assert!(page.contains("<h1>agree</h1>") && page.matches("data:image/png").count() == 6);
     assert!(!page.contains("http"), "the page needs no other file");
+    // Without its script, too, it has a row for each tile and says what was read of each side.
+    assert_eq!(page.matches("<tr id=\"tile-").count(), 4);
+    for side in ["A, the first", "B, the second"] {
+        let read = format!("<p>{side}: 8 images; channels R, G, B as RGB; not read: ");
+        assert!(page.contains(&read), "{read}");
+    }
     // Gamma applied twice, and a shift by half a pixel.
     changed(&folder, "a", "gamma", 1, |plane, i| {
         plane[i].powf(1.0 / 2.2)
