@@ -55,6 +55,7 @@ pub mod strategies;
 mod streams;
 mod subject;
 mod survival;
+pub mod symptoms;
 
 use crate::faults::{AnyFamily, FaultData, Pair};
 use whitefurnace::harness::trial::Trial;

@@ -31,6 +31,7 @@ mod single;
 mod specular;
 mod speed;
 pub mod suite_seeds;
+mod symptoms;
 mod trials;
 mod watertight;
 
@@ -66,6 +67,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &agreement::AGREEMENT,
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,
+    &symptoms::SYMPTOMS,
     &single::SINGLE,
     &comparisons::COMPARISONS,
     &speed::SPEED,
@@ -77,12 +79,13 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &false_alarms::FALSE_ALARMS,
 ];
 
-/// Experiments that the default run leaves out: they test the test suite, measure differences of
-/// variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
-pub const NOT_BY_DEFAULT: [&str; 12] = [
+/// Experiments that the default run leaves out: they test the test suite, render mistakes, measure
+/// differences of variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
+pub const NOT_BY_DEFAULT: [&str; 13] = [
     "scrambles",
     "adaptive",
     "renderers",
+    "symptoms",
     "single",
     "comparisons",
     "speed",

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use whitefurnace::error::Error;
-use whitefurnace::film::{Film, Window};
+use whitefurnace::film::{Film, Pixel, Window};
 use whitefurnace::geometry::shape::Ray;
 use whitefurnace::image::{Display, write_rgb};
 use whitefurnace::integrator::{Estimator, Path as PathTracer};
@@ -107,20 +108,32 @@ pub fn write_row(
     display: Display,
     magnification: u32,
 ) -> Result<(), Error> {
-    let [width, height] = films
-        .first()
-        .map_or([1, 1], Film::size)
-        .map(|n| n * magnification);
-    let size = [films.len() as u32 * (width + GAP) - GAP, height];
-    let mut rgb = vec![u8::MAX; 3 * size[0] as usize * size[1] as usize];
-    for (k, film) in (0..).zip(films) {
+    let size = films.first().map_or([1, 1], Film::size);
+    let means = |film: &Film| film.pixels().iter().map(Pixel::mean).collect();
+    let images: Vec<Vec<DVec3>> = films.iter().map(means).collect();
+    write_pixels(path, &images, size, display, magnification)
+}
+
+/// Writes images of this size, row by row from the top, as [`write_row`] does.
+pub fn write_pixels(
+    path: &Path,
+    images: &[Vec<DVec3>],
+    size: [u32; 2],
+    display: Display,
+    magnification: u32,
+) -> Result<(), Error> {
+    let [width, height] = size.map(|n| n * magnification);
+    let whole = [images.len() as u32 * (width + GAP) - GAP, height];
+    let mut rgb = vec![u8::MAX; 3 * whole[0] as usize * whole[1] as usize];
+    for (k, image) in (0..).zip(images) {
         for y in 0..height {
             for x in 0..width {
-                let mean = film.pixel(x / magnification, y / magnification).mean();
-                let at = 3 * (y * size[0] + k * (width + GAP) + x) as usize;
-                rgb[at..at + 3].copy_from_slice(&mean.to_array().map(|l| display.encode(l)));
+                let pixel = y / magnification * size[0] + x / magnification;
+                let at = 3 * (y * whole[0] + k * (width + GAP) + x) as usize;
+                let shown = image[pixel as usize].to_array();
+                rgb[at..at + 3].copy_from_slice(&shown.map(|l| display.encode(l)));
             }
         }
     }
-    write_rgb(path, size, &rgb)
+    write_rgb(path, whole, &rgb)
 }

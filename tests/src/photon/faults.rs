@@ -6,7 +6,7 @@ use whitefurnace::sampling::warp::uniform_hemisphere;
 
 use crate::prelude::*;
 
-pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
+pub(crate) fn faults() -> Vec<Fault<EstimatorSubject>> {
     [densities(), maps(), particles()]
         .into_iter()
         .flatten()

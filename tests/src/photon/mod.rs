@@ -2,7 +2,7 @@
 //! their bias.
 
 mod equivalence;
-mod faults;
+pub(crate) mod faults;
 mod replications;
 pub mod scenes;
 
