@@ -12,7 +12,7 @@ pub struct DirectiveKind {
     pub inline: bool,
 }
 
-pub const ALL: [DirectiveKind; 18] = [
+pub const ALL: [DirectiveKind; 19] = [
     kind("eq", "ID", false),
     kind("ref", "ID", true),
     kind("equations", "", false),
@@ -31,6 +31,7 @@ pub const ALL: [DirectiveKind; 18] = [
     kind("trial", "NAME", true),
     kind("trials", "", false),
     kind("faults", "", false),
+    kind("question", "\"FAMILY: FAULT\" TRIAL TRIAL...", false),
     kind("traceability", "", false),
     kind("models", "", false),
     kind("mutants", "", false),

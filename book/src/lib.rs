@@ -10,6 +10,7 @@
 //! | `{{#code PATH ITEM...}}` | items of a source file, see `listing` |
 //! | `{{#cite KEY}}` | a link into the bibliography |
 //! | `{{#equations}}`, `{{#tally}}`, `{{#experiments}}`, `{{#bibliography}}` | generated tables |
+//! | `{{#question "FAMILY: FAULT" TRIAL TRIAL...}}` | which of the trials reject the fault, from the recorded matrices |
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
 //! | `{{#run}}` | a link to the page that compares the reader's own run with the record |
 //! | `{{#models}}` | the models of scene files, with their keys and ranges |
@@ -39,6 +40,7 @@ mod listing;
 mod mathml;
 pub mod mutants;
 pub mod number;
+mod questions;
 pub mod readme;
 mod registry;
 pub mod results;

@@ -17,7 +17,7 @@ use crate::mathml::{Math, escape};
 use crate::mutants::Record;
 use crate::results::{ExperimentResult, Results};
 use crate::scan::{Directive, Page};
-use crate::{directives, equations, links, listing, number, registry, run, scan};
+use crate::{directives, equations, links, listing, number, questions, registry, run, scan};
 
 /// Pages of the book by their contents.
 #[derive(Debug, Default)]
@@ -218,6 +218,10 @@ impl<'a> BookBuilder<'a> {
                         .copied()
                 },
             ))),
+            ("question", [fault, trials @ ..]) if trials.len() > 1 => {
+                let link = |name: &str| self.trial(current, name);
+                questions::question(self.results, fault, trials, link).map(block)
+            }
             ("faults", []) => Ok(block(registry::faults())),
             ("models", []) => Ok(block(named::table())),
             ("run", []) => Ok(block(self.run(current.path))),

@@ -41,7 +41,7 @@ use crate::run::signals::{install_handlers, interrupted};
 /// no relation was broken, 1 if one was, 3 for bad input.
 #[derive(Parser)]
 #[command(name = "metamorphic", version, verbatim_doc_comment)]
-struct Metamorphic {
+pub struct Metamorphic {
     /// How long to hunt, such as 90s, 10m or 2h [default: 1m]
     #[arg(long, value_parser = duration, value_name = "TIME")]
     time: Option<Duration>,

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use trials::symptoms;
 use trials::{all, all_faults, families};
 use whitefurnace::equation;
 
@@ -69,4 +70,19 @@ fn faults_are_many_and_break_every_equation() {
             equation.id
         );
     }
+}
+
+/// Symptoms have names of their own, and their mistakes change the image of the same seed.
+#[test]
+fn symptoms_show_their_mistakes() {
+    let mut keys = BTreeSet::new();
+    for symptom in symptoms::all() {
+        let key = symptom.key;
+        assert!(keys.insert(key), "{key} twice");
+        // Of four samples, some repeat others where streams are shared.
+        let [right, wrong] = [symptom.right(1, 4), symptom.wrong(1, 4)];
+        let (right, wrong) = (right.expect("an image"), wrong.expect("an image"));
+        assert_ne!(right, wrong, "{key}");
+    }
+    assert!(keys.len() >= 15, "{} symptoms", keys.len());
 }

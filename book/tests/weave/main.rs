@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use book::{Error, Options, build};
 use tempfile::TempDir;
 
+mod questions;
 mod real;
 
 const RESULT: &str = r#"{

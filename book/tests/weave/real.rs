@@ -94,6 +94,27 @@ fn shows_every_equation_and_every_chapter_asks_and_sets_a_task() {
     assert_eq!(shown, all);
 }
 
+/// Every exercise has a folded answer, and most chapters ask which trials reject a fault.
+#[test]
+fn every_exercise_is_answered() {
+    let pages = Options::default().book.join("pages");
+    let (mut exercises, mut questions) = (0, 0);
+    for file in check::files(&pages).expect("pages") {
+        let text = fs::read_to_string(&file).unwrap_or_default();
+        questions += text.matches("\n{{#question ").count();
+        let Some((_, exercise)) = text.split_once("\n## Exercise\n") else {
+            continue;
+        };
+        exercises += 1;
+        let answer = exercise.split_once("\n<details><summary>Answer</summary>\n\n");
+        let answer = answer.and_then(|(_, rest)| rest.split_once("\n\n</details>\n"));
+        let words = answer.map_or(0, |(answer, _)| answer.split_whitespace().count());
+        assert!(words > 20, "{} has no answer", file.display());
+    }
+    assert!(exercises > 20, "{exercises} exercises");
+    assert!(questions >= 15, "{questions} questions");
+}
+
 /// The README's image is a recorded one in bands, with every band present, at a size without seams.
 #[test]
 fn the_readme_shows_all_bands_of_its_picture() {

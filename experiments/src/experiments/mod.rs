@@ -2,6 +2,7 @@
 
 mod adaptive;
 pub mod agreement;
+pub mod answers;
 mod bleeding;
 mod calibration;
 mod caustics;
@@ -68,6 +69,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,
     &symptoms::SYMPTOMS,
+    &answers::ANSWERS,
     &single::SINGLE,
     &comparisons::COMPARISONS,
     &speed::SPEED,
@@ -79,13 +81,14 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &false_alarms::FALSE_ALARMS,
 ];
 
-/// Experiments that the default run leaves out: they test the test suite, render mistakes, measure
-/// differences of variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
-pub const NOT_BY_DEFAULT: [&str; 13] = [
+/// Experiments that the default run leaves out: they test the test suite, render mistakes, answer
+/// exercises, measure differences of variance that need many samples, or time this machine. `--only ID` runs one, `--tier full` all.
+pub const NOT_BY_DEFAULT: [&str; 14] = [
     "scrambles",
     "adaptive",
     "renderers",
     "symptoms",
+    "answers",
     "single",
     "comparisons",
     "speed",

@@ -43,7 +43,7 @@ fn images(
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    let samples = run.count(run.by_tier(2, 8)) as u32;
+    let samples = run.count(run.by_tier(2, 12)) as u32;
     let symptoms = all();
     let level = FAMILYWISE_LEVEL / (2 * symptoms.len()) as f64;
     let mut right_images: HashMap<String, [Images; 2]> = HashMap::new();
@@ -117,8 +117,8 @@ fn picture(run: &mut Run, symptom: &Symptom, right: &Images, wrong: &Images) -> 
     let mut greens: Vec<f64> = mean_image(right).iter().map(|pixel| pixel.y).collect();
     greens.retain(|green| *green > 0.0);
     greens.sort_by(f64::total_cmp);
-    let median = greens.get(greens.len() / 2).copied().unwrap_or(1.0);
-    let exposure = (MEDIAN_SHOWN / median).log2();
+    let bright = greens.get(greens.len() * 9 / 10).copied().unwrap_or(1.0);
+    let exposure = (BRIGHT_SHOWN / bright).log2();
     let path = run.figure(&format!("{}.png", symptom.key));
     let display = Display::Srgb { exposure };
     write_pixels(
@@ -130,8 +130,8 @@ fn picture(run: &mut Run, symptom: &Symptom, right: &Images, wrong: &Images) -> 
     )
 }
 
-/// Linear value at which the median of the right image is shown.
-const MEDIAN_SHOWN: f64 = 0.15;
+/// Linear value at which the 90 % quantile of the right image is shown.
+const BRIGHT_SHOWN: f64 = 0.45;
 
 fn mean_image(images: &Images) -> Vec<DVec3> {
     (0..images[0].len())

@@ -9,6 +9,7 @@ use experiments::render::command::Render;
 use experiments::run::record::{recorded_folder, result};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
+mod commands;
 mod compare;
 mod compare_files; // files as other programs write them
 mod compare_noise;

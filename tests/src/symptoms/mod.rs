@@ -17,7 +17,7 @@ use whitefurnace::scene::file::Description;
 use crate::prelude::*;
 
 /// Width and height of the images.
-pub const SIZE: [u32; 2] = [96, 96];
+pub const SIZE: [u32; 2] = [80, 80];
 
 /// A symptom, with its cause.
 pub struct Symptom {
@@ -100,7 +100,8 @@ fn part(name: &str) -> (&'static str, Mistake) {
     let mut faults = crate::estimator::faults();
     faults.extend(crate::photon::faults::faults());
     let found = faults.iter().find(|fault| fault.name == name);
-    let subject = found.and_then(|fault| Some((fault.wrong, Mistake::Part(Box::new(fault.subject.parts?)))));
+    let subject =
+        found.and_then(|fault| Some((fault.wrong, Mistake::Part(Box::new(fault.subject.parts?)))));
     subject.unwrap_or_else(|| panic!("no fault {name} of a part"))
 }
 
@@ -199,11 +200,10 @@ pub fn all() -> Vec<Symptom> {
             Cornell,
             Mistake::Camera(|[ahead, right, up], half| [ahead + half * (right - up), right, up]),
         ),
-        of_part("noisy", "equal-weights", Noise, Cornell, Path(Mis)),
-        of_part("fireflies", "weights-swapped", Noise, Cornell, Path(Mis)),
+        of_part("fireflies", "equal-weights", Noise, Cornell, Path(Mis)),
         other(
             "noise-stays",
-            "every third sample of a pixel repeats the first, every fourth the second, and so on",
+            "a pixel gets the random numbers of its first two samples again and again",
             Noise,
             Cornell,
             Mistake::Streams(|pixel, sample| (pixel, sample % 2)),
@@ -345,7 +345,7 @@ impl Symptom {
     }
 }
 
-/// Renders an image with every ray through the middle of its pixel.
+/// Renders an image.
 fn film<E: Estimator>(
     scene: &Scene,
     estimator: &E,
@@ -353,7 +353,7 @@ fn film<E: Estimator>(
     samples: u32,
 ) -> Result<Vec<DVec3>, Error> {
     let sampling = Sampling {
-        pixel: PixelSampling::Centre,
+        pixel: PixelSampling::Random,
         numbers: SamplerKind::Independent,
         seed,
         silhouettes: false,
