@@ -23,7 +23,7 @@ pub(super) const ANSWERS: Experiment = Experiment {
 };
 
 /// Options of `render` in the answers, as on the pages; a test compares.
-pub const COMMANDS: [&str; 14] = [
+pub const COMMANDS: [&str; 15] = [
     "--estimator mis --size 128x96 --spp 256",
     "--estimator whitted --size 128x96 --spp 16",
     "--estimator bsdf --size 128x96 --spp 64 --sampler independent",
@@ -34,10 +34,11 @@ pub const COMMANDS: [&str; 14] = [
     "--scene cornell --size 64x64 --spp 64 --seed 2",
     "--scene diffuse-room --size 64x48 --spp 64",
     "--scene diffuse-room --size 64x48 --spp 64 --engine single",
-    "--scene diffuse-room --size 64x48 --spp 16 --estimator radiosity --patches 100",
-    "--scene diffuse-room --size 64x48 --spp 16 --estimator radiosity --patches 1000",
-    "--scene diffuse-room --size 64x48 --spp 16 --estimator radiosity --patches 10000",
+    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 100",
+    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 1000",
+    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 10000",
     "--scene furnace-box --size 32x32 --spp 64 --sampler independent",
+    "--scene diffuse-room --size 32x24 --spp 256",
 ];
 
 /// Renders a command of [`COMMANDS`], perhaps with another seed.
@@ -266,19 +267,20 @@ fn single(run: &mut Run) -> Result<(), Error> {
 
 /// Compares radiosity on three meshes with the path tracer's image.
 fn radiosity(run: &mut Run) -> Result<(), Error> {
-    let path = rendered(run, COMMANDS[8], None)?;
+    let path = rendered(run, COMMANDS[14], None)?;
     let [width, height] = path.size();
-    let across = width / TILE;
+    let side = TILE / 4;
+    let across = width / side;
     let mut worst_share = 0.0;
     for (patches, i) in [(100, 10), (1000, 11), (10_000, 12)] {
         let film = rendered(run, COMMANDS[i], None)?;
         // Tiles, so that the noise of the path tracer is small against the error.
         let tile = |k: u32| {
-            let (x, y) = (k % across * TILE, k / across * TILE);
-            let part = [x, y, x + TILE, y + TILE];
+            let (x, y) = (k % across * side, k / across * side);
+            let part = [x, y, x + side, y + side];
             mean_in(&film, part) / mean_in(&path, part) - 1.0
         };
-        let errors: Vec<f64> = (0..across * (height / TILE)).map(tile).collect();
+        let errors: Vec<f64> = (0..across * (height / side)).map(tile).collect();
         let largest = errors.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let squares: f64 = errors.iter().map(|error| error * error).sum();
         worst_share = largest * largest / squares;

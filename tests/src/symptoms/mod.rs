@@ -58,6 +58,9 @@ enum TestScene {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Method {
     Path(Strategy),
+    /// Path tracing by both strategies with every ray through the middle of its pixel, so that all
+    /// noise is that of the paths.
+    Centred,
     Whitted,
     /// Photons of one map, looked up within a radius.
     Photons(f64),
@@ -122,13 +125,21 @@ pub fn all() -> Vec<Symptom> {
             mistake,
         }
     };
-    let other = |key, wrong, shown_by, scene, mistake| Symptom {
+    let by_camera = |key, wrong, change| Symptom {
+        key,
+        wrong,
+        shown_by: Mean,
+        scene: Cornell,
+        method: Path(Mis),
+        mistake: Mistake::Camera(change),
+    };
+    let by_streams = |key, wrong, shown_by, share| Symptom {
         key,
         wrong,
         shown_by,
-        scene,
-        method: Path(Mis),
-        mistake,
+        scene: Cornell,
+        method: Method::Centred,
+        mistake: Mistake::Streams(share),
     };
     vec![
         of_part("dark", "area-twice", Mean, Cornell, Path(Light)),
@@ -186,34 +197,28 @@ pub fn all() -> Vec<Symptom> {
             Path(Mis),
         ),
         of_part("colours-strong", "albedo-squared", Mean, Cornell, Path(Mis)),
-        other(
+        by_camera(
             "mirrored",
             "the camera's right is its left",
-            Mean,
-            Cornell,
-            Mistake::Camera(|[ahead, right, up], _| [ahead, -right, up]),
+            |[ahead, right, up], _| [ahead, -right, up],
         ),
-        other(
+        by_camera(
             "shifted",
             "rays pass through the corner of a pixel for its middle",
-            Mean,
-            Cornell,
-            Mistake::Camera(|[ahead, right, up], half| [ahead + half * (right - up), right, up]),
+            |[ahead, right, up], half| [ahead + half * (right - up), right, up],
         ),
         of_part("fireflies", "equal-weights", Noise, Cornell, Path(Mis)),
-        other(
+        by_streams(
             "noise-stays",
             "a pixel gets the random numbers of its first two samples again and again",
             Noise,
-            Cornell,
-            Mistake::Streams(|pixel, sample| (pixel, sample % 2)),
+            |pixel, sample| (pixel, sample % 2),
         ),
-        other(
+        by_streams(
             "pattern",
             "blocks of eight columns share their random numbers",
             Pattern,
-            Cornell,
-            Mistake::Streams(|[x, y], sample| ([x / 8, y], sample)),
+            |[x, y], sample| ([x / 8, y], sample),
         ),
         of_part("leak", "either-side", Mean, Shelf, Photons(0.1)),
         of_part("bright-corners", "round-corners", Mean, Shelf, Photons(0.1)),
@@ -282,25 +287,32 @@ impl Symptom {
         seed: u64,
         samples: u32,
     ) -> Result<Vec<DVec3>, Error> {
+        let pixel = PixelSampling::Random;
         let whole = |index| ImagePass {
             numbers: SamplerKind::Independent,
             seed,
             index,
         };
         match self.method {
-            Method::Path(strategy) => film(scene, &Path::new(parts, strategy), seed, samples),
+            Method::Path(strategy) => {
+                film(scene, &Path::new(parts, strategy), pixel, seed, samples)
+            }
+            Method::Centred => {
+                let path = Path::new(parts, Strategy::Mis);
+                film(scene, &path, PixelSampling::Centre, seed, samples)
+            }
             Method::Whitted => {
                 let whitted = Whitted {
                     parts,
                     segments: 7,
                     rules: TransportRules::PHYSICAL,
                 };
-                film(scene, &whitted, seed, samples)
+                film(scene, &whitted, pixel, seed, samples)
             }
             Method::Photons(radius) => {
                 let lookup = Lookup::DirectVisualization;
                 let map = PhotonMapping::new(parts, scene, lookup, PARTICLES, radius, whole(0))?;
-                film(scene, &map, seed, samples)
+                film(scene, &map, pixel, seed, samples)
             }
             Method::Sppm(radius) => {
                 let sppm = Sppm {
@@ -320,7 +332,7 @@ impl Symptom {
         }
     }
 
-    /// Renders with the random numbers that `share` hands out.
+    /// Renders as [`Method::Centred`] with the random numbers that `share` hands out.
     fn streams(
         &self,
         share: fn([u32; 2], u32) -> ([u32; 2], u32),
@@ -337,7 +349,10 @@ impl Symptom {
                 sample,
                 share,
             };
-            for (sum, value) in sum.iter_mut().zip(film(&scene, &estimator, seed, 1)?) {
+            for (sum, value) in
+                sum.iter_mut()
+                    .zip(film(&scene, &estimator, PixelSampling::Centre, seed, 1)?)
+            {
                 *sum += value / f64::from(samples);
             }
         }
@@ -349,11 +364,12 @@ impl Symptom {
 fn film<E: Estimator>(
     scene: &Scene,
     estimator: &E,
+    pixel: PixelSampling,
     seed: u64,
     samples: u32,
 ) -> Result<Vec<DVec3>, Error> {
     let sampling = Sampling {
-        pixel: PixelSampling::Random,
+        pixel,
         numbers: SamplerKind::Independent,
         seed,
         silhouettes: false,
