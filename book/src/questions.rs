@@ -53,7 +53,7 @@ pub fn question(
         ));
     }
     Ok(format!(
-        "<div class=\"question\"><p><strong>Which of these trials reject it?</strong> The fault <code>{}</code>: {}.</p>\
+        "<div class=\"question\"><p>The fault <code>{}</code>: {}. <strong>Which of these trials reject it?</strong></p>\
          <ul>{asked}</ul><details><summary>Answer</summary><ul>{}</ul><p>From the record of all \
          <a href=\"faults.html#fault-by-trial\">faults by trials</a>.</p></details></div>",
         escape(fault),

@@ -43,7 +43,7 @@ fn answers_are_those_of_the_recorded_matrices() {
         .replace("#0072B2", "#blue")
         .replace("#F0C566", "#0072B2");
     book.write(file, &exchanged.replace("#blue", "#F0C566"));
-    book.refused(&["must reject fault", "the record says that it does not"]);
+    book.says(&["must reject fault", "the record says that it does not"]);
     of("hemisphere/uniform/cells hemisphere/uniform/moments")
         .refused(&["needs a trial that rejects", "and one that does not"]);
     of("hemisphere/uniform/cells hemisphere/uniform/angles")

@@ -23,7 +23,7 @@ pub(super) const ANSWERS: Experiment = Experiment {
 };
 
 /// Options of `render` in the answers, as on the pages; a test compares.
-pub const COMMANDS: [&str; 15] = [
+pub const COMMANDS: [&str; 11] = [
     "--estimator mis --size 128x96 --spp 256",
     "--estimator whitted --size 128x96 --spp 16",
     "--estimator bsdf --size 128x96 --spp 64 --sampler independent",
@@ -34,11 +34,7 @@ pub const COMMANDS: [&str; 15] = [
     "--scene cornell --size 64x64 --spp 64 --seed 2",
     "--scene diffuse-room --size 64x48 --spp 64",
     "--scene diffuse-room --size 64x48 --spp 64 --engine single",
-    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 100",
-    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 1000",
-    "--scene diffuse-room --size 32x24 --spp 4 --estimator radiosity --patches 10000",
     "--scene furnace-box --size 32x32 --spp 64 --sampler independent",
-    "--scene diffuse-room --size 32x24 --spp 256",
 ];
 
 /// Renders a command of [`COMMANDS`], perhaps with another seed.
@@ -61,7 +57,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
     few_samples(run)?;
     seeds(run)?;
     single(run)?;
-    radiosity(run)?;
     furnace(run)?;
     shining_backs(run)?;
     // The albedo a at which the light lost by seven bounces, a⁸, is one per cent.
@@ -265,41 +260,9 @@ fn single(run: &mut Run) -> Result<(), Error> {
     Ok(())
 }
 
-/// Compares radiosity on three meshes with the path tracer's image.
-fn radiosity(run: &mut Run) -> Result<(), Error> {
-    let path = rendered(run, COMMANDS[14], None)?;
-    let [width, height] = path.size();
-    let side = TILE / 4;
-    let across = width / side;
-    let mut worst_share = 0.0;
-    for (patches, i) in [(100, 10), (1000, 11), (10_000, 12)] {
-        let film = rendered(run, COMMANDS[i], None)?;
-        // Tiles, so that the noise of the path tracer is small against the error.
-        let tile = |k: u32| {
-            let (x, y) = (k % across * side, k / across * side);
-            let part = [x, y, x + side, y + side];
-            mean_in(&film, part) / mean_in(&path, part) - 1.0
-        };
-        let errors: Vec<f64> = (0..across * (height / side)).map(tile).collect();
-        let largest = errors.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        let squares: f64 = errors.iter().map(|error| error * error).sum();
-        worst_share = largest * largest / squares;
-        let rms = (squares / errors.len() as f64).sqrt();
-        run.numbers(
-            &format!("radiosity.{patches}"),
-            [("largest", largest), ("rms", rms)],
-        );
-    }
-    run.note(
-        "radiosity",
-        format!("on the finest mesh one tile has {worst_share:.2} of the squared error"),
-    );
-    Ok(())
-}
-
 /// Measures the furnace, and the samples that it takes to detect a deviation of half a per cent.
 fn furnace(run: &mut Run) -> Result<(), Error> {
-    let film = rendered(run, COMMANDS[13], None)?;
+    let film = rendered(run, COMMANDS[10], None)?;
     let [mean, error] = image_mean(&film);
     let samples = 64.0 * film.pixels().len() as f64;
     let sigma = error * samples.sqrt();

@@ -176,11 +176,14 @@ fn shown_quantity(by: ShownBy, images: &Images) -> Images {
     match by {
         ShownBy::Mean => images.clone(),
         ShownBy::Noise => of_differences(&|image, i| image[i] * image[i]),
-        // The square of the sum of two neighbours: twice as large if they are the same as if they are independent.
+        // Whether two neighbours err to the same side: half of them if they are independent.
         ShownBy::Pattern => of_differences(&|image, i| {
             let left = i - i % width % 2;
-            let sum = image[left] + image[left + 1];
-            sum * sum
+            let product = image[left] * image[left + 1];
+            product
+                .to_array()
+                .map(|channel| f64::from(channel > 0.0))
+                .into()
         }),
     }
 }
