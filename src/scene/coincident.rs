@@ -1,5 +1,7 @@
 //! Surfaces that lie in the same place, so that rounding would decide which of them a ray meets.
 
+mod crowds;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -7,11 +9,13 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::detail::longest_edge;
 use super::solids::{Shapes, Solids};
 use super::{PrimitiveShape, Scene, ScenePrimitive, Surface};
 use crate::geometry::offsets::{OFFSET, SINGLE_END};
 use crate::geometry::shape::Sphere;
 use crate::material::Bsdf;
+use crowds::Member;
 
 /// Distance, as a fraction of the scene's largest coordinate, up to which surfaces coincide: a ray
 /// that leaves one of them from [`OFFSET`] above it, and a segment that ends as far above the
@@ -29,6 +33,9 @@ const SINGLE_CLOSE_FRACTION: f64 = 1.0 / 16.0;
 /// Overlap of neighbours that is tolerated, as a fraction of the smaller one's height: files round
 /// coordinates.
 const SLIVER_FRACTION: f64 = 1e-5;
+/// Number of primitives whose bounding boxes meet that of a triangle, above which it belongs to a
+/// crowd: as many as a large triangle may have among well-shaped ones.
+const MAX_NEIGHBOURS: usize = 256;
 /// Least absolute cosine between the normals of triangles that coincide.
 const MIN_PARALLEL_COSINE: f64 = 0.99;
 
@@ -210,39 +217,78 @@ impl Shapes<'_> {
         is_opaque_two_sided(self.surface(sheet)) && self.surface(face).emission == DVec3::ZERO
     }
 
-    /// Returns all primitives that coincide.
+    /// Returns all primitives that coincide, in ascending order.
     fn overlaps(&self) -> Vec<Overlap> {
-        let of = |i: u32| {
-            let mut found = Vec::new();
-            let (low, high) = match self.primitives[i as usize].shape {
-                PrimitiveShape::Triangle { vertices, .. } => {
-                    let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
-                    (
-                        a.min(b).min(c) - self.tolerance,
-                        a.max(b).max(c) + self.tolerance,
-                    )
-                }
-                PrimitiveShape::Sphere(sphere) => {
-                    // Spheres that coincide have nearly the same pole.
-                    let pole = sphere.centre + sphere.radius * DVec3::Z;
-                    let reach = DVec3::splat(2.0 * self.tolerance / self.close_fraction);
-                    (pole - reach, pole + reach)
-                }
-            };
-            let triangle = self.triangle(i);
-            self.bvh.overlapping(low, high, |j| {
-                if j > i {
-                    found.extend(self.overlap([i, j], triangle.as_ref()));
-                }
-            });
-            found.sort_unstable_by_key(|overlap: &Overlap| overlap.pair);
-            found
+        let count = self.primitives.len() as u32;
+        let each = || (0..count).into_par_iter().with_min_len(1024);
+        let of = |i: u32| match self.neighbours(i, MAX_NEIGHBOURS) {
+            Some(others) => (false, self.overlaps_with(i, &others, |j| j > i)),
+            None => (true, Vec::new()),
         };
-        (0..self.primitives.len() as u32)
-            .into_par_iter()
-            .with_min_len(1024)
-            .flat_map_iter(of)
-            .collect()
+        let (crowded, found): (Vec<bool>, Vec<Vec<Overlap>>) = each().map(of).unzip();
+        let mut found = found.concat();
+        let of = |i: u32, wanted: &dyn Fn(u32) -> bool| {
+            let others = self.neighbours(i, usize::MAX).unwrap_or_default();
+            self.overlaps_with(i, &others, wanted)
+        };
+        let crowd: Vec<u32> = (0..count).filter(|i| crowded[*i as usize]).collect();
+        if crowd.len() <= MAX_NEIGHBOURS {
+            found.extend(crowd.iter().flat_map(|&i| of(i, &|j| j > i)));
+        } else {
+            let member = |&i: &u32| Some(Member::new(i, self.triangle(i)?, self.tolerance));
+            let mut members: Vec<Member> = crowd.iter().filter_map(member).collect();
+            self.overlaps_within(&mut members, &mut found);
+            let others = each().filter(|i| !crowded[*i as usize]);
+            found.par_extend(others.flat_map_iter(|i| of(i, &|j| j < i && crowded[j as usize])));
+        }
+        found.par_sort_unstable_by_key(|overlap| overlap.pair);
+        found
+    }
+
+    /// Returns the primitives that may coincide with one, as their bounding boxes overlap, and some
+    /// others; `None` for a triangle that has more than `most`.
+    fn neighbours(&self, i: u32, most: usize) -> Option<Vec<u32>> {
+        let (low, high, most) = match self.primitives[i as usize].shape {
+            PrimitiveShape::Triangle { vertices, .. } => {
+                let [a, b, c] = vertices.map(|v| self.vertices[v as usize]);
+                (
+                    a.min(b).min(c) - self.tolerance,
+                    a.max(b).max(c) + self.tolerance,
+                    most,
+                )
+            }
+            PrimitiveShape::Sphere(sphere) => {
+                // Spheres that coincide have nearly the same pole.
+                let pole = sphere.centre + sphere.radius * DVec3::Z;
+                let reach = DVec3::splat(2.0 * self.tolerance / self.close_fraction);
+                (pole - reach, pole + reach, usize::MAX)
+            }
+        };
+        let mut others = Vec::new();
+        self.bvh.overlapping(low, high, |j| {
+            others.push(j);
+            others.len() <= most
+        });
+        (others.len() <= most).then_some(others)
+    }
+
+    /// Returns the overlaps of a primitive with those of `others` that are `wanted`.
+    fn overlaps_with(&self, i: u32, others: &[u32], wanted: impl Fn(u32) -> bool) -> Vec<Overlap> {
+        let triangle = self.triangle(i);
+        let pair = |&j: &u32| {
+            if i < j {
+                self.overlap([i, j], triangle.as_ref())
+            } else {
+                self.overlap([j, i], self.triangle(j).as_ref())
+            }
+        };
+        let mut found: Vec<Overlap> = others
+            .iter()
+            .filter(|j| wanted(**j))
+            .filter_map(pair)
+            .collect();
+        found.sort_unstable_by_key(|overlap| overlap.pair);
+        found
     }
 
     /// Returns the overlap of a pair, whose first primitive may be this triangle.
@@ -328,6 +374,11 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
+    /// Returns the distance from its edges over which others must reach to overlap it.
+    fn margin(&self, tolerance: f64) -> f64 {
+        tolerance.max(SLIVER_FRACTION * 2.0 * self.area / longest_edge(self.corners))
+    }
+
     /// Returns a point and the area of the overlap with another triangle of the same plane.
     fn overlap(&self, other: &Self, shapes: &Shapes<'_>) -> Option<(DVec3, f64)> {
         let tolerance = shapes.tolerance;
@@ -351,14 +402,7 @@ impl Triangle {
         if outside(a, b) || outside(b, c) || outside(c, a) {
             return None;
         }
-        let longest = [b - a, c - b, a - c]
-            .map(DVec3::length)
-            .into_iter()
-            .fold(0.0, f64::max);
-        let inner = self.clipped(
-            other,
-            tolerance.max(SLIVER_FRACTION * 2.0 * self.area / longest),
-        )?;
+        let inner = self.clipped(other, self.margin(tolerance))?;
         if !shapes.are_close(range(&inner)) {
             return None;
         }

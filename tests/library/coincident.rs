@@ -1,5 +1,6 @@
 //! Tests of coincident surfaces: which are refused, and which of two permitted ones is visible.
 
+mod fans;
 mod permitted;
 mod refused;
 

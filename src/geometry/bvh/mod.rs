@@ -179,8 +179,8 @@ impl Bvh {
     }
 
     /// Calls `each` with the indices of the primitives whose boxes meet the box from `low` to
-    /// `high`, and of some of their neighbours.
-    pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32)) {
+    /// `high`, and of some of their neighbours, until it returns false.
+    pub(crate) fn overlapping(&self, low: DVec3, high: DVec3, mut each: impl FnMut(u32) -> bool) {
         let (low, high) = (
             low.to_array().map(build::rounded_down),
             (-high).to_array().map(build::rounded_down),
@@ -191,10 +191,11 @@ impl Bvh {
             let place = (child / 2) as usize;
             if child % 2 == 1 {
                 let leaf = &self.leaves[place];
-                leaf.triangles[..leaf.triangle_count]
-                    .iter()
-                    .for_each(|id| each(*id));
-                self.spheres_of(leaf).iter().for_each(|(id, _)| each(*id));
+                let triangles = &leaf.triangles[..leaf.triangle_count];
+                let spheres = self.spheres_of(leaf).iter().map(|(id, _)| id);
+                if !triangles.iter().chain(spheres).all(|id| each(*id)) {
+                    return;
+                }
                 continue;
             }
             let node = &self.nodes[place];

@@ -132,9 +132,11 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
     }
     if obj.materials.is_empty() {
         let hint = if unread.contains_key("\"newmtl\"") {
-            ": it is a library of materials (MTL)"
+            ": it is a library of materials (MTL)".to_owned()
+        } else if unread.is_empty() {
+            String::new()
         } else {
-            ""
+            format!("; its other lines begin with {}", keywords(&unread))
         };
         return Err(error_at_line(
             file,
@@ -155,19 +157,23 @@ pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj
         );
     }
     if !unread.is_empty() {
-        let counts: Vec<String> = unread
-            .iter()
-            .take(8)
-            .map(|(word, count)| format!("{word} ({count})"))
-            .collect();
-        let more = if unread.len() > 8 { " and others" } else { "" };
         notes.push(format!(
-            "lines that are no part of a surface are left out: {}{more}",
-            counts.join(", ")
+            "lines of other kinds are left out: {}",
+            keywords(&unread)
         ));
     }
     obj.notes = notes.iter().map(|note| format!("{file}: {note}")).collect();
     Ok(obj)
+}
+
+/// Lists the keywords of lines that are not read, the first eight of them, with their counts.
+fn keywords(unread: &BTreeMap<String, usize>) -> String {
+    let counts = unread.iter().take(8);
+    let counts: Vec<String> = counts
+        .map(|(word, count)| format!("{word} ({count})"))
+        .collect();
+    let more = if unread.len() > 8 { " and others" } else { "" };
+    counts.join(", ") + more
 }
 
 /// Returns a line without the byte-order mark before it and the comment behind it. The `#` of an
