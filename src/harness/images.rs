@@ -23,8 +23,10 @@
 //! ([`MAX_BRIGHT_FRACTION`]), so that rarer ones may be missing.
 //!
 //! In a channel without noise, where no pixel of either side varies in [`MIN_NOISELESS_VALUES`]
-//! values or more, values are compared directly: any difference beyond rounding is a rejection.
-//! Light that is hit once in many images may still be missing.
+//! values or more, values are compared directly: any difference beyond rounding is a rejection. The
+//! same holds for an area without noise beside others that have some, where as many values differ
+//! and none of them is black: black ones may have missed all light, and are evidence if they are
+//! [`MIN_CONSTANT_VALUES`]. Light that is hit once in many images may still be missing.
 //!
 //! ```
 //! use whitefurnace::harness::images::{Rules, Side, compare};
@@ -86,8 +88,8 @@ pub const DARK_FRACTION: f64 = 1e-3;
 
 /// Least number of values of each side, pixels times images, none of which varies, that are taken
 /// to have no noise. Independent values of one law are all the same on either side, but differ
-/// between the sides, with a probability of at most 4⁻ⁿ.
-pub const MIN_NOISELESS_VALUES: f64 = 64.0;
+/// between the sides, with a probability of at most 2·4⁻ⁿ.
+pub const MIN_NOISELESS_VALUES: f64 = 16.0;
 
 /// Rules by which images are judged.
 #[derive(Clone, Debug)]
@@ -209,6 +211,28 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             test.sigmas.abs() * test.standard_error > critical * (noisiest[0] + noisiest[1]).sqrt()
         }
     };
+    // Below its least normal number, a 16-bit float is rounded absolutely.
+    let min_magnitude = if rules.rounding >= HALF_ROUNDING {
+        MIN_NORMAL_HALF
+    } else {
+        0.0
+    };
+    let rounding_of = |[x, y]: [f64; 2]| rules.rounding * x.abs().max(y.abs()).max(min_magnitude);
+    // Number of values of each side in pixels that differ and are not black, if neither side is
+    // without error.
+    let values_that_differ = |channel: usize, at: &Area| {
+        let [a, b] = &statistics[channel];
+        let differ = |i: &usize| {
+            let [x, y] = [a, b].map(|side| side.pixels[*i][0]);
+            x != 0.0 && y != 0.0 && (x - y).abs() > rounding_of([x, y])
+        };
+        let images = channels[channel].iter().map(Side::images);
+        if images.clone().any(|images| images == u32::MAX) {
+            return 0.0;
+        }
+        let pixels = a.pixels_of(at).filter(differ).count();
+        images.min().map_or(0.0, f64::from) * pixels as f64
+    };
     let test = |channel: usize, at: Area| {
         let [a, b] = area_statistics(channel, &at);
         let pixels = area(&at);
@@ -240,13 +264,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             overall[channel]
         };
         let scale = if scale > 0.0 { scale } else { 1.0 };
-        // Below its least normal number, a 16-bit float is rounded absolutely.
-        let min_magnitude = if rules.rounding >= HALF_ROUNDING {
-            MIN_NORMAL_HALF
-        } else {
-            0.0
-        };
-        let rounding = rules.rounding * a.mean.abs().max(b.mean.abs()).max(min_magnitude);
+        let rounding = rounding_of([a.mean, b.mean]);
         let difference = a.mean - b.mean;
         let standard_error = (a.variance + b.variance).sqrt();
         let dof = match are_many(channel, &at) {
@@ -262,8 +280,11 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
             .map(|side| side.images() as f64 * pixels)
             .fold(f64::INFINITY, f64::min);
         let noiseless = noiseless[channel];
-        let constants_differ =
-            difference.abs() > rounding && (noiseless || values >= MIN_CONSTANT_VALUES as f64);
+        let is_constant = a.independent[0] + b.independent[0] == 0.0;
+        let constants_differ = difference.abs() > rounding
+            && (noiseless
+                || values >= MIN_CONSTANT_VALUES as f64
+                || is_constant && values_that_differ(channel, &at) >= MIN_NOISELESS_VALUES);
         AreaTest {
             area: at,
             channel,

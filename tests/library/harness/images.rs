@@ -148,19 +148,29 @@ fn values_without_noise_are_compared_as_they_stand() {
     }
     assert_eq!(verdict_of([&dark; 2], [&dark; 2], 3), Verdict::Holds);
     // Too few values to count as noiseless.
-    let few = [0.1; 31];
+    let few = [0.1; 7];
     let side = Side::Images(vec![&few; 2]);
     let unknown = Verdict::Undecided { needed: u64::MAX };
     assert_eq!(
-        compare(31, &[[side, Side::Exact(&[0.2; 31])]], &Rules::default()).verdict,
+        compare(7, &[[side, Side::Exact(&[0.2; 7])]], &Rules::default()).verdict,
         unknown
+    );
+    let [one, other, none] = [[0.1; 16], [0.1001; 16], [0.0; 16]];
+    let small = |b| {
+        let sides = [Side::Errors(&one, &none), Side::Errors(b, &none)];
+        compare(4, &[sides], &Rules::default()).verdict
+    };
+    assert_eq!(
+        [small(&one), small(&other)],
+        [Verdict::Holds, Verdict::Fails]
     );
 }
 
-/// Next to pixels that vary, constants differ if there are enough of them, else they are undecided.
+/// Next to pixels that vary, constants differ if they are 16 values or more and no side is black or
+/// without error, else if they are 10 000; otherwise they are no evidence.
 #[test]
-fn constants_beside_noise_need_many_values() {
-    let rejected = |pixels: usize| {
+fn constants_beside_noise_differ_if_they_are_enough() {
+    let rejected = |constants: [f64; 2], pixels: usize, is_exact: bool| {
         let images = |constant: f64, first: f64| {
             [1.0, 1.3].map(|factor| {
                 let mut image = vec![constant; pixels];
@@ -168,21 +178,35 @@ fn constants_beside_noise_need_many_values() {
                 image
             })
         };
-        let (a, b) = (images(0.98, 1.0), images(1.0, 1.1));
-        let sides = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
+        let (a, b) = (images(constants[0], 1.0), images(constants[1], 1.1));
+        let mut sides =
+            [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
+        if is_exact {
+            sides[1] = Side::Exact(&b[0]);
+        }
         let rules = Rules {
-            tile: 100,
-            regions: vec![[0, 1, 100, pixels / 100]],
+            tile: pixels,
+            regions: vec![[1, 0, pixels, 1]],
             ..Rules::default()
         };
-        let found = compare(100, &[sides], &rules);
+        let found = compare(pixels, &[sides], &rules);
         assert!(found.kinds[0].tests[0].standard_error > 0.0 && !found.kinds[0].tests[0].noiseless);
         found.kinds[1]
             .tests
             .last()
-            .is_some_and(|place| place.p == 0.0)
+            .is_some_and(|place| found.kinds[1].rejects(place))
     };
-    assert_eq!([rejected(5_100), rejected(5_000)], [true, false]);
+    for (constants, is_exact, least) in [
+        ([0.98, 1.0], false, 8),
+        ([1.0, 0.98], false, 8),
+        ([0.0, 1.0], false, 5_000),
+        ([0.98, 0.0], false, 5_000),
+        ([0.98, 1.0], true, 5_000),
+    ] {
+        let found = [least, least + 1].map(|pixels| rejected(constants, pixels, is_exact));
+        assert_eq!(found, [false, true], "{constants:?}, exact: {is_exact}");
+    }
+    assert!(!rejected([0.7; 2], 20_000, false));
 }
 
 /// Number of random assertions: false alarms of each distribution and number of images, detected
