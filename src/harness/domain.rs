@@ -338,6 +338,15 @@ impl Partition {
         Some(self.cell_of[index(s, self.rows) * self.columns + index(b, self.columns)])
     }
 
+    /// Returns whether [`Partition::cell`] of a point exists.
+    pub(super) fn contains(&self, point: DVec3) -> bool {
+        if self.quantiles.is_some() {
+            self.domain.has_direction(point, self.rounding)
+        } else {
+            self.cell(point).is_some()
+        }
+    }
+
     /// Iterates over the cells that the grid's cells belong to, row by row.
     pub(crate) fn cells_of_grid(&self) -> impl Iterator<Item = usize> {
         self.cell_of.iter().copied()

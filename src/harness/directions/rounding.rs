@@ -116,7 +116,7 @@ pub(super) fn unrounded(
     let unit = raw.normalize();
     let weight = |w: DVec3| {
         let pdf = density.pdf(w);
-        if pdf > 0.0 && pdf.is_finite() && density.fine_grid.cell(w).is_some() {
+        if pdf > 0.0 && pdf.is_finite() && density.fine_grid.contains(w) {
             pdf
         } else {
             0.0
