@@ -58,6 +58,15 @@ impl Columns {
         })
     }
 
+    /// Lists the columns as they are understood.
+    pub(super) fn words(&self) -> String {
+        let of = |place: usize| self.places.iter().position(|other| *other == Some(place));
+        let names: Vec<&str> = (0..self.count)
+            .map(|place| of(place).map_or("-", |which| NAMES[which]))
+            .collect();
+        names.join(", ")
+    }
+
     /// Checks that a row has the expected number of columns.
     pub(super) fn check(&self, count: usize) -> Result<(), String> {
         if count == self.count {
@@ -105,7 +114,7 @@ impl Columns {
 /// Suggests a transposition if a row has many numbers; else empty.
 fn transposition_hint(count: usize) -> &'static str {
     if count > 2 * NAMES.len() {
-        "; if each column is a sample, transpose them: a row for each is needed"
+        "; if each column is a sample, transpose them (samples.T): a row for each is needed"
     } else {
         ""
     }

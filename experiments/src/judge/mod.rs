@@ -118,7 +118,21 @@ pub fn main() -> ExitCode {
     run_with_verdict(run)
 }
 
+/// Tests of a file of samples.
+struct Judgement {
+    /// Columns as they were read.
+    columns: Columns,
+    /// Mean weight and its standard error, from samples with weights.
+    mean_weight: Option<[f64; 2]>,
+    outcomes: Vec<Outcome>,
+}
+
 fn run(options: &Judge) -> Result<u8, Error> {
+    let density = match (&options.density, &options.table) {
+        (Some(named), _) => Some(named.density()),
+        (None, Some(table)) => Some(read_table(table, options.domain)?),
+        (None, None) => None,
+    };
     let columns = Columns::by_names(&options.columns).map_err(Error::Option)?;
     let precision = match options.precision {
         PrecisionOption::All(rounding) => Precision {
@@ -128,16 +142,22 @@ fn run(options: &Judge) -> Result<u8, Error> {
         },
         PrecisionOption::Auto => observe_precision(&options.samples, columns.clone())?.precision(),
     };
-    let density = match (&options.density, &options.table) {
-        (Some(named), _) => named.density(),
-        (None, Some(table)) => read_table(table, options.domain)?,
-        (None, None) => {
-            let outcomes = own_pdf::outcomes(options, columns, precision)?;
-            return report(options, &precision, None, &outcomes);
-        }
+    let judgement = match density {
+        Some(density) => by_density(options, &density, columns, precision)?,
+        None => own_pdf::judge(options, columns, precision)?,
     };
-    let mut directions = Directions::with_precision(&density, precision);
-    each_row(&options.samples, columns, &mut |columns, row| {
+    report(options, &precision, &judgement)
+}
+
+/// Tests samples against a density.
+fn by_density(
+    options: &Judge,
+    density: &Density,
+    columns: Option<Columns>,
+    precision: Precision,
+) -> Result<Judgement, Error> {
+    let mut directions = Directions::with_precision(density, precision);
+    let columns = each_row(&options.samples, columns, &mut |columns, row| {
         directions.push(&columns.sample(row.numbers, &precision)?);
         Ok(())
     })?;
@@ -146,16 +166,19 @@ fn run(options: &Judge) -> Result<u8, Error> {
             "--mean-weight needs samples with a column weight".to_owned(),
         ));
     }
-    let outcomes = directions.outcomes(options.margin / 100.0, options.mean_weight);
-    report(options, &precision, directions.mean_weight(), &outcomes)
+    Ok(Judgement {
+        columns,
+        mean_weight: directions.mean_weight(),
+        outcomes: directions.outcomes(options.margin / 100.0, options.mean_weight),
+    })
 }
 
-/// Calls `each` with each row of samples and the indices of its columns.
+/// Calls `each` with each row of samples and the indices of its columns; returns these.
 fn each_row(
     path: &Path,
     mut columns: Option<Columns>,
     each: &mut dyn FnMut(&Columns, &Row) -> Result<(), String>,
-) -> Result<(), Error> {
+) -> Result<Columns, Error> {
     let mut any = false;
     read::rows(path, &mut |row| {
         any = true;
@@ -166,11 +189,9 @@ fn each_row(
         columns.check(row.numbers.len())?;
         each(columns, row)
     })?;
-    if any {
-        Ok(())
-    } else {
-        Err(Error::Option(format!("{}: no samples", path.display())))
-    }
+    columns
+        .filter(|_| any)
+        .ok_or_else(|| Error::Option(format!("{}: no samples", path.display())))
 }
 
 /// Measures the precision of a file from its numbers.
@@ -249,8 +270,11 @@ pub fn read_table(path: &Path, domain: TableDomain) -> Result<Density, Error> {
 fn report(
     options: &Judge,
     precision: &Precision,
-    mean_weight: Option<[f64; 2]>,
-    outcomes: &[Outcome],
+    Judgement {
+        columns,
+        mean_weight,
+        outcomes,
+    }: &Judgement,
 ) -> Result<u8, Error> {
     let fails = outcomes
         .iter()
@@ -281,6 +305,7 @@ fn report(
     let numbers = json!({
         "samples": options.samples.display().to_string(),
         "n": outcomes[0].n,
+        "columns": columns.words(),
         "verdict": word.to_lowercase(),
         "false_alarm": false_alarm,
         "precision": {
@@ -320,11 +345,12 @@ fn report(
     } else {
         "as asked"
     };
+    print_line!("columns read: {}", columns.words());
     print_line!("directions: {}, {how}", words(&precision.direction));
     for outcome in outcomes {
         print_line!("{}", line(outcome));
     }
-    if let (Some([mean, error]), None) = (mean_weight, options.mean_weight) {
+    if let (Some([mean, error]), None) = (*mean_weight, options.mean_weight) {
         print_line!("mean weight: {mean:.6} ± {error:.1e}; --mean-weight tests it");
     }
     print_line!("{}", plot.display());

@@ -63,11 +63,6 @@ pub fn array(mut file: impl Read, bytes: u64, each: RowCallback) -> Result<(), S
             "shorter than its shape {rows} × {width} says: the file has been cut off"
         ));
     };
-    if plain && (3..=NAMES.len() as u64).contains(&rows) && width > 20 {
-        return Err(format!(
-            "an array of shape ({rows}, {width}), which has a column for each sample: transpose it (samples.T), so that each has a row"
-        ));
-    }
     let (rows, width) = (rows as usize, width as usize);
     let names: Option<Vec<String>> = columns.iter().map(|column| column.name.clone()).collect();
     let cut = |_| "shorter than its shape says: the file has been cut off".to_owned();

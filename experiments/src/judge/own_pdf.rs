@@ -4,24 +4,23 @@ use whitefurnace::error::Error;
 use whitefurnace::harness::directions::Precision;
 use whitefurnace::harness::directions::own_pdf::OwnPdfs;
 use whitefurnace::harness::domain::Domain;
-use whitefurnace::harness::outcome::Outcome;
 
-use super::{Columns, Judge, TableDomain, each_row};
+use super::{Columns, Judge, Judgement, TableDomain, each_row};
 
 /// Least margin, percent. Neighbours show a jump or a heavy tail of a density to some three
 /// percent.
 const MIN_MARGIN: f64 = 4.0;
 
-/// Returns the outcomes of a file's samples.
+/// Tests a file's samples by their own pdfs.
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Option`], the latter for a margin below 4 % and for a file without a
 /// column of pdfs.
-pub(super) fn outcomes(
+pub(super) fn judge(
     options: &Judge,
     columns: Option<Columns>,
     precision: Precision,
-) -> Result<Vec<Outcome>, Error> {
+) -> Result<Judgement, Error> {
     if options.margin < MIN_MARGIN {
         return Err(Error::Option(format!(
             "--margin {} is too small for --own-pdf, which tells a jump of the density to no less than {MIN_MARGIN} %: \
@@ -37,7 +36,7 @@ pub(super) fn outcomes(
         || OwnPdfs::new(precision),
         |domain| OwnPdfs::covering(precision, domain),
     );
-    each_row(&options.samples, columns, &mut |columns, row| {
+    let columns = each_row(&options.samples, columns, &mut |columns, row| {
         let sample = columns.sample(row.numbers, &precision)?;
         let pdf = sample.pdf.ok_or(
             "--own-pdf needs a column pdf: name it by --columns, as in x,y,z,-,pdf, or state the --density",
@@ -45,5 +44,9 @@ pub(super) fn outcomes(
         own.push(sample.direction, pdf);
         Ok(())
     })?;
-    Ok(own.outcomes(options.margin / 100.0))
+    Ok(Judgement {
+        columns,
+        mean_weight: None,
+        outcomes: own.outcomes(options.margin / 100.0),
+    })
 }

@@ -87,7 +87,7 @@ impl Separator {
 impl Text {
     fn read(&mut self, line: &str, whole: bool, each: RowCallback) -> Result<(), String> {
         let line = line.trim_start_matches('\u{feff}').trim();
-        if let Some(comment) = line.strip_prefix(['#', '%']) {
+        if let Some(comment) = line.strip_prefix(['#', '%']).or(line.strip_prefix("//")) {
             // numpy.savetxt writes a header as a comment.
             let names = names(comment);
             if self.style.is_none()
@@ -120,7 +120,7 @@ impl Text {
         };
         if first && is_ambiguous(style, data) {
             return Err(
-                "decimal commas with commas between the numbers: separate these by semicolons"
+                "commas may be decimal marks here, or separate whole numbers: separate the numbers by semicolons"
                     .to_owned(),
             );
         }
@@ -152,26 +152,40 @@ impl Text {
     }
 }
 
-/// Returns true if a line has words and no number.
+/// Returns true if a line has words and nothing that begins as a number does.
 fn is_header(line: &str) -> bool {
     let styles = [false, true].map(|decimal_comma| Style {
         separator: Separator::Blank,
         decimal_comma,
     });
-    let is_number = |field: &&str| styles.iter().any(|style| style.number(field).is_ok());
+    let is_number = |field: &&str| {
+        let unsigned = plain(field).trim_start_matches(['+', '-', '.', ',']);
+        unsigned.starts_with(|c: char| c.is_ascii_digit())
+            || styles.iter().any(|style| style.number(field).is_ok())
+    };
     line.contains(char::is_alphabetic) && !Separator::of(line).fields(line).iter().any(is_number)
 }
 
-/// Returns true if commas could be separators as well as decimal marks, as in 0,6,0,0,0,8.
+/// Returns true if commas could be separators as well as decimal marks, as in 0,6,0,0,0,8: what
+/// stands before each other comma are small numbers, or shorter ones than what follows.
 fn is_ambiguous(style: Style, line: &str) -> bool {
-    let fields = style.fields(line);
-    let whole = |field: &&str| {
-        plain(field)
-            .trim_start_matches(['-', '+'])
-            .chars()
-            .all(|c| c.is_ascii_digit())
+    let fields: Vec<&str> = style
+        .fields(line)
+        .into_iter()
+        .map(|field| plain(field).trim_start_matches(['-', '+']))
+        .collect();
+    let whole = |field: &&str| field.chars().all(|c| c.is_ascii_digit());
+    let could_be = |is_pair: fn(&str, &str) -> bool| {
+        fields.chunks(2).all(|pair| match pair {
+            [before, behind] => is_pair(before, behind),
+            _ => false,
+        })
     };
-    style.separator == Separator::Character(',') && fields.len() >= 6 && fields.iter().all(whole)
+    style.separator == Separator::Character(',')
+        && fields.len() >= 6
+        && fields.iter().all(whole)
+        && (could_be(|before, _| ["0", "1"].contains(&before))
+            || could_be(|before, behind| behind.len() > before.len()))
 }
 
 /// Returns the names in a header, in lower case, without quotes and units.

@@ -1,5 +1,6 @@
 //! Tests of `judge` for sampled directions: every format, every verdict, and refusals.
 
+use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -54,7 +55,7 @@ fn samples_are_read_from_every_format_and_judged() {
     let directions = cosines(200_000);
     let mut rows = "# by cosine\nPDF, z, y, x\n".to_owned();
     for DVec3 { x, y, z } in &directions {
-        writeln!(rows, "{},{z},{y},{x}", z / std::f64::consts::PI).expect("text");
+        writeln!(rows, "{},{z},{y},{x}", z / PI).expect("text");
     }
     write("header.csv", &rows);
     assert_output(
@@ -150,6 +151,18 @@ fn samples_are_read_from_every_format_and_judged() {
         1,
         "mean weight: fails",
     );
+    assert_output(
+        &folder,
+        "--samples lost.csv --density cosine",
+        1,
+        "\ncolumns read: x, y, z, weight\n",
+    );
+    assert_output(
+        &folder,
+        "--samples header.csv --density cosine --columns -,z,y,x",
+        0,
+        "\ncolumns read: -, z, y, x\n",
+    );
     let few: String = directions[..20]
         .iter()
         .map(|w| format!("{},{},{}\n", w.x, w.y, w.z))
@@ -199,8 +212,14 @@ fn what_is_no_sample_is_refused_in_one_line() {
         (
             "commas.csv",
             b"0,6,0,0,0,8\n",
-            "decimal commas with commas between the numbers",
+            "commas may be decimal marks here, or separate whole numbers: separate the numbers by semicolons",
         ),
+        (
+            "suffix.txt",
+            b"0.0f,0.0f,1.0f\n0,0,1\n",
+            "line 1: \u{201c}0.0f\u{201d} is not a number",
+        ),
+        ("hex.txt", b"0x0p+0 0x0p+0 0x1p+0\n", "is not a number"),
         ("packed.csv", b"\x1f\x8b\x08\0", "compressed by gzip"),
         (
             "columns.csv",
@@ -337,6 +356,7 @@ fn text_is_read_in_every_form() {
         b"\xef\xbb\xbf0.6,0,0.8,\n\n0,-1.5,0,\n",
         b"[[0.6, 0, 0.8],\n [0, -1.5, 0]]\n",
         b"0.6D+00 0 8.0D-01\n0 -1.5 0\n",
+        b"// by a program\n0.6,0,0.8\n0,-1.5,0\n",
         &utf16("\u{feff}0.6,0,0.8\n0,-1.5,0\n"),
         &utf16("0.6,0,0.8\n0,-1.5,0\n"),
     ] {
@@ -403,5 +423,64 @@ fn a_pdf_is_judged_by_its_own_samples() {
         ),
     ] {
         assert_output(&folder, &options, code, hint);
+    }
+}
+
+/// A table is read the same from whole numbers with commas, other text and arrays, few rows and many
+/// columns among them; where commas could as well be decimal marks it is refused.
+#[test]
+fn a_table_is_read_in_every_form() {
+    let folder = folder("judge-tables");
+    let path = folder.join("table");
+    let pdfs = || {
+        let density = read_table(&path, TableDomain::Sphere).expect("a table");
+        let column = |z: f64, i: u32| {
+            let (sin, cos) = (TAU * (f64::from(i) + 0.5) / 6.0).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            density.pdf(DVec3::new(radius * cos, radius * sin, z)) * 4.0 * PI / 12.0
+        };
+        let row = |z: f64| (0..6).map(move |i| column(z, i)).collect::<Vec<_>>();
+        [row(0.5), row(-0.5)].concat()
+    };
+    let counts = [2.0, 0.0, 3.0, 4.0, 5.0, 6.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
+    let text = [
+        "2,0,3,4,5,6\n2,3,4,5,6,8\n",
+        "a,b,c,d,e,f\n2,0,3,4,5,6\n2,3,4,5,6,8\n",
+        "2 0 3 4 5 6\n2 3 4 5 6 8\n",
+        "0,2;0,0;0,3;0,4;0,5;0,6\n0,2;0,3;0,4;0,5;0,6;0,8\n",
+    ];
+    let assert_right = |what: &str| {
+        for (found, count) in pdfs().into_iter().zip(counts) {
+            assert!(
+                (found - count / 48.0).abs() < 1e-12,
+                "{what}: {found}, {count}"
+            );
+        }
+    };
+    for text in text {
+        std::fs::write(&path, text).expect("written");
+        assert_right(text);
+    }
+    for order in [npyz::Order::C, npyz::Order::Fortran] {
+        let index = |i: usize| match order {
+            npyz::Order::C => i,
+            npyz::Order::Fortran => i % 2 * 6 + i / 2,
+        };
+        npy(&path, order, [2, 6], (0..12).map(|i| counts[index(i)]));
+        assert_right("an array");
+    }
+    npy(&path, npyz::Order::C, [3, 64], (0..192).map(f64::from));
+    read_table(&path, TableDomain::Sphere).expect("a wide table");
+    assert_output(
+        &folder,
+        "--samples table --density cosine",
+        3,
+        "64 columns, where 3 to 5 are expected: name them by --columns; if each column is a sample, transpose them",
+    );
+    for text in ["0,2,1,0,0,3\n", "2,25,3,125,4,50\n"] {
+        std::fs::write(&path, text).expect("written");
+        let refused = read_table(&path, TableDomain::Sphere).map(|_| ());
+        let message = refused.expect_err("ambiguous").to_string();
+        assert!(message.contains("semicolons"), "{message}");
     }
 }
