@@ -45,6 +45,8 @@ pub struct LoadedImage {
     pub standard_errors: Option<Vec<Vec<f64>>>,
     /// Largest relative rounding error of the values.
     pub rounding: f64,
+    /// Name of the file's compression, if it changes values by more than rounding.
+    pub lossy_compression: Option<&'static str>,
     /// Chromaticities x, y of red, green, blue and white: [`REC_709`] if the file states none.
     pub primaries: [[f32; 2]; 4],
     /// Whether the file states that it is the six sides of a cube, seen from within.
@@ -88,8 +90,11 @@ impl LoadedImage {
         } else {
             "; not read: ".to_owned()
         };
+        let lossy = self.lossy_compression.map_or(String::new(), |name| {
+            format!(", changed by the compression {name}, whose errors count as differences")
+        });
         format!(
-            "{} as {kind}{others}{}",
+            "{} as {kind}{lossy}{others}{}",
             self.channels.join(", "),
             list_names(&self.skipped_channels)
         )
@@ -120,6 +125,7 @@ impl LoadedImage {
             corner,
             kind,
             rounding,
+            lossy_compression,
             primaries,
             is_cube,
             ..
@@ -133,6 +139,7 @@ impl LoadedImage {
             values,
             standard_errors,
             rounding,
+            lossy_compression,
             primaries,
             is_cube,
         }

@@ -7,8 +7,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer,
-    LayerAttributes, WritableImage as _, f16,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image, ImageAttributes,
+    IntegerBounds, Layer, LayerAttributes, WritableImage as _, f16,
 };
 use whitefurnace::image::read::{ChannelKind, LoadedImage, decode};
 
@@ -53,6 +53,26 @@ fn pfm_is_read_from_the_bottom_in_both_orders() {
             (ChannelKind::Grey, &[3.5, 4.5, 1.5, 2.5, -0.5, 0.5][..])
         );
     }
+}
+
+/// A scale of the wrong sign is refused where values cannot be those of an image, though all are
+/// finite; values that are large in either order are read as stated.
+#[test]
+fn pfm_of_the_wrong_byte_order_is_refused() {
+    let values = [0.25, 0.5, 1.0, 0.0, 3.0, 1e-3];
+    for (scale, bytes, hint) in [
+        (
+            "-1",
+            f32::to_be_bytes as fn(f32) -> [u8; 4],
+            "write the scale 1.0",
+        ),
+        ("1.0", f32::to_le_bytes, "write the scale -1.0"),
+    ] {
+        refused(&pfm("Pf", scale, bytes, &values), None, hint);
+    }
+    let large = [1e20, 0.5, 1.0, 0.0, 3.0, 1e-20];
+    let picture = read(&pfm("Pf", "-1", f32::to_le_bytes, &large), None).expect("a PFM");
+    assert!(picture.values[0].contains(&f64::from(1e20_f32)));
 }
 
 /// Accepts lines that end as on Windows, comments, and an end of line after the pixels, also if
@@ -164,7 +184,8 @@ fn radiance_pictures_are_read() {
             "FORMAT=32-bit_rle_xyze\n\n-Y 2 +X 2\n",
             "FORMAT=32-bit_rle_xyze: write RGBE",
         ),
-        ("EXPOSURE=2.5\n\n-Y 2 +X 2\n", "some programs divide"),
+        ("EXPOSURE=2.5\n\n-Y 2 +X 2\n", "some programs change"),
+        ("GAMMA=2.2\n\n-Y 2 +X 2\n", "some programs change"),
         ("\n+X 2 -Y 2\n", "write it row by row"),
         ("\n-Y 2 +X 99999999999999\n", "a size"),
         ("\n-Y 0 +X 2\n", "a size"),
@@ -235,6 +256,49 @@ fn exr(channels: &[(&str, f32)], layer: Option<&str>) -> Vec<u8> {
     ));
     image.write().to_buffered(&mut bytes).expect("written");
     bytes.into_inner()
+}
+
+/// A compression that changes values is told, and the rounding of PXR24 is known.
+#[test]
+fn lossy_compression_is_told() {
+    const FLOAT: f64 = 1e-5;
+    const HALF: f64 = 1.0 / 2048.0;
+    for (compression, is_half, lossy, rounding) in [
+        (Compression::PIZ, false, None, FLOAT),
+        (Compression::PXR24, false, None, FLOAT + 1.0 / 65_536.0),
+        (Compression::PXR24, true, None, HALF),
+        (Compression::B44, false, None, FLOAT),
+        (Compression::B44, true, Some("B44"), HALF),
+    ] {
+        let values: Vec<f32> = (0..16).map(|i| (i as f32 + 1.0) / 3.0).collect();
+        let samples = if is_half {
+            FlatSamples::F16(values.iter().map(|value| f16::from_f32(*value)).collect())
+        } else {
+            FlatSamples::F32(values.clone())
+        };
+        let channels = AnyChannels::sort([AnyChannel::new("Y", samples)].into_iter().collect());
+        let encoding = Encoding {
+            compression,
+            ..Encoding::SMALL_LOSSLESS
+        };
+        let mut bytes = Cursor::new(Vec::new());
+        Image::from_layer(Layer::new(
+            (4, 4),
+            LayerAttributes::default(),
+            encoding,
+            channels,
+        ))
+        .write()
+        .to_buffered(&mut bytes)
+        .expect("written");
+        let image = read(&bytes.into_inner(), None).expect("an image");
+        assert_eq!((image.lossy_compression, image.rounding), (lossy, rounding));
+        let worst = image.values[0].iter().zip(&values);
+        let worst = worst.map(|(read, value)| (read / f64::from(*value) - 1.0).abs());
+        let worst = worst.fold(0.0, f64::max);
+        assert_eq!(worst > rounding, lossy.is_some(), "{compression}: {worst}");
+        assert_eq!(image.describe().contains("compression"), lossy.is_some());
+    }
 }
 
 /// No file that begins like an image makes the reader panic.

@@ -10,8 +10,8 @@ const RGBE_ROUNDING: f64 = 1.0 / 128.0;
 /// Source: Ward, "Real Pixels", Graphics Gems II, 1991.
 ///
 /// # Errors
-/// A message: no such header, values in X, Y, Z or with an exposure, columns in place of rows, or
-/// truncated pixels.
+/// A message: no such header, values in X, Y, Z or with an exposure or a gamma, columns in place of
+/// rows, or truncated pixels.
 pub(super) fn hdr(bytes: &[u8]) -> Result<LoadedImage, String> {
     let mut rest = bytes;
     let mut line = || {
@@ -32,11 +32,11 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<LoadedImage, String> {
             Some(("FORMAT", format)) if format != "32-bit_rle_rgbe" => {
                 return Err(format!("{line}: write RGBE"));
             }
-            Some(("EXPOSURE" | "COLORCORR", value))
+            Some(("EXPOSURE" | "COLORCORR" | "GAMMA", value))
                 if value.split_whitespace().any(|v| v.parse() != Ok(1.0_f64)) =>
             {
                 return Err(format!(
-                    "{line}, by which some programs divide its values and some do not: write it without"
+                    "{line}, by which some programs change its values and some do not: write it without"
                 ));
             }
             Some(("PRIMARIES", _)) => {
@@ -86,6 +86,7 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<LoadedImage, String> {
         values,
         standard_errors: None,
         rounding: RGBE_ROUNDING,
+        lossy_compression: None,
         primaries: REC_709,
         is_cube: false,
     };

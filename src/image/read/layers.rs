@@ -2,11 +2,15 @@
 
 use std::io::Cursor;
 
+use exr::compression::Compression;
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels as _, ReadLayers as _, read};
 
 use super::{ChannelKind, FLOAT_ROUNDING, LoadedImage, REC_709, check_size, list_names};
 use crate::math::HALF_ROUNDING;
+
+/// Largest relative error of 32-bit floats that PXR24 rounds to 24 bits, plus that of sums.
+const PXR24_ROUNDING: f64 = 1.0 / 65_536.0 + FLOAT_ROUNDING;
 
 /// A channel of a file.
 struct Channel {
@@ -340,6 +344,8 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Loa
             FlatSamples::F16(_)
         )
     };
+    let compression = part.encoding.compression;
+    let is_dwa = matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
     let stated = file.attributes.chromaticities;
     let primaries = stated.map_or(REC_709, |c| {
         [c.red, c.green, c.blue, c.white].map(|xy| [xy.0, xy.1])
@@ -352,10 +358,15 @@ pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<Loa
         skipped_channels,
         values: planes(&chosen)?,
         standard_errors: errors.as_deref().map(planes).transpose()?,
-        rounding: if chosen.iter().any(is_half) {
-            HALF_ROUNDING
-        } else {
-            FLOAT_ROUNDING
+        rounding: match (chosen.iter().any(is_half) || is_dwa, compression) {
+            (true, _) => HALF_ROUNDING,
+            (false, Compression::PXR24) => PXR24_ROUNDING,
+            (false, _) => FLOAT_ROUNDING,
+        },
+        lossy_compression: match compression {
+            _ if is_dwa => Some("DWA"),
+            Compression::B44 | Compression::B44A if chosen.iter().any(is_half) => Some("B44"),
+            _ => None,
         },
         primaries,
         is_cube: part.attributes.environment_map == Some(EnvironmentMap::Cube),

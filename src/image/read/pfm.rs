@@ -1,6 +1,11 @@
 //! Portable float maps.
 
+use std::ops::RangeInclusive;
+
 use super::{ChannelKind, FLOAT_ROUNDING, LoadedImage, REC_709, check_size};
+
+/// Values that an image may have other than 0; those of the wrong byte order are often beyond.
+const PLAUSIBLE: RangeInclusive<f64> = 1e-12..=1e12;
 
 /// Reads a PFM: `PF` or `Pf`, width, height and a scale, whose sign is the byte order, as text;
 /// then rows of 32-bit floats from the bottom. Lines of the text may end in CR LF, and begin with #
@@ -51,14 +56,34 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<LoadedImage, String> {
         let found = bytes.len() - at - 1;
         format!("{found} bytes of pixels in place of {expected}: truncated, or another format")
     })?;
-    let number = |bytes: &[u8]| {
+    let decode = |bytes: &[u8], is_little_endian: bool| {
         let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        f64::from(if scale < 0.0 {
+        f64::from(if is_little_endian {
             f32::from_le_bytes(bytes)
         } else {
             f32::from_be_bytes(bytes)
         })
     };
+    let number = |bytes: &[u8]| decode(bytes, scale < 0.0);
+    let are_plausible = |is_little_endian: bool| {
+        let mut values = rest
+            .chunks_exact(4)
+            .map(|bytes| decode(bytes, is_little_endian).abs());
+        values.all(|value| value == 0.0 || PLAUSIBLE.contains(&value))
+    };
+    if !are_plausible(scale < 0.0) && are_plausible(scale > 0.0) {
+        let (order, other) = if scale < 0.0 {
+            ("little", "1.0")
+        } else {
+            ("big", "-1.0")
+        };
+        return Err(format!(
+            "values beyond {:e} or below {:e} as {order}-endian, which the scale {scale} states, but none in the other byte \
+             order: write the scale {other}",
+            PLAUSIBLE.end(),
+            PLAUSIBLE.start()
+        ));
+    }
     let plane = |channel: usize| -> Vec<f64> {
         let rows = rest.chunks_exact(4 * colours * width).rev();
         rows.flat_map(|row| {
@@ -87,6 +112,7 @@ pub(super) fn pfm(bytes: &[u8]) -> Result<LoadedImage, String> {
         values: (0..colours).map(plane).collect(),
         standard_errors: None,
         rounding: FLOAT_ROUNDING,
+        lossy_compression: None,
         primaries: REC_709,
         is_cube: false,
     })
