@@ -226,6 +226,10 @@ fn what_is_no_face_and_no_obj_is_refused() {
             b"newmtl red\nKd 1 0 0\n".to_vec(),
             "the file ends without a face: it is a library of materials (MTL)",
         ),
+        (
+            b"V 0 0 0\nF 1 1 1\n".to_vec(),
+            "the file ends without a face; its other lines begin with \"F\" (1), \"V\" (1)",
+        ),
         (b" \n".to_vec(), "the file is empty"),
         (
             b"ply\nformat ascii 1.0\n".to_vec(),

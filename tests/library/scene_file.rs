@@ -166,7 +166,7 @@ fn every_key_says_what_the_page_says() {
     assert_abs_diff_eq!(area, (4.0 + 4.0 * 5f64.sqrt()) / 4.0, epsilon = 1e-15);
     let said = [
         "its mtllib is not read: the scene file has the materials, which usemtl names",
-        "lines that are no part of a surface are left out: \"l\" (1)",
+        "lines of other kinds are left out: \"l\" (1)",
         "it uses materials that the scene lacks: \"stone\"; these faces are of the object's material, \"brushed steel\"",
         "1 of 7 triangles have no area and are left out",
     ];
