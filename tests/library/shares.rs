@@ -25,7 +25,7 @@ pub const RANDOM_ASSERTIONS: [(&str, usize); 9] = [
     ("narrow lobes", 4),
     ("own pdfs", 33),
     // One for each table, one for the negative control, and four for identities of random paths.
-    ("features", 10),
+    ("features", 12),
     ("single precision", 17),
     // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and
     // `lobe_checkup`.

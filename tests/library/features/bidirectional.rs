@@ -2,18 +2,24 @@
 
 use super::*;
 
-fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measured {
+pub(super) fn passes_of(estimator: &impl ImageEstimator, scene: &Scene, seed: u64) -> Measured {
     let mean = |index| {
         let image = estimator
             .pass(scene, FRAME, seed, index)
             .expect("legal values");
         image.iter().map(|pixel| pixel.x).sum::<f64>() / image.len() as f64
     };
+    by_means((0..samples()).map(mean), 0.0)
+}
+
+/// Returns the mean of independent images, given the mean of each.
+pub(super) fn by_means(means: impl Iterator<Item = f64>, bias: f64) -> Measured {
     let mut moments = Moments::default();
-    (0..samples()).map(mean).for_each(|mean| moments.push(mean));
+    means.for_each(|mean| moments.push(mean));
     Measured {
         mean: moments.mean(),
         error: moments.standard_error(),
+        bias,
     }
 }
 
@@ -38,7 +44,7 @@ fn bidirectional_paths_are_right_where_any_two_features_meet() {
 }
 
 /// Returns whether the light tracer handles a row: particles ignore the background.
-fn supports_particles(row: &Row) -> bool {
+pub(super) fn supports_particles(row: &Row) -> bool {
     supports_images(row)
         && (row.get("background").starts_with("closed") || row.is("emitter", "none"))
 }

@@ -9,12 +9,19 @@
 //! affect few paths, are found path by path: [`shadow_rays`] and [`strategies`] follow the path
 //! that one strategy found and compare it with the others.
 //!
-//! Not compared are estimators with no right mean here: photon mapping and progressive photon
-//! mapping, whose discs reach beyond edges (they share walks and emission with the light tracer,
-//! and ignore the background); radiosity, which handles diffuse scenes only; and the published
-//! figure's estimator, which is wrong by design.
+//! Photons are looked up in discs that reach beyond edges, and the means of [`photons`] are right
+//! within a margin for that. Radiosity ([`radiosity`]) handles diffuse scenes only, and has the
+//! error of its mesh. Not compared is the published figure's estimator, which is wrong by design.
+//!
+//! Some pairs have no comparison, and `pairs_that_are_left_out_are_named` lists all of them:
+//! emitters in the dark, alone, leave too much noise in the reference; only path tracing supports
+//! rough glass; particles and photons ignore the background, so that they are compared in closed
+//! scenes; single precision refuses surfaces that nearly coincide.
 
 mod bidirectional;
+mod left_out;
+mod photons;
+mod radiosity;
 mod reference_path_tracer;
 mod scenes;
 mod shadow_rays;
@@ -52,7 +59,7 @@ const MAX_RELATIVE_ERROR_OF_PARTICLES: f64 = 0.0125;
 
 /// Number of random assertions: a comparison for each table of scenes, the negative control, and
 /// identities of random paths.
-pub const ASSERTIONS: usize = 10;
+pub const ASSERTIONS: usize = 12;
 
 /// Factors of path tracing: sampling strategies, random numbers and the engine.
 const SETTINGS: [Factor; 9] = [
@@ -95,8 +102,15 @@ fn has_low_noise(row: &Row) -> bool {
     !dark && !corners
 }
 
+/// Returns whether a row has surfaces that coincide in single precision.
+fn is_near_coincident(row: &Row) -> bool {
+    ["twins", "sheets"]
+        .iter()
+        .any(|what| row.has(what) || row.has(&format!("{what} reversed")))
+}
+
 fn supports_paths(row: &Row) -> bool {
-    has_low_noise(row)
+    has_low_noise(row) && !(row.is("engine", "single") && is_near_coincident(row))
 }
 
 fn path_of(row: &Row) -> Path {
@@ -145,8 +159,12 @@ fn sampling_of(row: &Row, seed: u64) -> Sampling {
 
 /// Renders a film of about this many samples per pixel.
 fn film(scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
+    film_of(FRAME, scene, renderer, samples)
+}
+
+fn film_of(size: [u32; 2], scene: &Scene, renderer: &impl Renderer, samples: u32) -> Film {
     let own = renderer.samples_per_replication();
-    let mut film = Film::new(FRAME, None, own).expect("a legal size");
+    let mut film = Film::new(size, None, own).expect("a legal size");
     renderer
         .add(scene, &mut film, 0..samples.div_ceil(own), &|_| true)
         .expect("legal values");
@@ -184,13 +202,17 @@ struct Found {
     difference: f64,
     error: f64,
     expected: f64,
+    /// Relative bias that is allowed.
+    bias: f64,
     max_relative_error: f64,
 }
 
 impl Found {
     fn new(row: &Row, scene: &Scene, light: Option<Light>, measured: Measured, seed: u64) -> Self {
         let straight = matches!(light, Some(Light::StraightToTheEye));
-        let max_relative_error = if straight {
+        let max_relative_error = if measured.bias > 0.0 {
+            photons::MAX_RELATIVE_ERROR
+        } else if straight {
             MAX_RELATIVE_ERROR_OF_PARTICLES
         } else {
             MAX_RELATIVE_ERROR
@@ -199,6 +221,7 @@ impl Found {
             None => Measured {
                 mean: exact(row).expect("a closed form"),
                 error: 0.0,
+                bias: 0.0,
             },
             Some(light) => {
                 let sampling = Sampling {
@@ -221,6 +244,7 @@ impl Found {
             difference: measured.mean - reference.mean,
             error: measured.error.hypot(reference.error),
             expected: reference.mean,
+            bias: measured.bias,
             max_relative_error,
         }
     }
@@ -241,7 +265,7 @@ impl Found {
             ))
         };
         // Rounding in single precision.
-        let rounding = 1e-4 * expected;
+        let rounding = self.bias.max(1e-4) * expected;
         // False for NaN.
         let is_near = difference.abs() <= MAX_SIGMAS * error + rounding;
         if !is_near {
@@ -260,6 +284,8 @@ impl Found {
 struct Measured {
     mean: f64,
     error: f64,
+    /// Largest relative bias.
+    bias: f64,
 }
 
 /// Returns the mean over a film, whose pixels are independent.
@@ -277,6 +303,7 @@ fn by_pixel(film: &Film) -> Measured {
     Measured {
         mean: mean / count,
         error: squares.sqrt() / count,
+        bias: 0.0,
     }
 }
 
@@ -300,12 +327,17 @@ fn assert_right(
     let seen = found
         .iter()
         .filter(|found| found.expected > 0.0)
-        .map(|found| MAX_SIGMAS * found.error / found.expected);
+        .map(|found| MAX_SIGMAS * found.error / found.expected + found.bias);
     let seen = 100.0 * seen.fold(0.0, f64::max);
+    let off = found
+        .iter()
+        .filter(|found| found.expected > 0.0)
+        .map(|found| (found.difference / found.expected).abs());
     println!(
-        "{name}: {} pairs in {} scenes; an error of {seen:.1} % is detected in each",
+        "{name}: {} pairs in {} scenes; an error of {seen:.1} % is detected in each, the largest difference is {:.1} %",
         pairs.len(),
-        rows.len()
+        rows.len(),
+        100.0 * off.fold(0.0, f64::max)
     );
     let missing = missing(pairs, &rows);
     assert!(missing.is_empty(), "{name}: {missing:?}");

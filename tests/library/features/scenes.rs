@@ -4,11 +4,21 @@
 use whitefurnace::light::environment::{Environment, EnvironmentMap};
 use whitefurnace::material::ggx::Ggx;
 use whitefurnace::material::rough_glass::RoughGlass;
+use whitefurnace::scene::COINCIDENCE_TOLERANCE;
 
 use super::table::{Factor, Row};
 use crate::prelude::*;
 
-pub const SHAPES: &[&str] = &["sphere", "zones", "hollow", "rectangles", "box", "mesh"];
+pub const SHAPES: &[&str] = &[
+    "sphere",
+    "zones",
+    "hollow",
+    "rectangles",
+    "box",
+    "mesh",
+    "twins",
+    "twins reversed",
+];
 pub const MATERIALS: &[&str] = &[
     "black",
     "lambert",
@@ -27,6 +37,8 @@ pub const EMITTERS: &[&str] = &[
     "sphere",
     "zones",
     "several",
+    "sheets",
+    "sheets reversed",
 ];
 pub const EMISSIONS: &[&str] = &["black", "lambert", "mirror", "glass", "ggx"];
 pub const BACKGROUNDS: &[&str] = &["dark", "constant", "map", "closed sphere", "closed box"];
@@ -49,6 +61,11 @@ pub const SCENE: [Factor; 11] = [
 ];
 
 const INDEX: f64 = 1.5;
+/// Largest coordinate of all scenes: the radius of a closed sphere.
+const EXTENT: f64 = 6.0;
+/// Distance of twin balls and of sheets back to back: just above that at which they would be
+/// refused as coincident.
+const GAP: f64 = 1.25 * COINCIDENCE_TOLERANCE * EXTENT;
 /// Albedo of the walls of closed scenes.
 const WALL: f64 = 0.4;
 
@@ -123,6 +140,27 @@ fn body(s: &mut SceneBuilder, shape: &str, centre: DVec3, radius: f64, surface: 
     let sphere = Sphere::new(centre, radius);
     match shape {
         "sphere" => ball(s, sphere, surface),
+        "twins" | "twins reversed" => {
+            let mut radii = [radius, radius - GAP];
+            if shape == "twins reversed" {
+                radii.reverse();
+            }
+            radii
+                .into_iter()
+                .for_each(|radius| ball(s, Sphere { radius, ..sphere }, surface));
+        }
+        "sheets" | "sheets reversed" => {
+            let (half, surface) = (0.55 * radius, s.surface(surface));
+            let [x, y] = [2.0 * half * DVec3::X, 2.0 * half * DVec3::Y];
+            let corner = centre - 0.5 * (x + y);
+            let mut sheets = [(corner + GAP * DVec3::Z, [x, y]), (corner, [y, x])];
+            if shape == "sheets reversed" {
+                sheets.reverse();
+            }
+            sheets
+                .into_iter()
+                .for_each(|(corner, edges)| s.rectangle(corner, edges, surface));
+        }
         "hollow" => {
             ball(s, sphere, surface);
             ball(
@@ -219,7 +257,7 @@ pub fn scene_of(row: &Row) -> Scene {
                 s,
                 Sphere {
                     inward: true,
-                    ..Sphere::new(DVec3::ZERO, 6.0)
+                    ..Sphere::new(DVec3::ZERO, EXTENT)
                 },
                 wall,
             ),

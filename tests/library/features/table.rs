@@ -88,11 +88,11 @@ impl std::fmt::Display for Row {
 /// same features.
 fn feature(factor: Factor, level: usize) -> String {
     let (name, levels) = factor;
-    format!(
-        "{} {}",
-        name.trim_start_matches(['a', 'b', 'c']).trim_start(),
-        levels[level]
-    )
+    let name = match name.split_once(' ') {
+        Some((object, kind)) if object.len() == 1 => kind,
+        _ => name,
+    };
+    format!("{name} {}", levels[level])
 }
 
 /// Lists the pairs of features of some factors at some levels. Shape and material form a pair if
