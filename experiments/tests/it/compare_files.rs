@@ -113,7 +113,9 @@ fn what_was_read_is_told() {
         serde_json::json!(["R", "G", "B"])
     );
     let page = std::fs::read_to_string(folder.join("vray/report.html")).expect("there");
-    assert!(page.contains("channels of the first: rgb.red, rgb.green, rgb.blue as RGB."));
+    for read in ["rgb.red, rgb.green, rgb.blue as RGB", "R, G, B as RGB"] {
+        assert!(page.contains(&format!("; channels {read}.</p>")), "{read}");
+    }
     agree(
         "--a blender-*.exr --b plain-*.exr --a-layer ViewLayer.Combined",
         "ViewLayer.Combined.B as RGB",
