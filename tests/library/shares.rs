@@ -24,8 +24,8 @@ pub const RANDOM_ASSERTIONS: [(&str, usize); 9] = [
     ("checkup parts", 9),
     ("narrow lobes", 4),
     ("own pdfs", 33),
-    // One for each table, one for the negative control, and four for identities of random paths.
-    ("features", 12),
+    // One for each table, two for negative controls, and four for identities of random paths.
+    ("features", 13),
     ("single precision", 17),
     // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and
     // `lobe_checkup`.

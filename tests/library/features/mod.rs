@@ -57,9 +57,9 @@ const MAX_RELATIVE_ERROR: f64 = 0.0035;
 /// detected.
 const MAX_RELATIVE_ERROR_OF_PARTICLES: f64 = 0.0125;
 
-/// Number of random assertions: a comparison for each table of scenes, the negative control, and
+/// Number of random assertions: a comparison for each table of scenes, two negative controls, and
 /// identities of random paths.
-pub const ASSERTIONS: usize = 12;
+pub const ASSERTIONS: usize = 13;
 
 /// Factors of path tracing: sampling strategies, random numbers and the engine.
 const SETTINGS: [Factor; 9] = [

@@ -25,16 +25,12 @@ pub fn supports_photons(row: &Row) -> bool {
 /// How photons are looked up.
 pub const LOOKUPS: Factor = ("lookup", &["direct", "gather", "progressive"]);
 
-fn by_maps(scene: &Scene, lookup: Lookup, seed: u64) -> Measured {
+fn by_maps<P>(parts: P, scene: &Scene, lookup: Lookup, seed: u64) -> Measured
+where
+    P: Photons + PathParts + Copy,
+{
     let mean = |index: u32| {
-        let estimator = PhotonMapping::new(
-            DefaultParts,
-            scene,
-            lookup,
-            PARTICLES,
-            RADIUS,
-            (seed, index),
-        );
+        let estimator = PhotonMapping::new(parts, scene, lookup, PARTICLES, RADIUS, (seed, index));
         let renderer = RayRenderer {
             estimator: estimator.expect("a map"),
             sampling: Sampling {
@@ -61,8 +57,8 @@ fn photons_are_right_where_any_two_features_meet() {
                 caustic_radius: RADIUS,
             };
             let measured = match row.get("lookup") {
-                "direct" => by_maps(scene, Lookup::DirectVisualization, seed),
-                "gather" => by_maps(scene, gather, seed),
+                "direct" => by_maps(DefaultParts, scene, Lookup::DirectVisualization, seed),
+                "gather" => by_maps(DefaultParts, scene, gather, seed),
                 _ => {
                     let sppm = Sppm {
                         parts: DefaultParts,
@@ -80,5 +76,38 @@ fn photons_are_right_where_any_two_features_meet() {
                 measured,
             )
         },
+    );
+}
+
+/// Photons of half the flux are detected.
+#[test]
+fn photons_that_are_wrong_are_seen() {
+    #[derive(Clone, Copy)]
+    struct Halved;
+    impl Scattering for Halved {}
+    impl Roulette for Halved {}
+    impl NextEvent for Halved {}
+    impl Photons for Halved {
+        fn photon_density(&self, brdf: DVec3, flux: DVec3, wi: DVec3, square: f64) -> DVec3 {
+            0.5 * DefaultParts.photon_density(brdf, flux, wi, square)
+        }
+    }
+    let rows = table(factors(&[LOOKUPS]), supports_photons);
+    let rows = rows
+        .iter()
+        .filter(|row| row.is("lookup", "direct") && exact(row).is_some());
+    let rows: Vec<&Row> = rows.take(4).collect();
+    let is_seen = |row: &&&Row| {
+        let scene = scene_of(row);
+        let measured = by_maps(Halved, &scene, Lookup::DirectVisualization, master());
+        Found::new(row, &scene, None, measured, master())
+            .objection()
+            .is_some_and(|text| text.starts_with("differs"))
+    };
+    let seen = rows.par_iter().filter(is_seen).count();
+    assert!(
+        !rows.is_empty() && seen == rows.len(),
+        "{seen} of {}",
+        rows.len()
     );
 }
