@@ -111,3 +111,32 @@ fn photons_that_are_wrong_are_seen() {
         rows.len()
     );
 }
+
+/// Photons and particles come from emitters alone: no background changes a bit of their images.
+#[test]
+fn particles_know_nothing_of_the_background() {
+    let takes =
+        |row: &Row| supports_images(row) && ["constant", "map"].contains(&row.get("background"));
+    for row in table(&SCENE, takes)
+        .iter()
+        .filter(|row| !row.is("emitter", "none"))
+    {
+        let scenes = [row.clone(), row.with("background", "dark")].map(|row| scene_of(&row));
+        let [lit, dark] = scenes.each_ref().map(|scene| {
+            let tracer = LightTracer {
+                parts: DefaultParts,
+            };
+            let sppm = Sppm {
+                parts: DefaultParts,
+                particles: 300,
+                radius: 0.3,
+            };
+            [
+                tracer.pass(scene, [9, 5], 1, 0),
+                sppm.pass(scene, [9, 5], 1, 0),
+            ]
+            .map(|image| image.expect("legal values"))
+        });
+        assert!(lit == dark, "{row}");
+    }
+}
