@@ -23,7 +23,6 @@ struct Mesh {
 #[derive(Deserialize)]
 struct Kind {
     name: String,
-    hits: Pair,
     /// Millions of rays per second on one thread.
     #[serde(flatten)]
     rate: Pair,
@@ -51,20 +50,15 @@ pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
             &format!("embree.{mesh}"),
             [
                 ("triangles", f64::from(triangles)),
-                ("build.seconds", build.ours),
                 ("build.ratio", build.ours / build.theirs),
             ],
         );
-        for Kind { name, hits, rate } in kinds {
-            run.numbers(
-                &format!("embree.{mesh}.{name}"),
-                [
-                    ("rate", rate.ours),
-                    ("ratio", rate.ours / rate.theirs),
-                    ("hits.difference", hits.ours - hits.theirs),
-                ],
-            );
-        }
+        run.numbers(
+            &format!("embree.{mesh}.ratio"),
+            kinds
+                .iter()
+                .map(|Kind { name, rate }| (name.as_str(), rate.ours / rate.theirs)),
+        );
     }
     Ok(())
 }
