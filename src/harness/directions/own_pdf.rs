@@ -87,13 +87,36 @@ struct Integrals {
     is_coarse: bool,
 }
 
-/// Functions g that fall with the cosine, as most pdfs do at most, and their integrals over the
-/// upper hemisphere.
-const INTEGRANDS: [(&str, fn(DVec3) -> f64, f64); 4] = [
-    ("integral of |z|", |w| w.z.abs(), PI),
-    ("integral of z²", |w| w.z * w.z, TAU / 3.0),
-    ("integral of |z|(1 + x)", |w| w.z.abs() * (1.0 + w.x), PI),
-    ("integral of |z|(1 + y)", |w| w.z.abs() * (1.0 + w.y), PI),
+/// A function g of the direction.
+struct Integrand {
+    name: &'static str,
+    g: fn(DVec3) -> f64,
+    /// Its integral over the upper hemisphere.
+    upper: f64,
+}
+
+/// Functions that fall with the cosine, as most pdfs do at most.
+const INTEGRANDS: [Integrand; 4] = [
+    Integrand {
+        name: "integral of |z|",
+        g: |w| w.z.abs(),
+        upper: PI,
+    },
+    Integrand {
+        name: "integral of z²",
+        g: |w| w.z * w.z,
+        upper: TAU / 3.0,
+    },
+    Integrand {
+        name: "integral of |z|(1 + x)",
+        g: |w| w.z.abs() * (1.0 + w.x),
+        upper: PI,
+    },
+    Integrand {
+        name: "integral of |z|(1 + y)",
+        g: |w| w.z.abs() * (1.0 + w.y),
+        upper: PI,
+    },
 ];
 
 impl OwnPdfs {
@@ -121,7 +144,7 @@ impl OwnPdfs {
         Self {
             integrals: Some(Integrals {
                 domain,
-                values: INTEGRANDS.map(|(_, _, reference)| Values::new(reference)),
+                values: INTEGRANDS.map(|integrand| Values::new(integrand.upper)),
                 is_coarse: false,
             }),
             ..Self::new(precision)
@@ -146,7 +169,7 @@ impl OwnPdfs {
         let is_coarse = draw.is_some_and(|draw| is_coarse(&self.precision, draw.pdf));
         if let Some(integrals) = &mut self.integrals {
             integrals.is_coarse |= is_coarse;
-            for (values, (_, g, _)) in integrals.values.iter_mut().zip(INTEGRANDS) {
+            for (values, Integrand { g, .. }) in integrals.values.iter_mut().zip(INTEGRANDS) {
                 values.push(draw.map_or(0.0, |draw| g(draw.direction) / draw.pdf));
             }
         }
@@ -276,7 +299,7 @@ impl OwnPdfs {
             return Vec::new();
         };
         let hemispheres = if *domain == Domain::Sphere { 2.0 } else { 1.0 };
-        let outcome = |(values, (name, _, upper)): (&Values, (&str, _, f64))| {
+        let outcome = |values: &Values, Integrand { name, upper, .. }: Integrand| {
             let reference = upper * hemispheres;
             let moments = values.moments;
             let spread = moments.variance().sqrt() / reference;
@@ -307,7 +330,11 @@ impl OwnPdfs {
                 )
             }
         };
-        values.iter().zip(INTEGRANDS).map(outcome).collect()
+        values
+            .iter()
+            .zip(INTEGRANDS)
+            .map(|(values, integrand)| outcome(values, integrand))
+            .collect()
     }
 
     /// Relative variation up to which values are equal but for rounding.
