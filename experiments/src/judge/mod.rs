@@ -74,7 +74,7 @@ pub struct Judge {
     #[arg(long, conflicts_with_all = ["density", "table", "mean_weight"])]
     own_pdf: bool,
     /// The pdf is positive over this whole domain: test integrals over it as means of g/pdf, too
-    #[arg(long, value_enum, requires = "own_pdf")]
+    #[arg(long, value_enum, requires = "own_pdf", conflicts_with_all = ["density", "table"])]
     covers: Option<TableDomain>,
     /// The columns, of x, y, z, weight, pdf and - for one that is ignored [default: the file's
     /// names, or these in order]

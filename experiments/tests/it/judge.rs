@@ -416,6 +416,12 @@ fn a_pdf_is_judged_by_its_own_samples() {
             3,
             "--own-pdf needs a column pdf",
         ),
+        // A requirement alone is not asked for beside what it excludes.
+        (
+            "--samples right.npy --density cosine --covers sphere".to_owned(),
+            3,
+            "'--covers <COVERS>' cannot be used with",
+        ),
         (
             format!("--samples right.npy {columns} --margin 1"),
             3,
