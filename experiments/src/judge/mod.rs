@@ -68,7 +68,7 @@ pub struct Judge {
     #[arg(long, value_name = "FILE", conflicts_with = "density")]
     table: Option<PathBuf>,
     /// The directions that a table covers
-    #[arg(long, value_enum, default_value_t = TableDomain::Hemisphere, requires = "table")]
+    #[arg(long, value_enum, default_value_t = TableDomain::Hemisphere, requires = "table", conflicts_with_all = ["density", "own_pdf"])]
     domain: TableDomain,
     /// Test the column pdf by the samples themselves
     #[arg(long, conflicts_with_all = ["density", "table", "mean_weight"])]

@@ -420,7 +420,12 @@ fn a_pdf_is_judged_by_its_own_samples() {
         (
             "--samples right.npy --density cosine --covers sphere".to_owned(),
             3,
-            "'--covers <COVERS>' cannot be used with",
+            "cannot be used with '--covers <COVERS>'",
+        ),
+        (
+            "--samples right.npy --density cosine --domain sphere".to_owned(),
+            3,
+            "cannot be used with '--domain <DOMAIN>'",
         ),
         (
             format!("--samples right.npy {columns} --margin 1"),
