@@ -46,7 +46,7 @@ use read::{DigitCounts, Row};
 /// effects hidden by the rounding are not judged.
 ///
 /// With --own-pdf no density is needed: the column pdf is tested against the density of the samples
-/// themselves, which the distances of nearest neighbours show. Four million samples are a good
+/// themselves, which the distances of nearest neighbours show. Eight million samples are a good
 /// start.
 ///
 /// The folder --out gets judge.json and a plot of the cells. Exit codes: 0 if the samples follow

@@ -8,7 +8,9 @@ use whitefurnace::sampling::warp::sphere_zone;
 
 use super::*;
 
-const N: u64 = 4_000_000;
+/// Number of draws of a sampler: blocks whose sample skewness stays below its limit by eight of its
+/// standard deviations.
+const N: u64 = 8_000_000;
 const MARGIN: f64 = 0.05;
 
 /// Number of random assertions in this module: ten for each right sampler, and three integrals.
