@@ -380,7 +380,7 @@ fn text_is_read_in_every_form() {
     );
 }
 
-/// Eight million samples decide (`harness::own_pdf`); fewer tell what is far off.
+/// Twelve million samples decide (`harness::own_pdf`); fewer tell what is far off.
 #[test]
 fn a_pdf_is_judged_by_its_own_samples() {
     let folder = folder("own-pdf");
