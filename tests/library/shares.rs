@@ -23,7 +23,7 @@ pub const RANDOM_ASSERTIONS: [(&str, usize); 9] = [
     ("lobes", 50),
     ("checkup parts", 9),
     ("narrow lobes", 4),
-    ("own pdfs", 33),
+    ("own pdfs", 25),
     // One for each table, two for negative controls, and four for identities of random paths.
     ("features", 13),
     ("single precision", 17),
