@@ -10,6 +10,8 @@ use trials::form_factors::{parallel, perpendicular};
 use trials::fresnel::walsh;
 use trials::ggx::reflected;
 use trials::radiosity::{NEIGHBOURS, OPPOSITE};
+use trials::references::cornell::{BY_EYE, by_eye};
+use trials::references::squares;
 use trials::scenes::{RECTANGLE, TRIANGLE, WALL, corners, polygon_irradiance, sphere_irradiance};
 use whitefurnace::geometry::form_factor::polygon;
 use whitefurnace::harness::domain::Domain;
@@ -131,4 +133,20 @@ fn polygon_and_sphere_irradiance_agree_with_quadrature() {
     // The solid angle of a sphere is a cone around the zenith with sin θ = R/d.
     let cone = PI * 0.25_f64.powi(2);
     assert_abs_diff_eq!(cone, sphere_irradiance(0.5, 2.0, 1.0), epsilon = 1e-15);
+}
+
+/// The images of squares that Mitsuba keeps have the mean that their geometry gives.
+#[test]
+fn squares_fill_their_share_of_mitsubas_images() {
+    for [found, closed_form] in squares() {
+        assert_abs_diff_eq!(found, closed_form, epsilon = 3e-6);
+    }
+}
+
+/// The measured reflectances of the Cornell box in red, green and blue are those in the book.
+#[test]
+fn reflectances_of_the_cornell_box_by_eye() {
+    for (found, rounded) in by_eye().into_iter().zip(BY_EYE) {
+        assert_abs_diff_eq!(found, DVec3::from_array(rounded), epsilon = 5e-4);
+    }
 }

@@ -38,7 +38,7 @@ mod prelude;
 mod published;
 pub mod radiosity;
 mod rays_per_hit;
-mod references;
+pub mod references;
 mod render_streams;
 pub mod rough_glass;
 pub mod roulette;
