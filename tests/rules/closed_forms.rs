@@ -9,6 +9,7 @@ use trials::cie::{parallel_corner, upright_corner};
 use trials::form_factors::{parallel, perpendicular};
 use trials::fresnel::walsh;
 use trials::ggx::reflected;
+use trials::manufactured::patch::{GLASS, METAL};
 use trials::radiosity::{NEIGHBOURS, OPPOSITE};
 use trials::references::cornell::{BY_EYE, by_eye};
 use trials::references::squares;
@@ -133,6 +134,15 @@ fn polygon_and_sphere_irradiance_agree_with_quadrature() {
     // The solid angle of a sphere is a cone around the zenith with sin θ = R/d.
     let cone = PI * 0.25_f64.powi(2);
     assert_abs_diff_eq!(cone, sphere_irradiance(0.5, 2.0, 1.0), epsilon = 1e-15);
+}
+
+/// The light of all zones along a glossy lobe is that of an even field, an integral over facets.
+#[test]
+fn zones_of_a_glossy_lobe_sum_to_its_albedo() {
+    for (patch, channel) in [(METAL, 0), (METAL, 1), (METAL, 2), (GLASS, 0)] {
+        let [zones, facets] = patch.under_an_even_field(channel);
+        assert_abs_diff_eq!(zones, facets, epsilon = 2e-5);
+    }
 }
 
 /// The images of squares that Mitsuba keeps have the mean that their geometry gives.

@@ -21,7 +21,7 @@ pub enum ImageEstimatorKind {
 
 impl ImageEstimatorKind {
     /// Renders one pass; `None` if it has values that no film can hold, which is a fault.
-    fn pass<P: EstimatorParts>(
+    pub fn pass<P: EstimatorParts>(
         self,
         parts: P,
         scene: &Scene,
@@ -145,7 +145,7 @@ impl Passes {
 }
 
 /// The outcome of passes that no film can hold.
-fn not_an_image() -> Vec<Outcome> {
+pub fn not_an_image() -> Vec<Outcome> {
     let worst = "a radiance that no film holds";
     vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
 }

@@ -28,7 +28,7 @@ mod image_mean;
 mod images;
 mod infinite_variance;
 mod irradiance;
-mod manufactured;
+pub mod manufactured;
 mod mean_radiance;
 pub mod metamorphic;
 mod near_coincident;

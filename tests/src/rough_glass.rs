@@ -74,7 +74,7 @@ fn seen<const N: usize>(
 
 /// B(1 + a, 1 + b) as the integral of u^a (1 − u)^b over u, by the trapezoidal rule in s = ln(u/(1
 /// − u)), whose error of about exp(−2π²/step) is below 1e-8.
-fn beta(a: f64, b: f64) -> f64 {
+pub(super) fn beta(a: f64, b: f64) -> f64 {
     /// −ln u and −ln(1 − u) at s = −20, −19, ..., 20.
     static LOGARITHMS: LazyLock<[[f64; 2]; 41]> = LazyLock::new(|| {
         array::from_fn(|k| [20.0 - k as f64, k as f64 - 20.0].map(|s| s.exp().ln_1p()))

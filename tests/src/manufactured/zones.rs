@@ -1,5 +1,4 @@
-//! Manufactured solutions: the radiance of a scene is chosen and its emission derived, so that it is
-//! known everywhere, for each surface and channel.
+//! A cavity in zones of known radiance.
 //!
 //! A furnace has one albedo and one emission, so it cannot tell surfaces from each other. In a
 //! spherical cavity every point sees every area under the same form factor. Its walls can therefore
@@ -15,6 +14,8 @@ use crate::image_mean::{ImageEstimatorKind, Passes, Region, image_of_regions};
 use crate::mean_radiance::{any_direction, path};
 use crate::prelude::*;
 use crate::scenes::{ball, mean_channel, seen_by};
+
+use super::with_altered_albedo;
 
 /// A zone of the cavity.
 struct Zone {
@@ -192,66 +193,54 @@ fn by_images() -> FamilyTrial<EstimatorSubject> {
     )
 }
 
-/// Returns the zone to which a material belongs.
-fn zone_of(bsdf: &Bsdf) -> usize {
-    let Bsdf::Lambert { albedo } = bsdf else {
-        panic!("the cavity has diffuse zones only");
-    };
-    let belongs = |zone: &Zone| zone.albedo == *albedo;
-    ZONES.iter().position(belongs).expect("an albedo of a zone")
+/// Evaluates the BRDF of a zone with the albedo that `altered` gives it.
+fn altered(bsdf: &Bsdf, wo: DVec3, wi: DVec3, altered: fn(usize) -> DVec3) -> DVec3 {
+    let zones = ZONES.each_ref().map(|zone| zone.albedo);
+    let bsdf = with_altered_albedo(bsdf, &zones, altered);
+    DefaultParts.brdf(&bsdf, wo, wi)
 }
 
-/// Returns the BRDF of a zone as if its albedo were this.
-fn with_albedo(albedo: DVec3, wo: DVec3, wi: DVec3) -> DVec3 {
-    DefaultParts.brdf(&Bsdf::Lambert { albedo }, wo, wi)
+/// Trials of the cavity.
+pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
+    vec![
+        by_rays(
+            "manufactured/zones/path",
+            "walls exchange their albedos or lamps are lost, which no even furnace shows",
+            EstimatorKind::Path,
+            450_000,
+        ),
+        by_rays(
+            "manufactured/zones/report",
+            "the report's method confuses walls or lamps of different brightness",
+            EstimatorKind::Report(SEGMENTS),
+            550_000,
+        ),
+        by_images(),
+    ]
 }
 
-/// Trials and faults of manufactured solutions.
-pub fn families() -> Vec<Box<dyn AnyFamily>> {
-    vec![Box::new(Family {
-        trials: vec![
-            by_rays(
-                "manufactured/zones/path",
-                "walls exchange their albedos or lamps are lost, which no even furnace shows",
-                EstimatorKind::Path,
-                450_000,
-            ),
-            by_rays(
-                "manufactured/zones/report",
-                "the report's method confuses walls or lamps of different brightness",
-                EstimatorKind::Report(SEGMENTS),
-                550_000,
-            ),
-            by_images(),
-        ],
-        faults: faults(),
-        ..Family::whole("manufactured", STANDARD)
-    })]
-}
-
-fn faults() -> Vec<Fault<EstimatorSubject>> {
+/// Faults that the cavity shows.
+pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
     vec![
         fault!("albedos-swapped", RENDERING, "two neighbouring zones have each other's albedo",
-            { brdf: |bsdf, wo, wi| with_albedo(ZONES[[1, 0, 2, 3][zone_of(bsdf)]].albedo, wo, wi) },
+            { brdf: |bsdf, wo, wi| altered(bsdf, wo, wi, |i| ZONES[[1, 0, 2, 3][i]].albedo) },
             "manufactured/zones/path: zone 1 | zone 2",
             "manufactured/zones/report: zone 1 | zone 2",
             "manufactured/zones/bdpt: zone 2"),
         fault!("albedo-of-the-last", RENDERING, "the last but one zone has the albedo of the last",
-            { brdf: |bsdf, wo, wi| with_albedo(ZONES[[0, 1, 3, 3][zone_of(bsdf)]].albedo, wo, wi) },
+            { brdf: |bsdf, wo, wi| altered(bsdf, wo, wi, |i| ZONES[[0, 1, 3, 3][i]].albedo) },
             "manufactured/zones/path: zone 3", "manufactured/zones/report: zone 3",
             "manufactured/zones/bdpt: zone 3"),
         fault!("channels-of-one-zone", RENDERING, "red and green are exchanged in the albedo of one zone",
-            { brdf: |bsdf, wo, wi| {
-                let i = zone_of(bsdf);
+            { brdf: |bsdf, wo, wi| altered(bsdf, wo, wi, |i| {
                 let albedo = ZONES[i].albedo;
-                with_albedo(if i == 0 { albedo.yxz() } else { albedo }, wo, wi)
-            } },
+                if i == 0 { albedo.yxz() } else { albedo }
+            }) },
             "manufactured/zones/path: zone 1", "manufactured/zones/report: zone 1"),
         fault!("wall-lost", RENDERING, "one zone reflects nothing",
-            { brdf: |bsdf, wo, wi| {
-                let i = zone_of(bsdf);
-                with_albedo(if i == 3 { DVec3::ZERO } else { ZONES[i].albedo }, wo, wi)
-            } },
+            { brdf: |bsdf, wo, wi| altered(bsdf, wo, wi, |i| {
+                if i == 3 { DVec3::ZERO } else { ZONES[i].albedo }
+            }) },
             "manufactured/zones/path: zone 4", "manufactured/zones/report: zone 4"),
         fault!("emitter-lost", LIGHT_PICK, "the last emitter is never sampled; another is in its place",
             { pick_emitter: |r, picks| DefaultParts.pick_emitter(r, picks).min(1) },

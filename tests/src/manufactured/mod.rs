@@ -1,0 +1,47 @@
+//! Manufactured solutions: the answer is chosen and what leads to it derived, so that it is known
+//! for each surface and channel.
+//!
+//! [`zones`] chooses the radiance of walls that all see each other alike, [`glossy`] the light
+//! around a glossy patch, and [`balance`] a measurement whose answer is the emission of one wall.
+
+mod balance;
+mod glossy;
+pub mod patch;
+mod zones;
+
+use whitefurnace::sampling::rng::stream;
+use whitefurnace::sampling::sampler::{Sobol, scramble};
+
+use crate::prelude::*;
+
+/// Returns points of one scrambled Sobol' sequence. Strands and numbers have scrambles of their
+/// own.
+fn points(seed: u64, strand: u32, number: u32, count: u16) -> impl Iterator<Item = Sobol> {
+    (0..count).map(move |index| {
+        let fill = stream(seed, strand << 16 | u32::from(index), number);
+        Sobol::new(index, scramble(seed, strand, number), fill)
+    })
+}
+
+/// Returns a BRDF with the albedo that `altered` gives the diffuse wall with one of these albedos;
+/// other surfaces keep theirs.
+fn with_altered_albedo(bsdf: &Bsdf, walls: &[DVec3], altered: impl FnOnce(usize) -> DVec3) -> Bsdf {
+    if let Bsdf::Lambert { albedo } = *bsdf
+        && let Some(wall) = walls.iter().position(|of_wall| *of_wall == albedo)
+    {
+        let albedo = altered(wall);
+        return Bsdf::Lambert { albedo };
+    }
+    *bsdf
+}
+
+/// Trials and faults of manufactured solutions.
+pub fn families() -> Vec<Box<dyn AnyFamily>> {
+    let trials = [zones::trials(), glossy::trials(), balance::trials()];
+    let faults = [zones::faults(), glossy::faults(), balance::faults()];
+    vec![Box::new(Family {
+        trials: trials.into_iter().flatten().collect(),
+        faults: faults.into_iter().flatten().collect(),
+        ..Family::whole("manufactured", STANDARD)
+    })]
+}
