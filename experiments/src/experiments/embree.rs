@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::experiments::prelude::*;
 
-/// Record of `experiments/embree/rays.py`; not measured by this run.
+/// Record of `experiments/peers/rays.py`; not measured by this run.
 #[derive(Deserialize)]
 struct Record {
     tracer: String,

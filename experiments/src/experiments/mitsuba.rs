@@ -1,4 +1,4 @@
-//! Comparison with another renderer's images of our scenes and its speed, and with a ray tracer's.
+//! Speed beside another renderer and a ray tracer, from records.
 
 use std::collections::BTreeMap;
 
@@ -9,36 +9,14 @@ use crate::experiments::prelude::*;
 
 pub(super) const MITSUBA: Experiment = Experiment {
     id: "mitsuba",
-    title: "our images and their cost beside Mitsuba 3's, our rays beside Embree's, from records",
-    headline: "from records: images agree with Mitsuba 3's in {scenes.agree %d} of {scenes.right %d} scenes; with wrong albedos {scenes.differ %d} of {scenes.wrong %d} differ",
-    version: 6,
+    title: "our efficiency beside Mitsuba 3's, our rays beside Embree's, from records",
+    headline: "from records: {beside.report.efficiency.ratio %.1f} times the efficiency of Mitsuba 3 in the report's room, {beside.knot.efficiency.ratio %.2f} times with a mesh",
+    version: 7,
     equations: &[&equation::RENDERING],
     run,
 };
 
-/// Record of `experiments/mitsuba/compare.py`; not computed by this run.
-#[derive(Deserialize)]
-struct Record {
-    renderer: String,
-    scenes: Vec<Compared>,
-}
-
-#[derive(Deserialize)]
-struct Compared {
-    scene: String,
-    /// Factor on Mitsuba's diffuse albedos: 1, or another in a test that must detect it.
-    albedos: f64,
-    size: String,
-    spp: u32,
-    /// Number of images of each renderer.
-    images: u32,
-    verdict: String,
-    /// Relative difference of our image mean from Mitsuba's by channel, and its confidence
-    /// interval.
-    means: BTreeMap<String, [f64; 3]>,
-}
-
-/// Record of `experiments/mitsuba/efficiency.py`; not measured by this run.
+/// Record of `experiments/peers/efficiency.py`; not measured by this run.
 #[derive(Deserialize)]
 struct Efficiencies {
     renderer: String,
@@ -64,7 +42,6 @@ struct Method {
 }
 
 fn run(run: &mut Run) -> Result<(), Error> {
-    images(run)?;
     efficiency(run)?;
     embree::rays(run)
 }
@@ -157,59 +134,5 @@ fn efficiency(run: &mut Run) -> Result<(), Error> {
         );
         run.note(&format!("beside, {scene}"), value);
     }
-    Ok(())
-}
-
-fn images(run: &mut Run) -> Result<(), Error> {
-    let record: Record = read("mitsuba.json", include_str!("mitsuba.json"))?;
-    run.note("renderer", record.renderer);
-    let (mut right, mut agree, mut wrong, mut differ) = (0.0, 0.0, 0.0, 0.0);
-    for Compared {
-        scene,
-        albedos,
-        size,
-        spp,
-        images,
-        verdict,
-        means,
-    } in record.scenes
-    {
-        let (key, what) = if albedos == 1.0 {
-            right += 1.0;
-            agree += f64::from(verdict == "agree");
-            (scene.clone(), scene)
-        } else {
-            wrong += 1.0;
-            differ += f64::from(verdict == "differ");
-            (
-                format!("off.{scene}"),
-                format!("{scene}, albedos × {albedos} in Mitsuba"),
-            )
-        };
-        let mut values = Vec::new();
-        for (channel, [difference, low, high]) in means {
-            run.numbers(
-                &format!("{key}.{channel}"),
-                [("difference", difference), ("low", low), ("high", high)],
-            );
-            values.push(format!("{channel} {:+.3} %", 100.0 * difference));
-        }
-        run.note(
-            &what,
-            format!(
-                "{verdict}: {}; {images} images each, {size}, {spp} spp",
-                values.join(", ")
-            ),
-        );
-    }
-    run.numbers(
-        "scenes",
-        [
-            ("right", right),
-            ("agree", agree),
-            ("wrong", wrong),
-            ("differ", differ),
-        ],
-    );
     Ok(())
 }

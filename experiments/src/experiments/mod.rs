@@ -17,6 +17,7 @@ mod figures;
 mod furnace;
 mod lights;
 mod mitsuba;
+mod peers;
 mod penumbra;
 mod photon_bias;
 pub mod power;
@@ -66,6 +67,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &shadow_rays::SHADOW_RAYS,
     &specular::SPECULAR,
     &agreement::AGREEMENT,
+    &peers::PEERS,
     &mitsuba::MITSUBA,
     &renderers::RENDERERS,
     &symptoms::SYMPTOMS,

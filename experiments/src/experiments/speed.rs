@@ -228,7 +228,7 @@ struct Peer {
 }
 
 fn peers(run: &mut Run) -> Result<(), Error> {
-    let peers: Peers = serde_json::from_str(include_str!("peers.json"))
+    let peers: Peers = serde_json::from_str(include_str!("speed/peers.json"))
         .map_err(|error| Error::Option(format!("peers.json cannot be read: {error}")))?;
     run.note("peers", peers.source);
     for peer in peers.peers {

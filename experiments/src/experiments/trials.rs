@@ -20,6 +20,9 @@ pub(super) const TRIALS: Experiment = Experiment {
 /// Largest number of lines that fit on one figure.
 const LINES_PER_FIGURE: usize = 45;
 
+/// What the intervals of the figures are.
+const INTERVAL: &str = "interval at level 1 − 10⁻⁹";
+
 fn run(run: &mut Run) -> Result<(), Error> {
     let mut trials = trials::all();
     trials.sort_by_key(|trial| {
@@ -199,7 +202,7 @@ fn draw(
             };
             let title = format!("Trials of the group “{group}”, scale {}", suite::scale(run));
             let description = "Zero is the reference. An interval within the band about it holds.";
-            forest(&run.figure(&file), &title, description, part)?;
+            forest(&run.figure(&file), &title, description, INTERVAL, part)?;
             figures.entry(group.clone()).or_insert(file);
         }
         figures

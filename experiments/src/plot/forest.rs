@@ -104,8 +104,14 @@ const TOP: f64 = 92.0;
 /// Font size of the lines' labels, pixels.
 const NAME_SIZE: f64 = 13.0;
 
-/// Draws the lines from top to bottom under `title`.
-pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Result<(), Error> {
+/// Draws the lines from top to bottom under `title`; `interval` says how sure their intervals are.
+pub fn forest(
+    path: &Path,
+    title: &str,
+    description: &str,
+    interval: &str,
+    lines: &[Line],
+) -> Result<(), Error> {
     let bottom = TOP + ROW * lines.len() as f64;
     let mut canvas = Canvas::new([WIDTH, bottom + 58.0], title, description);
     let x = |value: f64| {
@@ -127,8 +133,8 @@ pub fn forest(path: &Path, title: &str, description: &str, lines: &[Line]) -> Re
         };
         canvas.text(&label, [at, bottom + 13.0], Anchor::Center, LABEL);
     }
-    let words = "(estimate − reference)/δ, with its interval at level 1 − 10⁻⁹";
-    canvas.text(words, [x(0.0), bottom + 38.0], Anchor::Center, LABEL);
+    let words = format!("(estimate − reference)/δ, with its {interval}");
+    canvas.text(&words, [x(0.0), bottom + 38.0], Anchor::Center, LABEL);
     for (i, line) in lines.iter().enumerate() {
         let y = TOP + ROW * (i as f64 + 0.5);
         let mark = Mark::of(line);

@@ -4,7 +4,7 @@
 Needs the Python package `mitsuba` (pip install mitsuba), and LLVM for its fast variant: where it does not find one that
 it can use, DRJIT_LIBLLVM_PATH names it (tried: Debian's libllvm19). From the root of the repository:
 
-    experiments/mitsuba/efficiency.py report diffuse-room cornell path/to/scene.toml
+    experiments/peers/efficiency.py report diffuse-room cornell path/to/scene.toml
 
 Every method renders each scene several times, with other random numbers, in as much CPU time as Mitsuba takes for its
 samples. Efficiency is one over the variance of a pixel of such images, as a share of their squared mean, times the CPU

@@ -3,7 +3,7 @@
 
 Needs the Python package `embreex` (pip install embreex numpy). From the root of the repository:
 
-    experiments/embree/rays.py
+    experiments/peers/rays.py
 
 Both trace the same rays, one at a time: Embree in single precision, our hierarchy with hits in double precision. The time
 that the package's own loop takes, measured in a scene without a hit, is taken off Embree's. With --record FILE the
