@@ -20,7 +20,7 @@ pub(super) const TRIALS: Experiment = Experiment {
 /// Largest number of lines that fit on one figure.
 const LINES_PER_FIGURE: usize = 45;
 
-/// What the intervals of the figures are.
+/// Name of the intervals in the figures.
 const INTERVAL: &str = "interval at level 1 − 10⁻⁹";
 
 fn run(run: &mut Run) -> Result<(), Error> {
