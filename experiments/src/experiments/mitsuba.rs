@@ -10,7 +10,7 @@ use crate::experiments::prelude::*;
 pub(super) const MITSUBA: Experiment = Experiment {
     id: "mitsuba",
     title: "our efficiency beside Mitsuba 3's, our rays beside Embree's, from records",
-    headline: "from records: {beside.report.efficiency.ratio %.1f} times the efficiency of Mitsuba 3 in the report's room, {beside.knot.efficiency.ratio %.2f} times with a mesh",
+    headline: "recorded efficiency {beside.report.efficiency.ratio %.1f} times Mitsuba 3's, {beside.knot.efficiency.ratio %.2f} with a mesh",
     version: 7,
     equations: &[&equation::RENDERING],
     run,

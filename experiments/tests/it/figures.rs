@@ -126,6 +126,7 @@ fn every_figure_says_what_it_shows() {
                 path,
                 title,
                 see,
+                "interval",
                 &[line([-0.5, 0.5], Verdict::Undecided { needed: 9 })],
             )
         }),
