@@ -128,9 +128,9 @@ fn read<T: for<'a> Deserialize<'a>>(name: &str, text: &str) -> Result<T, Error> 
         .map_err(|error| Error::Option(format!("{name} cannot be read: {error}")))
 }
 
-/// Counts the verdicts: the number of each, and of all.
-fn counts(verdicts: impl Iterator<Item = Word> + Clone) -> [(&'static str, f64); 3] {
-    Word::ALL.map(|(word, name)| (name, verdicts.clone().filter(|&v| v == word).count() as f64))
+/// Returns the number of each verdict.
+fn counts(verdicts: &[Word]) -> [(&'static str, f64); 3] {
+    Word::ALL.map(|(word, name)| (name, verdicts.iter().filter(|&&v| v == word).count() as f64))
 }
 
 fn images(run: &mut Run) -> Result<(), Error> {
@@ -154,7 +154,7 @@ fn images(run: &mut Run) -> Result<(), Error> {
         );
     }
     for (peer, compared) in &by_peer {
-        let verdicts = compared.iter().map(|compared| compared.verdict);
+        let verdicts: Vec<Word> = compared.iter().map(|compared| compared.verdict).collect();
         let largest = compared
             .iter()
             .flat_map(|compared| compared.means.values())
@@ -165,7 +165,7 @@ fn images(run: &mut Run) -> Result<(), Error> {
             &format!("images.{peer}"),
             [("scenes", compared.len() as f64), ("largest", largest)]
                 .into_iter()
-                .chain(counts(verdicts)),
+                .chain(counts(&verdicts)),
         );
     }
     let lines: Vec<Line> = DRAWN
@@ -205,11 +205,11 @@ fn bsdfs(run: &mut Run) -> Result<(), Error> {
     let record: Bsdfs = read("peers/bsdfs.json", include_str!("peers/bsdfs.json"))?;
     run.number("bsdfs.samples", record.samples);
     for (name, judged) in [("found", &record.found), ("wrong", &record.wrong)] {
-        let verdicts = judged.iter().map(|judged| judged.verdict);
+        let verdicts: Vec<Word> = judged.iter().map(|judged| judged.verdict).collect();
         let all = [("all", judged.len() as f64)];
         run.numbers(
             &format!("bsdfs.{name}"),
-            all.into_iter().chain(counts(verdicts)),
+            all.into_iter().chain(counts(&verdicts)),
         );
         for Judged {
             model,
