@@ -1,8 +1,8 @@
 //! Manufactured solutions: the answer is chosen and what leads to it derived, so that it is known
 //! for each surface and channel.
 //!
-//! [`zones`] chooses the radiance of walls that all see each other alike, [`glossy`] the light
-//! around a glossy patch, and [`balance`] a measurement whose answer is the emission of one wall.
+//! `zones` chooses the radiance of walls that all see each other alike, `glossy` the light
+//! around a glossy patch, and `balance` a measurement whose answer is the emission of one wall.
 
 mod balance;
 mod glossy;

@@ -90,7 +90,7 @@ fn in_bands() -> [DVec3; 3] {
     })
 }
 
-/// Albedo of each of [`MATERIALS`].
+/// Albedo of each of `MATERIALS`.
 #[derive(Clone, Copy, Debug)]
 pub struct Albedos(fn(usize) -> DVec3);
 
