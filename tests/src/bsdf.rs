@@ -11,21 +11,21 @@ use whitefurnace::sampling::warp::{cosine_hemisphere, uniform_hemisphere};
 use crate::prelude::*;
 use crate::scenes::lambert;
 
+/// Names an outcome of the check-up at some inclinations, degrees.
+macro_rules! at_angles {
+    ($trial:literal, $name:literal, $first:literal $(, $more:literal)*) => {
+        concat!(
+            $trial, ": ", $name, " at ", $first, " degrees"
+            $(, " | ", $name, " at ", $more, " degrees")*
+        )
+    };
+}
+pub(super) use at_angles;
+
 /// Names an outcome of the check-up at each of its inclinations.
 macro_rules! at_every_angle {
     ($trial:literal, $name:literal) => {
-        concat!(
-            $trial,
-            ": ",
-            $name,
-            " at 0 degrees | ",
-            $name,
-            " at 40 degrees | ",
-            $name,
-            " at 75 degrees | ",
-            $name,
-            " at 85 degrees"
-        )
+        $crate::bsdf::at_angles!($trial, $name, 0, 40, 75, 85)
     };
 }
 pub(super) use at_every_angle;
@@ -33,14 +33,7 @@ pub(super) use at_every_angle;
 /// Names an outcome of the check-up at both of [`two_inclinations`].
 macro_rules! at_both_angles {
     ($trial:literal, $name:literal) => {
-        concat!(
-            $trial,
-            ": ",
-            $name,
-            " at 0 degrees | ",
-            $name,
-            " at 75 degrees"
-        )
+        $crate::bsdf::at_angles!($trial, $name, 0, 75)
     };
 }
 

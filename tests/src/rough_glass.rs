@@ -385,19 +385,7 @@ fn one_sign(glass: &RoughGlass, wo: DVec3, wi: DVec3) -> f64 {
 /// Names an outcome of the check-up at each of its inclinations.
 macro_rules! at_every_angle {
     ($name:literal) => {
-        concat!(
-            "bsdf/rough-glass: ",
-            $name,
-            " at 10 degrees | ",
-            $name,
-            " at 40 degrees | ",
-            $name,
-            " at 75 degrees | ",
-            $name,
-            " at 105 degrees | ",
-            $name,
-            " at 165 degrees"
-        )
+        $crate::bsdf::at_angles!("bsdf/rough-glass", $name, 10, 40, 75, 105, 165)
     };
 }
 
