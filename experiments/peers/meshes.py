@@ -96,17 +96,17 @@ def boulder():
 
 
 def forest():
-    """Trees of single needles, 300 of them, and their stems."""
+    """Trees of single needles, 300 of them, above their stems."""
     draw, needles, stems = random.Random(2), Mesh(), Mesh()
     for _ in range(300):
-        x, y, height = draw.uniform(-30, 30), draw.uniform(-30, 30), draw.uniform(3, 7)
+        x, y, height = draw.uniform(-30, 30), draw.uniform(-30, 30), draw.uniform(4, 8)
         ring = [(0.1 * cos(2 * pi * k / 8), 0.1 * sin(2 * pi * k / 8)) for k in range(8)]
-        stems.add([(x + a, y + b, 0) for a, b in ring] + [(x, y, height)], [(k, (k + 1) % 8, 8) for k in range(8)])
+        stems.add([(x + a, y + b, 0) for a, b in ring] + [(x, y, 0.45)], [(k, (k + 1) % 8, 8) for k in range(8)])
         for _ in range(3600):
             level = sqrt(draw.uniform(0.04, 1))
             reach = 0.3 * height * level * sqrt(draw.random())
             turn = draw.uniform(0, 2 * pi)
-            at = (x + reach * cos(turn), y + reach * sin(turn), height * (1 - 0.85 * level))
+            at = (x + reach * cos(turn), y + reach * sin(turn), height * (1 - 0.8 * level))
             along = unit([cos(turn) + draw.gauss(0, 0.5), sin(turn) + draw.gauss(0, 0.5), draw.gauss(-0.3, 0.4)])
             side = unit(cross(along, (draw.gauss(0, 1), draw.gauss(0, 1), 2)))
             tip = tuple(a + 0.3 * d for a, d in zip(at, along))

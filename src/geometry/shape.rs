@@ -220,17 +220,17 @@ impl Sphere {
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
+pub struct SurfacePoint<V = DVec3> {
     /// Position of the point.
-    pub point: DVec3,
+    pub point: V,
     /// Unit normal.
-    pub normal: DVec3,
+    pub normal: V,
 }
 
-impl SurfacePoint {
+impl<V> SurfacePoint<V> {
     /// Creates a surface point with its unit normal.
     #[inline]
-    pub fn new(point: DVec3, normal: DVec3) -> Self {
+    pub fn new(point: V, normal: V) -> Self {
         Self { point, normal }
     }
 }

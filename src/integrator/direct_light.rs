@@ -31,7 +31,7 @@ pub(crate) struct ShadowRays {
 impl ShadowRays {
     /// Settings of estimators without options for shadow rays.
     pub const DEFAULT: Self = Self {
-        lights: LightSampling::ByContribution,
+        lights: LightSampling::Importance,
         pass_glass: false,
     };
 }

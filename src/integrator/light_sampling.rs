@@ -90,7 +90,7 @@ fn pick_from<P: NextEvent>(
 ) -> (usize, f64) {
     let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) {
+    if !lights.by_importance(count) {
         let index = parts.pick_emitter(r, scene.power_light_sampler());
         return (index, scene.power_light_sampler().probability(index));
     }
@@ -111,7 +111,7 @@ fn probability_from<P: NextEvent>(
 ) -> f64 {
     let emitters = scene.emitters();
     let count = emitters.len();
-    if !lights.by_contribution(count) {
+    if !lights.by_importance(count) {
         return scene.power_light_sampler().probability(index);
     }
     scene.light_tree().probability(index, from, |i| {
@@ -135,7 +135,7 @@ fn pick_emitters<P: PathParts, R: Wide<N>, const N: usize>(
     if count == 1 {
         return ([0; N], R::splat(1.0));
     }
-    if !parts.is_default() || !lights.by_contribution(count) || scene.light_tree().is_nested() {
+    if !parts.is_default() || !lights.by_importance(count) || scene.light_tree().is_nested() {
         let one = |i| pick_from(parts, scene, lights, from.lane(i), r.lane(i));
         let each: [_; N] = from_fn(|i| if active.lane(i) { one(i) } else { (0, 1.0) });
         return (each.map(|(index, _)| index), R::from_lanes(|i| each[i].1));
@@ -161,7 +161,7 @@ fn probability_of_pick<P: PathParts, R: Wide<N>, const N: usize>(
     if count == 1 {
         return R::splat(1.0);
     }
-    if !parts.is_default() || !lights.by_contribution(count) || scene.light_tree().is_nested() {
+    if !parts.is_default() || !lights.by_importance(count) || scene.light_tree().is_nested() {
         let one = |i: usize| probability_from(parts, scene, lights, from.lane(i), emitter[i]);
         return R::from_lanes(|i| if active.lane(i) { one(i) } else { 1.0 });
     }

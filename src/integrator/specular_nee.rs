@@ -9,6 +9,7 @@ use super::lanewise::{Lanewise, numbers, visible};
 use super::light_sampling::{LightNumbers, PickedPoint, for_each_distinct};
 use super::{BsdfSample, PathParts, ShadingPoint, SurfaceInteraction};
 use crate::geometry::radiometry;
+use crate::geometry::shape::SurfacePoint;
 use crate::geometry::specular_connection::{
     Caster, CasterKind, SpecularConnection, SphereConnections, geometry_term, mirror_connection,
 };
@@ -108,7 +109,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
         let mut connection = mirror_connection(&self.caster, x, y, self.flat);
         let mut on_mirror = R::Mask::splat(false);
         for_each_distinct(self.number, self.flat, |number, here| {
-            on_mirror = on_mirror | (here & self.all[number].contains(connection.first.0));
+            on_mirror = on_mirror | (here & self.all[number].contains(connection.first.point));
         });
         connection.exists = connection.exists & on_mirror;
         connection.exists.any().then_some(connection)
@@ -256,9 +257,9 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
         let [enters, leaves, lamp] = [
             connection.first,
             connection.last,
-            (light.point, light.normal),
+            SurfacePoint::new(light.point, light.normal),
         ]
-        .map(|(point, normal)| scene.scene.ray_origin(point, normal));
+        .map(|end| scene.scene.ray_origin(end.point, end.normal));
         let segments = [
             (&surface.ray_origin(), &enters, free),
             (&enters, &leaves, casters.refracts),

@@ -92,9 +92,9 @@ pub enum LightSampling {
     SolidAngle,
     /// Spheres by solid angle, as at least half of a sphere is invisible, and flat emitters by
     /// area.
-    ByShape,
-    /// [`ByShape`](Self::ByShape), with emitters picked by [importance](Emitter::importance).
-    ByContribution,
+    SphereAngle,
+    /// [`SphereAngle`](Self::SphereAngle), with emitters picked by [importance](Emitter::importance).
+    Importance,
 }
 
 impl LightSampling {
@@ -104,16 +104,16 @@ impl LightSampling {
         match self {
             Self::Area => false,
             Self::SolidAngle => true,
-            Self::ByShape | Self::ByContribution => {
+            Self::SphereAngle | Self::Importance => {
                 matches!(emitter.shape, EmitterShape::Sphere(_))
             }
         }
     }
 
-    /// Returns whether one of `count` emitters is picked by contribution rather than flux.
+    /// Returns whether one of `count` emitters is picked by importance rather than flux.
     #[inline]
-    pub fn by_contribution(self, count: usize) -> bool {
-        self == Self::ByContribution && count > 1
+    pub fn by_importance(self, count: usize) -> bool {
+        self == Self::Importance && count > 1
     }
 }
 

@@ -21,7 +21,6 @@
 //! # }
 //! ```
 
-mod foreign;
 mod keys;
 mod material;
 mod obj;
@@ -29,7 +28,8 @@ mod object;
 mod polygon;
 mod reader;
 mod schema;
-mod words;
+mod signatures;
+mod synonyms;
 
 use std::collections::HashMap;
 use std::io::Read as _;

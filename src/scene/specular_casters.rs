@@ -92,7 +92,7 @@ impl SpecularCaster {
             let connection = mirror_connection(&self.parameters, x, y, true);
             (
                 Some(SpecularConnection {
-                    exists: connection.exists && self.contains(connection.first.0),
+                    exists: connection.exists && self.contains(connection.first.point),
                     ..connection
                 }),
                 None,

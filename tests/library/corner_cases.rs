@@ -94,7 +94,7 @@ fn by_shape_spheres_are_sampled_by_solid_angle_and_flat_lights_by_area() {
         (&ball, LightSampling::SolidAngle, LightSampling::Area),
         (&flat, LightSampling::Area, LightSampling::SolidAngle),
     ] {
-        let found = by(scene, LightSampling::ByShape);
+        let found = by(scene, LightSampling::SphereAngle);
         assert_eq!(found, by(scene, same));
         assert_ne!(found, by(scene, other));
     }

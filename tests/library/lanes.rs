@@ -105,7 +105,7 @@ fn images_have_the_same_bits() {
             for (lights, heuristic) in [
                 (LightSampling::Area, Heuristic::Balance),
                 (LightSampling::SolidAngle, Heuristic::Power),
-                (LightSampling::ByContribution, Heuristic::Power),
+                (LightSampling::Importance, Heuristic::Power),
             ] {
                 let path = Path {
                     lights,
@@ -122,7 +122,7 @@ fn images_have_the_same_bits() {
         };
         for (lights, heuristic) in [
             (LightSampling::Area, Heuristic::Balance),
-            (LightSampling::ByContribution, Heuristic::Power),
+            (LightSampling::Importance, Heuristic::Power),
         ] {
             assert_same_film(
                 scene,

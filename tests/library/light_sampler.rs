@@ -219,10 +219,10 @@ fn a_number_picks_the_share_that_it_lies_in() {
 
 /// A single light needs no selection weight.
 #[test]
-fn several_lights_are_picked_by_contribution() {
+fn several_lights_are_picked_by_importance() {
     for (count, asked) in [(1, false), (2, true), (1000, true)] {
-        assert_eq!(LightSampling::ByContribution.by_contribution(count), asked);
-        assert!(!LightSampling::ByShape.by_contribution(count));
+        assert_eq!(LightSampling::Importance.by_importance(count), asked);
+        assert!(!LightSampling::SphereAngle.by_importance(count));
     }
 }
 

@@ -236,12 +236,7 @@ fn all_estimators() -> Vec<LaneEstimator> {
         })
     };
     vec![
-        path(
-            Finds::Mis,
-            LightSampling::ByContribution,
-            Heuristic::Power,
-            8,
-        ),
+        path(Finds::Mis, LightSampling::Importance, Heuristic::Power, 8),
         path(Finds::Mis, LightSampling::SolidAngle, Heuristic::Balance, 0),
         LaneEstimator::Path(Path {
             specular_nee: true,

@@ -327,7 +327,8 @@ fn a_flat_mirror_has_connections_at_its_front() {
         found[usize::from(expected)] += 1;
         for (_, connection) in connections {
             assert!(
-                (connection.first.0 - met).length() < 1e-12 && connection.first == connection.last
+                (connection.first.point - met).length() < 1e-12
+                    && connection.first == connection.last
             );
             assert!((mirror(connection.direction, normal) - connection.arriving).length() < 1e-9);
             assert!((connection.direction - (met - x).normalize()).length() < 1e-9);

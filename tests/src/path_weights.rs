@@ -102,7 +102,7 @@ fn area(shape: &EmitterShape) -> f64 {
 
 /// Returns the probability with which a shadow ray from a point picks each emitter.
 pub(crate) fn probabilities(emitters: &[Emitter], lights: LightSampling, from: DVec3) -> Vec<f64> {
-    if lights != LightSampling::ByContribution {
+    if lights != LightSampling::Importance {
         let fluxes: Vec<f64> = emitters
             .iter()
             .map(|emitter| area(&emitter.shape) * emitter.radiance.element_sum())
@@ -191,7 +191,7 @@ fn by_angle(lights: LightSampling, emitter: &Emitter) -> bool {
     match lights {
         LightSampling::Area => false,
         LightSampling::SolidAngle => true,
-        LightSampling::ByShape | LightSampling::ByContribution => is_sphere,
+        LightSampling::SphereAngle | LightSampling::Importance => is_sphere,
     }
 }
 
@@ -278,8 +278,8 @@ fn weights_of_path(
 const LIGHT_SAMPLINGS: [LightSampling; 4] = [
     LightSampling::Area,
     LightSampling::SolidAngle,
-    LightSampling::ByShape,
-    LightSampling::ByContribution,
+    LightSampling::SphereAngle,
+    LightSampling::Importance,
 ];
 const PATHS: u64 = 4000;
 /// Tolerance of weights. A path's ray starts 2⁻⁴⁰ of the scene beside its vertex, 5·10⁻¹² here.

@@ -183,7 +183,7 @@ const LAMP: f64 = 2.0 + 0.5 / 64.0 - 1e-5;
 fn until_light(strategy: Strategy) -> Path {
     Path {
         rr_depth: 1_000,
-        lights: LightSampling::ByContribution,
+        lights: LightSampling::Importance,
         ..Path::new(DefaultParts, strategy)
     }
 }

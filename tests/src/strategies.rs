@@ -29,8 +29,8 @@ const BSDF: EstimatorKind = by(Strategy::Bsdf, LightSampling::Area);
 const LIGHT_AREA: EstimatorKind = by(Strategy::Light, LightSampling::Area);
 pub(super) const LIGHT_ANGLE: EstimatorKind = by(Strategy::Light, LightSampling::SolidAngle);
 const MIS_AREA: EstimatorKind = by(Strategy::Mis, LightSampling::Area);
-const LIGHT_CONTRIBUTION: EstimatorKind = by(Strategy::Light, LightSampling::ByContribution);
-const MIS_CONTRIBUTION: EstimatorKind = by(Strategy::Mis, LightSampling::ByContribution);
+const LIGHT_IMPORTANCE: EstimatorKind = by(Strategy::Light, LightSampling::Importance);
+const MIS_IMPORTANCE: EstimatorKind = by(Strategy::Mis, LightSampling::Importance);
 pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle that faces down, so near and large that most directions hit it.
@@ -300,7 +300,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/three-lights/contribution",
             "lamps that are picked by their importance are too bright, too dim or never on",
             &three,
-            LIGHT_CONTRIBUTION,
+            LIGHT_IMPORTANCE,
             &LIGHT_PICK,
             500_000,
         ),
@@ -308,7 +308,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             "irradiance/mosaic/mis",
             "one bright tile in a large lamp is too bright or too dim near it",
             &mosaic,
-            MIS_CONTRIBUTION,
+            MIS_IMPORTANCE,
             &LIGHT_PICK,
             53_000,
         ),

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use experiments::print_line;
-use experiments::render::unfinished::{Checkpoint, ReplicationRange, difference};
+use experiments::render::checkpoint::{Checkpoint, ReplicationRange, difference};
 use experiments::run::cli::{self, Ending};
 use whitefurnace::error::Error;
 use whitefurnace::image::{check_writable, write_exr, write_png};

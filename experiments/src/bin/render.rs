@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use clap::CommandFactory as _;
 use experiments::print_line;
+use experiments::render::checkpoint::{Checkpoint, CheckpointWriter, difference};
 use experiments::render::command::Render;
 use experiments::render::pilot::Target;
-use experiments::render::unfinished::{Checkpoint, CheckpointWriter, difference};
 use experiments::render::{Observer, Rendered};
 use experiments::run::cli::{self, Ending};
 use whitefurnace::error::Error;

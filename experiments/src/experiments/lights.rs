@@ -157,20 +157,20 @@ fn along_a_line(run: &mut Run) -> Result<(), Error> {
     let mut series = Vec::new();
     for (colour, (label, strategy, lights)) in [
         (
-            "light, each as often",
+            "light, uniform",
             Strategy::Light,
-            LightSampling::ByShape,
+            LightSampling::SphereAngle,
         ),
         (
-            "light, by contribution",
+            "light, by importance",
             Strategy::Light,
-            LightSampling::ByContribution,
+            LightSampling::Importance,
         ),
-        ("mis, each as often", Strategy::Mis, LightSampling::ByShape),
+        ("mis, uniform", Strategy::Mis, LightSampling::SphereAngle),
         (
-            "mis, by contribution",
+            "mis, by importance",
             Strategy::Mis,
-            LightSampling::ByContribution,
+            LightSampling::Importance,
         ),
     ]
     .into_iter()

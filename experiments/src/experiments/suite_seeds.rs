@@ -10,7 +10,7 @@ use trials::faults::Pair;
 use whitefurnace::harness::trial::{NegativeControl, control_is_green, full_name, run_control};
 
 use crate::experiments::prelude::*;
-use crate::run::unfinished::PartCache;
+use crate::run::part_cache::PartCache;
 use trials::statistics::is_bound;
 
 /// Scale of sample sizes. Exact identities keep their arguments.

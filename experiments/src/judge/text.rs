@@ -159,7 +159,7 @@ fn is_header(line: &str) -> bool {
         decimal_comma,
     });
     let is_number = |field: &&str| {
-        let unsigned = plain(field).trim_start_matches(['+', '-', '.', ',']);
+        let unsigned = plain(field).trim_start_matches(['+', '-', '\u{2212}', '.', ',']);
         unsigned.starts_with(|c: char| c.is_ascii_digit())
             || styles.iter().any(|style| style.number(field).is_ok())
     };
@@ -172,7 +172,7 @@ fn is_ambiguous(style: Style, line: &str) -> bool {
     let fields: Vec<&str> = style
         .fields(line)
         .into_iter()
-        .map(|field| plain(field).trim_start_matches(['-', '+']))
+        .map(|field| plain(field).trim_start_matches(['-', '\u{2212}', '+']))
         .collect();
     let whole = |field: &&str| field.chars().all(|c| c.is_ascii_digit());
     let could_be = |is_pair: fn(&str, &str) -> bool| {
@@ -197,7 +197,22 @@ pub(super) fn names(line: &str) -> Vec<String> {
         .collect()
 }
 
-/// Returns a column's name in lower case, without quotes and units; - for none.
+/// Names of directions that may stand before the name of a coordinate, as in `wi_x`, `dir.y` or
+/// `wz`.
+const DIRECTION_NAMES: [&str; 9] = [
+    "wi",
+    "wo",
+    "w",
+    "omega",
+    "dir",
+    "direction",
+    "d",
+    "sample",
+    "v",
+];
+
+/// Returns a column's name in lower case, without quotes, units and the name of the direction; -
+/// for none.
 pub(super) fn name(field: &str) -> String {
     let field = plain(field);
     let name = field
@@ -207,10 +222,15 @@ pub(super) fn name(field: &str) -> String {
         .trim()
         .to_lowercase();
     if name.is_empty() {
-        "-".to_owned()
-    } else {
-        name
+        return "-".to_owned();
     }
+    ["x", "y", "z"]
+        .into_iter()
+        .find(|axis| {
+            let vector = name.strip_suffix(axis).unwrap_or_default();
+            DIRECTION_NAMES.contains(&vector.trim_end_matches(['_', '.', '-', ' ']))
+        })
+        .map_or(name.clone(), str::to_owned)
 }
 
 /// Returns a field without quotes.
@@ -270,6 +290,8 @@ impl Style {
             (false, true, false) if self.separator != Separator::Blank => return mixed(),
             _ => field.to_owned(),
         };
+        // Word processors replace hyphens.
+        let pointed = pointed.replace('\u{2212}', "-");
         // Fortran writes exponents with D.
         let pointed = if pointed.starts_with(|c: char| c.is_alphabetic()) {
             pointed

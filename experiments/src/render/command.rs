@@ -9,9 +9,9 @@ use clap::{ArgMatches, FromArgMatches as _, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::shard::Shard;
 
+use super::checkpoint::ReplicationRange;
 use super::pilot::{parse_percentage, parse_time};
 use super::preview::{Preview, TEV, parse_address};
-use super::unfinished::ReplicationRange;
 use super::{Job, defaults};
 use crate::run::cli::{integer, number};
 

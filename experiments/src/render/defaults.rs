@@ -26,7 +26,7 @@ pub const BASE: Job = Job {
     convention: ConventionName::Physical,
     estimator: EstimatorName::Mis,
     engine: EngineName::Lanes,
-    light_sampler: LightSamplingName::ByContribution,
+    light_sampler: LightSamplingName::Importance,
     heuristic: HeuristicName::Power,
     specular_nee: SpecularNeeName::Yes,
     bounces: None,

@@ -1,13 +1,13 @@
 //! A render job: the options with which the command line and the experiments call the library.
 
 mod check;
+pub mod checkpoint;
 pub mod command;
 pub mod defaults;
 mod names;
 pub mod photons;
 pub mod pilot;
 pub mod preview;
-pub mod unfinished;
 mod work;
 
 use clap::Args;

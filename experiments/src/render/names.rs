@@ -240,9 +240,9 @@ pub enum LightSamplingName {
     /// Uniform in the solid angle that the light subtends
     SolidAngle,
     /// Spheres by solid angle, flat lights in area
-    ByShape,
-    /// As by-shape, on a light picked in proportion to its estimated contribution
-    ByContribution,
+    SphereAngle,
+    /// As sphere-angle, on a light picked in proportion to its estimated contribution
+    Importance,
 }
 
 /// Heuristics of multiple importance sampling.

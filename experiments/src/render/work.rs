@@ -380,8 +380,8 @@ impl Job {
             lights: match self.light_sampler {
                 LightSamplingName::Area => LightSampling::Area,
                 LightSamplingName::SolidAngle => LightSampling::SolidAngle,
-                LightSamplingName::ByShape => LightSampling::ByShape,
-                LightSamplingName::ByContribution => LightSampling::ByContribution,
+                LightSamplingName::SphereAngle => LightSampling::SphereAngle,
+                LightSamplingName::Importance => LightSampling::Importance,
             },
             heuristic: match self.heuristic {
                 HeuristicName::Balance => Heuristic::Balance,

@@ -4,6 +4,7 @@
 pub mod accumulated;
 pub mod cli;
 pub mod default_run;
+pub mod part_cache;
 pub mod pictures;
 mod processor;
 pub mod progress;
@@ -12,7 +13,6 @@ pub mod signals;
 pub mod split_png;
 pub mod suite;
 pub mod summary;
-pub mod unfinished;
 
 use std::path::{Path, PathBuf};
 
@@ -30,8 +30,8 @@ use crate::print_line;
 use crate::render::{Job, name};
 use crate::run::accumulated::Accumulated;
 use crate::run::cli::integer;
+use crate::run::part_cache::PartCache;
 use crate::run::record::PROGRAM;
-use crate::run::unfinished::PartCache;
 
 /// Amount of work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -89,7 +89,7 @@ pub struct Experiment {
 pub struct Run {
     options: Options,
     folder: PathBuf,
-    unfinished: PartCache,
+    parts: PartCache,
     outcome: ExperimentResult,
 }
 
@@ -107,7 +107,7 @@ impl Run {
             shrink => format!(" --shrink {shrink}"),
         };
         Ok(Self {
-            unfinished: PartCache::begin(folder.join("unfinished"), &fingerprint)?,
+            parts: PartCache::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
             outcome: ExperimentResult {
                 id: id.to_owned(),
@@ -138,7 +138,7 @@ impl Run {
         key: &str,
         make: impl FnOnce() -> Result<T, Error>,
     ) -> Result<T, Error> {
-        self.unfinished.part(key, make)
+        self.parts.part(key, make)
     }
 
     /// Returns parts that several experiments use, in the folder `name` beside theirs: each is made
@@ -155,7 +155,7 @@ impl Run {
     pub fn accumulated(&self, file: &str, key: &str, columns: &str) -> Result<Accumulated, Error> {
         let path = self.folder.join(file);
         Ok(Accumulated::continued(
-            &self.unfinished.before(&path)?,
+            &self.parts.before(&path)?,
             path,
             key,
             columns,

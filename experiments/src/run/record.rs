@@ -127,13 +127,11 @@ fn run_one(
         return Err(Error::Interrupted);
     }
     let Run {
-        mut outcome,
-        unfinished,
-        ..
+        mut outcome, parts, ..
     } = run;
     outcome.digests = digests(folder)?;
     write_json(&folder.join("result.json"), &outcome)?;
-    unfinished.end()?;
+    parts.end()?;
     Ok(outcome)
 }
 

@@ -84,7 +84,7 @@ fn the_base_is_what_its_documentation_says() {
         ("silhouettes", "no"),
         ("heuristic", "power"),
         ("specular-nee", "yes"),
-        ("light-sampler", "by-contribution"),
+        ("light-sampler", "importance"),
     ] {
         assert_eq!(recorded(&BASE, option).as_deref(), Some(value), "{option}");
     }

@@ -357,6 +357,7 @@ fn text_is_read_in_every_form() {
         b"[[0.6, 0, 0.8],\n [0, -1.5, 0]]\n",
         b"0.6D+00 0 8.0D-01\n0 -1.5 0\n",
         b"// by a program\n0.6,0,0.8\n0,-1.5,0\n",
+        "0.6,0,0.8\n0,\u{2212}1.5,0\n".as_bytes(),
         &utf16("\u{feff}0.6,0,0.8\n0,-1.5,0\n"),
         &utf16("0.6,0,0.8\n0,-1.5,0\n"),
     ] {
@@ -366,7 +367,14 @@ fn text_is_read_in_every_form() {
             (vec![vec![0.6, 0.0, 0.8], vec![0.0, -1.5, 0.0]], None)
         );
     }
-    for header in ["x;y;z", "# x y z", "\"X [m]\", \"y (1)\", 'z'"] {
+    for header in [
+        "x;y;z",
+        "# x y z",
+        "\"X [m]\", \"y (1)\", 'z'",
+        "wi_x,wi_y,wi_z",
+        "# Dir.X dir.y dir.z",
+        "wx, wy, wz",
+    ] {
         let (_, names) = read(format!("{header}\n0.6,0,0.8\n").as_bytes()).expect("rows");
         assert_eq!(names.expect("names"), ["x", "y", "z"]);
     }

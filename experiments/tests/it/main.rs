@@ -9,6 +9,8 @@ use experiments::render::command::Render;
 use experiments::run::record::{recorded_folder, result};
 use experiments::run::{ExperimentResult, Finding, Judgement, Options, Tier};
 
+#[cfg(unix)]
+mod checkpoints;
 mod commands;
 mod compare;
 mod compare_files; // files as other programs write them
@@ -34,8 +36,6 @@ mod resumption;
 #[cfg(unix)]
 mod signals;
 mod tables;
-#[cfg(unix)]
-mod unfinished;
 
 /// Returns an empty folder for one test.
 fn folder(test: &str) -> PathBuf {

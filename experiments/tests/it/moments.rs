@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use experiments::render::checkpoint::{Checkpoint, CheckpointWriter, ReplicationRange};
 use experiments::render::preview::Preview;
-use experiments::render::unfinished::{Checkpoint, CheckpointWriter, ReplicationRange};
 use experiments::render::{Job, Observer};
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::image::{Display, write_rgb};

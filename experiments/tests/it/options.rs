@@ -50,7 +50,7 @@ struct Call {
 
 /// Path tracing with the defaults of the program.
 fn path(strategy: Strategy) -> Path {
-    let lights = LightSampling::ByContribution;
+    let lights = LightSampling::Importance;
     Path {
         lights,
         heuristic: Heuristic::Power,
@@ -359,15 +359,15 @@ fn rows() -> Vec<Row> {
                 })
             };
         }),
-        Row("light-sampler", "by-shape", LIGHTS, |c| {
+        Row("light-sampler", "sphere-angle", LIGHTS, |c| {
             c.film = |c| {
                 c.rays(Path {
-                    lights: LightSampling::ByShape,
+                    lights: LightSampling::SphereAngle,
                     ..path(Strategy::Mis)
                 })
             };
         }),
-        Row("light-sampler", "by-contribution", LIGHTS, |_| {}),
+        Row("light-sampler", "importance", LIGHTS, |_| {}),
         Row("scene", KNOT, PLAIN, |c| c.scene = loaded(KNOT)),
         Row("scene", KNOT, AREA, |c| c.scene = loaded(KNOT)),
         Row("heuristic", "balance", PLAIN, |c| {
@@ -640,7 +640,7 @@ fn every_option_and_value_has_a_row() {
         let Some(long) = argument.get_long() else {
             continue;
         };
-        // Options about the course of a run are tested in `unfinished` and `preview`.
+        // Options about the course of a run are tested in `checkpoints` and `preview`.
         if ["time", "target-error", "resume", "shard", "preview", "tev"].contains(&long) {
             continue;
         }

@@ -4,6 +4,7 @@ mod sphere;
 
 use glam::DVec3;
 
+use crate::geometry::shape::SurfacePoint;
 use crate::math::real::{Mask, Real, Vector};
 pub use sphere::SphereConnections;
 use sphere::geometry_term_of_sphere;
@@ -74,10 +75,10 @@ pub struct SpecularConnection<V: Vector> {
     pub direction: V,
     /// Unit direction of arrival at y.
     pub arriving: V,
-    /// First point on the caster, and the unit normal there.
-    pub first: (V, V),
-    /// Last point on the caster, and the unit normal there; for reflections equal to `first`.
-    pub last: (V, V),
+    /// First point on the caster.
+    pub first: SurfacePoint<V>,
+    /// Last point on the caster; for reflections equal to `first`.
+    pub last: SurfacePoint<V>,
     /// cos α ≥ 0, between the normal and the connection outside.
     pub cosine: V::Real,
     /// Generalized geometry term dω/dA⊥ of [`crate::equation::SPECULAR_SPREAD`]: solid angle at x
@@ -88,7 +89,8 @@ pub struct SpecularConnection<V: Vector> {
 impl<V: Vector> SpecularConnection<V> {
     /// Returns the connection of a lane.
     pub(crate) fn lane(&self, lane: usize) -> SpecularConnection<DVec3> {
-        let end = |(point, normal): (V, V)| (point.lane(lane), normal.lane(lane));
+        let end =
+            |end: SurfacePoint<V>| SurfacePoint::new(end.point.lane(lane), end.normal.lane(lane));
         SpecularConnection {
             exists: self.exists.lane(lane),
             direction: self.direction.lane(lane),
@@ -114,13 +116,13 @@ impl<V: Vector> SpecularConnection<V> {
             exists: Mask::from_fn(|i| connection(i).is_some_and(|connection| connection.exists)),
             direction: vector(|connection| connection.direction),
             arriving: vector(|connection| connection.arriving),
-            first: (
-                vector(|connection| connection.first.0),
-                vector(|connection| connection.first.1),
+            first: SurfacePoint::new(
+                vector(|connection| connection.first.point),
+                vector(|connection| connection.first.normal),
             ),
-            last: (
-                vector(|connection| connection.last.0),
-                vector(|connection| connection.last.1),
+            last: SurfacePoint::new(
+                vector(|connection| connection.last.point),
+                vector(|connection| connection.last.normal),
             ),
             cosine: number(|connection| connection.cosine),
             geometry_term: number(|connection| connection.geometry_term),
@@ -130,8 +132,10 @@ impl<V: Vector> SpecularConnection<V> {
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
     pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
-        let both =
-            |yes: (V, V), no: (V, V)| (V::choose(mask, yes.0, no.0), V::choose(mask, yes.1, no.1));
+        let both = |yes: SurfacePoint<V>, no: SurfacePoint<V>| SurfacePoint {
+            point: V::choose(mask, yes.point, no.point),
+            normal: V::choose(mask, yes.normal, no.normal),
+        };
         Self {
             exists: (mask & yes.exists) | (!mask & no.exists),
             direction: V::choose(mask, yes.direction, no.direction),
@@ -162,7 +166,7 @@ pub fn mirror_connection<V: Vector>(
     let geometry_term = from_image.length_squared().recip();
     let direction = (point - x).normalize();
     let exists = active & height_x.above(zero) & height_y.above(zero);
-    let (first, cosine) = ((point, normal), -direction.dot(normal));
+    let (first, cosine) = (SurfacePoint::new(point, normal), -direction.dot(normal));
     SpecularConnection {
         exists,
         direction,

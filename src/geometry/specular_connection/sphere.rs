@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Caster, SpecularConnection};
+use crate::geometry::shape::SurfacePoint;
 use crate::math::real::{Mask, Real, Vector};
 
 /// Maximum number of steps to a root. They approach from one side, so that the distance to a double
@@ -327,7 +328,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
         let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
         let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
         let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
-        let point = |normal: V| (caster.centre + normal * caster.radius, normal);
+        let point = |normal: V| SurfacePoint::new(caster.centre + normal * caster.radius, normal);
         SpecularConnection {
             exists: exists & finite,
             direction: (first - pair.x).normalize(),

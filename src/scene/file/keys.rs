@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::reader::{LARGEST, Table, Value, quote};
-use super::words::{advice, matches, normalized};
+use super::synonyms::{advice, matches, normalized};
 use crate::error::Error;
 use crate::suggest::did_you_mean;
 

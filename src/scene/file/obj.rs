@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::foreign;
 use super::polygon::Polygons;
 use super::reader::{LARGEST, error_at_line, quote};
 use super::schema::Limits;
+use super::signatures;
 use crate::error::Error;
 
 /// A mesh.
@@ -38,7 +38,7 @@ pub(super) struct Name {
 /// # Errors
 /// [`Error::Scene`] with the line of the error, or the kind of the file if it is no OBJ.
 pub(super) fn parse(file: &str, bytes: &[u8], limits: &mut Limits) -> Result<Obj, Error> {
-    if let Some(kind) = foreign::kind(bytes) {
+    if let Some(kind) = signatures::kind(bytes) {
         return Err(error_at_line(
             file,
             1,

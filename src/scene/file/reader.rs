@@ -8,7 +8,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::words::advice;
+use super::synonyms::advice;
 use crate::error::Error;
 use crate::suggest::did_you_mean;
 

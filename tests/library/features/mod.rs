@@ -66,7 +66,7 @@ const SETTINGS: [Factor; 9] = [
     ("finds", &["bsdf", "light", "mis"]),
     (
         "lights",
-        &["area", "solid angle", "by shape", "contribution"],
+        &["area", "solid angle", "sphere angle", "importance"],
     ),
     ("heuristic", &["balance", "power"]),
     ("bodies", &["no", "yes"]),
@@ -123,8 +123,8 @@ fn path_of(row: &Row) -> Path {
         lights: match row.get("lights") {
             "area" => LightSampling::Area,
             "solid angle" => LightSampling::SolidAngle,
-            "by shape" => LightSampling::ByShape,
-            _ => LightSampling::ByContribution,
+            "sphere angle" => LightSampling::SphereAngle,
+            _ => LightSampling::Importance,
         },
         heuristic: if row.is("heuristic", "power") {
             Heuristic::Power

@@ -221,7 +221,7 @@ pub(super) fn middle_of_interval(pmf: &[f64], emitter: usize) -> f64 {
 /// Returns the random numbers with which a shadow ray from a path's second vertex, which is not
 /// specular, samples its first, and the density of that with respect to area.
 pub(super) fn shadow_ray_sample(scene: &Scene, path: &[Vertex]) -> ([f64; 3], f64) {
-    const LIGHTS: LightSampling = LightSampling::ByContribution;
+    const LIGHTS: LightSampling = LightSampling::Importance;
     let (light, from) = (&path[0], path[1].point);
     let index = light.emitter.map_or(0, |index| index as usize);
     let (emitter, probabilities) = (

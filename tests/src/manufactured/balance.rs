@@ -176,7 +176,7 @@ impl Property for Balance {
 
 /// Trials of the box.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let kind = by(Strategy::Mis, LightSampling::ByContribution);
+    let kind = by(Strategy::Mis, LightSampling::Importance);
     let balance = Balance {
         scene: room(),
         kind,

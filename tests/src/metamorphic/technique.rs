@@ -66,18 +66,18 @@ const fn path(strategy: Strategy, lights: LightSampling, specular_nee: bool) -> 
 }
 
 /// The default of the program `render`.
-const DEFAULT: TechniqueKind = path(Strategy::Mis, LightSampling::ByContribution, true);
+const DEFAULT: TechniqueKind = path(Strategy::Mis, LightSampling::Importance, true);
 
 /// All techniques; every two agree on every scene that both render.
 pub const TECHNIQUES: [Technique; 11] = [
     technique("mis", DEFAULT),
     technique(
         "bsdf",
-        path(Strategy::Bsdf, LightSampling::ByContribution, false),
+        path(Strategy::Bsdf, LightSampling::Importance, false),
     ),
     technique(
         "light",
-        path(Strategy::Light, LightSampling::ByContribution, false),
+        path(Strategy::Light, LightSampling::Importance, false),
     ),
     technique("mis-area", path(Strategy::Mis, LightSampling::Area, false)),
     technique(
@@ -88,7 +88,7 @@ pub const TECHNIQUES: [Technique; 11] = [
         "mis-balance",
         TechniqueKind::Path {
             strategy: Strategy::Mis,
-            lights: LightSampling::ByShape,
+            lights: LightSampling::SphereAngle,
             heuristic: Heuristic::Balance,
             specular_nee: true,
         },
@@ -201,7 +201,7 @@ impl Technique {
             TechniqueKind::Path { .. } | TechniqueKind::Single => {
                 check_single_precision(scene)?;
                 let path = Path {
-                    lights: LightSampling::ByContribution,
+                    lights: LightSampling::Importance,
                     heuristic: Heuristic::Power,
                     specular_nee: true,
                     ..Path::new(DefaultParts, Strategy::Mis)
