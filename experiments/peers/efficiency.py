@@ -6,11 +6,14 @@ it can use, DRJIT_LIBLLVM_PATH names it (tried: Debian's libllvm19). From the ro
 
     experiments/peers/efficiency.py report diffuse-room cornell path/to/scene.toml
 
+Scenes with large meshes are written by experiments/peers/meshes.py.
+
 Every method renders each scene several times, with other random numbers, in as much CPU time as Mitsuba takes for its
 samples. Efficiency is one over the variance of a pixel of such images, as a share of their squared mean, times the CPU
-microseconds per pixel. Of `render` that is the whole program, start and files included; of Mitsuba it is a call that
-renders, after one that has compiled. With --record FILE the numbers go into a JSON file: the experiment `mitsuba` takes
-them from experiments/src/experiments/efficiency.json.
+microseconds per pixel. Mitsuba's time is that of a call that renders, after one that has loaded and compiled; from the
+time of `render` that of a tiny image is subtracted, which is the program's start, the scene's files and its hierarchy.
+With --record FILE the numbers go into a JSON file: the experiment `mitsuba` takes them from
+experiments/src/experiments/efficiency.json.
 """
 
 import argparse
@@ -77,10 +80,16 @@ class Ours:
 
     def __init__(self, folder, scene, options):
         self.folder, self.options, self.samples = folder, ["--scene", scene, "--convention", "physical", *options], 64
+        starts = [self.render(0, (8, 6), 4)[1:] for _ in range(3)]
+        self.start = [statistics.median(start[k] for start in starts) for k in (0, 1)]
 
     def image(self, seed):
+        image, *times = self.render(seed, (WIDTH, HEIGHT), self.samples)
+        return image, *(time - start for time, start in zip(times, self.start))
+
+    def render(self, seed, size, samples):
         path = self.folder / "ours.exr"
-        command = ["target/release/render", *self.options, "--size", f"{WIDTH}x{HEIGHT}", "--spp", str(self.samples),
+        command = ["target/release/render", *self.options, "--size", f"{size[0]}x{size[1]}", "--spp", str(samples),
                    "--seed", str(seed + 1), "--out", str(path)]
         before, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True)
