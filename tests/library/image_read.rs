@@ -301,6 +301,14 @@ fn lossy_compression_is_told() {
     }
 }
 
+#[test]
+fn an_exr_that_ends_too_early_is_named_as_such() {
+    let whole = exr(&[("R", 1.0), ("G", 2.0), ("B", 3.0)], None);
+    for end in 8..whole.len() {
+        refused(&whole[..end], None, "cut off");
+    }
+}
+
 /// No file that begins like an image makes the reader panic.
 #[test]
 fn damaged_files_are_refused() {

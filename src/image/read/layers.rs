@@ -228,7 +228,15 @@ fn find_named<'a>(channels: &'a [Channel], names: &str) -> Option<(ChannelKind, 
 /// # Errors
 /// A message.
 pub(super) fn exr(bytes: &[u8], layer: Option<&str>, option: &str) -> Result<LoadedImage, String> {
-    let text = |error: exr::error::Error| error.to_string();
+    let text = |error: exr::error::Error| {
+        let message = error.to_string();
+        if message.contains("missing bytes") {
+            "the file ends before its pixels do: has it been cut off, or is it still being written?"
+                .to_owned()
+        } else {
+            message
+        }
+    };
     for header in MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(text)?
         .headers
