@@ -93,7 +93,8 @@ pub enum LightSampling {
     /// Spheres by solid angle, as at least half of a sphere is invisible, and flat emitters by
     /// area.
     SphereAngle,
-    /// [`SphereAngle`](Self::SphereAngle), with emitters picked by [importance](Emitter::importance).
+    /// [`SphereAngle`](Self::SphereAngle), with emitters picked by
+    /// [importance](Emitter::importance).
     Importance,
 }
 
