@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use rayon::prelude::*;
 use trials::metamorphic::{
-    Case, Found, RELATIONS, Relation, SceneText, TECHNIQUES, Technique, generate, reduce,
-    relation_named,
+    Background, Case, Found, RELATIONS, Relation, SceneText, TECHNIQUES, Technique, generate,
+    reduce, relation_named,
 };
 use whitefurnace::error::Error;
 use whitefurnace::image::write_atomically;
@@ -48,8 +48,8 @@ pub struct Metamorphic {
     /// The number of scenes, in place of a time
     #[arg(long, value_name = "N", conflicts_with = "time")]
     scenes: Option<u64>,
-    /// Test this scene file instead of random scenes. It may have a background of one colour,
-    /// rectangles, spheres and meshes
+    /// Test this scene file instead of random scenes. It may have a background of one colour or an
+    /// image, rectangles, spheres and meshes
     #[arg(long, value_name = "FILE", conflicts_with_all = ["time", "scenes"])]
     scene: Option<PathBuf>,
     /// The only relation to test [default: all]
@@ -138,7 +138,11 @@ pub fn main() -> ExitCode {
         match &options.scene {
             Some(path) => {
                 let text = std::fs::read_to_string(path).map_err(Error::file("read", path))?;
-                let scene = SceneText::parse(&text)
+                let image = |name: &str| {
+                    let image = path.with_file_name(name);
+                    std::fs::read(&image).map_err(|error| format!("{}: {error}", image.display()))
+                };
+                let scene = SceneText::parse(&text, image)
                     .map_err(|message| Error::Option(format!("{}, {message}", path.display())))?;
                 options.test(&scene, options.seed, &tally)?;
             }
@@ -232,6 +236,15 @@ impl Metamorphic {
             technique.name,
         );
         std::fs::create_dir_all(&self.out).map_err(Error::file("create", &self.out))?;
+        let mut scene = scene.clone();
+        if let Background::Sky(sky) = &mut scene.background {
+            let image = path.with_extension("pfm");
+            sky.image = image.file_name().unwrap_or_default().display().to_string();
+            write_atomically(&image, |file| {
+                file.write_all(&sky.file())
+                    .map_err(Error::file("write", &image))
+            })?;
+        }
         write_atomically(path, |file| {
             write!(
                 file,

@@ -2,7 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use trials::metamorphic::{Case, Found, Object, SceneText, generate, reduce, relation_named};
+use std::path::Path;
+
+use trials::metamorphic::{
+    Background, Case, Found, Object, SceneText, generate, reduce, relation_named,
+};
+use whitefurnace::light::environment::Environment;
+use whitefurnace::scene::file::SceneFile;
 
 use crate::{folder, run, text};
 
@@ -60,12 +66,21 @@ fn scenes_are_tested_and_counted() {
 
 #[test]
 fn generated_scenes_are_valid_and_of_all_kinds() {
+    let folder = folder("generated");
     let mut refused = 0;
     let mut kinds = BTreeSet::new();
     for seed in 0..120 {
         let scene = generate(seed);
-        let read = SceneText::parse(&scene.text()).expect("a scene that can be read");
+        let image = |_: &str| match &scene.background {
+            Background::Sky(sky) => Ok(sky.file()),
+            Background::Uniform(_) => Err("no image".to_owned()),
+        };
+        let read = SceneText::parse(&scene.text(), image).expect("a scene that can be read");
         assert_eq!(read, scene);
+        if let Background::Sky(_) = scene.background {
+            assert_read_as_file(&folder, &scene);
+            kinds.insert("sky".to_owned());
+        }
         refused += u32::from(scene.build().is_err());
         kinds.extend(scene.materials.values().map(|of| of.model.clone()));
         kinds.extend(scene.objects.iter().map(|object| {
@@ -79,7 +94,22 @@ fn generated_scenes_are_valid_and_of_all_kinds() {
         }));
     }
     assert!(refused <= 12, "{refused} of 120 scenes are refused");
-    assert_eq!(kinds.len(), 12, "{kinds:?}");
+    assert_eq!(kinds.len(), 13, "{kinds:?}");
+}
+
+/// Programs read the scene's file and the image of its sky as the scene says.
+fn assert_read_as_file(folder: &Path, scene: &SceneText) {
+    let Background::Sky(sky) = &scene.background else {
+        panic!("no sky");
+    };
+    let path = folder.join("sky.toml");
+    std::fs::write(folder.join(&sky.image), sky.file()).expect("written");
+    std::fs::write(&path, scene.text()).expect("written");
+    let file = SceneFile::load(&path).expect("a scene file");
+    let expected = scene.description().expect("a description");
+    assert_eq!(file.description.background, expected.background);
+    assert_eq!(file.description.objects, expected.objects);
+    assert!(matches!(expected.background, Environment::Map(_)));
 }
 
 /// The reducer is told that a scene fails if it has a zone of a sphere that emits.
@@ -107,5 +137,5 @@ fn reduction_leaves_what_fails() {
     assert_eq!(smallest.materials.len(), 1);
     let material = smallest.materials.values().next().expect("a material");
     assert_eq!((&*material.model, material.emission), ("black", [1.0; 3]));
-    assert_eq!(smallest.background, [0.0; 3]);
+    assert_eq!(smallest.background, Background::BLACK);
 }

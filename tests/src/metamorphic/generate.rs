@@ -11,6 +11,7 @@ use whitefurnace::scene::cuboid;
 
 use crate::mean_radiance::any_direction;
 
+use super::background::{Background, Sky};
 use super::scene::{Material, Object, SceneText, Similarity, Triple, View};
 
 /// Half the side of the cube in which objects stand, before the scene is scaled.
@@ -31,7 +32,7 @@ pub fn generate(seed: u64) -> SceneText {
         half_height: 1.0,
     };
     let scene = SceneText {
-        background: [0.0; 3],
+        background: Background::BLACK,
         camera,
         materials: BTreeMap::new(),
         objects: Vec::new(),
@@ -41,7 +42,15 @@ pub fn generate(seed: u64) -> SceneText {
         scene,
         occupied: Vec::new(),
     };
-    builder.all()
+    let mut scene = builder.all();
+    if !scene.background.is_black() {
+        // Numbers of their own, so that skies do not change the rest of the scene.
+        builder.rng = stream(seed, 1, 0);
+        if builder.chance(0.4) {
+            scene.background = Background::Sky(builder.sky());
+        }
+    }
+    scene
 }
 
 struct Generator {
@@ -94,9 +103,9 @@ impl Generator {
             self.object();
         }
         if is_open && self.chance(0.6) {
-            self.scene.background = self.colour(0.1, 1.0);
+            self.scene.background = Background::Uniform(self.colour(0.1, 1.0));
         }
-        let dark = self.scene.background == [0.0; 3] && self.scene.emitters().next().is_none();
+        let dark = self.scene.background.is_black() && self.scene.emitters().next().is_none();
         for _ in 0..usize::from(dark) + self.index(2) {
             self.lamp();
         }
@@ -106,6 +115,26 @@ impl Generator {
             scale: size,
             ..Similarity::IDENTITY
         })
+    }
+
+    /// Draws an environment map in any position, half of them with a pixel as bright as a sun.
+    fn sky(&mut self) -> Sky {
+        let height = 1 + self.index(6);
+        let mut pixels: Vec<Triple> = (0..2 * height * height)
+            .map(|_| self.colour(0.0, 1.0))
+            .collect();
+        if self.chance(0.5) {
+            let (at, factor) = (self.index(pixels.len()), self.log_between(3.0, 100.0));
+            pixels[at] = pixels[at].map(|radiance| factor * radiance);
+        }
+        let single = |x: f64| f64::from(x as f32);
+        Sky {
+            image: "sky.pfm".to_owned(),
+            up: self.direction().to_array(),
+            front: self.direction().to_array(),
+            size: [2 * height, height],
+            pixels: pixels.into_iter().map(|pixel| pixel.map(single)).collect(),
+        }
     }
 
     /// Adds a material of a random model; glass only where the shape is closed.

@@ -5,6 +5,7 @@
 //! [`reduce()`] looks for the smallest scene file that still breaks it. The program `metamorphic`
 //! hunts with all three; the trials of this module run a few fixed scenes.
 
+mod background;
 mod generate;
 mod reciprocity;
 mod reduce;
@@ -21,6 +22,7 @@ use whitefurnace::math::moments::FIXED_POINT_UNIT;
 use whitefurnace::sampling::rng::{seed_for, stream};
 use whitefurnace::scene::Scene;
 
+pub use background::{Background, Sky};
 pub use generate::generate;
 pub use reduce::reduce;
 pub use relations::{Part, RELATIONS, Relation};

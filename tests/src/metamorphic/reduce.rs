@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::background::Background;
 use super::scene::{Material, Object, SceneText};
 use super::{Case, Found};
 
@@ -45,7 +46,19 @@ fn steps(scene: &SceneText) -> Vec<SceneText> {
     for i in 0..count {
         step(&|s| drop(s.objects.remove(i)));
     }
-    step(&|s| s.background = [0.0; 3]);
+    step(&|s| s.background = Background::BLACK);
+    step(&|s| {
+        if let Background::Sky(_) = s.background {
+            s.background = Background::Uniform([1.0; 3]);
+        }
+    });
+    step(&|s| {
+        s.background.map_radiances(|radiance| {
+            if *radiance != [0.0; 3] {
+                *radiance = [1.0; 3];
+            }
+        });
+    });
     for i in 0..count {
         step(&|s| simplify(&mut s.objects[i]));
         if let Object::Mesh { faces, .. } = &scene.objects[i] {

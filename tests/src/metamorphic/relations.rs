@@ -10,6 +10,7 @@ use whitefurnace::sampling::rng::{Stream, uniform};
 
 use crate::mean_radiance::any_direction;
 
+use super::background::Background;
 use super::reciprocity::reciprocity;
 use super::scene::{Material, Object, SceneText, Similarity};
 use super::technique::{RESOLUTION, Technique};
@@ -132,12 +133,22 @@ fn pair(scene: &SceneText, changed: SceneText, technique: Technique) -> Option<[
 }
 
 fn round_trip(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {
-    pair(scene, SceneText::parse(&scene.text()).ok()?, technique)
+    let file = |_: &str| match &scene.background {
+        Background::Sky(sky) => Ok(sky.file()),
+        Background::Uniform(_) => Err("no image".to_owned()),
+    };
+    pair(
+        scene,
+        SceneText::parse(&scene.text(), file).ok()?,
+        technique,
+    )
 }
 
 fn colours(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {
     let mut turned = scene.clone();
-    turned.background.rotate_left(1);
+    turned
+        .background
+        .map_radiances(|radiance| radiance.rotate_left(1));
     for material in turned.materials.values_mut() {
         material.emission.rotate_left(1);
         for (_, value) in material.parameters.iter_mut() {
@@ -327,9 +338,9 @@ fn lamps(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec
             one
         })
         .collect();
-    if scene.background != [0.0; 3] {
+    if !scene.background.is_black() {
         alone.push(SceneText {
-            background: scene.background,
+            background: scene.background.clone(),
             ..dark
         });
     }

@@ -8,13 +8,15 @@ use whitefurnace::error::Error;
 use whitefurnace::scene::Scene;
 use whitefurnace::scene::file::Description;
 
-/// A scene file without unit, environment map, boxes, OBJ files and placements. Lengths, radiances
+use super::background::Background;
+
+/// A scene file without unit, boxes, OBJ files and placements. Lengths, radiances
 /// and angles are those of scene files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneText {
     /// Radiance of rays that hit nothing.
-    pub background: Triple,
+    pub background: Background,
     /// The camera.
     pub camera: View,
     /// Materials by name.
@@ -114,7 +116,7 @@ impl Similarity {
         translation: DVec3::ZERO,
     };
 
-    fn direction(&self, v: Triple) -> Triple {
+    pub(super) fn direction(&self, v: Triple) -> Triple {
         let [x, y, z] = (self.rotation * DVec3::from(v)).to_array();
         [if self.mirrored { -x } else { x }, y, z]
     }
@@ -129,19 +131,28 @@ impl Similarity {
 }
 
 impl SceneText {
-    /// Reads a scene file.
+    /// Reads a scene file. `file` returns the bytes of the image that it names.
     ///
     /// # Errors
-    /// The line and the message of the TOML reader.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| {
+    /// The line and the message of the TOML reader, the message of `file`, or that of the image's
+    /// reader.
+    pub fn parse(
+        text: &str,
+        file: impl FnOnce(&str) -> Result<Vec<u8>, String>,
+    ) -> Result<Self, String> {
+        let mut scene: Self = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
             let line = 1 + text.bytes().take(at).filter(|byte| *byte == b'\n').count();
             format!("line {line}: {}", error.message())
-        })
+        })?;
+        if let Background::Sky(sky) = &mut scene.background {
+            let bytes = file(&sky.image)?;
+            sky.read(&bytes)?;
+        }
+        Ok(scene)
     }
 
-    /// Returns the scene file.
+    /// Returns the scene file, without the image of its [sky](super::Sky::file).
     ///
     /// # Panics
     /// Never: all of it has a form in TOML.
@@ -149,12 +160,18 @@ impl SceneText {
         toml::to_string(self).expect("a scene in TOML")
     }
 
-    /// Reads the scene file as programs do.
+    /// Reads the scene file as programs do, but for the image of its sky.
     ///
     /// # Errors
-    /// Those of [`Description::parse`].
+    /// Those of [`Description::parse`], and [`Error::Option`] for a sky that is no environment map.
     pub fn description(&self) -> Result<Description, Error> {
-        Description::parse("scene", &self.text())
+        let without_sky = Self {
+            background: Background::BLACK,
+            ..self.clone()
+        };
+        let mut description = Description::parse("scene", &without_sky.text())?;
+        description.background = self.background.environment().map_err(Error::Option)?;
+        Ok(description)
     }
 
     /// Builds the scene as programs do.
@@ -180,6 +197,7 @@ impl SceneText {
             eye, target, up, ..
         } = &mut scene.camera;
         [*eye, *target, *up] = [by.point(*eye), by.point(*target), by.direction(*up)];
+        scene.background.transform(by);
         for object in &mut scene.objects {
             match object {
                 Object::Rectangle { corner, edges, .. } => {
@@ -216,7 +234,7 @@ impl SceneText {
     pub fn tinted(&self, factor: DVec3) -> Self {
         let mut scene = self.clone();
         let tint = |colour: &mut Triple| *colour = (DVec3::from(*colour) * factor).to_array();
-        tint(&mut scene.background);
+        scene.background.map_radiances(tint);
         scene
             .materials
             .values_mut()
