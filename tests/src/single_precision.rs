@@ -8,6 +8,7 @@
 //! It holds for samples of different pixels, too: the variance within pixels is at most that of all
 //! values.
 
+use whitefurnace::error::Error;
 use whitefurnace::film::Film;
 use whitefurnace::harness::mean::bounded_mean;
 use whitefurnace::light::emitter::LightSampling;
@@ -73,7 +74,8 @@ struct Image {
 }
 
 impl Image {
-    fn scene(&self, rounded: &Roundings) -> Arc<Scene> {
+    /// Builds the scene with its numbers rounded, which can make surfaces coincide.
+    fn scene(&self, rounded: &Roundings) -> Result<Scene, Error> {
         let mut scene = self.description.clone();
         let vector =
             |v: &mut DVec3, of: fn(f64) -> f64| *v = DVec3::from_array(v.to_array().map(of));
@@ -103,22 +105,21 @@ impl Image {
                 }
             }
         }
-        valid(scene.build())
+        scene.build()
     }
 
     fn run(&self, context: &Context, subject: &Roundings) -> Vec<Outcome> {
-        let [double, single] = [&CORRECT, subject].map(|rounded| self.scene(rounded));
+        let nothing = |name, why: &str| vec![Outcome::exact(name, 0, f64::NAN, 0.0, why)];
+        let double = valid(self.scene(&CORRECT));
+        let single = match self.scene(subject) {
+            Ok(scene) => scene,
+            Err(error) => return nothing("scene", &error.to_string()),
+        };
         let bound = (1.0 + ROUNDING) * self.most * LAMP * TINT.dot(CHANNEL_WEIGHTS);
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
-                return vec![Outcome::exact(
-                    "film",
-                    0,
-                    f64::NAN,
-                    0.0,
-                    "a radiance that no film holds",
-                )];
+                return nothing("film", "a radiance that no film holds");
             };
             for (number, (double, single)) in
                 films[0].pixels().iter().zip(films[1].pixels()).enumerate()
