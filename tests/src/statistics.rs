@@ -1,15 +1,22 @@
 //! The harness's statistics at small sizes, under a true hypothesis and under effects of known
 //! size: the subject of tests and of the experiments `calibration` and `power`.
 
+use std::sync::LazyLock;
+
 use rand_distr::{Distribution, Poisson};
 use whitefurnace::harness::chi_square::{Counts, binomial, chi_square, poisson};
 use whitefurnace::harness::convergence::variance_ratio;
+use whitefurnace::harness::directions::Precision;
+use whitefurnace::harness::directions::own_pdf::OwnPdfs;
 use whitefurnace::harness::domain::Partition;
 use whitefurnace::harness::ks::kolmogorov_smirnov;
 use whitefurnace::harness::mean::{bounded_mean, mean, mean_known_sigma, welch};
 use whitefurnace::harness::outcome::{ALPHA, Verdict};
 use whitefurnace::harness::power::Sensitivity;
+use whitefurnace::math::moments::Moments;
+use whitefurnace::sampling::rng::stream;
 
+use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 
 /// Values per replication.
@@ -77,7 +84,7 @@ fn ratio_error(scale: f64) -> f64 {
 }
 
 /// Two-sided statistics of continuous variables, whose p-values are uniform under the hypothesis.
-pub fn continuous() -> [Statistic; 6] {
+pub fn continuous() -> [Statistic; 7] {
     [
         Statistic {
             name: "z",
@@ -158,7 +165,61 @@ pub fn continuous() -> [Statistic; 6] {
             unit: ratio_error(1.0),
             sensitivity: |effect| normal(ratio_error(1.0 + effect), N as f64 - 1.0),
         },
+        Statistic {
+            name: "neighbour distances",
+            run: |rng, effect| neighbour_distances(rng, N, effect),
+            unit: neighbour_error(1e-6),
+            sensitivity: |effect| normal(neighbour_error(effect), NEIGHBOUR_BLOCKS as f64 - 1.0),
+        },
     ]
+}
+
+/// Draws among which neighbours are looked for, as few as possible.
+const NEIGHBOURS: u64 = 64;
+/// Number of blocks of so many draws that are judged; the first only decides regions.
+const NEIGHBOUR_BLOCKS: u64 = N / NEIGHBOURS - 1;
+
+/// Tests directions uniform over the sphere by their own pdf, which is too high by a fraction, as
+/// `judge --own-pdf` does: the first component of the distances to their neighbours.
+fn neighbour_distances(rng: &mut Stream, n: u64, effect: f64) -> Outcome {
+    let pdf = (1.0 + effect) * 0.25 * FRAC_1_PI;
+    let mut own = OwnPdfs::new(Precision::DOUBLE).with_block_size(NEIGHBOURS as usize);
+    for _ in 0..n {
+        own.push(Some(any_direction(rng)), pdf);
+    }
+    let outcomes = own.outcomes(0.5);
+    let component = outcomes
+        .into_iter()
+        .find(|o| o.name.starts_with("component 1"));
+    component.expect("the first component")
+}
+
+/// Returns the mean and the variance of cos πu for u = (1 − (1 + effect) W)^(m − 1), where W is the
+/// probability of being nearer than the nearest of m − 1 uniform directions.
+fn neighbour_moments(effect: f64) -> [f64; 2] {
+    const STEPS: u32 = 20_000;
+    let power = NEIGHBOURS as f64 - 1.0;
+    // W exceeds w with probability (1 − w)^(m − 1), which is uniform in [0, 1].
+    let values = (0..STEPS).map(|i| {
+        let w = 1.0 - ((f64::from(i) + 0.5) / f64::from(STEPS)).powf(power.recip());
+        (PI * (1.0 - ((1.0 + effect) * w).min(1.0)).powf(power)).cos()
+    });
+    let moments: Moments = values.collect();
+    [moments.mean(), moments.variance()]
+}
+
+/// Standard error of [`neighbour_distances`], in units of the effect. Two directions may be each
+/// other's neighbours, so that values are not independent: by how much is measured in a long run.
+fn neighbour_error(effect: f64) -> f64 {
+    static DEPENDENCE: LazyLock<f64> = LazyLock::new(|| {
+        const LONG: u64 = 2_000_000;
+        let outcome = neighbour_distances(&mut stream(0, 0, 0), LONG, 0.0);
+        let error = (outcome.estimate - outcome.reference) / outcome.value;
+        error * error * LONG as f64 / neighbour_moments(0.0)[1]
+    });
+    let [mean, variance] = neighbour_moments(effect);
+    let judged = (NEIGHBOUR_BLOCKS * NEIGHBOURS) as f64;
+    effect / mean.abs() * (*DEPENDENCE * variance / judged).sqrt()
 }
 
 /// The binomial test of a share.
@@ -210,7 +271,7 @@ fn bernstein_test() -> Statistic {
 
 /// Every kind of statistic whose power is stated, those of sums first.
 pub fn with_power() -> Vec<Statistic> {
-    let [z, t, welch, cells, distance, ratio] = continuous();
+    let [z, t, welch, cells, distance, ratio, neighbours] = continuous();
     vec![
         z,
         t,
@@ -221,6 +282,7 @@ pub fn with_power() -> Vec<Statistic> {
         distance,
         binomial_test(),
         poisson_test(),
+        neighbours,
     ]
 }
 

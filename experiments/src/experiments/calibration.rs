@@ -12,7 +12,7 @@ pub(super) const CALIBRATION: Experiment = Experiment {
     id: "calibration",
     title: "p-values of true hypotheses are uniform, stated error rates are kept (accumulates over runs)",
     headline: "p-values and stated error rates over {replications %d} replications: {holds} hold, {fails} fail",
-    version: 4,
+    version: 5,
     equations: &[],
     run,
 };

@@ -11,7 +11,7 @@ pub(super) const POWER: Experiment = Experiment {
     id: "power",
     title: "power: measured rejections against the stated curves; the registry's own, at δ",
     headline: "stated against measured power: {holds} hold, {fails} fail, {undecided} undecided",
-    version: 3,
+    version: 4,
     equations: &[&equation::ESTIMATOR],
     run,
 };
