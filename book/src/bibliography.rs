@@ -5,9 +5,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::error::{Error, Problem};
+use crate::error::Error;
 use crate::links::line;
 use crate::mathml::escape;
+use records::Problem;
 use whitefurnace::suggest::did_you_mean;
 
 #[derive(Clone, Debug, Deserialize)]

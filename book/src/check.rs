@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use mdbook_markdown::pulldown_cmark::{Event, Parser, Tag};
+use records::Problem;
 use roxmltree::Document;
 
-use crate::error::{Error, Problem};
+use crate::error::Error;
 use crate::links::{Target, line};
 
 /// Checks that every page that `SUMMARY.md` names exists.

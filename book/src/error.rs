@@ -1,41 +1,8 @@
 //! Errors of weaving: each has a file, a line where there is one, and one sentence.
 
-use std::fmt;
 use std::path::PathBuf;
 
-/// One error in the book's sources.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Problem {
-    /// File with the error.
-    pub file: PathBuf,
-    /// Its line, from 1.
-    pub line: usize,
-    /// The error and, where it can be guessed, the likely intention.
-    pub message: String,
-}
-
-impl Problem {
-    /// Returns an error at a line of a file.
-    pub fn new(file: impl Into<PathBuf>, line: usize, message: impl Into<String>) -> Self {
-        Self {
-            file: file.into(),
-            line,
-            message: message.into(),
-        }
-    }
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            out,
-            "{}:{}: {}",
-            self.file.display(),
-            self.line,
-            self.message
-        )
-    }
-}
+use records::Problem;
 
 /// Reason why no book was woven.
 #[derive(Debug, thiserror::Error)]

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `{{#eq ID}}` | an equation of the registry with its verdict, finding and source |
 //! | `{{#ref ID}}` | a link to the place that shows it |
-//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see `number::format` |
+//! | `{{#result EXPERIMENT.KEY [FORMAT]}}` | a recorded number, see [`records::number::format`] |
 //! | `{{#figure EXPERIMENT/NAME.svg "caption"}}` | a recorded figure and the command that repeats it |
 //! | `{{#code PATH ITEM...}}` | items of a source file, see `listing` |
 //! | `{{#cite KEY}}` | a link into the bibliography |
@@ -14,7 +14,7 @@
 //! | `{{#trials}}`, `{{#faults}}`, `{{#traceability}}` | tables from the registry of trials |
 //! | `{{#run}}` | a link to the page that compares the reader's own run with the record |
 //! | `{{#models}}` | the models of scene files, with their keys and ranges |
-//! | `{{#mutants}}` | tables of the recorded mutants, see [`mutants::Record`] |
+//! | `{{#mutants}}` | tables of the recorded mutants, see [`records::mutants::Record`] |
 //!
 //! The explorables' scripts in `pages/explore` compare their functions with the library's values, which
 //! are written to `explore/reference.js`.
@@ -27,6 +27,7 @@ use std::path::{Path, PathBuf};
 
 use mdbook_driver::MDBook;
 use mdbook_driver::book::{BookItem, Chapter};
+use records::results::Results;
 
 mod bibliography;
 pub mod check;
@@ -38,18 +39,15 @@ mod glossary;
 mod links;
 mod listing;
 mod mathml;
-pub mod mutants;
-pub mod number;
+mod mutants;
 mod questions;
-pub mod readme;
 mod registry;
-pub mod results;
 pub mod run;
 mod scan;
 pub mod trace;
 mod weaver;
 
-pub use error::{Error, Problem};
+pub use error::Error;
 
 /// Inputs and output of a weave.
 #[derive(Clone, Debug)]
@@ -87,7 +85,7 @@ pub fn build(options: &Options) -> Result<PathBuf, Error> {
     let book = shorten(&options.book);
     let out = std::path::absolute(&options.out).map_err(Error::io(&options.out))?;
     check_output_folder(&options.out)?;
-    let results = results::Results::load(&shorten(&options.results))?;
+    let results = load(&options.results)?;
     let own = options.run.as_deref().map(own).transpose()?;
     let bibliography = bibliography::Bibliography::load(&book.join("bibliography.toml"))?;
 
@@ -128,9 +126,14 @@ pub fn build(options: &Options) -> Result<PathBuf, Error> {
     Ok(options.out.join("index.html"))
 }
 
+/// Loads all results in a folder.
+fn load(folder: &Path) -> Result<Results, Error> {
+    Results::load(&shorten(folder)).map_err(Error::Problems)
+}
+
 /// Loads the results of a reader's own run.
-fn own(folder: &Path) -> Result<results::Results, Error> {
-    let own = results::Results::load(&shorten(folder))?;
+fn own(folder: &Path) -> Result<Results, Error> {
+    let own = load(folder)?;
     if own.all().next().is_none() {
         return Err(Error::NoRun(folder.to_owned()));
     }

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::error::Problem;
 use crate::scan::Page;
+use records::Problem;
 use whitefurnace::suggest::did_you_mean;
 
 /// A link to a heading or another id, to be checked when the pages are written.

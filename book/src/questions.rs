@@ -1,6 +1,7 @@
 //! Questions whose answers come from the recorded matrices of trials and faults: which of some
 //! trials reject a fault?
 
+use records::results::Results;
 use roxmltree::{Document, Node};
 use trials::{all, all_faults};
 use whitefurnace::harness::trial::Trial;
@@ -8,7 +9,6 @@ use whitefurnace::suggest::did_you_mean;
 
 use crate::mathml::{escape, typeset};
 use crate::registry::code;
-use crate::results::Results;
 
 /// Name of the experiment that records the matrices.
 const EXPERIMENT: &str = "faults";

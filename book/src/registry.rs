@@ -5,8 +5,8 @@ use std::path::Path;
 use trials::{all, all_faults};
 
 use crate::mathml::{escape, typeset};
-use crate::results::Results;
 use crate::trace::Sources;
+use records::results::Results;
 use whitefurnace::suggest::did_you_mean;
 
 /// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a

@@ -6,13 +6,13 @@
 
 use std::path::Path;
 
+use records::results::Results;
 use whitefurnace::equation::{ALL, Equation};
 use whitefurnace::harness::trial::Trial;
 
 use crate::check;
 use crate::error::Error;
 use crate::listing::declared;
-use crate::results::Results;
 
 /// A source file: its path from the project's folder, and its text.
 type File = (String, String);

@@ -7,17 +7,18 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use mdbook_driver::book::Book;
+use records::Problem;
+use records::mutants::Record;
+use records::number;
+use records::results::{ExperimentResult, Results};
 use whitefurnace::material::named;
 
 use crate::bibliography::Bibliography;
-use crate::error::Problem;
 use crate::glossary::{self, Entry};
 use crate::links::{Target, address, line, to_root};
 use crate::mathml::{Math, escape};
-use crate::mutants::Record;
-use crate::results::{ExperimentResult, Results};
 use crate::scan::{Directive, Page};
-use crate::{directives, equations, links, listing, number, questions, registry, run, scan};
+use crate::{directives, equations, links, listing, mutants, questions, registry, run, scan};
 
 /// Pages of the book by their contents.
 #[derive(Debug, Default)]
@@ -226,7 +227,7 @@ impl<'a> BookBuilder<'a> {
             ("models", []) => Ok(block(named::table())),
             ("run", []) => Ok(block(self.run(current.path))),
             ("mutants", []) => {
-                Record::read(self.results.folder()).map(|record| block(record.tables()))
+                Record::read(self.results.folder()).map(|record| block(mutants::tables(&record)))
             }
             ("traceability", []) => registry::traceability(
                 self.sources,

@@ -2,9 +2,9 @@
 //! line.
 
 use book::Options;
-use book::readme::with_numbers;
-use book::results::Results;
 use book::trace::Sources;
+use records::readme::with_numbers;
+use records::results::Results;
 use trials::all;
 
 #[test]

@@ -1,9 +1,10 @@
 //! Figures: their pictures, captions, numbers and sources.
 
+use records::results::ExperimentResult;
+
 use super::{BookBuilder, CurrentPage, replace};
 use crate::links::to_root;
 use crate::mathml::escape;
-use crate::results::ExperimentResult;
 use crate::{directives, scan};
 
 impl<'a> BookBuilder<'a> {

@@ -124,7 +124,7 @@ fn the_readme_shows_all_bands_of_its_picture() {
     let shown: Vec<&str> = images
         .map(|image| image.split(" align").next().unwrap_or_default())
         .collect();
-    let results = book::results::Results::load(&options.results).expect("recorded results");
+    let results = records::results::Results::load(&options.results).expect("recorded results");
     let (_, bands) = results
         .figure("fig6/physical.png")
         .expect("a recorded picture");

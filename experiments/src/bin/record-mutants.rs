@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use book::mutants::{Counts, FILE, Record};
 use clap::Parser;
 use experiments::run::cli::{self, Ending};
 use experiments::run::read_json;
 use experiments::run::record;
+use records::mutants::{Counts, FILE, Record};
 use serde::Deserialize;
 use whitefurnace::error::Error;
 

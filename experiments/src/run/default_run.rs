@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use book::run::DEFAULT_RUN;
+use records::noise::beyond_noise;
+use records::results::DEFAULT_RUN;
 use whitefurnace::error::Error;
 use whitefurnace::math::moments::Moments;
 
@@ -129,7 +130,7 @@ pub fn compare_with_record(outcomes: &[ExperimentResult]) -> Result<RecordCompar
     );
     for ours in outcomes {
         match result(&recorded_folder().join(&ours.id)) {
-            Some(recorded) => beyond.extend(book::run::beyond_noise(&recorded, ours)),
+            Some(recorded) => beyond.extend(beyond_noise(&recorded, ours)),
             None => beyond.push(format!("{}: there is no record of it", ours.id)),
         }
     }

@@ -16,8 +16,8 @@ pub mod summary;
 
 use std::path::{Path, PathBuf};
 
-pub use book::results::{ExperimentResult, Finding, Judgement};
 use clap::{Args, ValueEnum};
+pub use records::results::{ExperimentResult, Finding, Judgement};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use whitefurnace::equation::{self, Equation};

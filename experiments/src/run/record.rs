@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use book::readme::with_numbers;
+use records::readme::with_numbers;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 use whitefurnace::error::Error;
@@ -318,8 +318,10 @@ pub fn update_readme() -> Result<(), Error> {
     let folder = recorded_folder();
     let readme = folder.join("../../README.md");
     let text = std::fs::read_to_string(&readme).map_err(Error::file("read", &readme))?;
-    let results =
-        book::results::Results::load(&folder).map_err(|error| Error::Option(error.to_string()))?;
+    let results = records::results::Results::load(&folder).map_err(|problems| {
+        let lines: Vec<String> = problems.iter().map(ToString::to_string).collect();
+        Error::Option(lines.join("\n"))
+    })?;
     let text = with_numbers(&text, &results)
         .map_err(|why| Error::Option(format!("{}: {why}", readme.display())))?;
     write_atomically(&readme, |file| {

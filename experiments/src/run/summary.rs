@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use book::number;
+use records::number;
 
 use crate::run::{Experiment, ExperimentResult, Judgement};
 

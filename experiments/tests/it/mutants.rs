@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use book::mutants::{Counts, FILE, Record};
 use experiments::run::record::recorded_folder;
+use records::mutants::{Counts, FILE, Record};
 
 use crate::folder;
 

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::Cursor;
 use std::process::Command;
 
-use book::run::DEFAULT_RUN;
 use experiments::experiments::EXPERIMENTS;
 use experiments::plot::trial_cells;
 use experiments::run::record::{MAX_RECORDED_BYTES, record, recorded_folder, result};
+use records::results::DEFAULT_RUN;
 use whitefurnace::harness::mean::{Values, mean};
 use whitefurnace::harness::outcome::Claim;
 use whitefurnace::harness::trial::write_cells;

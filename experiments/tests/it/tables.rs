@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::time::Duration;
 
-use book::run::DEFAULT_RUN;
 use experiments::experiments::{EXPERIMENTS, NOT_BY_DEFAULT};
 use experiments::run::Judgement;
 use experiments::run::cli::{Ending, print_summary};
 use experiments::run::progress::state;
 use experiments::run::record::{MAX_LINE_LENGTH, recorded_folder, result, table};
 use experiments::run::summary::{LINE_WIDTH, headline, summary, verdicts};
+use records::results::DEFAULT_RUN;
 
 use crate::{folder, outcome, quick};
 

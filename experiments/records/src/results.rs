@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use whitefurnace::harness::outcome::Verdict;
-
-use crate::check::fail_if;
-use crate::error::{Error, Problem};
 use whitefurnace::suggest::did_you_mean;
+
+use crate::Problem;
+
+/// Id under which the record keeps the time of a default run, which is no experiment.
+pub const DEFAULT_RUN: &str = "default-run";
 
 /// Result of an experiment, stored as `result.json`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -106,7 +108,10 @@ pub struct Results {
 
 impl Results {
     /// Reads every `*/result.json` of `folder`; a missing folder has no results.
-    pub fn load(folder: &Path) -> Result<Self, Error> {
+    ///
+    /// # Errors
+    /// All files that cannot be read, in order.
+    pub fn load(folder: &Path) -> Result<Self, Vec<Problem>> {
         let mut results = Self {
             folder: folder.to_owned(),
             by_id: BTreeMap::new(),
@@ -114,9 +119,12 @@ impl Results {
         if !folder.exists() {
             return Ok(results);
         }
+        let unreadable = |error: std::io::Error| {
+            vec![Problem::new(folder, 1, format!("cannot be read: {error}"))]
+        };
         let mut problems = Vec::new();
-        for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
-            let entry = entry.map_err(Error::io(folder))?;
+        for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
             let file = entry.path().join("result.json");
             if !file.is_file() {
                 continue;
@@ -129,9 +137,11 @@ impl Results {
                 Err(problem) => problems.push(problem),
             }
         }
+        if problems.is_empty() {
+            return Ok(results);
+        }
         problems.sort();
-        fail_if(problems)?;
-        Ok(results)
+        Err(problems)
     }
 
     /// Returns the folder that they were read from.

@@ -1,4 +1,4 @@
-//! Formats numbers for the book.
+//! Formats of numbers in the book and the README.
 
 /// Number of significant digits without a format.
 const DIGITS: usize = 4;
