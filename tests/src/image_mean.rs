@@ -147,7 +147,7 @@ impl Passes {
 /// The outcome of passes that no film can hold.
 pub fn not_an_image() -> Vec<Outcome> {
     let worst = "a radiance that no film holds";
-    vec![Outcome::exact("image", 0, f64::NAN, 0.0, worst)]
+    vec![Outcome::exact("image", 1, f64::NAN, 0.0, worst)]
 }
 
 /// Compares the mean radiance of each region with its closed form.

@@ -109,17 +109,18 @@ impl Image {
     }
 
     fn run(&self, context: &Context, subject: &Roundings) -> Vec<Outcome> {
-        let nothing = |name, why: &str| vec![Outcome::exact(name, 0, f64::NAN, 0.0, why)];
         let double = valid(self.scene(&CORRECT));
         let single = match self.scene(subject) {
             Ok(scene) => scene,
-            Err(error) => return nothing("scene", &error.to_string()),
+            // One scene is wrong.
+            Err(error) => return vec![Outcome::exact("scene", 1, 1.0, 0.0, error.to_string())],
         };
         let bound = (1.0 + ROUNDING) * self.most * LAMP * TINT.dot(CHANNEL_WEIGHTS);
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
-                return nothing("film", "a radiance that no film holds");
+                let worst = "a radiance that no film holds";
+                return vec![Outcome::exact("film", 1, f64::NAN, 0.0, worst)];
             };
             for (number, (double, single)) in
                 films[0].pixels().iter().zip(films[1].pixels()).enumerate()
@@ -373,7 +374,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             fault!("vertices-in-bfloat", SINGLE_PRECISION, "coordinates and radii are rounded to 8 bits",
                 = Roundings { length: rounded::<BFLOAT>, ..CORRECT },
                 // The lamp comes to lie in the ceiling.
-                "images/single-precision/several-lights", "images/single-precision/report"),
+                "images/single-precision/several-lights", "images/single-precision/report: scene"),
             fault!("indices-in-bfloat", SINGLE_PRECISION, "indices of refraction are rounded to 8 bits",
                 = Roundings { index: rounded::<BFLOAT>, ..CORRECT },
                 "images/single-precision/within-glass"),
