@@ -1,6 +1,10 @@
 //! Shares of the error budget that this target uses, as data: the test of the whole budget adds
 //! them to those of the registry.
 
+/// Largest number of tests of identities on random arguments, each of which has a share: they are
+/// counted as they run.
+pub const IDENTITIES: usize = 115;
+
 /// Tests with random arguments that compare only where a ray hits or a path arrives: name, count to
 /// be exceeded, and number of checks. Each has a share of the budget, although the counts are far
 /// exceeded.

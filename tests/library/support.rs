@@ -1,9 +1,14 @@
 //! The master seed of the tests, and generators derived from it.
 
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use whitefurnace::harness::trial::Context;
 use whitefurnace::sampling::rng::{Stream, seed_for, stream};
+
+use crate::shares::IDENTITIES;
 
 /// Returns the context of the environment for the test with this name.
 pub fn context(name: &str) -> Context {
@@ -17,14 +22,33 @@ pub fn master() -> u64 {
     context("").seed
 }
 
+/// Takes a share of the error budget for the running test, which draws random arguments.
+///
+/// # Panics
+/// If more than [`IDENTITIES`] tests do.
+fn take_share() {
+    static TESTS: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    // The harness names a test's thread after it.
+    let test = std::thread::current().name().unwrap_or_default().to_owned();
+    let mut tests = TESTS.lock().unwrap_or_else(PoisonError::into_inner);
+    tests.insert(test);
+    let count = tests.len();
+    assert!(
+        count <= IDENTITIES,
+        "{count} tests have random arguments, shares::IDENTITIES is {IDENTITIES}"
+    );
+}
+
 /// Returns a test's own generator. Its output shows how to repeat the test if it fails.
 pub fn rng(name: &str) -> Stream {
+    take_share();
     println!("{}", repeat());
     stream(seed_for(master(), name), 0, 0)
 }
 
 /// Runs `check` on `cases` values of the strategy; a failure is shrunk and shown, never stored.
 pub fn property<S: Strategy>(name: &str, cases: u32, strategy: &S, check: impl Fn(S::Value)) {
+    take_share();
     let config = Config {
         cases,
         failure_persistence: None,

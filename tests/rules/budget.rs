@@ -1,7 +1,6 @@
 //! The error budget: all outcomes in `cargo test` that can fail by chance, counted.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use rayon::prelude::*;
 use trials::{all, equivalents};
@@ -10,24 +9,7 @@ use whitefurnace::harness::outcome::{ALPHA, CAPACITY, Outcome};
 use whitefurnace::harness::trial::{Context, DEFAULT_SEED, SCALES, Trial, run_trial};
 
 use crate::calibration;
-use crate::shares::{MIN_COMPARISONS, RANDOM_ASSERTIONS};
-
-/// Counts the tests of identities with random arguments, by their calls in the sources of the
-/// tests: a share each.
-fn identities(folder: &Path) -> usize {
-    let entries = std::fs::read_dir(folder).expect("the tests' sources");
-    let count = |path: &Path| {
-        if path.is_dir() {
-            return identities(path);
-        }
-        let text = std::fs::read_to_string(path).expect("a source file");
-        let calls = |line: &&str| line.contains("property(") || line.contains(" rng(");
-        text.lines().filter(calls).count()
-    };
-    entries
-        .map(|entry| count(&entry.expect("an entry").path()))
-        .sum()
-}
+use crate::shares::{IDENTITIES, MIN_COMPARISONS, RANDOM_ASSERTIONS};
 
 /// Returns the outcomes of a trial on its correct subject. Their number is the same at every scale,
 /// so the smallest is used.
@@ -79,12 +61,11 @@ fn the_error_budget_is_kept() {
         .sum::<usize>()
         + enough
         + calibration::assertions();
-    let identities = identities(&Path::new(env!("CARGO_MANIFEST_DIR")).join("library"));
-    let used = right + faults + graded + accepted + elsewhere + identities;
+    let used = right + faults + graded + accepted + elsewhere + IDENTITIES;
     let table = format!(
         "{used} shares of {CAPACITY}: {right} of the registry's correct subjects, {faults} of {rejections} \
          rejections of its faults, {graded} of graded controls of cells, {accepted} of equivalent mutants, \
-         {identities} of identities in the tests, {elsewhere} elsewhere: calibration, {RANDOM_ASSERTIONS:?}"
+         {IDENTITIES} for identities in the tests, {elsewhere} elsewhere: calibration, {RANDOM_ASSERTIONS:?}"
     );
     println!("{table}");
     assert!(used <= CAPACITY, "{table}");
