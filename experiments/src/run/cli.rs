@@ -4,6 +4,7 @@ use std::hint::black_box;
 use std::ops::RangeInclusive;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, FromArgMatches, Parser};
 use whitefurnace::error::Error;
 use whitefurnace::film::MAX_FILM_PIXELS;
@@ -96,16 +97,65 @@ pub fn parse<T: Parser>() -> T {
 
 /// Parses the command line into matches; a wrong option is handled as by [`parse`].
 pub fn matches(command: clap::Command) -> clap::ArgMatches {
-    unwrap_or_exit(allow_negative_values(command).try_get_matches())
+    matches_or_exit(command, 2)
+}
+
+/// Options of other programs, and those of this one that do the same. Words are in lower case
+/// without `-` and `_`.
+const OPTION_SYNONYMS: [(&str, &str); 7] = [
+    ("samples n s numsamples samplesperpixel samplecount", "spp"),
+    ("resolution res width height w h dimensions", "size"),
+    ("o output outfile outputfile", "out"),
+    (
+        "depth maxdepth maxbounces pathlength maxpathlength",
+        "bounces",
+    ),
+    ("integrator method algorithm renderer", "estimator"),
+    ("j t jobs numthreads cores", "threads"),
+    ("i f input file", "scene"),
+];
+
+/// Returns the option of this program that an unknown argument stands for in others, such as `--spp`
+/// for `--samples`.
+fn meant_option(error: &clap::Error, options: &[String]) -> Option<String> {
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let is_option = |name: &str| options.iter().any(|option| option == name);
+    if unknown.ends_with(".toml") && is_option("scene") {
+        return Some(format!("--scene {unknown}"));
+    }
+    let word = unknown.split('=').next()?;
+    let word: String = word.chars().filter(char::is_ascii_alphanumeric).collect();
+    let word = word.to_lowercase();
+    let (_, name) = OPTION_SYNONYMS
+        .iter()
+        .find(|(words, name)| is_option(name) && words.split(' ').any(|synonym| synonym == word))?;
+    Some(format!("--{name}"))
+}
+
+/// Parses the command line into matches, or exits with this code after one line on standard error.
+fn matches_or_exit(command: clap::Command, code: u8) -> clap::ArgMatches {
+    let command = allow_negative_values(command);
+    let options = command.get_arguments().filter_map(clap::Arg::get_long);
+    let options: Vec<String> = options.map(str::to_owned).collect();
+    let parsed = command.try_get_matches();
+    if let Err(error) = &parsed
+        && error.kind() == ErrorKind::UnknownArgument
+        && let Some(meant) = meant_option(error, &options)
+    {
+        let unknown = error.get(ContextKind::InvalidArg);
+        let unknown = unknown.map_or_else(String::new, ToString::to_string);
+        eprintln!("error: unexpected argument '{unknown}': take {meant} (see --help)");
+        std::process::exit(code.into());
+    }
+    unwrap_or_exit_with(parsed, code)
 }
 
 /// Runs a program whose verdict is its exit code: 0 to 2, and 3 after one line for bad input.
 pub fn run_with_verdict<T: Parser>(run: fn(&T) -> Result<u8, Error>) -> ExitCode {
     const BAD_INPUT: u8 = 3;
-    let matches = unwrap_or_exit_with(
-        allow_negative_values(T::command()).try_get_matches(),
-        BAD_INPUT,
-    );
+    let matches = matches_or_exit(T::command(), BAD_INPUT);
     let options = unwrap_or_exit_with(T::from_arg_matches(&matches), BAD_INPUT);
     ExitCode::from(run(&options).unwrap_or_else(|error| {
         eprintln!("error: {error}");
