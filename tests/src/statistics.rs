@@ -209,17 +209,23 @@ fn neighbour_moments(effect: f64) -> [f64; 2] {
 }
 
 /// Standard error of [`neighbour_distances`], in units of the effect. Two directions may be each
-/// other's neighbours, so that values are not independent: by how much is measured in a long run.
+/// other's neighbours, so that values are not independent: by how much is measured in long runs.
 fn neighbour_error(effect: f64) -> f64 {
-    static DEPENDENCE: LazyLock<f64> = LazyLock::new(|| {
-        const LONG: u64 = 2_000_000;
-        let outcome = neighbour_distances(&mut stream(0, 0, 0), LONG, 0.0);
-        let error = (outcome.estimate - outcome.reference) / outcome.value;
-        error * error * LONG as f64 / neighbour_moments(0.0)[1]
+    const LONG: u64 = 8_000_000;
+    /// Effects of the long runs, about those at the lowest and the highest powers.
+    const ENDS: [f64; 2] = [0.1, 0.3];
+    static DEPENDENCE: LazyLock<[f64; 2]> = LazyLock::new(|| {
+        ENDS.map(|effect| {
+            let outcome = neighbour_distances(&mut stream(0, 0, 0), LONG, effect);
+            let error = (outcome.estimate - outcome.reference) / outcome.value;
+            error * error * LONG as f64 / neighbour_moments(effect)[1]
+        })
     });
+    let [low, high] = *DEPENDENCE;
+    let dependence = low + (high - low) * (effect - ENDS[0]) / (ENDS[1] - ENDS[0]);
     let [mean, variance] = neighbour_moments(effect);
     let judged = (NEIGHBOUR_BLOCKS * NEIGHBOURS) as f64;
-    effect / mean.abs() * (*DEPENDENCE * variance / judged).sqrt()
+    effect / mean.abs() * (dependence * variance / judged).sqrt()
 }
 
 /// The binomial test of a share.
