@@ -35,10 +35,10 @@ use crate::run::signals::{install_handlers, interrupted};
 ///   metamorphic --scene out/metamorphic/a.toml --relation split --technique bdpt --seed 7
 ///                                                   test one scene file
 ///
-/// A difference counts if two looks see it, of which the second has four times as many images and
-/// other random numbers, at levels of 1e-3 and 1e-6. Each finding is written to the
-/// folder --out as a scene file, and printed with the command that shows it again. Exit codes: 0 if
-/// no relation was broken, 1 if one was, 3 for bad input.
+/// A difference counts if three looks see it, each with other random numbers and more images than
+/// the last, at levels of 1e-3, 1e-6 and 1e-6. Each finding is written to the folder --out as a
+/// scene file, and printed with the command that shows it again. Exit codes: 0 if no relation was
+/// broken, 1 if one was, 3 for bad input.
 #[derive(Parser)]
 #[command(name = "metamorphic", version, verbatim_doc_comment)]
 pub struct Metamorphic {

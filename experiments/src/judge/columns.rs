@@ -26,7 +26,11 @@ impl Columns {
         for (place, name) in names.iter().enumerate().filter(|(_, name)| *name != "-") {
             match NAMES.iter().position(|known| known == name) {
                 Some(which) if columns.places[which].replace(place).is_none() => {}
-                Some(_) => return Err(format!("the column {name} occurs twice")),
+                Some(_) => {
+                    return Err(format!(
+                        "the column {name} occurs twice: choose by --columns, with - for the others"
+                    ));
+                }
                 None => {
                     return Err(format!(
                         "no column is called {name}: there are {}, and - for ignored ones (--columns)",

@@ -189,7 +189,11 @@ fn what_is_no_sample_is_refused_in_one_line() {
     for (name, bytes, hint) in [
         ("empty.csv", &b""[..], "no samples"),
         ("names.csv", b"x,y,w\n0,0,1\n", "no column is called w"),
-        ("twice.csv", b"x,y,y\n0,0,1\n", "occurs twice"),
+        (
+            "twice.csv",
+            b"x,y,y\n0,0,1\n",
+            "occurs twice: choose by --columns",
+        ),
         (
             "words.csv",
             b"0,0,1\n0,zero,1\n",

@@ -91,11 +91,12 @@ pub fn faults() -> Vec<FaultyParts> {
         .collect()
 }
 
-/// Images of each side of a first look, and of the look that confirms a difference.
-const IMAGES: [u32; 2] = [8, 32];
-/// Levels of the two looks. A difference must be seen in both, so a right renderer fails a case with
-/// a probability of at most 1e-9.
-const LEVELS: [f64; 2] = [1e-3, 1e-6];
+/// Images of each side of a first look, and of the looks that confirm a difference. Few images may
+/// lack rare bright paths, and their spread does not show it; the last look has most of them.
+const IMAGES: [u32; 3] = [8, 32, 512];
+/// Levels of the looks. A difference must be seen in all, so a right renderer whose brightest paths
+/// are seen fails a case with a probability of at most 1e-15.
+const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-6];
 /// Differences below this fraction are rounding, by which the sides may differ; that of single
 /// precision is larger.
 const ROUNDING: f64 = 1e-3;
