@@ -74,7 +74,7 @@ pub struct Experiment {
     /// Task or question, in one line.
     pub title: &'static str,
     /// Finding, in one line: `{KEY FORMAT}` stands for a number of the run in a format of
-    /// [`book::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
+    /// [`records::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
     pub headline: &'static str,
     /// Version, raised when numbers or figures change on purpose.
     pub version: u32,
