@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use records::Problem;
 use serde::Deserialize;
+use whitefurnace::suggest::did_you_mean;
 
 use crate::error::Error;
 use crate::links::line;
 use crate::mathml::escape;
-use records::Problem;
-use whitefurnace::suggest::did_you_mean;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::scan::Page;
 use records::Problem;
 use whitefurnace::suggest::did_you_mean;
+
+use crate::scan::Page;
 
 /// A link to a heading or another id, to be checked when the pages are written.
 #[derive(Debug)]

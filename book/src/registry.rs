@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use records::results::Results;
 use trials::{all, all_faults};
+use whitefurnace::suggest::did_you_mean;
 
 use crate::mathml::{escape, typeset};
 use crate::trace::Sources;
-use records::results::Results;
-use whitefurnace::suggest::did_you_mean;
 
 /// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a
 /// number that the experiment `trials` recorded.

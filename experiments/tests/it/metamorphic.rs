@@ -71,11 +71,8 @@ fn generated_scenes_are_valid_and_of_all_kinds() {
     let mut kinds = BTreeSet::new();
     for seed in 0..120 {
         let scene = generate(seed);
-        let image = |_: &str| match &scene.background {
-            Background::Sky(sky) => Ok(sky.file()),
-            Background::Uniform(_) => Err("no image".to_owned()),
-        };
-        let read = SceneText::parse(&scene.text(), image).expect("a scene that can be read");
+        let read = SceneText::parse(&scene.text(), |_| scene.image());
+        let read = read.expect("a scene that can be read");
         assert_eq!(read, scene);
         if let Background::Sky(_) = scene.background {
             assert_read_as_file(&folder, &scene);

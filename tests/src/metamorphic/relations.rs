@@ -10,7 +10,6 @@ use whitefurnace::sampling::rng::{Stream, uniform};
 
 use crate::mean_radiance::any_direction;
 
-use super::background::Background;
 use super::reciprocity::reciprocity;
 use super::scene::{Material, Object, SceneText, Similarity};
 use super::technique::{RESOLUTION, Technique};
@@ -133,15 +132,8 @@ fn pair(scene: &SceneText, changed: SceneText, technique: Technique) -> Option<[
 }
 
 fn round_trip(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {
-    let file = |_: &str| match &scene.background {
-        Background::Sky(sky) => Ok(sky.file()),
-        Background::Uniform(_) => Err("no image".to_owned()),
-    };
-    pair(
-        scene,
-        SceneText::parse(&scene.text(), file).ok()?,
-        technique,
-    )
+    let read = SceneText::parse(&scene.text(), |_| scene.image()).ok()?;
+    pair(scene, read, technique)
 }
 
 fn colours(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {

@@ -152,7 +152,18 @@ impl SceneText {
         Ok(scene)
     }
 
-    /// Returns the scene file, without the image of its [sky](super::Sky::file).
+    /// Returns the bytes of the image that the scene file names.
+    ///
+    /// # Errors
+    /// A message if it names none.
+    pub fn image(&self) -> Result<Vec<u8>, String> {
+        match &self.background {
+            Background::Sky(sky) => Ok(sky.file()),
+            Background::Uniform(_) => Err("the scene has no image".to_owned()),
+        }
+    }
+
+    /// Returns the scene file, without its [image](Self::image).
     ///
     /// # Panics
     /// Never: all of it has a form in TOML.
