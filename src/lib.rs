@@ -101,14 +101,14 @@
 //!
 //! ```
 //! use whitefurnace::harness::trial::assert_holds;
-//! use whitefurnace::harness::welch_map::{PixelStatistics, map};
+//! use whitefurnace::harness::images::{PixelStatistics, welch_map};
 //!
 //! let (variance, count) = (vec![0.04; 12], vec![400; 12]);
 //! let images = [0.500, 0.501].map(|level| vec![level; 12]);
 //! let [a, b] = [&images[0], &images[1]]
 //!     .map(|mean| PixelStatistics { mean, variance: &variance, count: &count });
 //! // Four pixels across, judged one by one; the least p-value counts as one of twelve.
-//! assert_holds(&[map(&a, &b, 4, 1).smallest("pixels", 400)]);
+//! assert_holds(&[welch_map(&a, &b, 4, 1).smallest("pixels", 400)]);
 //! ```
 //!
 //! # Render a scene

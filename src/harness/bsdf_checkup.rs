@@ -1,5 +1,5 @@
 //! Complete check of one BSDF in one call, for any BSDF with a density, given as closures. For
-//! mirrors and glass, whose light goes into single directions, see [`super::lobe_checkup`].
+//! mirrors and glass, whose light goes into single directions, see [`check_up_lobes`].
 //!
 //! # Example: a microfacet conductor that is not ours
 //!
@@ -103,6 +103,7 @@
 //! assert_holds(&check_up(&subject, &CheckUp::default(), &context));
 //! ```
 
+mod lobes;
 mod sampled;
 mod values;
 
@@ -115,11 +116,12 @@ use super::pointwise::{
     LargestError, MIN_COSINE, ONE_MINUS_EPSILON, fuzzed_direction, fuzzed_number, inner_direction,
     uniform3,
 };
-use super::roundoff::{ARGUMENT_STEP, DOUBLE, RoundoffBounds, SINGLE, is_single_precision};
+use super::roundoff::{ARGUMENT_STEP, RoundoffBounds, unit_roundoff};
 use super::trial::Context;
 use crate::material::{Bsdf, DefaultParts, Scattering};
 use crate::math::frame::from_spherical;
 use crate::sampling::rng::Stream;
+pub use lobes::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 pub use sampled::at_direction;
 use values::{check_finite, check_reciprocity, check_weights};
 
@@ -308,6 +310,13 @@ impl Default for CheckUp {
     }
 }
 
+impl CheckUp {
+    /// Returns the bounds for the precision that is stated, or else found.
+    fn rounding(&self, find_roundoff: impl FnOnce() -> f64) -> RoundoffBounds {
+        RoundoffBounds::new(self.roundoff.unwrap_or_else(find_roundoff))
+    }
+}
+
 /// Returns the largest number of [`check_up`]'s outcomes that are random.
 pub fn assertions(size: &CheckUp) -> usize {
     2 * size.inclinations.len()
@@ -319,7 +328,7 @@ pub fn assertions(size: &CheckUp) -> usize {
 /// against its closed form and bound, and the furnace (mean weight) against the albedo by
 /// quadrature.
 pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
-    let rounding = rounding(subject, size, context);
+    let rounding = size.rounding(|| find_roundoff(subject, context));
     let size = &CheckUp {
         roundoff: Some(rounding.unit()),
         ..size.clone()
@@ -344,34 +353,27 @@ pub fn check_up(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> Vec
     outcomes
 }
 
-/// Number of pairs of directions from which a subject's precision is found.
-const PRECISION_PAIRS: usize = 400;
+/// Largest number of pairs of directions from which a subject's precision is found.
+const PRECISION_PAIRS: u64 = 400;
 
-/// Returns the bounds for the precision that is stated, or else found from the subject's values.
-fn rounding(subject: &BsdfSubject, size: &CheckUp, context: &Context) -> RoundoffBounds {
-    let found = || {
-        let rng = &mut context.rng("precision");
-        let mut quantities = [(); 7].map(|()| Vec::new());
-        for _ in 0..PRECISION_PAIRS {
-            let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
-            let stepped = wi + DVec3::splat(ARGUMENT_STEP);
-            quantities[0].push([subject.eval(wo, wi), subject.eval(wo, stepped)]);
-            quantities[1].push([subject.pdf(wo, wi), subject.pdf(wo, stepped)]);
-            let random = uniform3(rng);
-            let samples = [random, random.map(|u| u + ARGUMENT_STEP)]
-                .map(|random| subject.sample(wo, random));
-            if let [Some(a), Some(b)] = samples {
-                let values = |s: SampledDirection| [s.wi.x, s.wi.y, s.wi.z, s.weight, s.pdf];
-                for ((quantity, a), b) in quantities[2..].iter_mut().zip(values(a)).zip(values(b)) {
-                    quantity.push([a, b]);
-                }
+/// Returns the unit roundoff found from the subject's values.
+fn find_roundoff(subject: &BsdfSubject, context: &Context) -> f64 {
+    let rng = &mut context.rng("precision");
+    let mut quantities = [(); 7].map(|()| Vec::new());
+    for _ in 0..PRECISION_PAIRS {
+        let [wo, wi] = [(); 2].map(|()| inner_direction(rng, subject.transmits));
+        let stepped = wi + DVec3::splat(ARGUMENT_STEP);
+        quantities[0].push([subject.eval(wo, wi), subject.eval(wo, stepped)]);
+        quantities[1].push([subject.pdf(wo, wi), subject.pdf(wo, stepped)]);
+        let random = uniform3(rng);
+        let samples =
+            [random, random.map(|u| u + ARGUMENT_STEP)].map(|random| subject.sample(wo, random));
+        if let [Some(a), Some(b)] = samples {
+            let values = |s: SampledDirection| [s.wi.x, s.wi.y, s.wi.z, s.weight, s.pdf];
+            for ((quantity, a), b) in quantities[2..].iter_mut().zip(values(a)).zip(values(b)) {
+                quantity.push([a, b]);
             }
         }
-        if quantities.iter().any(|values| is_single_precision(values)) {
-            SINGLE
-        } else {
-            DOUBLE
-        }
-    };
-    RoundoffBounds::new(size.roundoff.unwrap_or_else(found))
+    }
+    unit_roundoff(&quantities)
 }

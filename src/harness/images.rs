@@ -41,9 +41,11 @@
 //! ```
 
 mod area_test;
+mod pixel_statistics;
 mod side;
 
 pub use area_test::{AreaKind, AreaTest};
+pub use pixel_statistics::{ImageMoments, PValueMap, PixelStatistics, image_mean, welch_map};
 pub use side::{Area, Brightest, Side};
 
 use super::mean::{MAX_SKEW_TERM, MIN_CONSTANT_VALUES, Sigma, satterthwaite};

@@ -9,9 +9,8 @@
 //! | do directions from any program follow this pdf? | [`directions`] |
 //! | does this number follow this law? | [`ks`] |
 //! | is the mean this closed form, or that other mean? | [`mean`] |
-//! | do two images agree? | [`welch_map`] |
-//! | do two sets of images agree? | [`images`] |
-//! | is this BSDF right? | [`bsdf_checkup`]; mirrors and glass: [`lobe_checkup`] |
+//! | do two images agree, or two sets of images? | [`images`] |
+//! | is this BSDF right? | [`bsdf_checkup`] |
 //! | in which precision does it compute, and what does rounding explain? | [`roundoff`] |
 //! | how fast does the error fall, and by how much is one variance below another? | [`convergence`] |
 //! | how large an effect would be detected, and how surely? | [`power`] |
@@ -53,7 +52,6 @@ pub mod guard;
 pub mod images;
 pub mod ks;
 mod level;
-pub mod lobe_checkup;
 pub mod mean;
 pub mod outcome;
 mod parallel;
@@ -64,7 +62,6 @@ mod quantiles;
 pub mod roundoff;
 pub mod tails;
 pub mod trial;
-pub mod welch_map;
 
 /// Passes an argument to a closure as another variable than the caller's own: built without
 /// `incremental`, rustc (1.95 at least) lets closures change their caller's,

@@ -34,7 +34,7 @@ const MIN_DISTINCT_VALUES: usize = 100;
 /// Returns whether a quantity is computed in single precision, from its values at different
 /// arguments, each with the value for arguments moved by [`ARGUMENT_STEP`]. Either all are numbers
 /// of single precision, or most do not change.
-pub(crate) fn is_single_precision(values: &[[f64; 2]]) -> bool {
+fn is_single_precision(values: &[[f64; 2]]) -> bool {
     let nonzero = || {
         values
             .iter()
@@ -50,6 +50,17 @@ pub(crate) fn is_single_precision(values: &[[f64; 2]]) -> bool {
             >= nonzero().count() * 9
     };
     distinct.len() >= MIN_DISTINCT_VALUES && (stored() || unchanged())
+}
+
+/// Returns the unit roundoff in which a subject computes: [`SINGLE`] if the values of one of its
+/// quantities show it, else [`DOUBLE`]. Each value stands with that for arguments moved by
+/// [`ARGUMENT_STEP`].
+pub(crate) fn unit_roundoff(quantities: &[Vec<[f64; 2]>]) -> f64 {
+    if quantities.iter().any(|values| is_single_precision(values)) {
+        SINGLE
+    } else {
+        DOUBLE
+    }
 }
 
 /// Bounds for the values of a subject that computes in some precision.

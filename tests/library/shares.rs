@@ -31,7 +31,6 @@ pub const RANDOM_ASSERTIONS: [(&str, usize); 9] = [
     // One for each table, two for negative controls, and four for identities of random paths.
     ("features", 13),
     ("single precision", 17),
-    // The examples of the library, of `harness` and of its `directions`, `bsdf_checkup` (two) and
-    // `lobe_checkup`.
+    // The examples of the library, of `harness` and of its `directions` and `bsdf_checkup` (three).
     ("documentation", 57),
 ];

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use whitefurnace::film::{Film, Pixel};
-use whitefurnace::harness::welch_map::{ImageMoments, PixelStatistics, image_mean, map};
+use whitefurnace::harness::images::{ImageMoments, PixelStatistics, image_mean, welch_map};
 use whitefurnace::integrator::{Report, Whitted};
 use whitefurnace::render::render;
 use whitefurnace::sampling::Sampling;
@@ -229,7 +229,7 @@ impl Property for SameImage {
         };
         let outcomes = || {
             let [a, b] = with_path(context, "report", &frames, &report)?;
-            let pixels = map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
+            let pixels = welch_map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // The bias of the limit on segments must not fail the test.
             let mean = same_mean("image mean", &a, &b, IMAGE).as_equivalence();
             Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])

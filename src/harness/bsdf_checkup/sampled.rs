@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use glam::DVec3;
 
-use super::{BsdfSubject, CheckUp, rounding};
+use super::{BsdfSubject, CheckUp, find_roundoff};
 use crate::harness::chi_square::{CELL_DELTA, Counts, chi_square, count};
 use crate::harness::copied;
 use crate::harness::domain::{Domain, MASS_TOLERANCE, Partition};
@@ -153,7 +153,7 @@ pub fn at_direction(
     wo: DVec3,
     degrees: f64,
 ) -> Vec<Outcome> {
-    let rounding = rounding(subject, size, context);
+    let rounding = size.rounding(|| find_roundoff(subject, context));
     let mut probes = context.rng(&format!("rounding at {degrees}"));
     let effect = RoundingEffect::new(subject, wo, rounding, || uniform3(&mut probes));
     let fine_grid = fine_grid(subject, wo, &effect);

@@ -116,9 +116,8 @@ impl<'a> SideStatistics<'a> {
     }
 
     /// Iterates over the numbers of the pixels of an area.
-    pub fn pixels_of(&self, &[x0, y0, x1, y1]: &Area) -> impl Iterator<Item = usize> + use<> {
-        let width = self.width;
-        (y0..y1).flat_map(move |y| y * width + x0..y * width + x1)
+    pub fn pixels_of(&self, area: &Area) -> impl Iterator<Item = usize> + use<> {
+        pixels_of(self.width, area)
     }
 
     pub fn area_statistics(&self, at: &Area) -> AreaStatistics {
@@ -210,6 +209,14 @@ impl<'a> SideStatistics<'a> {
 fn mean_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let first = values.clone().next().unwrap_or(f64::NAN);
     first + values.clone().map(|value| value - first).sum::<f64>() / values.count() as f64
+}
+
+/// Iterates over the numbers of the pixels of an area in an image of this width.
+pub(super) fn pixels_of(
+    width: usize,
+    &[x0, y0, x1, y1]: &Area,
+) -> impl Iterator<Item = usize> + use<> {
+    (y0..y1).flat_map(move |y| y * width + x0..y * width + x1)
 }
 
 pub(super) fn area([x0, y0, x1, y1]: &Area) -> f64 {

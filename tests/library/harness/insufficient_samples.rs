@@ -1,6 +1,6 @@
 //! Tests that no statistic says *holds* of samples that give no evidence.
 
-use whitefurnace::harness::welch_map::ImageMoments;
+use whitefurnace::harness::images::ImageMoments;
 
 use super::checkup_parts::{with_eval, with_sample};
 use super::*;
@@ -83,7 +83,7 @@ fn samples_that_say_nothing_are_undecided() {
     outcomes.extend([(0, 9), (4, 0), (4, 1), (4, 9)].map(|(pixels, n)| image(pixels, n)));
     for pixels in [0, 4] {
         let still = still(pixels, 9);
-        let map = map(&still.statistics(), &still.statistics(), 2, 1);
+        let map = welch_map(&still.statistics(), &still.statistics(), 2, 1);
         outcomes.extend([map.smallest("least", 9), map.flatness("flat", 1e3)]);
     }
     for outcome in outcomes {

@@ -15,23 +15,26 @@ mod mean;
 pub mod narrow_lobes; // BSDFs that scatter nearly all light in one direction
 mod outcome;
 pub mod own_pdf; // pdfs judged by their own samples
+mod pixel_statistics;
 mod power;
 mod quadrature;
 pub mod single_precision; // subjects that compute in f32
 mod tails;
 mod trial;
-mod welch_map;
 
 // Imports for the modules, which say `use super::*`.
-use whitefurnace::harness::bsdf_checkup::{BsdfSubject, CheckUp, Loss, SampledDirection, check_up};
+use whitefurnace::harness::bsdf_checkup::{
+    BsdfSubject, CheckUp, Lobe, LobeSample, LobeSubject, Loss, SampledDirection, check_up,
+    check_up_lobes,
+};
 use whitefurnace::harness::chi_square::{
     Counts, binomial, chi_square, count, poisson, sampler_against_partition,
 };
 use whitefurnace::harness::convergence::{slope, variance_ratio};
 use whitefurnace::harness::domain::{Domain, Partition};
 use whitefurnace::harness::guard::{fault_objection, power_objection};
+use whitefurnace::harness::images::{PixelStatistics, image_mean, welch_map};
 use whitefurnace::harness::ks::kolmogorov_smirnov;
-use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
 use whitefurnace::harness::mean::{
     MIN_CONSTANT_VALUES, Sigma, Values, bounded_mean, mean, mean_known_sigma, skewness_of_sum,
     welch, welch_satterthwaite,
@@ -43,7 +46,6 @@ use whitefurnace::harness::tails::{
     poisson_cdf, poisson_interval, poisson_sf, student_two_sided, student_upper,
 };
 use whitefurnace::harness::trial::Context;
-use whitefurnace::harness::welch_map::{PixelStatistics, image_mean, map};
 
 use crate::prelude::*;
 

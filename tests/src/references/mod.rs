@@ -9,8 +9,8 @@ pub mod cornell;
 use std::collections::HashMap;
 
 use rand::RngExt;
+use whitefurnace::harness::images::{PixelStatistics, welch_map};
 use whitefurnace::harness::mean::MIN_SYMMETRIC_VALUES;
-use whitefurnace::harness::welch_map::{PixelStatistics, map};
 use whitefurnace::sampling::rng::stream;
 use whitefurnace::sampling::sampler::{Sobol, scramble};
 use whitefurnace::sampling::warp::uniform_hemisphere;
@@ -277,7 +277,7 @@ impl Property for SameAsReference {
         };
         let mut outcomes = vec![mean("image mean", &image, theirs, claim)];
         if self.reference.tiles_are_judged {
-            outcomes.push(map(&ours, &reference, TILES, 1).smallest("tiles", n));
+            outcomes.push(welch_map(&ours, &reference, TILES, 1).smallest("tiles", n));
         }
         outcomes
     }

@@ -3,7 +3,7 @@
 //! otherwise the selection of places would depend on the result.
 
 use serde::{Deserialize, Serialize};
-use whitefurnace::harness::welch_map::{PValueMap, PixelStatistics, map};
+use whitefurnace::harness::images::{PValueMap, PixelStatistics, welch_map};
 
 use super::SIZE;
 use super::claims::{Case, Claim};
@@ -99,7 +99,7 @@ fn judged([a, b]: [&[TileSamples]; 2], width: usize, level: f64) -> (PValueMap, 
         variance,
         count,
     });
-    let mut map = map(&ours, &reference, width, 1);
+    let mut map = welch_map(&ours, &reference, width, 1);
     for (i, (a, b)) in a.iter().zip(b).enumerate() {
         // NaN is not left out, but fails.
         let number = map.p[i].is_some_and(|p| !p.is_nan());

@@ -1,6 +1,6 @@
 //! Tests of maps of Welch tests and of means of images, against their definitions on small images.
 
-use whitefurnace::harness::welch_map::{ImageMoments, PValueMap};
+use whitefurnace::harness::images::{ImageMoments, PValueMap};
 
 use super::*;
 
@@ -64,10 +64,10 @@ fn a_pixel_that_is_no_number_fails() {
         (wrong.mean[1], wrong.variance[1]) = (mean, variance);
         let [a, b] = [&wrong, &right].map(Image::statistics);
         assert_eq!(
-            map(&a, &b, 3, 1).smallest("pixels", 9).verdict(),
+            welch_map(&a, &b, 3, 1).smallest("pixels", 9).verdict(),
             Verdict::Fails
         );
-        assert_eq!(map(&b, &b, 3, 1).p[1], None);
+        assert_eq!(welch_map(&b, &b, 3, 1).p[1], None);
     }
 }
 
@@ -105,7 +105,7 @@ fn tiles_hold_their_own_pixels() {
         )
     };
     for side in [1, 2, 3, 4, 7] {
-        let found = map(&a, &b, 7, side);
+        let found = welch_map(&a, &b, 7, side);
         assert_eq!(
             (found.width, found.height),
             (7_usize.div_ceil(side), 5_usize.div_ceil(side))
@@ -158,7 +158,12 @@ fn tiles_hold_their_own_pixels() {
         (same.value, same.p, same.verdict()),
         (0.0, 1.0, Verdict::Undecided { needed: u64::MAX })
     );
-    assert!(map(&still, &still, 7, 1).p.iter().all(Option::is_none));
+    assert!(
+        welch_map(&still, &still, 7, 1)
+            .p
+            .iter()
+            .all(Option::is_none)
+    );
 }
 
 #[test]

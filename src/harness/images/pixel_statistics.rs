@@ -1,16 +1,17 @@
-//! Comparison of two images: Welch's test of the image mean, of tiles and of pixels (Jung, Hanika
-//! and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's t-test", JCGT 9(2),
-//! 2020).
+//! Welch's test of two images given by the statistics of independent pixels: the image mean, tiles
+//! and pixels (Jung, Hanika and Dachsbacher, "Detecting Bias in Monte Carlo Renderers using Welch's
+//! t-test", JCGT 9(2), 2020).
 //!
-//! Images enter as plain slices, from any renderer. Only the image mean carries a claim of
-//! equivalence: per-pixel tests are far less sensitive to a bias that is the same everywhere.
+//! Only the image mean carries a claim of equivalence: per-pixel tests are far less sensitive to a
+//! bias that is the same everywhere.
 
-use super::graded::grade;
-use super::ks::kolmogorov_smirnov;
-use super::mean::{Sigma, skewness_of_sum, welch_satterthwaite};
-use super::outcome::{ALPHA, Cell, Claim, Outcome};
-use super::power::Sensitivity;
-use super::tails::{student_two_sided, student_upper};
+use super::side::{grid, pixels_of};
+use crate::harness::graded::grade;
+use crate::harness::ks::kolmogorov_smirnov;
+use crate::harness::mean::{Sigma, skewness_of_sum, welch_satterthwaite};
+use crate::harness::outcome::{ALPHA, Cell, Claim, Outcome};
+use crate::harness::power::Sensitivity;
+use crate::harness::tails::{student_two_sided, student_upper};
 
 /// One channel of an image with the statistics of each pixel, row by row. The count is that of
 /// independent replications: whole grids where samples within a pixel are stratified.
@@ -275,17 +276,11 @@ fn segments(a: &PixelStatistics, b: &PixelStatistics) -> Vec<Cell> {
 
 /// Tests square tiles of `tile` × `tile` pixels, 1 for pixels, and returns their p-values. Tiles at
 /// the right and lower border may be smaller.
-pub fn map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) -> PValueMap {
-    let height = a.mean.len() / width;
-    let [across, down] = [width.div_ceil(tile), height.div_ceil(tile)];
-    let tiles: Vec<Difference> = (0..across * down)
-        .map(|t| {
-            let [x0, y0] = [t % across * tile, t / across * tile];
-            let pixels: Vec<usize> = (y0..(y0 + tile).min(height))
-                .flat_map(|y| (x0..(x0 + tile).min(width)).map(move |x| y * width + x))
-                .collect();
-            difference(a, b, &pixels)
-        })
+pub fn welch_map(a: &PixelStatistics, b: &PixelStatistics, width: usize, tile: usize) -> PValueMap {
+    let ([across, down], tiles) = grid([width, a.mean.len() / width], [tile; 2]);
+    let tiles: Vec<Difference> = tiles
+        .iter()
+        .map(|tile| difference(a, b, &pixels_of(width, tile).collect::<Vec<usize>>()))
         .collect();
     let p = |d: &Difference| {
         let is_degenerate = d.difference == 0.0 && d.variance == 0.0;

@@ -1,44 +1,11 @@
 //! Complete check of a BSDF whose light goes into single directions, its lobes: mirrors, glass, and
 //! choices among them.
-//!
-//! # Example: a mirror that absorbs a fifth
-//!
-//! ```
-//! use whitefurnace::glam::DVec3;
-//! use whitefurnace::harness::bsdf_checkup::{CheckUp, Loss};
-//! use whitefurnace::harness::lobe_checkup::{Lobe, LobeSample, LobeSubject, check_up_lobes};
-//! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::harness::trial::Context;
-//!
-//! let mirrored = |wo: DVec3| DVec3::new(-wo.x, -wo.y, wo.z);
-//! // A fifth of the paths ends here; the others go on with all their light.
-//! let lobes = move |wo| vec![Lobe { direction: mirrored(wo), probability: 0.8, share: 0.8 }];
-//! let sample = move |wo, [r, ..]: [f64; 3]| {
-//!     (r < 0.8).then(|| LobeSample { wi: mirrored(wo), weight: 1.0 })
-//! };
-//! let subject = LobeSubject::new(lobes, sample).loss(Loss::Declared(Box::new(|_| 0.2)));
-//! let context = Context::new(2019, 1.0).unwrap().named("my mirror");
-//! for outcome in check_up_lobes(&subject, &CheckUp::default(), &context) {
-//!     assert_eq!(outcome.verdict(), Verdict::Holds, "{}: {}", outcome.name, outcome.worst);
-//! }
-//! ```
 
-use glam::DVec3;
-
-use super::bsdf_checkup::{CheckUp, Loss};
-use super::chi_square::{CELL_DELTA, binomial};
-use super::copied;
-use super::mean::{Values, mean};
-use super::outcome::{Claim, Outcome};
-use super::pointwise::{
-    LargestError, MIN_COSINE, fuzzed_direction, fuzzed_number, inner_direction, uniform3,
-};
-use super::roundoff::{
-    ARGUMENT_STEP, DOUBLE, MAX_ROUNDING_ERROR, RoundoffBounds, SINGLE, is_single_precision,
-};
-use super::trial::Context;
-use crate::math::frame::from_spherical;
-use crate::sampling::rng::Stream;
+use super::*;
+use crate::harness::chi_square::{CELL_DELTA, binomial};
+use crate::harness::mean::{Values, mean};
+use crate::harness::outcome::Claim;
+use crate::harness::roundoff::MAX_ROUNDING_ERROR;
 
 /// One direction of scattering for some wo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +29,7 @@ pub struct LobeSample {
 }
 
 type Lobes = Box<dyn Fn(DVec3) -> Vec<Lobe> + Send + Sync>;
-type Sample = Box<dyn Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync>;
+type SampleLobe = Box<dyn Fn(DVec3, [f64; 3]) -> Option<LobeSample> + Send + Sync>;
 
 /// A BSDF of lobes under trial, one colour channel. Directions are local unit vectors that point
 /// away from the surface; the normal is z.
@@ -70,7 +37,7 @@ pub struct LobeSubject {
     /// Lobes for wo, derived independently of the sampler; lobes of probability 0 may be omitted.
     pub lobes: Lobes,
     /// Picks a lobe for wo from three uniform numbers in [0, 1).
-    pub sample: Sample,
+    pub sample: SampleLobe,
     /// Whether light may leave through the other side; wo then comes from both.
     pub transmits: bool,
     /// How many samples the sampler may lose.
@@ -174,44 +141,29 @@ impl RoundedSubject<'_> {
     }
 }
 
-/// Returns the bounds for the precision that is stated, or else found from the subject's values.
-fn rounding(subject: &LobeSubject, size: &CheckUp, context: &Context) -> RoundoffBounds {
-    let found = || {
-        let rng: &mut Stream = &mut context.rng("precision");
-        let mut quantities: [Vec<[f64; 2]>; 6] = Default::default();
-        for _ in 0..size.pairs.min(PRECISION_DIRECTIONS) {
-            let wo = inner_direction(rng, subject.transmits);
-            let stepped = wo + DVec3::splat(ARGUMENT_STEP);
-            for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(stepped)) {
-                let values = |l: &Lobe| {
-                    [
-                        l.direction.x,
-                        l.direction.y,
-                        l.direction.z,
-                        l.probability,
-                        l.share,
-                    ]
-                };
-                for ((quantity, a), b) in quantities.iter_mut().zip(values(a)).zip(values(b)) {
-                    quantity.push([a, b]);
-                }
-            }
-            let random = uniform3(rng);
-            if let [Some(a), Some(b)] = [wo, stepped].map(|wo| subject.sample(wo, random)) {
-                quantities[5].push([a.wi.x, b.wi.x]);
+/// Returns the unit roundoff found from the subject's values.
+fn find_roundoff(subject: &LobeSubject, size: &CheckUp, context: &Context) -> f64 {
+    let rng: &mut Stream = &mut context.rng("precision");
+    let mut quantities: [Vec<[f64; 2]>; 6] = Default::default();
+    for _ in 0..size.pairs.min(PRECISION_PAIRS) {
+        let wo = inner_direction(rng, subject.transmits);
+        let stepped = wo + DVec3::splat(ARGUMENT_STEP);
+        for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(stepped)) {
+            let values = |l: &Lobe| {
+                let [x, y, z] = l.direction.to_array();
+                [x, y, z, l.probability, l.share]
+            };
+            for ((quantity, a), b) in quantities.iter_mut().zip(values(a)).zip(values(b)) {
+                quantity.push([a, b]);
             }
         }
-        if quantities.iter().any(|values| is_single_precision(values)) {
-            SINGLE
-        } else {
-            DOUBLE
+        let random = uniform3(rng);
+        if let [Some(a), Some(b)] = [wo, stepped].map(|wo| subject.sample(wo, random)) {
+            quantities[5].push([a.wi.x, b.wi.x]);
         }
-    };
-    RoundoffBounds::new(size.roundoff.unwrap_or_else(found))
+    }
+    unit_roundoff(&quantities)
 }
-
-/// Number of directions from which a subject's precision is found.
-const PRECISION_DIRECTIONS: u64 = 400;
 
 /// Checks all that can be asked of a BSDF of lobes without a scene. Pointwise, on random
 /// directions: no NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to
@@ -219,10 +171,33 @@ const PRECISION_DIRECTIONS: u64 = 400;
 /// back to wo from every lobe's direction, as light paths are reversible; shares within the energy
 /// bound. Then for each inclination of `size` (on both sides, if it transmits) a binomial test of
 /// every lobe's probability, and the furnace: the mean weight is the sum of the shares.
+///
+/// # Example: a mirror that absorbs a fifth
+///
+/// ```
+/// use whitefurnace::glam::DVec3;
+/// use whitefurnace::harness::bsdf_checkup::{
+///     CheckUp, Lobe, LobeSample, LobeSubject, Loss, check_up_lobes,
+/// };
+/// use whitefurnace::harness::outcome::Verdict;
+/// use whitefurnace::harness::trial::Context;
+///
+/// let mirrored = |wo: DVec3| DVec3::new(-wo.x, -wo.y, wo.z);
+/// // A fifth of the paths ends here; the others go on with all their light.
+/// let lobes = move |wo| vec![Lobe { direction: mirrored(wo), probability: 0.8, share: 0.8 }];
+/// let sample = move |wo, [r, ..]: [f64; 3]| {
+///     (r < 0.8).then(|| LobeSample { wi: mirrored(wo), weight: 1.0 })
+/// };
+/// let subject = LobeSubject::new(lobes, sample).loss(Loss::Declared(Box::new(|_| 0.2)));
+/// let context = Context::new(2019, 1.0).unwrap().named("my mirror");
+/// for outcome in check_up_lobes(&subject, &CheckUp::default(), &context) {
+///     assert_eq!(outcome.verdict(), Verdict::Holds, "{}: {}", outcome.name, outcome.worst);
+/// }
+/// ```
 pub fn check_up_lobes(subject: &LobeSubject, size: &CheckUp, context: &Context) -> Vec<Outcome> {
     let rounded = RoundedSubject {
         subject,
-        rounding: rounding(subject, size, context),
+        rounding: size.rounding(|| find_roundoff(subject, size, context)),
     };
     let mut outcomes = vec![check_finite(&rounded, size, context)];
     outcomes.extend(check_pointwise(&rounded, size, context));
