@@ -2,7 +2,7 @@
 
 use whitefurnace::render::adaptive::REPLICATIONS;
 
-use super::scrambles::claim_gain;
+use super::variants::{Variant, claim_gain};
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName};
 
@@ -19,9 +19,6 @@ pub(super) const ADAPTIVE: Experiment = Experiment {
 const SAMPLES: u32 = 128;
 const WITH_PILOT: u32 = SAMPLES + REPLICATIONS;
 
-/// Number of films whose spread is one estimate of the variance.
-const GROUP: usize = 4;
-
 /// Scenes, with one claim each.
 const ROOMS: [SceneName; 3] = [
     SceneName::Report,
@@ -34,44 +31,28 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut shown = Vec::new();
     for scene in ROOMS {
         let room = name(scene);
-        let film = |adaptive, k: usize| {
-            let spp = if adaptive == AdaptiveName::Yes {
-                SAMPLES
-            } else {
-                WITH_PILOT
-            };
-            let (sampler, silhouettes, size) =
-                (SamplerName::Sobol, SilhouettesName::Yes, [128, 96]);
-            let job = Job {
+        let variant = |adaptive, spp| Variant {
+            label: format!("{room}, {adaptive:?}"),
+            bar: room.clone(),
+            job: Job {
                 scene: scene.into(),
-                sampler,
-                silhouettes,
+                sampler: SamplerName::Sobol,
+                silhouettes: SilhouettesName::Yes,
                 spp,
                 adaptive,
-                size,
+                size: [128, 96],
                 ..Job::default()
-            };
-            let seed = seed_for(run.seed(), &format!("{room}, {adaptive:?} {k}"));
-            Job {
-                seed,
-                ..run.with_run_options(job)
-            }
-            .render(&room)?
-            .into_complete()
+            },
         };
-        let mut variances = [Moments::default(); 2];
-        for (variances, adaptive) in variances
-            .iter_mut()
-            .zip([AdaptiveName::No, AdaptiveName::Yes])
-        {
-            for group in 0..groups {
-                let films = (0..GROUP)
-                    .map(|k| film(adaptive, GROUP * group + k))
-                    .collect::<Result<Vec<_>, _>>()?;
-                variances.push(variance(&films));
-            }
-        }
-        shown.push(samples(&room, &film(AdaptiveName::Yes, 0)?));
+        let variants = [
+            variant(AdaptiveName::No, WITH_PILOT),
+            variant(AdaptiveName::Yes, SAMPLES),
+        ];
+        let variances = [
+            variants[0].render(run, groups)?.variance,
+            variants[1].render(run, groups)?.variance,
+        ];
+        shown.push(samples(&room, &variants[1].film(run, 0)?));
         let level = FAMILYWISE_LEVEL / ROOMS.len() as f64;
         let gain = claim_gain(
             run,
@@ -90,22 +71,6 @@ fn run(run: &mut Run) -> Result<(), Error> {
         2,
         &shown,
     )
-}
-
-/// Returns the mean over pixels and channels of the variance among films.
-pub(super) fn variance(films: &[Film]) -> f64 {
-    let pixels = films[0].pixels().len();
-    let of = |at: usize, channel: usize| {
-        films
-            .iter()
-            .map(|film| film.pixels()[at].mean()[channel])
-            .collect::<Moments>()
-            .variance()
-    };
-    (0..pixels)
-        .map(|at| (0..3).map(|channel| of(at, channel)).sum::<f64>())
-        .sum::<f64>()
-        / (3.0 * pixels as f64)
 }
 
 /// Returns a map of the numbers of samples of a film's pixels.

@@ -35,6 +35,7 @@ mod speed;
 pub mod suite_seeds;
 mod symptoms;
 mod trials;
+mod variants;
 mod watertight;
 
 use crate::run::Experiment;

@@ -1,6 +1,7 @@
 //! Number of scrambles that share a pixel's samples: the gain of long sequences against the quality
 //! of error bars from few of them.
 
+use super::variants::{GROUP, Variant, claim_gain, judge_above};
 use crate::experiments::prelude::*;
 use crate::render::SamplerName;
 
@@ -23,9 +24,6 @@ const LEVEL: f64 = 0.9;
 /// Largest loss of coverage, compared with intervals of independent samples, at which error bars
 /// count as honest.
 const MARGIN: f64 = 0.05;
-
-/// Number of films, each of which is compared with the mean of the others.
-const GROUP: usize = 4;
 
 /// Results of films of one room with a number of scrambles, a value for each group of films.
 struct RoomResult {
@@ -97,28 +95,21 @@ fn run(run: &mut Run) -> Result<(), Error> {
         let room = name(scene);
         let mut found = Vec::new();
         for scrambles in COUNTS {
-            let film = |k| {
-                let seed = seed_for(
-                    run.seed(),
-                    &format!("{room}, {scrambles} scrambles, film {k}"),
-                );
-                let (sampler, scrambles, spp) = (SamplerName::Sobol, Some(scrambles), SAMPLES);
-                let job = Job {
+            let variant = Variant {
+                label: format!("{room}, {scrambles} scrambles, film"),
+                bar: room.clone(),
+                job: Job {
                     scene: scene.into(),
-                    sampler,
-                    scrambles,
-                    spp,
+                    sampler: SamplerName::Sobol,
+                    scrambles: Some(scrambles),
+                    spp: SAMPLES,
                     size: [32, 24],
                     ..Job::default()
-                };
-                Job {
-                    seed,
-                    ..run.with_run_options(job)
-                }
-                .render(&format!("{room}, {k}"))?
-                .into_complete()
+                },
             };
-            let films = (0..films).map(film).collect::<Result<Vec<_>, _>>()?;
+            let films = (0..films)
+                .map(|k| variant.film(run, k))
+                .collect::<Result<Vec<_>, _>>()?;
             found.push(RoomResult::of(&films, scrambles));
         }
         let [.., independent] = &found[..] else {
@@ -235,36 +226,4 @@ fn judge(run: &mut Run, room: &str, ours: &RoomResult, independent: &RoomResult)
         value,
         verdict,
     );
-}
-
-/// Returns the first mean over the second, and the half width of its logarithm's interval at a
-/// level.
-pub(super) fn ratio_interval([a, b]: [&Moments; 2], level: f64) -> (f64, f64) {
-    let relative = |m: &Moments| m.standard_error() / m.mean();
-    let critical = student_upper(level / 2.0, a.count() as f64 - 1.0);
-    (
-        a.mean() / b.mean(),
-        critical * relative(a).hypot(relative(b)),
-    )
-}
-
-/// Claims that the second of two variances is smaller; returns the ratio of the first to the
-/// second.
-pub(super) fn claim_gain(run: &mut Run, what: &str, variances: [&Moments; 2], level: f64) -> f64 {
-    let (gain, half) = ratio_interval(variances, level);
-    let [low, high] = [-half, half].map(|off| gain * off.exp());
-    let value = format!("variance {gain:.2} times smaller, interval [{low:.2}, {high:.2}]");
-    run.claim(what, value, judge_above([low, high], 1.0));
-    gain
-}
-
-/// Judges whether a value with this confidence interval lies above a limit.
-pub(super) fn judge_above([low, high]: [f64; 2], limit: f64) -> Judgement {
-    if low > limit {
-        Judgement::Holds
-    } else if high < limit {
-        Judgement::Fails
-    } else {
-        Judgement::Undecided
-    }
 }

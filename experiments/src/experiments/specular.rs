@@ -1,8 +1,7 @@
 //! Variance reduction by specular next-event estimation through mirrors and glass spheres, and
 //! equality of the means.
 
-use super::adaptive::variance;
-use super::scrambles::{claim_gain, judge_above, ratio_interval};
+use super::variants::{Variant, VariantResult, claim_gain, judge_above, ratio_interval};
 use crate::experiments::prelude::*;
 use crate::render::{AdaptiveName, SamplerName, SilhouettesName, SpecularNeeName};
 
@@ -17,8 +16,6 @@ pub(super) const SPECULAR: Experiment = Experiment {
 
 /// Samples per pixel, by tier.
 const SAMPLES: [u32; 2] = [32, 128];
-/// Number of films whose spread is one estimate of the variance.
-const GROUP: usize = 4;
 /// Relative margins of the means, by tier.
 const MARGINS: [f64; 2] = [0.005, 0.001];
 
@@ -37,53 +34,38 @@ fn run(run: &mut Run) -> Result<(), Error> {
             ..Job::default()
         }
     };
-    let films = |run: &Run, way: SpecularNeeName, group: usize| {
-        let film = |k: usize| {
-            let seed = seed_for(run.seed(), &format!("{way:?} {}", GROUP * group + k));
-            Job {
-                seed,
-                ..run.with_run_options(job(way, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]))
-            }
-            .render(&name(way))?
-            .into_complete()
-        };
-        (0..GROUP).map(film).collect::<Result<Vec<_>, Error>>()
-    };
-    let display = Job::default().display(0.0);
-    let (mut variances, mut means) = ([Moments::default(); 2], [Moments::default(); 2]);
-    for (i, (way, file)) in [
+    let mut results = Vec::new();
+    for (specular_nee, file) in [
         (SpecularNeeName::No, "without.png"),
         (SpecularNeeName::Yes, "with.png"),
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        for group in 0..groups {
-            let films = films(run, way, group)?;
-            films.iter().for_each(|film| means[i].push(film.mean()));
-            variances[i].push(variance(&films));
-        }
+    ] {
+        let variant = Variant {
+            label: format!("{specular_nee:?}"),
+            bar: name(specular_nee),
+            job: job(specular_nee, run.by_tier(SAMPLES[0], SAMPLES[1]), [128, 96]),
+        };
+        results.push(variant.render(run, groups)?);
         let shown = run
-            .with_run_options(job(way, 16, run.by_tier([128, 96], [256, 192])))
+            .with_run_options(job(specular_nee, 16, run.by_tier([128, 96], [256, 192])))
             .render(file)?
             .into_complete()?;
-        write_png(&run.figure(file), &shown, display, 2)?;
+        write_png(&run.figure(file), &shown, Job::default().display(0.0), 2)?;
     }
     let level = FAMILYWISE_LEVEL / 2.0;
     let gain = claim_gain(
         run,
         "shadow rays by way of mirrors and glass gain",
-        variances.each_ref(),
+        [&results[0].variance, &results[1].variance],
         level,
     );
     run.number("gain", gain);
-    same(run, &means, level);
+    same(run, &results[0], &results[1], level);
     Ok(())
 }
 
 /// Claims that the means are equal within the margin.
-fn same(run: &mut Run, [without, with]: &[Moments; 2], level: f64) {
-    let (quotient, half) = ratio_interval([with, without], level);
+fn same(run: &mut Run, without: &VariantResult, with: &VariantResult, level: f64) {
+    let (quotient, half) = ratio_interval([&with.mean, &without.mean], level);
     let apart = quotient - 1.0;
     run.number("apart", apart);
     run.number("half-width", half);
