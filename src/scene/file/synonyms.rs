@@ -66,7 +66,7 @@ const SYNONYMS: [(&str, &[&str]); 32] = [
 ];
 
 /// Words without an equivalent here, with advice.
-const ADVICE: [(&str, &str); 7] = [
+const ADVICE: [(&str, &str); 8] = [
     (
         "plastic roughplastic principled disney uber pbr phong blinn blinnphong coated standard",
         "no model has a coat: take \"lambert\" or \"eon\" for the body, \"ggx\" for metal",
@@ -91,6 +91,10 @@ const ADVICE: [(&str, &str); 7] = [
     (
         "ply stl gltf glb fbx usd wavefront",
         "convert the file to Wavefront OBJ and take \"obj\"",
+    ),
+    (
+        "file filename path src url obj",
+        "take shape = \"obj\", which reads a file; \"vertices\" and \"faces\" stand in the scene",
     ),
 ];
 
