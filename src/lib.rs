@@ -126,7 +126,7 @@
 //! # fn main() -> Result<(), whitefurnace::error::Error> {
 //! let sampling = Sampling {
 //!     pixel: PixelSampling::Random,
-//!     numbers: SamplerKind::Independent,
+//!     sampler: SamplerKind::Independent,
 //!     seed: 1,
 //!     silhouettes: false,
 //! };

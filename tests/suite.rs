@@ -25,7 +25,7 @@ fn report(result: Result<Vec<Row>, String>) -> Result<(), Failed> {
     }
 }
 
-/// Returns a message for each outcome of a trial that no fault must be rejected by; `found` is the
+/// Returns a message for each outcome of a trial that no fault is required to fail; `found` is the
 /// trial on its correct subject. In trials with random outcomes the exact ones are left out, as
 /// they have tests of their own.
 fn without_fault(trial: &Trial, found: &[Row]) -> String {
@@ -42,7 +42,7 @@ fn without_fault(trial: &Trial, found: &[Row]) -> String {
         .filter(|outcome| !names.contains(outcome.name.as_str()))
         .map(|outcome| {
             format!(
-                "{}: no fault has to be rejected by its outcome {}\n",
+                "{}: no fault is required to fail its outcome {}\n",
                 trial.name, outcome.name
             )
         })

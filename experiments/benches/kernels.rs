@@ -264,8 +264,8 @@ macro_rules! at_once {
             #[divan::bench]
             fn fresnel_reflectance(bencher: Bencher) {
                 bench(bencher, numbers(square), |&[cosine, side]| {
-                    let n2 = <$number>::choose(
-                        side.below(<$number>::splat(0.5)),
+                    let n2 = <$number as Real>::select(
+                        side.cmplt(<$number>::splat(0.5)),
                         <$number>::splat(1.0),
                         <$number>::splat(1.5),
                     );

@@ -26,7 +26,7 @@ fn images(renderer: &Path, seeds: std::ops::Range<u64>) -> Result<Vec<Vec<f64>>,
         .map(|seed| {
             let sampling = Sampling {
                 pixel: PixelSampling::Random,
-                numbers: SamplerKind::Independent,
+                sampler: SamplerKind::Independent,
                 seed,
                 silhouettes: false,
             };

@@ -36,7 +36,7 @@ SAMPLERS = ["multijitter", "independent"]
 # error bars, and Mitsuba's method with no more than it has; all of them in double and in single precision.
 OURS = {"default": [], "independent": ["--sampler", "independent"], "one-scramble": ["--scrambles", "1"],
         "plain": ["--sampler", "independent", "--specular-nee", "no", "--silhouettes", "no"]}
-OURS |= {f"single-{name}": [*options, "--engine", "single"] for name, options in OURS.items()}
+OURS |= {f"single-{name}": [*options, "--precision", "single"] for name, options in OURS.items()}
 # The room with what both renderers have.
 OPTIONS = {"report": ["--diffuse", "lambert"]}
 

@@ -81,12 +81,12 @@ impl Hull {
     #[inline]
     pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
-        self.slabs.iter().fold(zero.equals(zero), |within, slab| {
+        self.slabs.iter().fold(zero.cmpeq(zero), |within, slab| {
             let height = V::splat_vector(slab.normal).dot(point);
             let margin =
                 V::Real::by_precision(slab.offset / 4.0, slab.offset * (SINGLE_MARGIN / OFFSET));
             let [above, below] = slab.ends.map(|end| V::Real::splat(end) - margin);
-            within & height.below(above) & (-height).below(below)
+            within & height.cmplt(above) & (-height).cmplt(below)
         })
     }
 }

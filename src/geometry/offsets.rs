@@ -82,7 +82,7 @@ pub(crate) fn inner_point<V: Vector>(
     weights: [V::Real; 3],
     margin: V::Real,
 ) -> V {
-    let weights = weights.map(|weight| weight.at_least(margin));
+    let weights = weights.map(|weight| weight.maximum(margin));
     let scale = (weights[0] + weights[1] + weights[2]).recip();
     (a * weights[0] + b * weights[1] + c * weights[2]) * scale
 }

@@ -6,7 +6,7 @@ use crate::math::real::{Real, Vector};
 /// surface.
 #[inline]
 pub fn cosine<V: Vector>(normal: V, direction: V) -> V::Real {
-    normal.dot(direction).at_least(V::Real::splat(0.0))
+    normal.dot(direction).maximum(V::Real::splat(0.0))
 }
 
 /// Returns the integrand of (8) divided by the pdf of its direction, f_r L cos θ / p:

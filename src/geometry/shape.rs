@@ -101,7 +101,7 @@ pub fn sphere_roots<V: Vector>(
     // Both times a, so that a miss costs no division.
     let to_line = o_c * a - ray.direction * half;
     let radicand = (a * radius) * (a * radius) - to_line.length_squared();
-    let meets = !radicand.below(zero);
+    let meets = !radicand.cmplt(zero);
     if !meets.any() {
         return ([V::Real::splat(f64::NAN); 2], meets);
     }
@@ -109,13 +109,13 @@ pub fn sphere_roots<V: Vector>(
     let far = -half - (radicand * inverse).sqrt().copysign(half);
     // The product of the roots is (‖o − c‖² − r²)/a.
     let product = o_c.length_squared() - radius * radius;
-    let at_origin = far.equals(zero);
-    let [p, q] = [product / far, far * inverse].map(|root| V::Real::choose(at_origin, zero, root));
-    let in_order = !q.below(p);
+    let at_origin = far.cmpeq(zero);
+    let [p, q] = [product / far, far * inverse].map(|root| V::Real::select(at_origin, zero, root));
+    let in_order = !q.cmplt(p);
     (
         [
-            V::Real::choose(in_order, p, q),
-            V::Real::choose(in_order, q, p),
+            V::Real::select(in_order, p, q),
+            V::Real::select(in_order, q, p),
         ],
         meets,
     )
@@ -170,16 +170,16 @@ impl Sphere {
         }
         let [[.., o], [.., d]] = [ray.origin.components(), ray.direction.components()];
         let [near, far] = roots.map(|t| {
-            let ahead = t.above(V::Real::splat(0.0)) & meets;
+            let ahead = t.cmpgt(V::Real::splat(0.0)) & meets;
             if self.zone == WHOLE {
-                return V::Real::choose(ahead, t, none);
+                return V::Real::select(ahead, t, none);
             }
             let z = o + t * d - self.centre.z;
             let in_zone =
-                !z.below(V::Real::splat(self.zone[0])) & z.below(V::Real::splat(self.zone[1]));
-            V::Real::choose(ahead & in_zone, t, none)
+                !z.cmplt(V::Real::splat(self.zone[0])) & z.cmplt(V::Real::splat(self.zone[1]));
+            V::Real::select(ahead & in_zone, t, none)
         });
-        near.at_most(far)
+        near.minimum(far)
     }
 
     /// Returns the nearest distance in (0, `t_max`) at which the ray meets the zone.

@@ -214,7 +214,7 @@ impl<V: Vector> VisibleCap<V> {
         let cosine = ((distance - radius) * (distance + radius)).sqrt() / distance;
         // 2π(1 − cos), without its cancellation.
         let solid_angle = sine * TAU * sine / (cosine + 1.0);
-        let exists = distance.above(all(radius)) & solid_angle.above(all(MIN_SOLID_ANGLE));
+        let exists = distance.cmpgt(all(radius)) & solid_angle.cmpgt(all(MIN_SOLID_ANGLE));
         let frame = Frame::new(to_point * distance.recip());
         Some((
             Self {
@@ -238,11 +238,11 @@ impl<V: Vector> VisibleCap<V> {
         let square = r1 * (V::Real::splat(2.0) - one_minus_cos) / (cosine + 1.0);
         let (ratio, rest) = (
             square.sqrt(),
-            (one - square).at_least(V::Real::splat(0.0)).sqrt(),
+            (one - square).maximum(V::Real::splat(0.0)).sqrt(),
         );
         // The angle at the centre is the arc sine of that ratio minus θ.
         let (sin_theta, cos_theta) = (ratio * sine, one - one_minus_cos);
-        let sin = (ratio * cos_theta - rest * sin_theta).at_least(V::Real::splat(0.0));
+        let sin = (ratio * cos_theta - rest * sin_theta).maximum(V::Real::splat(0.0));
         let cos = rest * cos_theta + ratio * sin_theta;
         let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
         let normal = self.frame.world(V::of([sin * cos_phi, sin * sin_phi, cos]));

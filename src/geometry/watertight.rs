@@ -85,8 +85,8 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
     #[inline(always)]
     pub fn hit_within(&self, [u, v, w]: [R; 3], depths: [R; 3]) -> TriangleHit<R> {
         let (zero, none) = (R::splat(0.0), R::splat(f64::INFINITY));
-        let [lowest, highest] = [u.at_most(v).at_most(w), u.at_least(v).at_least(w)];
-        let inside = !(lowest.below(zero) & highest.above(zero));
+        let [lowest, highest] = [u.minimum(v).minimum(w), u.maximum(v).maximum(w)];
+        let inside = !(lowest.cmplt(zero) & highest.cmpgt(zero));
         if !inside.any() {
             return TriangleHit {
                 t: none,
@@ -100,17 +100,17 @@ impl<R: Real, A: Axes<R>> Shear<R, A> {
             self.distance(weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2]);
         let farthest = depths[0]
             .abs()
-            .at_least(depths[1].abs())
-            .at_least(depths[2].abs());
-        let ahead = t.above(
+            .maximum(depths[1].abs())
+            .maximum(depths[2].abs());
+        let ahead = t.cmpgt(
             self.distance(
                 farthest * R::by_precision(MIN_RELATIVE_DISTANCE, SINGLE_MIN_RELATIVE_DISTANCE),
             )
             .abs(),
         );
-        let hit = inside & !determinant.equals(zero) & ahead;
+        let hit = inside & !determinant.cmpeq(zero) & ahead;
         TriangleHit {
-            t: R::choose(hit, t, none),
+            t: R::select(hit, t, none),
             weights,
         }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::direct_light::{ShadowRays, direct_light, light_sampling_pdf};
-use super::particle::{ParticleEvent, connect_to_eye, importance_per_particle, particles};
+use super::particle::{ParticleEvent, camera_pdf_per_particle, connect_to_eye, particles};
 use super::strategies::{Bidirectional, Density, FullPath, PathVertex};
 use super::walk::{PendingWalk, WalkEvent, WalkHit, in_batches, trace_walks};
 use super::{DefaultParts, ImageEstimator, PathParts};
@@ -75,7 +75,7 @@ struct Pair<'a> {
     light: Vec<PathVertex<'a>>,
     /// Vertices of the eye path.
     eye: Vec<PathVertex<'a>>,
-    importance: f64,
+    camera_pdf: f64,
     radiance: DVec3,
 }
 
@@ -130,7 +130,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                     pixel,
                     light,
                     eye,
-                    importance: 0.0,
+                    camera_pdf: 0.0,
                     radiance: DVec3::ZERO,
                 },
                 rng,
@@ -165,7 +165,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             let [x, y] = uniform2(&mut rng);
             let [column, row] = item.pixel.map(f64::from);
             let ray = scene.camera().ray(resolution, column + x, row + y);
-            item.importance = importance_per_particle(parts, scene, resolution, ray.direction);
+            item.camera_pdf = camera_pdf_per_particle(parts, scene, resolution, ray.direction);
             PendingWalk {
                 item,
                 ray: Some(ray),
@@ -178,7 +178,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                 let Pair {
                     light,
                     eye: vertices,
-                    importance,
+                    camera_pdf,
                     ..
                 } = pair;
                 vertices.push(step.path_vertex(*at, DVec3::ZERO).after(parts, vertices));
@@ -186,7 +186,7 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
                     light,
                     eye: vertices,
                     origin: eye,
-                    importance: *importance,
+                    camera_pdf: *camera_pdf,
                 };
                 let found = self.found(scene, step, at, path, &mut densities, rng);
                 pair.radiance += step.throughput * step.factor * found;
@@ -233,12 +233,12 @@ impl<P: PathParts + Bidirectional> Bdpt<P> {
             });
         }
         if let Some(splat) = connect_to_eye(&self.parts, scene, resolution, light_vertex) {
-            let (origin, importance) = (scene.camera().eye, splat.importance);
+            let (origin, camera_pdf) = (scene.camera().eye, splat.camera_pdf);
             let path = FullPath {
                 light,
                 eye: &[],
                 origin,
-                importance,
+                camera_pdf,
             };
             splats.add(
                 splat.pixel,

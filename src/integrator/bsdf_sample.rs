@@ -89,7 +89,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         };
         if sample.exists.any() {
             sample.direction = parts.lanes_mirror(d, n, sample.exists);
-            sample.weight = Vector::choose(self.mirror, self.colour, white);
+            sample.weight = Vector::select(self.mirror, self.colour, white);
         }
         let glass = active & self.glass;
         if glass.any() {
@@ -97,10 +97,10 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             let (n1, n2) = vertex.indices(self.index);
             let reflectance = parts.lanes_fresnel(-d.dot(n), [n1, n2], glass);
             let (refracted, exists) = parts.lanes_refract(d, n, [n1, n2], glass);
-            let refracts = glass & !random.below(reflectance) & exists;
-            sample.direction = Vector::choose(refracts, refracted, sample.direction);
+            let refracts = glass & !random.cmplt(reflectance) & exists;
+            sample.direction = Vector::select(refracts, refracted, sample.direction);
             let factor = parts.lanes_radiance_factor([n1, n2], refracts);
-            sample.radiance_factor = R::choose(refracts, factor, one);
+            sample.radiance_factor = R::select(refracts, factor, one);
         }
         sample
     }
@@ -144,14 +144,14 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
         }
         let pdf = self.pdf(parts, wi, active);
         let weight = self.weighted(parts, wi, pdf, active);
-        sample.exists = sample.exists | (exists & !pdf.equals(R::splat(0.0)));
-        sample.direction = Vector::choose(active, self.vertex.frame.world(wi), sample.direction);
-        sample.weight = Vector::choose(active, weight, sample.weight);
-        sample.pdf = R::choose(active, pdf, sample.pdf);
+        sample.exists = sample.exists | (exists & !pdf.cmpeq(R::splat(0.0)));
+        sample.direction = Vector::select(active, self.vertex.frame.world(wi), sample.direction);
+        sample.weight = Vector::select(active, weight, sample.weight);
+        sample.pdf = R::select(active, pdf, sample.pdf);
         if rough_glass.any() {
             let factor = |i: usize| self.radiance_factor(parts, wi.lane(i), i);
             let factors = R::from_lanes(|i| if rough_glass.lane(i) { factor(i) } else { 1.0 });
-            sample.radiance_factor = R::choose(rough_glass, factors, sample.radiance_factor);
+            sample.radiance_factor = R::select(rough_glass, factors, sample.radiance_factor);
         }
     }
 
@@ -233,7 +233,7 @@ impl<R: Wide<N>, const N: usize> SurfaceInteraction<'_, R, N> {
             } else {
                 one
             };
-            split.reflected.1 = Vector::choose(
+            split.reflected.1 = Vector::select(
                 glass,
                 R::Vector::splat_vector(DVec3::ONE) * share,
                 self.colour,

@@ -78,9 +78,9 @@ impl<R: Real> LightSample<R> {
     fn or(self, mask: R::Mask, other: Self) -> Self {
         Self {
             arrives: (mask & self.arrives) | (!mask & other.arrives),
-            wi: Vector::choose(mask, self.wi, other.wi),
-            reflected: Vector::choose(mask, self.reflected, other.reflected),
-            pdf: R::choose(mask, self.pdf, other.pdf),
+            wi: Vector::select(mask, self.wi, other.wi),
+            reflected: Vector::select(mask, self.reflected, other.reflected),
+            pdf: R::select(mask, self.pdf, other.pdf),
         }
     }
 }
@@ -154,7 +154,7 @@ fn light_from<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let direction = to_light * distance_squared.sqrt().recip();
     let cosine_at_light = parts.lanes_cosine(point.normal, -direction, active);
     let cosine = at.cosine(parts, direction, active);
-    let active = active & cosine.above(zero) & cosine_at_light.above(zero);
+    let active = active & cosine.cmpgt(zero) & cosine_at_light.cmpgt(zero);
     if !active.any() {
         return LightSample::none();
     }
@@ -215,7 +215,7 @@ fn sample_map<P: PathParts, X: ShadingPoint<R>, R: Wide<N>, const N: usize>(
     let cosine = at.cosine(parts, direction, active);
     let wi = vertex.frame.local(direction);
     let brdf = at.brdf(parts, wi, active);
-    let active = active & cosine.above(R::splat(0.0)) & !is_zero(brdf);
+    let active = active & cosine.cmpgt(R::splat(0.0)) & !is_zero(brdf);
     let origin = at.ray_origin();
     let ray = origin.spawn_ray(direction);
     let sees_background = |i: usize| {
@@ -266,7 +266,7 @@ pub(super) fn sample_light_or_map<
         return LightSample::none();
     };
     let share = parts.map_probability(scene.scene.emitters().len());
-    let to_map = active & random.uniform(active).below(R::splat(share));
+    let to_map = active & random.uniform(active).cmplt(R::splat(share));
     let numbers = [random.uniform(to_map), random.uniform(to_map)];
     let of_map = sample_map(parts, scene.scene, map, at, numbers, to_map).picked(share);
     let to_light = active & !to_map;
@@ -279,7 +279,7 @@ pub(super) fn sample_light_or_map<
 fn is_zero<V: Vector>(vector: V) -> <V::Real as Real>::Mask {
     let [x, y, z] = vector.components();
     let zero = V::Real::splat(0.0);
-    x.equals(zero) & y.equals(zero) & z.equals(zero)
+    x.cmpeq(zero) & y.cmpeq(zero) & z.cmpeq(zero)
 }
 
 /// Light that arrives at one surface point from an emitter.

@@ -41,8 +41,8 @@ pub(crate) trait ShadingPoint<R: Real> {
         if !rough_glass.any() {
             return parts.lanes_cosine(normal, direction, active);
         }
-        let behind = rough_glass & normal.dot(direction).below(R::splat(0.0));
-        parts.lanes_cosine(Vector::choose(behind, -normal, normal), direction, active)
+        let behind = rough_glass & normal.dot(direction).cmplt(R::splat(0.0));
+        parts.lanes_cosine(Vector::select(behind, -normal, normal), direction, active)
     }
 
     /// Converts light from `wi` to radiance on the side of the ray: refraction at rough glass
@@ -154,11 +154,11 @@ impl<R: Wide<N>, const N: usize> ShadingPoint<R> for SurfaceInteraction<'_, R, N
         let is_printed = self.is(PRINTED);
         if is_printed.any() {
             let printed = oren_nayar(self.oren_nayar, OrenNayarForm::Printed, wo, wi);
-            bracket = R::choose(is_printed, printed, bracket);
+            bracket = R::select(is_printed, printed, bracket);
         }
-        let above = wo.z().above(zero) & wi.z().above(zero);
+        let above = wo.z().cmpgt(zero) & wi.z().cmpgt(zero);
         let none = R::Vector::splat_vector(DVec3::ZERO);
-        let brdf = Vector::choose(above & self.non_delta, lambert(self.colour) * bracket, none);
+        let brdf = Vector::select(above & self.non_delta, lambert(self.colour) * bracket, none);
         let per_lane = self.is(PER_LANE);
         if !per_lane.any() {
             return brdf;
@@ -283,9 +283,9 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
     /// Returns the emitted radiance towards the rays; zero behind emitters and on other surfaces.
     #[inline]
     pub fn emitted(&self) -> R::Vector {
-        let front = self.normal.dot(self.vertex.direction).below(R::splat(0.0));
+        let front = self.normal.dot(self.vertex.direction).cmplt(R::splat(0.0));
         let radiance = R::Vector::from_fn(|i| self.emitter_radiance(i));
-        Vector::choose(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
+        Vector::select(front, radiance, R::Vector::splat_vector(DVec3::ZERO))
     }
 
     /// Returns the emitted radiance under these rules.
@@ -296,15 +296,15 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         let dark = radiance
             .components()
             .into_iter()
-            .fold(R::Mask::splat(true), |dark, c| dark & c.equals(zero));
+            .fold(R::Mask::splat(true), |dark, c| dark & c.cmpeq(zero));
         rules.emitted_radiance.map_or(radiance, |shown| {
-            Vector::choose(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
+            Vector::select(dark, none, R::Vector::splat_vector(DVec3::splat(shown)))
         })
     }
 
     /// Returns the lanes whose rays see the front of an emitter.
     pub fn shows_emitter(&self) -> R::Mask {
-        self.emits & self.normal.dot(self.vertex.direction).below(R::splat(0.0))
+        self.emits & self.normal.dot(self.vertex.direction).cmplt(R::splat(0.0))
     }
 
     /// Returns the radiance of the emitter in a lane; zero without one.
@@ -319,7 +319,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
         let zero = R::splat(0.0);
         !R::splat(1.0)
             .copysign(self.normal.dot(self.vertex.direction))
-            .below(zero)
+            .cmplt(zero)
             .bits()
     }
 
@@ -349,7 +349,7 @@ impl<'a, R: Wide<N>, const N: usize> SurfaceInteraction<'a, R, N> {
 
     /// Returns the mirror directions of the rays.
     pub fn mirrored(&self) -> R::Vector {
-        fresnel::mirror(self.vertex.direction, self.vertex.frame.z)
+        fresnel::reflect(self.vertex.direction, self.vertex.frame.z)
     }
 
     /// Returns the reflectance of the mirror in a lane.
@@ -419,10 +419,10 @@ fn point_and_normal<R: Wide<N>, const N: usize>(
     }
     let centre = corners[0];
     let away = outward(ray.at(found.t), centre);
-    let oriented = Vector::choose(radius.below(R::splat(0.0)), -away, away);
+    let oriented = Vector::select(radius.cmplt(R::splat(0.0)), -away, away);
     let on_sphere = centre + away * radius.abs();
     (
-        Vector::choose(curved, on_sphere, point),
-        Vector::choose(curved, oriented, normal),
+        Vector::select(curved, on_sphere, point),
+        Vector::select(curved, oriented, normal),
     )
 }

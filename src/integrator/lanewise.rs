@@ -80,7 +80,7 @@ pub(crate) trait Lanewise: PathParts {
         active: <V::Real as Real>::Mask,
     ) -> V {
         if self.is_default() {
-            return fresnel::mirror(direction, normal);
+            return fresnel::reflect(direction, normal);
         }
         vectors(active, |i| self.mirror(direction.lane(i), normal.lane(i)))
     }

@@ -195,7 +195,7 @@ impl<R: Wide<N>, const N: usize> PickedLight<R, N> {
         active: R::Mask,
     ) -> Self {
         let (emitter, probability) = pick_emitters(parts, scene, lights, from, random.pick, active);
-        let active = active & probability.above(R::splat(0.0));
+        let active = active & probability.cmpgt(R::splat(0.0));
         let on_emitter = PickedPoint::new(
             parts,
             scene.emitters(),
@@ -255,22 +255,22 @@ impl<R: Real> PickedPoint<R> {
                     parts.lanes_sample_solid_angle(emitter, from, random, here);
                 let exists = here & exists;
                 left = here & !exists;
-                picked.point.point = Vector::choose(exists, point.point, picked.point.point);
-                picked.point.normal = Vector::choose(exists, point.normal, picked.point.normal);
+                picked.point.point = Vector::select(exists, point.point, picked.point.point);
+                picked.point.normal = Vector::select(exists, point.normal, picked.point.normal);
                 picked.by_angle = picked.by_angle | exists;
-                picked.pdf_angle = R::choose(exists, pdf, picked.pdf_angle);
+                picked.pdf_angle = R::select(exists, pdf, picked.pdf_angle);
             }
             if left.any() {
                 let point = parts.lanes_sample_emitter(emitter, random, left);
-                picked.point.point = Vector::choose(left, point.point, picked.point.point);
-                picked.point.normal = Vector::choose(left, point.normal, picked.point.normal);
+                picked.point.point = Vector::select(left, point.point, picked.point.point);
+                picked.point.normal = Vector::select(left, point.normal, picked.point.normal);
             }
-            picked.radiance = Vector::choose(
+            picked.radiance = Vector::select(
                 here,
                 R::Vector::splat_vector(emitter.radiance),
                 picked.radiance,
             );
-            picked.pdf_area = R::choose(
+            picked.pdf_area = R::select(
                 here,
                 R::splat(parts.emitter_pdf_area(emitter)),
                 picked.pdf_area,
@@ -291,7 +291,7 @@ impl<R: Real> PickedPoint<R> {
     ) -> R {
         let per_area =
             parts.lanes_solid_angle_per_area(cosine, distance_squared, active & !self.by_angle);
-        R::choose(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
+        R::select(self.by_angle, self.pdf_angle, self.pdf_area / per_area)
     }
 }
 
@@ -323,7 +323,7 @@ pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
     } = view;
     let zero = R::splat(0.0);
     let probability: R = probability_of_pick(parts, scene, lights, from, emitter, active);
-    let active = active & probability.above(zero);
+    let active = active & probability.cmpgt(zero);
     let per_area = parts.lanes_solid_angle_per_area(cosine, distance_squared, active);
     let mut pdf = R::splat(1.0) / per_area;
     for_each_distinct(emitter, active, |number, here: R::Mask| {
@@ -331,12 +331,12 @@ pub(super) fn light_pdf<P: PathParts, R: Wide<N>, const N: usize>(
         let mut own = R::splat(parts.emitter_pdf_area(emitter)) / per_area;
         if lights.by_solid_angle(emitter) {
             let (exists, by_angle) = parts.lanes_pdf_solid_angle(emitter, from, here);
-            own = R::choose(exists, by_angle, own);
+            own = R::select(exists, by_angle, own);
         }
-        pdf = R::choose(here, own, pdf);
+        pdf = R::select(here, own, pdf);
     });
     // Behind an emitter the pdf is infinite, and the probability may be 0.
-    R::choose(
+    R::select(
         active,
         parts.lanes_pdf_of_pick(pdf, probability, active),
         zero,

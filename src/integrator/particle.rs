@@ -86,7 +86,7 @@ pub(super) struct Splat {
     pub value: DVec3,
     /// Pdf of the camera ray that would have found the vertex, as in
     /// [`FullPath`](crate::integrator::strategies::FullPath).
-    pub importance: f64,
+    pub camera_pdf: f64,
 }
 
 /// Connects a vertex to the eye; `None` if it contributes nothing.
@@ -113,17 +113,17 @@ pub(super) fn connect_to_eye<P: PathParts + Bidirectional>(
     {
         return None;
     }
-    let importance = importance_per_particle(parts, scene, resolution, -seen.to_eye);
+    let camera_pdf = camera_pdf_per_particle(parts, scene, resolution, -seen.to_eye);
     Some(Splat {
         pixel: seen.pixel,
-        value: outgoing * parts.solid_angle_per_area(cosine, seen.distance_squared) * importance,
-        importance,
+        value: outgoing * parts.solid_angle_per_area(cosine, seen.distance_squared) * camera_pdf,
+        camera_pdf,
     })
 }
 
 /// Returns W(ω) of a pixel divided by the number of particles, which is that of pixels.
 #[inline]
-pub(super) fn importance_per_particle<P: Bidirectional>(
+pub(super) fn camera_pdf_per_particle<P: Bidirectional>(
     parts: &P,
     scene: &Scene,
     resolution: [u32; 2],

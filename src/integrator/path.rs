@@ -37,7 +37,9 @@ pub struct Path<P = DefaultParts> {
     pub lights: LightSampling,
     /// Heuristic of [`Strategy::Mis`].
     pub heuristic: Heuristic,
-    /// Number of early hits in [Russian roulette](crate::sampling::roulette::by_throughput).
+    /// Number of first hits at which the survival probability of
+    /// [Russian roulette](crate::sampling::roulette::by_throughput) may reach 1. Unlike the option
+    /// of this name in pbrt and Mitsuba, it does not switch roulette off there.
     pub rr_depth: u32,
     /// Whether [`Strategy::Mis`] uses specular next-event estimation through
     /// [casters](Scene::specular_casters), except under an environment map.
@@ -134,7 +136,7 @@ impl<P: PathParts> Path<P> {
             paths.light_sampled,
             active & !weighted & !past,
         );
-        let mut weight = R::choose(counts, R::splat(1.0), R::splat(0.0));
+        let mut weight = R::select(counts, R::splat(1.0), R::splat(0.0));
         if weighted.any() {
             let view = LightView {
                 emitter,
@@ -152,10 +154,10 @@ impl<P: PathParts> Path<P> {
             if scene.scene.background().map().is_some() {
                 other = other * (1.0 - parts.map_probability(scene.scene.emitters().len()));
             }
-            weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
+            weight = R::select(weighted, self.weight(paths.pdf, other, weighted), weight);
         }
         if past.any() {
-            weight = R::choose(past, self.weight(chain_pdf, chain_other, past), weight);
+            weight = R::select(past, self.weight(chain_pdf, chain_other, past), weight);
         }
         weight
     }
@@ -187,7 +189,7 @@ impl<P: PathParts> Path<P> {
             } else {
                 R::splat(1.0)
             };
-            Vector::choose(light.arrives, light.reflected * weight, none)
+            Vector::select(light.arrives, light.reflected * weight, none)
         };
         if scene.scene.background().map().is_some() {
             return weighted(sample_light_or_map(
@@ -245,7 +247,7 @@ impl<P: PathParts> Integrator for Path<P> {
         random.start_blocks(active, &paths.hits);
         // A path that will not end is an error and never truncated.
         let endless = active & R::Mask::from_fn(|i| paths.hits[i] > MAX_PATH_VERTICES);
-        let throughput = Vector::choose(
+        let throughput = Vector::select(
             endless,
             R::Vector::splat_vector(DVec3::NAN),
             paths.throughput,
@@ -256,7 +258,7 @@ impl<P: PathParts> Integrator for Path<P> {
         if emits.any() {
             let weight = self.hit_weight(scene, paths, surface, emits);
             let added = paths.radiance + throughput * (paths.factor * weight) * surface.emitted();
-            paths.radiance = Vector::choose(emits, added, paths.radiance);
+            paths.radiance = Vector::select(emits, added, paths.radiance);
         }
 
         // Bounces that the limit still allows, if there is one.
@@ -274,7 +276,7 @@ impl<P: PathParts> Integrator for Path<P> {
             let reflected =
                 self.direct_light(scene, surface, remaining_bounces, asking, random, scratch);
             let added = paths.radiance + throughput * paths.factor * reflected;
-            paths.radiance = Vector::choose(scatters, added, paths.radiance);
+            paths.radiance = Vector::select(scatters, added, paths.radiance);
         }
 
         // f_r cos θ / p of (8): BSDF sampling.
@@ -287,8 +289,8 @@ impl<P: PathParts> Integrator for Path<P> {
         let relative = throughput * R::splat(1.0 / roulette::REFERENCE_THROUGHPUT);
         let (survives, weight) = parts.lanes_survive(relative, early, random, next.exists);
 
-        paths.factor = R::choose(survives, paths.factor * next.radiance_factor, paths.factor);
-        paths.pdf = R::choose(survives, next.pdf, paths.pdf);
+        paths.factor = R::select(survives, paths.factor * next.radiance_factor, paths.factor);
+        paths.pdf = R::select(survives, next.pdf, paths.pdf);
         paths.light_sampled = next.has_pdf;
         if self.uses_casters(scene.scene) {
             paths.chains.advance(surface, &next, survives);
@@ -321,8 +323,8 @@ impl<P: PathParts> Integrator for Path<P> {
         let other = numbers(weighted, |i| {
             share * parts.map_pdf(map, paths.ray.direction.lane(i))
         });
-        let weight = R::choose(counts, one, R::splat(0.0));
-        let weight = R::choose(weighted, self.weight(paths.pdf, other, weighted), weight);
+        let weight = R::select(counts, one, R::splat(0.0));
+        let weight = R::select(weighted, self.weight(paths.pdf, other, weighted), weight);
         paths.add_background(scene, weight, leaving);
     }
 

@@ -101,14 +101,14 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     /// Starts paths along these rays in the lanes of the mask.
     #[inline]
     pub fn start(&mut self, ray: &Ray<R::Vector>, starting: R::Mask) {
-        let new = |value: R::Vector, old: R::Vector| Vector::choose(starting, value, old);
+        let new = |value: R::Vector, old: R::Vector| Vector::select(starting, value, old);
         self.ray = Ray::new(
             new(ray.origin, self.ray.origin),
             new(ray.direction, self.ray.direction),
         );
         self.radiance = new(R::Vector::splat_vector(DVec3::ZERO), self.radiance);
         self.throughput = new(R::Vector::splat_vector(DVec3::ONE), self.throughput);
-        self.factor = R::choose(starting, R::splat(1.0), self.factor);
+        self.factor = R::select(starting, R::splat(1.0), self.factor);
         self.light_sampled = self.light_sampled & !starting;
         for lane in lanes_of(starting.bits()) {
             self.hits[lane] = 0;
@@ -123,7 +123,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
             let background =
                 R::Vector::from_fn(|i| scene.background().radiance(self.ray.direction.lane(i)));
             let shown = self.throughput * self.factor * background * weight;
-            self.radiance = Vector::choose(leaving, self.radiance + shown, self.radiance);
+            self.radiance = Vector::select(leaving, self.radiance + shown, self.radiance);
         }
     }
 
@@ -131,7 +131,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
     #[inline]
     pub fn add(&mut self, light: R::Vector, active: R::Mask) {
         if active.any() {
-            self.radiance = Vector::choose(
+            self.radiance = Vector::select(
                 active,
                 self.radiance + self.throughput * light,
                 self.radiance,
@@ -214,7 +214,7 @@ impl<R: Wide<N>, const N: usize> PathState<R, N> {
         active: R::Mask,
     ) {
         let ray = surface.spawn_ray(direction);
-        let new = |value: R::Vector, old: R::Vector| Vector::choose(active, value, old);
+        let new = |value: R::Vector, old: R::Vector| Vector::select(active, value, old);
         self.ray = Ray::new(
             new(ray.origin, self.ray.origin),
             new(ray.direction, self.ray.direction),

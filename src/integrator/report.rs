@@ -77,7 +77,7 @@ impl<P: PathParts> Integrator for Report<P> {
         let passes = next
             .direction
             .dot(surface.vertex.frame.z)
-            .below(R::splat(0.0));
+            .cmplt(R::splat(0.0));
         let looked_behind =
             R::Mask::splat(!rules.caustics) | passes & R::Mask::splat(rules.shadows_pass_glass);
         let factor = if rules.radiance_factor {
@@ -111,8 +111,8 @@ impl<P: PathParts> Integrator for Report<P> {
                 survives & goes_on,
             );
             let first = survives & !goes_on;
-            direction = Vector::choose(first, sampled_direction, direction);
-            weight = Vector::choose(first, reflected, weight);
+            direction = Vector::select(first, sampled_direction, direction);
+            weight = Vector::select(first, reflected, weight);
             goes_on = goes_on | first;
         }
         paths.continue_with(surface, direction, throughput * weight, goes_on);

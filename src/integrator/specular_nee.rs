@@ -171,7 +171,7 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
     let shares = specular_casters.selection_probabilities(vertex.point);
     let shares = &shares[..specular_casters.all().len()];
     let (number, share) = pick_caster(parts, shadow_ray.caster, shares, active);
-    let mut active = active & share.above(zero);
+    let mut active = active & share.cmpgt(zero);
     if let Some(remaining) = shadow_ray.remaining_bounces {
         active = active
             & R::Mask::from_fn(|i| {
@@ -207,11 +207,11 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
     let (x, y) = (vertex.point, light.point);
     let flat = casters.mirror_connection(x, y);
     let curved = active & !casters.flat;
-    let balls = curved
+    let spheres = curved
         .any()
         .then(|| SphereConnections::new(&casters.caster, x, y, curved, casters.refracts));
     let none = R::Mask::splat(false);
-    let roots = balls.as_ref().map(SphereConnections::roots);
+    let roots = spheres.as_ref().map(SphereConnections::roots);
     // Each lane takes its own next connection.
     let mut left = roots.map_or([none; 3], |roots| roots.map(|root| root.exists));
     let mut mirror_connection = flat.as_ref().map_or(none, |connection| connection.exists);
@@ -221,14 +221,14 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
         let smaller = left[2] & !first & !larger;
         left = [none, left[1] & !larger, left[2] & !smaller];
         let curved = first | larger | smaller;
-        let connection = match (&flat, &balls, roots) {
+        let connection = match (&flat, &spheres, roots) {
             (Some(flat), ..) if !curved.any() => *flat,
-            (flat, Some(balls), Some(roots)) => {
+            (flat, Some(spheres), Some(roots)) => {
                 let mut root = roots[0].or(first, roots[1].or(larger, roots[2]));
                 root.exists = root.exists & curved;
-                let connection = balls.connection(root, first);
+                let connection = spheres.connection(root, first);
                 flat.map_or(connection, |flat| {
-                    SpecularConnection::choose(mirror_connection, flat, connection)
+                    SpecularConnection::select(mirror_connection, flat, connection)
                 })
             }
             _ => return sum,
@@ -252,8 +252,8 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
         let cosine = parts.lanes_cosine(vertex.frame.z, connection.direction, here);
         let cosine_at_light = parts.lanes_cosine(light.normal, -connection.arriving, here);
         let [r, g, b] = brdf.components();
-        let dark = r.equals(zero) & g.equals(zero) & b.equals(zero);
-        let mut free = here & cosine.above(zero) & cosine_at_light.above(zero) & !dark;
+        let dark = r.cmpeq(zero) & g.cmpeq(zero) & b.cmpeq(zero);
+        let mut free = here & cosine.cmpgt(zero) & cosine_at_light.cmpgt(zero) & !dark;
         let [enters, leaves, lamp] = [
             connection.first,
             connection.last,
@@ -265,10 +265,9 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
             (&enters, &leaves, casters.refracts),
             (&leaves, &lamp, free),
         ];
-        // A path asks what it meets first, this only whether all is free up to an offset before
-        // the body and the light. Both have the same answer, as nothing lies nearer to them than
-        // that: it would coincide (COINCIDENCE_TOLERANCE is four offsets), which scenes refuse.
-        // Closest hits would cost more than occlusion.
+        // Occlusion tests suffice, and cost less than closest hits: the segments end an offset
+        // before the caster and the light, and scenes refuse surfaces that lie nearer to them than
+        // that (COINCIDENCE_TOLERANCE is four offsets).
         for (from, to, lanes) in segments {
             let asking = free & lanes;
             if asking.any() {
@@ -276,10 +275,11 @@ pub(super) fn specular_light<P: PathParts, R: Wide<N>, const N: usize>(
             }
         }
         let pdf = pdf_area / (connection.geometry_term * cosine_at_light);
-        let (throughput, chance) = casters.throughput(parts, connection.cosine, free);
+        let (throughput, branch_probability) = casters.throughput(parts, connection.cosine, free);
         let reflected = radiometry::reflected(brdf, picked.radiance * throughput, cosine, pdf);
-        let weighted = reflected * weight(pdf, surface.pdf(parts, wi, free) * chance, free);
-        sum = sum + Vector::choose(free, weighted, R::Vector::splat_vector(DVec3::ZERO));
+        let weighted =
+            reflected * weight(pdf, surface.pdf(parts, wi, free) * branch_probability, free);
+        sum = sum + Vector::select(free, weighted, R::Vector::splat_vector(DVec3::ZERO));
     }
 }
 
@@ -360,9 +360,9 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         active: R::Mask,
     ) {
         let fresh = active & sample.has_pdf;
-        self.from = Vector::choose(fresh, surface.vertex.point, self.from);
-        self.direction = Vector::choose(fresh, sample.direction, self.direction);
-        self.pdf = R::choose(fresh, sample.pdf, self.pdf);
+        self.from = Vector::select(fresh, surface.vertex.point, self.from);
+        self.direction = Vector::select(fresh, sample.direction, self.direction);
+        self.pdf = R::select(fresh, sample.pdf, self.pdf);
         let rough_glass = surface.rough_glass().bits();
         for lane in lanes_of(fresh.bits()) {
             let is_rough_glass = rough_glass >> lane & 1 == 1;
@@ -380,7 +380,7 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
                 .frame
                 .z
                 .dot(sample.direction)
-                .below(R::splat(0.0))
+                .cmplt(R::splat(0.0))
                 .bits();
             for lane in lanes_of(specular) {
                 let bit = |bits: u32| bits >> lane & 1 == 1;
@@ -420,8 +420,8 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
             geometry_term(&casters.caster, CasterKind::Flat, x, direction, y),
             geometry_term(&casters.caster, CasterKind::Reflection, x, direction, y),
         );
-        let geometry_term = R::choose(casters.flat, flat.0, sphere.0);
-        let cosine = R::choose(casters.flat, flat.1, sphere.1);
+        let geometry_term = R::select(casters.flat, flat.0, sphere.0);
+        let cosine = R::select(casters.flat, flat.1, sphere.1);
         let (_, chance) = casters.throughput(parts, cosine, past);
         let share = scene
             .scene
@@ -437,7 +437,7 @@ impl<R: Wide<N>, const N: usize> SpecularChains<R, N> {
         (
             past,
             self.pdf * chance,
-            R::choose(geometry_term.above(zero), other, zero),
+            R::select(geometry_term.cmpgt(zero), other, zero),
         )
     }
 }

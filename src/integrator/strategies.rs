@@ -23,8 +23,9 @@ pub(super) struct PathVertex<'a> {
     pub at: Vertex,
     /// BSDF of the surface; `None` where a particle starts, by the cosine.
     pub bsdf: Option<&'a Bsdf>,
-    /// Throughput of a particle: radiance per pdf of its point on the emitter, or flux that arrives
-    /// at the surface.
+    /// Throughput of the subpath up to this vertex. On a light path, radiance per pdf of its point on
+    /// the emitter, then the flux that arrives at the surface; on an eye path, the factor of the
+    /// radiance that leaves the vertex towards the eye.
     pub throughput: DVec3,
     /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.
     pub eta_squared: f64,
@@ -99,7 +100,7 @@ pub(super) struct FullPath<'a> {
     /// Position of the eye.
     pub origin: DVec3,
     /// Pdf of the camera ray with respect to solid angle, with as many camera rays as particles.
-    pub importance: f64,
+    pub camera_pdf: f64,
 }
 
 impl FullPath<'_> {
@@ -168,7 +169,7 @@ impl FullPath<'_> {
                 f64::INFINITY
             } else {
                 let cosine = last.normal().dot(offset.normalize()).abs();
-                self.importance * parts.solid_angle_per_area(cosine, offset.length_squared())
+                self.camera_pdf * parts.solid_angle_per_area(cosine, offset.length_squared())
             };
         }
     }

@@ -120,8 +120,8 @@ pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
                 new(ray.origin, |ray| ray.origin),
                 new(ray.direction, |ray| ray.direction),
             );
-            throughput = Vector::choose(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
-            factor = Lanes::choose(fresh, Lanes::splat(1.0), factor);
+            throughput = Vector::select(fresh, Lanes3::splat_vector(DVec3::ONE), throughput);
+            factor = <Lanes as Real>::select(fresh, Lanes::splat(1.0), factor);
         }
         let busy = LaneMask::from_fn(|i| walks[i].is_some());
         if !busy.any() {
@@ -167,13 +167,13 @@ pub(super) fn trace_walks<'a, P: PathParts, T, S: Sampler>(
             let (survives, weight) =
                 parts.lanes_survive(scattered, LaneMask::splat(false), random, next.exists);
             let spawned = surface.spawn_ray(next.direction);
-            let new = |value: Lanes3, old: Lanes3| Vector::choose(survives, value, old);
+            let new = |value: Lanes3, old: Lanes3| Vector::select(survives, value, old);
             ray = Ray::new(
                 new(spawned.origin, ray.origin),
                 new(spawned.direction, ray.direction),
             );
             throughput = new(scattered * weight, throughput);
-            factor = Lanes::choose(survives, factor * next.radiance_factor, factor);
+            factor = <Lanes as Real>::select(survives, factor * next.radiance_factor, factor);
             going = survives.bits();
         }
         for lane in lanes_of(busy.bits() & !going) {

@@ -75,8 +75,8 @@ pub struct Emitter {
     centre: DVec3,
     /// Radius of a sphere, or of the disc with the area of a flat shape.
     radius: f64,
-    /// Height above a flat shape up to which a point may be on it, but for rounding, and does not
-    /// see it.
+    /// Height above a flat shape below which a point counts as lying on it, within rounding, and
+    /// the shape has importance 0.
     margin: f64,
 }
 
@@ -191,12 +191,12 @@ impl Emitter {
         let power = self.power();
         let squared = self.radius * self.radius;
         if let EmitterShape::Sphere(_) = self.shape {
-            return all(0.25 * power) / distance_squared.at_least(all(squared));
+            return all(0.25 * power) / distance_squared.maximum(all(squared));
         }
         let height = away.dot(V::splat_vector(self.normal));
         let slant = (height + self.radius) / (distance_squared + squared);
-        V::Real::choose(
-            height.above(offset_in(self.margin)),
+        V::Real::select(
+            height.cmpgt(offset_in(self.margin)),
             slant * slant * power,
             all(0.0),
         )
@@ -208,9 +208,9 @@ impl Emitter {
         self.radiance.element_sum() / 3.0 * self.area
     }
 
-    /// Returns area times radiance, the centre, and approximately the mean squared distance from
-    /// it.
-    pub(crate) fn bound(&self) -> (f64, DVec3, f64) {
+    /// Returns the data of a leaf of the light tree: area times radiance, the centre, and
+    /// approximately the mean squared distance from it.
+    pub(crate) fn tree_leaf(&self) -> (f64, DVec3, f64) {
         (self.power(), self.centre, self.radius * self.radius)
     }
 

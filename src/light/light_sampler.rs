@@ -76,13 +76,13 @@ impl<R: Real> Scale<R> {
         let (mut sum, mut positive) = (zero, zero);
         for i in 0..count {
             let importance = importance(i);
-            let some = importance.above(zero);
+            let some = importance.cmpgt(zero);
             let [low, high] = [0, 1]
                 .map(|end| R::by_precision(IMPORTANCE_BOUNDS[end], SINGLE_IMPORTANCE_BOUNDS[end]));
-            let bounded = importance.at_least(low).at_most(high);
-            let bounded = R::choose(some, bounded, zero);
+            let bounded = importance.maximum(low).minimum(high);
+            let bounded = R::select(some, bounded, zero);
             sum = sum + bounded;
-            positive = positive + R::choose(some, one, zero);
+            positive = positive + R::select(some, one, zero);
             each(i, bounded);
         }
         Self {
@@ -94,8 +94,8 @@ impl<R: Real> Scale<R> {
     #[inline]
     fn probability(self, importance: R) -> R {
         let zero = R::splat(0.0);
-        R::choose(
-            importance.above(zero),
+        R::select(
+            importance.cmpgt(zero),
             importance * self.proportional + self.uniform,
             zero,
         )
@@ -119,7 +119,7 @@ pub fn probabilities<R: Real>(importance: impl Fn(usize) -> R, probabilities: &m
 pub fn probability<R: Real>(importance: impl Fn(usize) -> R, count: usize, index: R) -> R {
     let mut wanted = R::splat(0.0);
     let each = |i: usize, importance| {
-        wanted = R::choose(index.equals(R::splat(i as f64)), importance, wanted);
+        wanted = R::select(index.cmpeq(R::splat(i as f64)), importance, wanted);
     };
     let scale = Scale::new(count, importance, each);
     scale.probability(wanted)
@@ -133,9 +133,9 @@ pub fn pick<R: Real>(probabilities: &[R], r: R) -> (R, R) {
     let (mut index, mut picked, mut left) = (zero, zero, r);
     for (i, &probability) in probabilities.iter().enumerate() {
         // If rounding leaves a rest of `r`, the last index with a probability above 0 is picked.
-        let here = probability.above(zero) & !left.below(zero);
-        index = R::choose(here, R::splat(i as f64), index);
-        picked = R::choose(here, probability, picked);
+        let here = probability.cmpgt(zero) & !left.cmplt(zero);
+        index = R::select(here, R::splat(i as f64), index);
+        picked = R::select(here, probability, picked);
         left = left - probability;
     }
     (index, picked)

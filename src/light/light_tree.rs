@@ -80,7 +80,7 @@ impl LightTree {
             .zip(0..)
             .for_each(|(&emitter, at)| position[emitter as usize] = at);
         let single = |&emitter: &u32| {
-            let (power, centre, variance) = emitters[emitter as usize].bound();
+            let (power, centre, variance) = emitters[emitter as usize].tree_leaf();
             Group {
                 power,
                 centre,
@@ -198,7 +198,7 @@ fn sort(order: &mut [u32], emitters: &[Emitter], children: usize) {
     while unit * children < order.len() {
         unit *= children;
     }
-    let centre = |emitter: u32| emitters[emitter as usize].bound().1;
+    let centre = |emitter: u32| emitters[emitter as usize].tree_leaf().1;
     let low = order
         .iter()
         .fold(DVec3::INFINITY, |low, &emitter| low.min(centre(emitter)));

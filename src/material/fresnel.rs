@@ -20,7 +20,7 @@ pub fn reflectance_s<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     let squared = squared_cos_refracted(cos_1, n1, n2);
     let cos_2 = squared.sqrt();
     let r = (n1 * cos_1 - n2 * cos_2) / (n1 * cos_1 + n2 * cos_2);
-    R::choose(squared.above(R::splat(0.0)), r * r, R::splat(1.0))
+    R::select(squared.cmpgt(R::splat(0.0)), r * r, R::splat(1.0))
 }
 
 /// Returns R_p of (11), [`crate::equation::FRESNEL_P`]; 1 in total reflection.
@@ -29,7 +29,7 @@ pub fn reflectance_p<R: Real>(cos_1: R, n1: R, n2: R) -> R {
     let squared = squared_cos_refracted(cos_1, n1, n2);
     let cos_2 = squared.sqrt();
     let r = (n1 * cos_2 - n2 * cos_1) / (n1 * cos_2 + n2 * cos_1);
-    R::choose(squared.above(R::splat(0.0)), r * r, R::splat(1.0))
+    R::select(squared.cmpgt(R::splat(0.0)), r * r, R::splat(1.0))
 }
 
 /// Returns R of (12) for unpolarised light, [`crate::equation::FRESNEL`]: the reflected fraction of
@@ -42,7 +42,7 @@ pub fn reflectance<R: Real>(cos_1: R, n1: R, n2: R) -> R {
 /// Returns the mirror direction of a unit direction `d` that arrives at a surface with unit normal
 /// `n`.
 #[inline]
-pub fn mirror<V: Vector>(d: V, n: V) -> V {
+pub fn reflect<V: Vector>(d: V, n: V) -> V {
     d - n * (d.dot(n) * 2.0)
 }
 
@@ -54,7 +54,7 @@ pub fn refracted<V: Vector>(d: V, n: V, n1: V::Real, n2: V::Real) -> (V, <V::Rea
     let squared = squared_cos_refracted(cos_1, n1, n2);
     let ratio = n1 / n2;
     let direction = d * ratio + n * (ratio * cos_1 - squared.sqrt());
-    (direction.normalize(), squared.above(V::Real::splat(0.0)))
+    (direction.normalize(), squared.cmpgt(V::Real::splat(0.0)))
 }
 
 /// Returns the refracted unit direction of one ray; `None` in total reflection.

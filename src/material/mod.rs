@@ -149,9 +149,9 @@ pub fn oren_nayar<V: Vector>(
     wi: V,
 ) -> V::Real {
     let [[x1, y1, z1], [x2, y2, z2]] = [wo.components(), wi.components()];
-    let tangential = (x1 * x2 + y1 * y2).at_least(V::Real::splat(0.0));
+    let tangential = (x1 * x2 + y1 * y2).maximum(V::Real::splat(0.0));
     let last = match form {
-        OrenNayarForm::Corrected => tangential / z1.at_least(z2),
+        OrenNayarForm::Corrected => tangential / z1.maximum(z2),
         OrenNayarForm::Printed => tangential,
     };
     constants.a + constants.b * last

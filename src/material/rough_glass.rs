@@ -128,7 +128,7 @@ impl RoughGlass {
     pub fn sample(&self, wo: DVec3, [r1, r2, r3]: [f64; 3]) -> Option<DVec3> {
         let m = sample_visible_normal(self.alpha, wo, [r1, r2]);
         if r3 < self.fresnel(wo.dot(m)) {
-            Some(fresnel::mirror(-wo, m)).filter(|wi| wi.z > 0.0)
+            Some(fresnel::reflect(-wo, m)).filter(|wi| wi.z > 0.0)
         } else {
             fresnel::refract(-wo, m, 1.0, self.index).filter(|wi| wi.z < 0.0)
         }

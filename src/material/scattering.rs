@@ -62,7 +62,7 @@ impl<V: Vector> Vertex<V> {
             frame,
             direction,
             wo,
-            outside: cosine.below(V::Real::splat(0.0)),
+            outside: cosine.cmplt(V::Real::splat(0.0)),
         }
     }
 
@@ -72,8 +72,8 @@ impl<V: Vector> Vertex<V> {
     pub fn indices(&self, index: V::Real) -> (V::Real, V::Real) {
         let air = V::Real::splat(1.0);
         (
-            Real::choose(self.outside, air, index),
-            Real::choose(self.outside, index, air),
+            Real::select(self.outside, air, index),
+            Real::select(self.outside, index, air),
         )
     }
 }
@@ -141,7 +141,7 @@ pub trait Scattering: Sync {
     /// Returns the mirror direction.
     #[inline]
     fn mirror(&self, d: DVec3, n: DVec3) -> DVec3 {
-        fresnel::mirror(d, n)
+        fresnel::reflect(d, n)
     }
     /// Returns f_r of (13) or (14), for local directions.
     #[inline]

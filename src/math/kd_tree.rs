@@ -149,7 +149,7 @@ impl<T> KdTree<T> {
                 Lanes::new(*coordinates.expect("numbers follow the last point"))
             }));
             let distances_squared = (points - Lanes3::splat_vector(centre)).length_squared();
-            let far = distances_squared.above(Lanes::splat(radius_squared)).bits();
+            let far = distances_squared.cmpgt(Lanes::splat(radius_squared)).bits();
             for (i, value) in self.values[first..range.end.min(first + LANES)]
                 .iter()
                 .enumerate()

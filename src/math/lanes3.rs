@@ -28,7 +28,7 @@ impl<R: Real> Axes<R> for [R::Mask; 2] {
     #[inline]
     fn permuted(self, [x, y, z]: [R; 3]) -> [R; 3] {
         let [is_x, is_y] = self;
-        let pick = |if_x, if_y, if_z| R::choose(is_x, if_x, R::choose(is_y, if_y, if_z));
+        let pick = |if_x, if_y, if_z| R::select(is_x, if_x, R::select(is_y, if_y, if_z));
         [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
     }
 }
@@ -66,8 +66,8 @@ impl<R: Real<Vector = Self>> PermuteAxes for Lanes3<R> {
     #[inline]
     fn axes(direction: Self) -> Self::Axes {
         let [x, y, z] = direction.components().map(Real::abs);
-        let is_x = x.above(y) & x.above(z);
-        [is_x, !is_x & y.above(z)]
+        let is_x = x.cmpgt(y) & x.cmpgt(z);
+        [is_x, !is_x & y.cmpgt(z)]
     }
 }
 

@@ -83,26 +83,26 @@ pub trait Real:
     /// Returns the largest integer that is not above.
     fn floor(self) -> Self;
     /// Returns whether self < other; false for NaN.
-    fn below(self, other: Self) -> Self::Mask;
+    fn cmplt(self, other: Self) -> Self::Mask;
     /// Returns whether self = other; false for NaN.
-    fn equals(self, other: Self) -> Self::Mask;
+    fn cmpeq(self, other: Self) -> Self::Mask;
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
-    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// Returns whether self > other; false for NaN.
     #[inline]
-    fn above(self, other: Self) -> Self::Mask {
-        other.below(self)
+    fn cmpgt(self, other: Self) -> Self::Mask {
+        other.cmplt(self)
     }
     /// Returns the maximum of this number and `bound`; the bound for NaN.
     #[inline]
-    fn at_least(self, bound: Self) -> Self {
-        Self::choose(self.above(bound), self, bound)
+    fn maximum(self, bound: Self) -> Self {
+        Self::select(self.cmpgt(bound), self, bound)
     }
     /// Returns the minimum of this number and `bound`; the bound for NaN.
     #[inline]
-    fn at_most(self, bound: Self) -> Self {
-        Self::choose(self.below(bound), self, bound)
+    fn minimum(self, bound: Self) -> Self {
+        Self::select(self.cmplt(bound), self, bound)
     }
     /// Returns 1/self.
     #[inline]
@@ -167,16 +167,16 @@ pub trait Vector:
     #[inline]
     fn max_element(self) -> Self::Real {
         let [x, y, z] = self.components();
-        x.at_least(y.at_least(z))
+        x.maximum(y.maximum(z))
     }
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
-    fn choose(mask: <Self::Real as Real>::Mask, yes: Self, no: Self) -> Self {
+    fn select(mask: <Self::Real as Real>::Mask, yes: Self, no: Self) -> Self {
         let [[a, b, c], [x, y, z]] = [yes.components(), no.components()];
         Self::of([
-            Real::choose(mask, a, x),
-            Real::choose(mask, b, y),
-            Real::choose(mask, c, z),
+            Real::select(mask, a, x),
+            Real::select(mask, b, y),
+            Real::select(mask, c, z),
         ])
     }
 }
@@ -235,15 +235,15 @@ impl Real for f64 {
         self.floor()
     }
     #[inline]
-    fn below(self, other: Self) -> bool {
+    fn cmplt(self, other: Self) -> bool {
         self < other
     }
     #[inline]
-    fn equals(self, other: Self) -> bool {
+    fn cmpeq(self, other: Self) -> bool {
         self == other
     }
     #[inline]
-    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
     }
 }
@@ -286,12 +286,12 @@ pub fn sin_cos_of_turn<R: Real>(share: R) -> (R, R) {
     let cos = series(&COS[left_out..]) * x2 + 1.0;
     // After an odd number of quarter turns sin and cos are swapped; signs change in the second half
     // of each.
-    let odd = (quarter - (quarter * 0.5).floor() * 2.0).above(R::splat(0.5));
-    let half = |turned: R| (turned - (turned * 0.25).floor() * 4.0).above(R::splat(1.5));
-    let signed = |value: R, negative: R::Mask| R::choose(negative, -value, value);
+    let odd = (quarter - (quarter * 0.5).floor() * 2.0).cmpgt(R::splat(0.5));
+    let half = |turned: R| (turned - (turned * 0.25).floor() * 4.0).cmpgt(R::splat(1.5));
+    let signed = |value: R, negative: R::Mask| R::select(negative, -value, value);
     (
-        signed(R::choose(odd, cos, sin), half(quarter)),
-        signed(R::choose(odd, sin, cos), half(quarter + 1.0)),
+        signed(R::select(odd, cos, sin), half(quarter)),
+        signed(R::select(odd, sin, cos), half(quarter + 1.0)),
     )
 }
 

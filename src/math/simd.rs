@@ -246,31 +246,31 @@ macro_rules! lanes {
                 $wrap($inner(self).floor())
             }
             #[inline]
-            fn below(self, other: Self) -> $mask {
+            fn cmplt(self, other: Self) -> $mask {
                 $mask($inner(self).simd_lt($inner(other)))
             }
             #[inline]
-            fn above(self, other: Self) -> $mask {
+            fn cmpgt(self, other: Self) -> $mask {
                 $mask($inner(self).simd_gt($inner(other)))
             }
             // On this architecture these are single instructions, which return the bound for NaN
             // and for two equal numbers.
             #[cfg(target_arch = "x86_64")]
             #[inline]
-            fn at_least(self, bound: Self) -> Self {
+            fn maximum(self, bound: Self) -> Self {
                 $wrap($inner(self).fast_max($inner(bound)))
             }
             #[cfg(target_arch = "x86_64")]
             #[inline]
-            fn at_most(self, bound: Self) -> Self {
+            fn minimum(self, bound: Self) -> Self {
                 $wrap($inner(self).fast_min($inner(bound)))
             }
             #[inline]
-            fn equals(self, other: Self) -> $mask {
+            fn cmpeq(self, other: Self) -> $mask {
                 $mask($inner(self).simd_eq($inner(other)))
             }
             #[inline]
-            fn choose(mask: $mask, yes: Self, no: Self) -> Self {
+            fn select(mask: $mask, yes: Self, no: Self) -> Self {
                 $wrap(mask.0.select($inner(yes), $inner(no)))
             }
         }

@@ -29,8 +29,8 @@ const MAX_RELATIVE_NOISE: f64 = 8.0;
 /// far too noisy.
 const FILTER_RADIUS: usize = 3;
 
-/// Returns how to draw the [`REPLICATIONS`] of the pilot of an image of `replications`
-/// replications: from other random numbers.
+/// Returns the sampling settings of the pilot, of [`REPLICATIONS`] replications, for an image of
+/// `replications` replications: fewer points in each, and another seed.
 pub fn pilot(sampling: Sampling, replications: u32) -> Sampling {
     let samples = sampling
         .samples_per_replication()

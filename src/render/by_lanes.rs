@@ -42,7 +42,7 @@ pub fn render_lanes(
 /// # Errors
 /// [`Error::Option`] with the reason, and advice.
 pub fn check_single_precision(scene: &Scene) -> Result<(), Error> {
-    let extent = scene.extent();
+    let extent = scene.largest_coordinate();
     let [low, high] = SINGLE_EXTENTS;
     if !(low..=high).contains(&extent) {
         return Err(Error::Option(format!(

@@ -55,7 +55,7 @@ fn features_at(scene: &Scene, resolution: [u32; 2], points: &[[f64; 2]]) -> Vec<
 pub fn render_passes<E: ImageEstimator>(
     scene: &Scene,
     estimator: &E,
-    numbers: SamplerKind,
+    sampler: SamplerKind,
     seed: u64,
     film: &mut Film,
     range: Range<u32>,
@@ -69,7 +69,7 @@ pub fn render_passes<E: ImageEstimator>(
     }
     let sampling = Sampling {
         pixel: PixelSampling::Random,
-        numbers,
+        sampler,
         seed,
         silhouettes: false,
     };
@@ -91,7 +91,7 @@ pub fn render_passes<E: ImageEstimator>(
                 scene,
                 resolution,
                 ImagePass {
-                    numbers,
+                    sampler,
                     seed,
                     index,
                 },
@@ -150,14 +150,14 @@ pub struct ImageRenderer<E> {
     /// Estimator of an image.
     pub estimator: E,
     /// Source of the random numbers.
-    pub numbers: SamplerKind,
+    pub sampler: SamplerKind,
     /// Master seed.
     pub seed: u64,
 }
 
 impl<E: ImageEstimator> Renderer for ImageRenderer<E> {
     fn samples_per_replication(&self) -> u32 {
-        self.numbers.samples()
+        self.sampler.samples()
     }
     fn prepare<'a>(
         &'a self,
@@ -186,11 +186,11 @@ impl<E: ImageEstimator> PreparedRenderer for PreparedImageRenderer<'_, E> {
     ) -> Result<bool, Error> {
         let ImageRenderer {
             estimator,
-            numbers,
+            sampler,
             seed,
         } = self.passes;
         render_passes(
-            self.scene, estimator, *numbers, *seed, film, range, progress,
+            self.scene, estimator, *sampler, *seed, film, range, progress,
         )
     }
 }

@@ -32,8 +32,9 @@ pub use by_lanes::{
 pub use by_passes::{ImageRenderer, PassEstimator, render_passes};
 pub use row::LaneEstimator;
 
-/// Callback, from any thread, with a number of samples that are done; it returns false to stop. The
-/// same call again continues; pixels may differ in their replications after a stop.
+/// Callback, from any thread, with a number of samples that are done; it returns false to stop.
+/// After a stop pixels may have different numbers of replications, and the same call again adds the
+/// missing ones.
 pub type Progress<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 /// Refuses numbers of samples that the generators cannot index, and films of other numbers.
@@ -60,7 +61,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
         )))
     };
     if film.sample_counts().is_some()
-        && (sampling.numbers == SamplerKind::Independent
+        && (sampling.sampler == SamplerKind::Independent
             || sampling.pixel.samples_per_replication() != 1)
     {
         return refuse(
@@ -70,7 +71,7 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
     if fewest == 0 {
         return refuse("at least 1 is needed".to_owned());
     }
-    if matches!(sampling.numbers, SamplerKind::Sobol(_)) && samples > MAX_POINTS {
+    if matches!(sampling.sampler, SamplerKind::Sobol(_)) && samples > MAX_POINTS {
         return refuse(format!("a scramble has at most {MAX_POINTS} points"));
     }
     if samples.checked_mul(replications).is_none() {
@@ -86,7 +87,8 @@ fn check(sampling: &Sampling, replications: u32, film: &Film) -> Result<(), Erro
         )
     {
         return Err(Error::Option(
-            "outlines need samples anywhere in a pixel, not at its centre or on a grid".to_owned(),
+            "silhouettes need samples anywhere in a pixel, not at its centre or on a grid"
+                .to_owned(),
         ));
     }
     if film.samples_per_replication() != per_replication {
@@ -223,8 +225,8 @@ fn for_each_tile(
 /// Least number of parts per thread where a part could span several rows.
 const PARTS_PER_THREAD: usize = 8;
 
-/// Index of a sample: the index of its pixel in a list, the replication, and its number there.
-type SampleName = (usize, u32, u32);
+/// Index of a sample: that of its pixel in a list, of the replication, and of the sample there.
+type SampleIndex = (usize, u32, u32);
 
 /// Adds the missing replications of some pixels: first the radiance along all camera rays, then the
 /// points of silhouettes.
@@ -264,12 +266,12 @@ fn add_samples<E: Estimator>(
                 .clone()
                 .flat_map(move |replication| (0..samples).map(move |index| (i, replication, index)))
         };
-    let names: Vec<SampleName> = places.iter().enumerate().flat_map(samples_of).collect();
-    let error_of = |(i, replication, _): SampleName, error: Error| {
+    let names: Vec<SampleIndex> = places.iter().enumerate().flat_map(samples_of).collect();
+    let error_of = |(i, replication, _): SampleIndex, error: Error| {
         let [x, y] = places[i].0;
         error.at(|| format!(" at pixel ({x}, {y}), replication {replication}"))
     };
-    let points_of = |(i, replication, index): SampleName| {
+    let points_of = |(i, replication, index): SampleIndex| {
         let [x, y] = places[i].0;
         silhouettes.points(y * resolution[0] + x, replication, index)
     };

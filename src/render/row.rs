@@ -42,7 +42,7 @@ struct LaneReplication {
     /// Radiance of an emitter seen by the camera ray, directly or through mirrors.
     emitter_radiance: DVec3,
     /// Product of the reflectances of the mirrors that the camera ray has followed, and their
-    /// number, as in [`MirroredRay`](crate::render::silhouette::MirroredRay).
+    /// number, as in [`PrimaryRay`](crate::render::silhouette::PrimaryRay).
     weight: DVec3,
     mirrors: u32,
 }
@@ -80,7 +80,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     }
 
     fn add_with<E: Integrator>(&self, estimator: &E, run: &mut PixelRun<'_>) -> Result<(), Error> {
-        match self.sampling.numbers {
+        match self.sampling.sampler {
             SamplerKind::Independent => render_run::<E, R, LaneStreams<N>, N>(self, estimator, run),
             SamplerKind::Sobol(_) => render_run::<E, R, LaneSobol<N>, N>(self, estimator, run),
         }

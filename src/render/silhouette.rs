@@ -65,9 +65,9 @@ pub fn with_supersampled_emission(
 /// Largest number of mirrors that a camera ray follows before an estimator begins.
 pub const MAX_MIRRORS: u32 = 8;
 
-/// A camera ray after it has followed mirrors.
+/// A camera ray, perhaps after it has followed mirrors.
 #[derive(Clone, Copy, Debug)]
-pub struct MirroredRay {
+pub struct PrimaryRay {
     /// Ray after the last mirror.
     pub ray: Ray,
     /// Hit of the ray: no mirror, except one that emits and one after [`MAX_MIRRORS`].
@@ -78,8 +78,8 @@ pub struct MirroredRay {
     pub mirrors: u32,
 }
 
-impl MirroredRay {
-    /// Creates the view along a ray that meets `hit`.
+impl PrimaryRay {
+    /// Creates a ray that meets `hit`, before any mirror.
     #[inline]
     pub fn new(ray: Ray, hit: Option<Hit>) -> Self {
         Self {
@@ -98,7 +98,7 @@ impl MirroredRay {
         {
             let at = Vertex::new(&here, &self.ray);
             (self.ray, self.hit) =
-                scene.spawn_and_trace(&here, fresnel::mirror(at.direction, at.frame.z));
+                scene.spawn_and_trace(&here, fresnel::reflect(at.direction, at.frame.z));
             self.weight *= reflectance;
             self.mirrors += 1;
         }
@@ -157,10 +157,10 @@ impl Silhouettes {
         }
     }
 
-    /// Returns the view of a camera ray, through mirrors if these are followed.
+    /// Returns a camera ray as the estimator gets it: after mirrors if these are followed.
     #[inline]
-    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> MirroredRay {
-        let view = MirroredRay::new(ray, hit);
+    pub fn view(&self, scene: &Scene, ray: Ray, hit: Option<Hit>) -> PrimaryRay {
+        let view = PrimaryRay::new(ray, hit);
         if self.follows_mirrors {
             view.follow_mirrors(scene)
         } else {
@@ -219,7 +219,7 @@ pub fn mirrored_silhouette_pixels(scene: &Scene, resolution: [u32; 2]) -> Vec<bo
     let [width, height] = resolution.map(|n| n as usize);
     let visible_emission = |x: usize, y: usize| {
         let ray = scene.camera().ray(resolution, x as f64, y as f64);
-        let view = MirroredRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene);
+        let view = PrimaryRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene);
         if view.mirrors > 0 {
             view.emitted(scene)
         } else {

@@ -46,5 +46,5 @@ pub fn power<R: Real>(pdf: R, other: R) -> R {
 /// there, too.
 #[inline]
 fn ratio<R: Real>(a: R, b: R) -> R {
-    R::choose(a.equals(b), R::splat(1.0), a / b)
+    R::select(a.cmpeq(b), R::splat(1.0), a / b)
 }

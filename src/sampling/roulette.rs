@@ -8,7 +8,7 @@ use crate::math::real::{Real, Vector};
 /// exactly that probability.
 #[inline]
 pub fn survives<R: Real>(r: R, survival: R) -> R::Mask {
-    r.below(survival)
+    r.cmplt(survival)
 }
 
 /// Returns the factor of a survivor's throughput: 1/(1 − α).
@@ -33,10 +33,10 @@ pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -
     let [one, max] = [1.0, MAX_SURVIVAL].map(V::Real::splat);
     throughput
         .max_element()
-        .at_most(V::Real::choose(early, one, max))
+        .minimum(V::Real::select(early, one, max))
 }
 
-/// Number of hits of `render`'s path tracer at which survival may reach 1: ending a bright path
+/// Number of first hits of `render`'s path tracer at which survival may reach 1: ending a bright path
 /// early makes the remaining paths to the same light brighter. Glass and mirrors on the way to a
 /// lamp take two or three.
 pub const RR_DEPTH: u32 = 8;

@@ -57,7 +57,7 @@ impl SamplerKind {
 pub struct ImagePass {
     /// Source of its random numbers. With Sobol' points, as many consecutive passes make up a
     /// replication.
-    pub numbers: SamplerKind,
+    pub sampler: SamplerKind,
     /// Master seed.
     pub seed: u64,
     /// Index of the pass.
@@ -68,7 +68,7 @@ impl From<(u64, u32)> for ImagePass {
     fn from(seed_and_index: (u64, u32)) -> Self {
         let (seed, index) = seed_and_index;
         Self {
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed,
             index,
         }
@@ -80,7 +80,7 @@ impl ImagePass {
     /// points of one scramble.
     pub fn pixel(self, pixel: u32) -> SampleStream {
         let low_bits = stream(self.seed, pixel, self.index);
-        match self.numbers {
+        match self.sampler {
             SamplerKind::Independent => SampleStream::Independent(low_bits),
             SamplerKind::Sobol(points) => {
                 let [replication, point] = [self.index / points, self.index % points];
@@ -98,7 +98,7 @@ impl ImagePass {
     /// it ends.
     pub fn particle(self, number: u32, count: u32) -> SampleStream {
         let low_bits = stream(self.seed, number, self.index);
-        match self.numbers {
+        match self.sampler {
             SamplerKind::Independent => SampleStream::Independent(low_bits),
             SamplerKind::Sobol(points) => {
                 let [replication, pass] = [self.index / points, self.index % points];

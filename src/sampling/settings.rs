@@ -9,11 +9,11 @@ pub struct Sampling {
     /// Sampling of the pixel.
     pub pixel: PixelSampling,
     /// Source of the random numbers.
-    pub numbers: SamplerKind,
+    pub sampler: SamplerKind,
     /// Master seed.
     pub seed: u64,
     /// Whether emitter silhouettes, seen directly or in mirrors, are supersampled as in
-    /// [`outline`](crate::render::silhouette); only where samples lie anywhere in a pixel.
+    /// [`silhouette`](crate::render::silhouette); only where samples lie anywhere in a pixel.
     pub silhouettes: bool,
 }
 
@@ -23,16 +23,16 @@ impl Sampling {
     pub fn samples_per_replication(&self) -> u32 {
         self.pixel
             .samples_per_replication()
-            .saturating_mul(self.numbers.samples())
+            .saturating_mul(self.sampler.samples())
     }
 
     /// Returns the settings with another number of samples in a replication; for independent
     /// numbers it is always one.
     pub(crate) fn with_samples(self, samples: u32) -> Self {
-        match self.numbers {
+        match self.sampler {
             SamplerKind::Independent => self,
             SamplerKind::Sobol(_) => Self {
-                numbers: SamplerKind::Sobol(samples / self.pixel.samples_per_replication()),
+                sampler: SamplerKind::Sobol(samples / self.pixel.samples_per_replication()),
                 ..self
             },
         }
@@ -42,13 +42,13 @@ impl Sampling {
     #[inline]
     pub(crate) fn source(&self, pixel: u32, replication: u32, index: u32) -> SampleStream {
         let samples = self.samples_per_replication();
-        let numbers = match self.numbers {
+        let sampler = match self.sampler {
             SamplerKind::Independent => SamplerKind::Independent,
             // One sequence for all positions of the pixel.
             SamplerKind::Sobol(_) => SamplerKind::Sobol(samples),
         };
         ImagePass {
-            numbers,
+            sampler,
             seed: self.seed,
             index: replication * samples + index,
         }

@@ -35,8 +35,8 @@ pub fn uniform_hemisphere<R: Real>([r1, r2]: [R; 2]) -> R::Vector {
 /// below the horizon.
 #[inline]
 pub fn uniform_hemisphere_pdf<R: Real>(cos_theta: R) -> R {
-    R::choose(
-        cos_theta.below(R::splat(0.0)),
+    R::select(
+        cos_theta.cmplt(R::splat(0.0)),
         R::splat(0.0),
         R::splat(0.5 * FRAC_1_PI),
     )
@@ -68,7 +68,7 @@ pub fn cosine_hemisphere<R: Real>([r1, r2]: [R; 2]) -> R::Vector {
 /// Returns the pdf cos θ/π of [`cosine_hemisphere`]; 0 below the horizon.
 #[inline]
 pub fn cosine_hemisphere_pdf<R: Real>(cos_theta: R) -> R {
-    cos_theta.at_least(R::splat(0.0)) * FRAC_1_PI
+    cos_theta.maximum(R::splat(0.0)) * FRAC_1_PI
 }
 
 /// Returns the numbers that [`cosine_hemisphere`] maps to a direction; azimuth in [0, 1).
@@ -82,7 +82,7 @@ pub fn cosine_hemisphere_inverse(w: DVec3) -> [f64; 2] {
 pub fn sphere_zone<R: Real>([r1, r2]: [R; 2], radius: f64, heights: [f64; 2]) -> R::Vector {
     let z = r1 * (heights[1] - heights[0]) + heights[0];
     let rho = (R::splat(radius * radius) - z * z)
-        .at_least(R::splat(0.0))
+        .maximum(R::splat(0.0))
         .sqrt();
     let (sin_phi, cos_phi) = sin_cos_of_turn(r2);
     R::Vector::of([rho * cos_phi, rho * sin_phi, z])
@@ -92,8 +92,8 @@ pub fn sphere_zone<R: Real>([r1, r2]: [R; 2], radius: f64, heights: [f64; 2]) ->
 /// diagonal.
 #[inline]
 pub fn triangle<R: Real>(random: [R; 2]) -> [R; 2] {
-    let beyond = (random[0] + random[1]).above(R::splat(1.0));
-    random.map(|r| R::choose(beyond, R::splat(1.0) - r, r))
+    let beyond = (random[0] + random[1]).cmpgt(R::splat(1.0));
+    random.map(|r| R::select(beyond, R::splat(1.0) - r, r))
 }
 
 /// Returns the azimuth as a fraction of the full turn, [0, 1).

@@ -98,7 +98,7 @@ impl Scene {
     pub fn coincident_in_singles(&self) -> Option<&Coincidence> {
         let find = || {
             self.coincident_over(
-                SINGLE_COINCIDENCE_TOLERANCE * self.extent(),
+                SINGLE_COINCIDENCE_TOLERANCE * self.largest_coordinate(),
                 SINGLE_CLOSE_FRACTION,
             )
         };

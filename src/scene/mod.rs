@@ -139,7 +139,7 @@ impl Scene {
     /// [`Error::Scene`] for an invalid camera, or one that sees surfaces that
     /// [coincide](SceneBuilder::build).
     pub fn with_camera(self, camera: Camera) -> Result<Self, Error> {
-        let extent = self.extent();
+        let extent = self.largest_coordinate();
         SceneBuilder::from_scene(self).build_from(camera, extent)
     }
 
@@ -308,8 +308,8 @@ impl Scene {
         self.offset
     }
 
-    /// Returns the largest coordinate.
-    pub(crate) fn extent(&self) -> f64 {
+    /// Returns the largest magnitude of a coordinate.
+    pub(crate) fn largest_coordinate(&self) -> f64 {
         self.offset / OFFSET
     }
 
@@ -338,7 +338,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Scene`] with advice.
     pub fn check_details(&self) -> Result<(), Error> {
-        let (extent, detail) = (self.extent(), self.smallest_detail);
+        let (extent, detail) = (self.largest_coordinate(), self.smallest_detail);
         if detail >= SMALLEST_DETAIL * extent {
             return Ok(());
         }
@@ -396,7 +396,7 @@ impl Scene {
         };
         let [a, b, c] = self.corners(vertices);
         let height = (b - a).cross(c - a).length() / longest_edge([a, b, c]);
-        (SINGLE_EDGE_MARGIN * self.extent() / height).min(SINGLE_LARGEST_MARGIN)
+        (SINGLE_EDGE_MARGIN * self.largest_coordinate() / height).min(SINGLE_LARGEST_MARGIN)
     }
 
     /// Returns how far above a primitive rays leave it in single precision: [`SINGLE_OFFSET`] of
@@ -412,7 +412,7 @@ impl Scene {
                 .fold(0.0, f64::max),
             PrimitiveShape::Sphere(sphere) => sphere.centre.length() + sphere.radius,
         };
-        SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.extent()
+        SINGLE_OFFSET * reach + SINGLE_LEAST_OFFSET * self.largest_coordinate()
     }
 
     /// Returns whether a primitive is of smooth glass.

@@ -34,12 +34,12 @@ impl<V: Vector> Caster<V> {
         if kind == CasterKind::Flat {
             let height = away.dot(self.normal);
             let solid_angle = self.area * height / (squared * squared.sqrt());
-            let seen = solid_angle.at_most(V::Real::splat(TAU));
-            return V::Real::choose(height.above(zero), seen * self.selection_weight, zero);
+            let seen = solid_angle.minimum(V::Real::splat(TAU));
+            return V::Real::select(height.cmpgt(zero), seen * self.selection_weight, zero);
         }
         let square = self.radius * self.radius;
         let seen = square * PI / squared;
-        V::Real::choose(squared.above(square), seen * self.selection_weight, zero)
+        V::Real::select(squared.cmpgt(square), seen * self.selection_weight, zero)
     }
 
     /// Returns the throughput of the caster along a connection with this cosine outside, and the
@@ -51,16 +51,16 @@ impl<V: Vector> Caster<V> {
         is_refraction: <V::Real as Real>::Mask,
     ) -> (V, V::Real) {
         let one = V::Real::splat(1.0);
-        let is_glass = self.index.above(V::Real::splat(0.0));
-        let index = V::Real::choose(is_glass, self.index, one);
+        let is_glass = self.index.cmpgt(V::Real::splat(0.0));
+        let index = V::Real::select(is_glass, self.index, one);
         // By symmetry the reflectance is the same where light leaves the sphere.
         let reflected = fresnel::reflectance(cosine, one, index);
         let passes = one - reflected;
-        let share = V::Real::choose(is_refraction, passes * passes, reflected);
+        let share = V::Real::select(is_refraction, passes * passes, reflected);
         let white = V::splat_vector(DVec3::ONE);
         (
-            V::choose(is_glass, white * share, self.reflectance),
-            V::Real::choose(is_glass, share, one),
+            V::select(is_glass, white * share, self.reflectance),
+            V::Real::select(is_glass, share, one),
         )
     }
 }
@@ -120,12 +120,12 @@ impl SpecularCaster {
     #[inline]
     pub fn contains<V: Vector>(&self, point: V) -> <V::Real as Real>::Mask {
         let zero = V::Real::splat(0.0);
-        let mut on = zero.above(zero);
+        let mut on = zero.cmpgt(zero);
         for edges in &self.triangles {
             let [a, b, c] = edges.map(|(normal, offset)| {
                 !point
                     .dot(V::splat_vector(normal))
-                    .below(V::Real::splat(offset))
+                    .cmplt(V::Real::splat(offset))
             });
             on = on | (a & b & c);
         }

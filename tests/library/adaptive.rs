@@ -112,7 +112,7 @@ fn counts_follow_noise() {
 fn pilots_are_small_and_have_numbers_of_their_own() {
     let sampling = |numbers| Sampling {
         pixel: Random,
-        numbers,
+        sampler: numbers,
         seed: master(),
         silhouettes: true,
     };
@@ -132,7 +132,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         assert_eq!(
             found,
             Sampling {
-                numbers: SamplerKind::Sobol(expected),
+                sampler: SamplerKind::Sobol(expected),
                 seed: found.seed,
                 ..own
             }
@@ -140,7 +140,7 @@ fn pilots_are_small_and_have_numbers_of_their_own() {
         assert_ne!(found.seed, own.seed);
     }
     assert_eq!(
-        pilot(sampling(SamplerKind::Independent), 9).numbers,
+        pilot(sampling(SamplerKind::Independent), 9).sampler,
         SamplerKind::Independent
     );
 }
@@ -153,7 +153,7 @@ fn pixels_have_the_samples_that_they_are_given() {
     let path = Path::new(DefaultParts, Finds::Mis);
     let sampling = |points| Sampling {
         pixel: Random,
-        numbers: SamplerKind::Sobol(points),
+        sampler: SamplerKind::Sobol(points),
         seed: master(),
         silhouettes: true,
     };
@@ -216,7 +216,7 @@ fn numbers_of_samples_that_cannot_be_are_refused() {
         |pixel: PixelSampling, numbers, counts: [u32; 2], range: Range<u32>, hint: &str| {
             let sampling = Sampling {
                 pixel,
-                numbers,
+                sampler: numbers,
                 seed: 1,
                 silhouettes: false,
             };

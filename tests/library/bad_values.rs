@@ -160,10 +160,10 @@ fn features_that_are_none_are_refused() {
     }
 }
 
-fn sampling(pixel: PixelSampling, numbers: SamplerKind) -> Sampling {
+fn sampling(pixel: PixelSampling, sampler: SamplerKind) -> Sampling {
     Sampling {
         pixel,
-        numbers,
+        sampler,
         seed: master(),
         silhouettes: false,
     }

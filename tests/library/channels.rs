@@ -136,7 +136,7 @@ fn image(film: &Film) -> Image {
 fn rays<E: Estimator>(scene: &Scene, estimator: &E) -> Image {
     let sampling = Sampling {
         pixel: Jitter(2),
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: false,
     };

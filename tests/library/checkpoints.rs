@@ -114,7 +114,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
     let scene = simple::cornell().expect("a scene");
     let sampling = |points| Sampling {
         pixel: Random,
-        numbers: SamplerKind::Sobol(points),
+        sampler: SamplerKind::Sobol(points),
         seed: master(),
         silhouettes: true,
     };
@@ -140,7 +140,7 @@ fn what_was_stopped_goes_on_to_the_same_film() {
             "passes",
             Box::new(ImageRenderer {
                 estimator: Bdpt::new(DefaultParts),
-                numbers: SamplerKind::Sobol(4),
+                sampler: SamplerKind::Sobol(4),
                 seed: master(),
             }),
         ),
@@ -181,7 +181,7 @@ fn damaged_files_are_refused() {
     let mut film = Film::new([2, 1], None, 4).expect("a film");
     let renderer = ImageRenderer {
         estimator: Bdpt::new(DefaultParts),
-        numbers: SamplerKind::Sobol(4),
+        sampler: SamplerKind::Sobol(4),
         seed: 1,
     };
     renderer

@@ -200,7 +200,7 @@ fn film_unless_refused(film: Result<Film, Error>, what: &str, scene: &str) -> Op
 fn renders(scene: &Scene, text: &str, far_apart: bool) {
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Sobol(2),
+        sampler: SamplerKind::Sobol(2),
         seed: 1,
         silhouettes: true,
     };

@@ -158,7 +158,7 @@ fn lanes_follow_a_map() {
     };
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: false,
     };

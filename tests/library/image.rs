@@ -150,7 +150,7 @@ fn exr_says_where_the_camera_is_and_what_features_measure() {
     let mut film = Film::new([6, 4], Some(window), 1).expect("a film");
     let sampling = Sampling {
         pixel: Centre,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: 1,
         silhouettes: false,
     };

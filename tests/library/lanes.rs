@@ -12,7 +12,7 @@ use whitefurnace::material::Model;
 use whitefurnace::math::real::Vector;
 use whitefurnace::math::simd::{LANES, Lanes3};
 use whitefurnace::render::{LaneEstimator, render_lanes};
-use whitefurnace::scene::lanes::EightRays;
+use whitefurnace::scene::lanes::EightRayIntersector;
 
 use scenes::{room_of_all_materials, scenes};
 
@@ -27,7 +27,7 @@ fn assert_same_film(
     let film =
         Film::new([23, 17], window, sampling.samples_per_replication()).expect("a legal size");
     assert_same(scene, lanes, sampling, film.clone());
-    if matches!(sampling.numbers, SamplerKind::Sobol(_)) {
+    if matches!(sampling.sampler, SamplerKind::Sobol(_)) {
         let mut film = film;
         film.set_sample_counts(
             (0..film.pixels().len() as u32)
@@ -96,7 +96,7 @@ fn images_have_the_same_bits() {
     let seed = seed_for(master(), "lanes");
     let plain = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };
@@ -218,7 +218,7 @@ fn images_have_the_same_bits() {
                     lanes,
                     Sampling {
                         pixel,
-                        numbers,
+                        sampler: numbers,
                         seed,
                         silhouettes,
                     },
@@ -299,7 +299,7 @@ fn what_is_no_radiance_is_an_error_at_its_pixel() {
         let scene = s.build(camera).expect("a legal scene");
         let sampling = Sampling {
             pixel: Jitter(4),
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed: 1,
             silhouettes: false,
         };
@@ -334,7 +334,7 @@ fn rows_are_reported() {
     );
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: 1,
         silhouettes: false,
     };
@@ -362,7 +362,7 @@ fn rows_are_reported() {
 #[test]
 fn eight_rays_meet_what_each_meets() {
     let scene = simple::cornell().expect("a legal scene");
-    let mut eight = EightRays::new(&scene).expect("few triangles");
+    let mut eight = EightRayIntersector::new(&scene).expect("few triangles");
     for k in 0..100 {
         let rays: [Ray; LANES] = from_fn(|i| {
             let mut rng = stream(9, k, i as u32);

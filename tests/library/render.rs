@@ -19,7 +19,7 @@ fn path() -> Path {
 fn sampling(pixel: PixelSampling) -> Sampling {
     Sampling {
         pixel,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: false,
     }
@@ -123,7 +123,7 @@ fn pixels_are_where_they_belong() {
         .flat_map(|&numbers| places.map(|pixel| (numbers, pixel)))
     {
         let sampling = Sampling {
-            numbers,
+            sampler: numbers,
             ..sampling(pixel)
         };
         let film = rendered(&scene, &Slopes, FRAME, sampling, &[0..4]).expect("legal radiance");
@@ -323,7 +323,7 @@ fn renderers_fill_films_as_the_functions_do() {
     };
     let by_passes = ImageRenderer {
         estimator: tracer,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
     };
     let rays =

@@ -33,7 +33,7 @@ fn samplings() -> Vec<Sampling> {
     let with = |pixel: PixelSampling| {
         numbers.map(|numbers| Sampling {
             pixel,
-            numbers,
+            sampler: numbers,
             seed: master(),
             silhouettes: false,
         })
@@ -227,7 +227,7 @@ fn more_samples_than_can_be_named_are_refused() {
     let refused = |pixel, numbers, range: std::ops::Range<u32>, hint| {
         let sampling = Sampling {
             pixel,
-            numbers,
+            sampler: numbers,
             seed: 1,
             silhouettes: false,
         };
@@ -267,7 +267,7 @@ fn more_samples_than_can_be_named_are_refused() {
     // The longest sequence itself is accepted, in a film that has its length.
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Sobol(MAX_POINTS),
+        sampler: SamplerKind::Sobol(MAX_POINTS),
         seed: 1,
         silhouettes: false,
     };

@@ -197,7 +197,7 @@ fn strata(sources: impl Iterator<Item = SampleStream>) -> usize {
 #[test]
 fn replications_of_passes_are_whole_sequences() {
     let pass = |points, index| ImagePass {
-        numbers: SamplerKind::Sobol(points),
+        sampler: SamplerKind::Sobol(points),
         seed: master(),
         index,
     };

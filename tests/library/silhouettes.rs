@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use whitefurnace::integrator::{Path, Report, Strategy as Finds, TransportRules};
 use whitefurnace::render::silhouette::{
-    MAX_MIRRORS, MirroredRay, POINTS_PER_SAMPLE, mirrored_silhouette_pixels, points,
+    MAX_MIRRORS, POINTS_PER_SAMPLE, PrimaryRay, mirrored_silhouette_pixels, points,
     silhouette_pixels, with_supersampled_emission,
 };
 use whitefurnace::render::{LaneEstimator, LaneRenderer, Precision, Renderer as _};
@@ -157,7 +157,7 @@ fn lights_in_mirrors_have_silhouettes_and_no_noise() {
     let marked = mirrored_silhouette_pixels(&scene, frame);
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: true,
     };
@@ -256,7 +256,7 @@ fn rays_follow_so_many_mirrors_and_none_that_emits() {
     };
     let view = |scene: &Scene| {
         let ray = Ray::new(DVec3::ZERO, DVec3::Y);
-        MirroredRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene)
+        PrimaryRay::new(ray, scene.intersect(&ray)).follow_mirrors(scene)
     };
     let mirror = Surface::new(Bsdf::Mirror {
         reflectance: DVec3::splat(0.5),
@@ -419,7 +419,7 @@ fn films_take_the_points() {
     let path = Path::new(DefaultParts, Finds::Mis);
     let sampling = |silhouettes| Sampling {
         pixel: Jitter(2),
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes,
     };

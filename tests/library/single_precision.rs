@@ -41,7 +41,7 @@ fn by(sampling: Sampling, scene: &Scene, estimator: LaneEstimator, frame: [u32; 
 fn plain(seed: u64) -> Sampling {
     Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     }
@@ -286,7 +286,7 @@ fn images_differ_by_rounding() {
                 let silhouettes = silhouettes
                     && !matches!(estimator, LaneEstimator::Report(report) if report.rules == TransportRules::REPORT);
                 let sampling = Sampling {
-                    numbers,
+                    sampler: numbers,
                     silhouettes,
                     ..plain(seed)
                 };
@@ -337,7 +337,7 @@ fn neither_threads_nor_ranges_nor_windows_change_bytes_in_single_precision() {
             ] {
                 let sampling = Sampling {
                     pixel,
-                    numbers,
+                    sampler: numbers,
                     ..plain(seed)
                 };
                 let film = |window, ranges: &[Range<u32>]| {

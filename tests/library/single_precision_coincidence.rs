@@ -35,7 +35,7 @@ fn mean(scene: &Scene, estimator: LaneEstimator, precision: Precision) -> f64 {
     let seed = seed_for(5, "near in singles");
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };

@@ -28,10 +28,10 @@ const FRAMES: [[u32; 2]; 12] = [
     [129, 2],
 ];
 
-fn sampling(numbers: SamplerKind) -> Sampling {
+fn sampling(sampler: SamplerKind) -> Sampling {
     Sampling {
         pixel: Random,
-        numbers,
+        sampler,
         seed: master(),
         silhouettes: false,
     }
@@ -141,7 +141,7 @@ fn particles_reach_their_pixels_in_every_shape() {
                 let mut film = Film::new(frame, None, 1).expect("a legal size");
                 let by = ImageRenderer {
                     estimator: tracer,
-                    numbers: SamplerKind::Independent,
+                    sampler: SamplerKind::Independent,
                     seed: master(),
                 };
                 add(&scene, &by, &mut film, 0..16);

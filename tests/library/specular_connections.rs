@@ -7,7 +7,7 @@ use whitefurnace::geometry::specular_connection::{
     Caster, CasterKind, SpecularConnection, SphereConnections, geometry_term,
 };
 use whitefurnace::integrator::{Path, Strategy as Finds};
-use whitefurnace::material::fresnel::{mirror, refract};
+use whitefurnace::material::fresnel::{reflect, refract};
 use whitefurnace::render::{LaneEstimator, render_lanes};
 use whitefurnace::scene::specular_casters::MAX_CASTERS;
 
@@ -133,7 +133,7 @@ impl Case {
         let first = ray.at(sphere.intersect(&ray, f64::INFINITY)?);
         let normal = sphere.normal(first);
         if !self.refracts {
-            return Some((first, mirror(direction, normal)));
+            return Some((first, reflect(direction, normal)));
         }
         let inside = refract(direction, normal, 1.0, self.caster.index)?;
         let last = first - inside * (2.0 * inside.dot(normal)) * self.caster.radius;
@@ -330,7 +330,7 @@ fn a_flat_mirror_has_connections_at_its_front() {
                 (connection.first.point - met).length() < 1e-12
                     && connection.first == connection.last
             );
-            assert!((mirror(connection.direction, normal) - connection.arriving).length() < 1e-9);
+            assert!((reflect(connection.direction, normal) - connection.arriving).length() < 1e-9);
             assert!((connection.direction - (met - x).normalize()).length() < 1e-9);
             assert_relative_eq!(
                 connection.geometry_term,
@@ -453,7 +453,7 @@ fn on_patch(bounces: Option<u32>, parts: &[&dyn Fn(&mut SceneBuilder)]) -> f64 {
     });
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: false,
     };

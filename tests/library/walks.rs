@@ -84,7 +84,7 @@ fn walks_have_the_same_bits() {
     for scene in scenes().into_iter().chain([rough_glass_ball()]) {
         for (numbers, index) in [(SamplerKind::Independent, 3), (SamplerKind::Sobol(4), 6)] {
             let pass = ImagePass {
-                numbers,
+                sampler: numbers,
                 seed: seed_for(master(), "walks"),
                 index,
             };
@@ -112,7 +112,7 @@ fn walks_have_the_same_bits() {
 fn bidirectional_images_are_those_of_each_pixel_alone() {
     let scene = report_room();
     let pass = ImagePass {
-        numbers: SamplerKind::Sobol(4),
+        sampler: SamplerKind::Sobol(4),
         seed: master(),
         index: 2,
     };
@@ -142,7 +142,7 @@ fn features_have_the_same_bits() {
         let together = passes(&scene, &tracer, FRAME, &[0..1, 1..3]).expect("legal values");
         let sampling = Sampling {
             pixel: Random,
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed: master(),
             silhouettes: false,
         };

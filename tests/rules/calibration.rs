@@ -31,7 +31,7 @@ fn replicate<T: Send>(name: &str, run: impl Fn(&mut Stream) -> T + Sync) -> Vec<
 fn planned() -> bool {
     Context::from_environment()
         .expect("WHITEFURNACE_SEED and WHITEFURNACE_SCALE")
-        .is_planned()
+        .guard_applies()
 }
 
 /// Effect on a distribution or a rate that this many replications detect with certainty.

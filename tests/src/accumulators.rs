@@ -155,10 +155,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "mean, variance and standard error of known values, merged from two parts",
             "the error bars of every image and verdict are wrong, above all after a merge",
             &ESTIMATOR,
-            [
-                "math::moments::Moments, math::moments::ExactMoments",
-                "exact",
-            ],
+            "math::moments::Moments, math::moments::ExactMoments",
+            "exact",
             known_values,
         )],
         faults: faults(),

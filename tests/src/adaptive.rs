@@ -82,7 +82,7 @@ fn images(context: &Context, scene: &Scene, subject: Adaptation) -> Vec<Outcome>
         let numbers = SamplerKind::Sobol(SAMPLES);
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers,
+            sampler: numbers,
             seed,
             silhouettes: false,
         };
@@ -134,7 +134,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "sample counts that a pilot decides leave the mean of an image unbiased",
             "adaptive sampling makes rare highlights too dark: a bias, not only noise",
             &ADAPTIVE,
-            ["render::adaptive::counts", "t"],
+            "render::adaptive::counts",
+            "t",
             move |context: &Context, subject| images(context, &scene, subject),
         )],
         faults: vec![

@@ -186,7 +186,8 @@ fn trials() -> Vec<FamilyTrial<PartTable>> {
                 property,
                 consequence,
                 equation,
-                [subject, "BSDF check-up"],
+                subject,
+                "BSDF check-up",
                 on,
             )
         };

@@ -116,8 +116,8 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             let reference = FLOOR * l * f;
             let property = format!("{what}: F = {f:.6}, and {reference:.6} is reflected");
             radiance(name, &GEOMETRY, scene, EstimatorKind::Path, ray)
-                .says(property, consequence)
-                .by_scrambles(reference, SINGLE, n)
+                .states(property, consequence)
+                .by_scrambles(reference, CLOSED_FORM_DELTA, n)
         };
     let [x, y] = PANEL;
     let whole = [-HALF, HALF];

@@ -200,10 +200,8 @@ fn ratio_bench(profile: Profile) -> FamilyTrial<[Method; 2]> {
             profile.light
         ),
         &COSINE_HEMISPHERE,
-        [
-            "sampling::warp::uniform_hemisphere, sampling::warp::cosine_hemisphere",
-            "variance ratio",
-        ],
+        "sampling::warp::uniform_hemisphere, sampling::warp::cosine_hemisphere",
+        "variance ratio",
         move |c, methods| ratio(c, profile, methods),
     )
 }
@@ -237,7 +235,8 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
                 "edges in a picture are rougher than {name} sampling of pixels should leave them"
             ),
             equation,
-            [subject, "t"],
+            subject,
+            "t",
             move |c, strategy: Strategy| edge(c, strategy(EDGE_SIDE), error),
         ),
         trial(
@@ -245,7 +244,8 @@ fn strategy_benches(name: &'static str, error: f64, order: f64) -> Vec<FamilyTri
             format!("the squared error falls with the power {order} of the number of samples"),
             format!("more samples by {name} sampling smooth the edges in a picture too slowly"),
             equation,
-            [subject, "t of slopes"],
+            subject,
+            "t of slopes",
             move |c, strategy: Strategy| edge_slope(c, strategy, order),
         ),
     ]

@@ -64,7 +64,8 @@ fn trials() -> Vec<FamilyTrial<Points>> {
             property,
             format!("a {name} that gives light is brighter in one part, and shadows are skewed"),
             equation,
-            [subject, "chi-square"],
+            subject,
+            "chi-square",
             on,
         )
     };

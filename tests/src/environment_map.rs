@@ -7,8 +7,8 @@ use whitefurnace::light::environment::{Environment, EnvironmentMap};
 
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, at_origin, floor, lambert, light, panel,
-    polygon_irradiance, scene, square,
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, TINT, floor, lambert, light, panel, polygon_irradiance,
+    ray_to_origin, scene, square,
 };
 
 /// Sets a sky of these radiances, row by row from the zenith; the middle of each row is towards x.
@@ -95,8 +95,8 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let reference = FLOOR * FRAC_1_PI * irradiance;
         let property = format!("{what} reflects {reference:.6}");
         radiance(name, &MIS, scene, kind, ray)
-            .says(property, consequence)
-            .by_rays(reference, BOUNCES, n)
+            .states(property, consequence)
+            .by_rays(reference, BOUNCES_DELTA, n)
     };
     let (overcast, behind_light) = (overcast(), behind_light());
     let floor = |name, consequence, kind, n| {
@@ -105,7 +105,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             name,
             consequence,
             &overcast,
-            (kind, |_| at_origin()),
+            (kind, |_| ray_to_origin()),
             "a floor under the CIE overcast sky",
             irradiance,
             n,
@@ -148,7 +148,7 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "sky/panel",
             "a lamp before an environment map is too dim, or the map shines through it",
             &behind_light,
-            (EstimatorKind::Path, |_| at_origin()),
+            (EstimatorKind::Path, |_| ray_to_origin()),
             "a floor under a white sky of which a light hides a part",
             panelled,
             1_500_000,

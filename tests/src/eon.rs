@@ -89,7 +89,8 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             property,
             consequence,
             equation,
-            [subject, "exact"],
+            subject,
+            "exact",
             on,
         )
     };
@@ -108,7 +109,8 @@ fn trials() -> Vec<FamilyTrial<EonParts>> {
             "white EON passes the check-up and its directional albedo is 1",
             "rough plaster as the renderer samples it is too bright, too dark or noisy",
             &EON_MULTIPLE,
-            ["material::Scattering::sample_rough", "BSDF check-up"],
+            "material::Scattering::sample_rough",
+            "BSDF check-up",
             |context, parts: EonParts| {
                 let subject = as_rendered(parts.lobes, material(1.0, 0.3))
                     .energy_bound(1.0)

@@ -13,7 +13,7 @@ use whitefurnace::harness::outcome::Outcome;
 use whitefurnace::harness::trial::{Context, NegativeControl, Run, Trial, required_outcomes};
 
 /// A trial's function, for any subject of the family's type.
-pub type On<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
+pub type SharedTrialFn<S> = Arc<dyn Fn(&Context, S) -> Vec<Outcome> + Send + Sync>;
 
 /// A trial's function that captures nothing.
 pub type TrialFn<S> = fn(&Context, S) -> Vec<Outcome>;
@@ -23,17 +23,18 @@ pub struct FamilyTrial<S> {
     /// The trial as data; the family fills in its functions.
     pub trial: Trial,
     /// The trial's function.
-    pub on: On<S>,
+    pub on: SharedTrialFn<S>,
 }
 
 /// Builds a trial from its name, its property, the symptom in a renderer where that is false, its
-/// equation, the code on trial with the statistic that judges it, and its function.
+/// equation, the code on trial, the statistic that judges it, and its function.
 pub fn trial<S>(
     name: impl Into<String>,
     property: impl Into<String>,
     consequence: impl Into<String>,
     equation: &'static Equation,
-    [subject, statistic]: [&'static str; 2],
+    subject: &'static str,
+    statistic: &'static str,
     on: impl Fn(&Context, S) -> Vec<Outcome> + Send + Sync + 'static,
 ) -> FamilyTrial<S> {
     let (run, controls) = (Box::new(|_: &Context| Vec::new()), Vec::new());
@@ -147,7 +148,7 @@ pub struct Pair {
     /// Name of the trial.
     pub trial: String,
     /// Whether the trial is one of those that must reject (or accept) the fault.
-    pub named: bool,
+    pub required: bool,
     /// The outcomes that must reject it, as in [`NegativeControl::rejected_by`].
     pub rejected_by: Vec<&'static str>,
     /// The trial's function on the fault: at growing sizes if it must be rejected, else at the
@@ -294,7 +295,7 @@ impl<S: Copy + Send + Sync + 'static> AnyFamily for Family<S> {
                     Pair {
                         fault: self.fault(mutant, equivalent),
                         trial: family_trial.trial.name.clone(),
-                        named: outcomes.is_some(),
+                        required: outcomes.is_some(),
                         rejected_by: outcomes.unwrap_or_default(),
                         run,
                     }

@@ -66,8 +66,8 @@ pub(crate) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             ray_to_square as Rays,
         )
-        .says(property, consequence)
-        .by_rays(reference, SINGLE, samples)
+        .states(property, consequence)
+        .by_rays(reference, CLOSED_FORM_DELTA, samples)
     };
     vec![
         family_trial(

@@ -294,7 +294,8 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
                 property,
                 consequence,
                 equation,
-                [subject, "exact"],
+                subject,
+                "exact",
                 on,
             )
         };
@@ -346,7 +347,8 @@ fn trials() -> Vec<FamilyTrial<Reflectances>> {
             "hemispherical averages follow Walsh, and 1 − F_int = (1 − F_ext)/n²",
             "glass or water under an even sky passes too much or too little light in all",
             &REFRACTION,
-            ["material::fresnel::reflectance", "t"],
+            "material::fresnel::reflectance",
+            "t",
             averages,
         ),
     ]

@@ -8,10 +8,10 @@ use crate::bsdf::oren_nayar_albedo;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    SIGMA, WALL, at_origin, ball, eon_floor, lambert, mirror, polygon_irradiance, rough_floor,
-    scene, sphere_furnace, towards_origin, valid, walled_sky,
+    SIGMA, WALL, ball, eon_floor, lambert, mirror, polygon_irradiance, ray_to_origin,
+    ray_to_origin_at, rough_floor, scene, sphere_furnace, valid, walled_sky,
 };
-use crate::strategies::by;
+use crate::strategies::path_with;
 use crate::{infinite_variance, rays_per_hit, survival};
 
 /// Samples a ray from a random point of a small ball in any direction.
@@ -65,7 +65,7 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cube = |a| (valid(furnace_box(a)), EstimatorKind::Path, in_box as Rays);
     // The longest paths, by BSDF sampling alone: every wall emits, so that shadow rays would cost
     // much and gain little.
-    let hits = by(Strategy::Bsdf, LightSampling::SolidAngle);
+    let hits = path_with(Strategy::Bsdf, LightSampling::SolidAngle);
     let sphere = |kind| (sphere_furnace(lambert(0.9), 0.0), kind, inside as Rays);
     [
         (
@@ -107,8 +107,8 @@ fn closed() -> Vec<FamilyTrial<EstimatorSubject>> {
             let m = 1.0 / (1.0 - a);
             let property = format!("the radiance in a {what} of albedo {a} is {m:.6}");
             radiance(name, &RENDERING, &scene, kind, ray)
-                .says(property, consequence)
-                .by_rays(m, BOUNCES, samples)
+                .states(property, consequence)
+                .by_rays(m, BOUNCES_DELTA, samples)
         },
     )
     .collect()
@@ -146,10 +146,10 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
     .map(|(name, consequence, scene, strategy, samples)| {
         let property =
             format!("in a furnace of albedo 0.5 the radiance by {strategy:?} alone is 2");
-        let kind = by(strategy, LightSampling::SolidAngle);
+        let kind = path_with(strategy, LightSampling::SolidAngle);
         radiance(name, &RENDERING, scene, kind, in_box)
-            .says(property, consequence)
-            .by_rays(2.0, BOUNCES, samples)
+            .states(property, consequence)
+            .by_rays(2.0, BOUNCES_DELTA, samples)
     })
     .collect()
 }
@@ -221,8 +221,8 @@ fn reports() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Report(segments),
             inside as Rays,
         )
-        .says(property, consequence)
-        .by_rays(m, BOUNCES, samples)
+        .states(property, consequence)
+        .by_rays(m, BOUNCES_DELTA, samples)
     })
     .collect()
 }
@@ -238,14 +238,14 @@ fn within() -> FamilyTrial<EstimatorSubject> {
         "furnace/path/three-segments",
         &PATH_LENGTH,
         &sphere_furnace(lambert(a), 0.0),
-        EstimatorKind::PathWithMaxSegments(segments),
+        EstimatorKind::PathSpecularNeeMaxSegments(segments),
         inside,
     )
-    .says(
+    .states(
         format!("light of at most {segments} segments in a furnace of albedo {a} is {m}"),
         "a limit on bounces keeps one bounce too many or too few",
     )
-    .by_rays(m, BOUNCES, 1_400_000)
+    .by_rays(m, BOUNCES_DELTA, 1_400_000)
 }
 
 fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -276,11 +276,11 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             off_cap,
         )
-        .says(
+        .states(
             format!("off a {what} cap the radiance in a cavity of albedo {rho} is {reference:.6}"),
             consequence,
         )
-        .by_rays(reference, BOUNCES, samples)
+        .by_rays(reference, BOUNCES_DELTA, samples)
     })
     .collect()
 }
@@ -291,7 +291,7 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
     let visible = 1.0 - polygon_irradiance(&WALL) / PI;
     let property = format!("a floor under a sky that a wall hides in part reflects {visible:.6}");
     let rough = rough_floor();
-    let grazing = |_: &mut Stream| towards_origin(75f64.to_radians());
+    let grazing = |_: &mut Stream| ray_to_origin_at(75f64.to_radians());
     let albedo = oren_nayar_albedo(OrenNayar::new(SIGMA), 75f64.to_radians());
     vec![
         radiance(
@@ -299,25 +299,25 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             &COSINE_HEMISPHERE,
             &walled,
             EstimatorKind::Path,
-            |_| at_origin(),
+            |_| ray_to_origin(),
         )
-        .says(
+        .states(
             property.clone(),
             "a wall takes too much or too little skylight from the floor by it when path traced",
         )
-        .by_scrambles(visible, SINGLE, 140_000),
+        .by_scrambles(visible, CLOSED_FORM_DELTA, 140_000),
         radiance(
             "furnace/sky/report",
             &HEMISPHERE_PHI,
             &walled,
             EstimatorKind::Report(2),
-            |_| at_origin(),
+            |_| ray_to_origin(),
         )
-        .says(
+        .states(
             property,
             "the report's method lets a wall take too much or too little skylight from a floor",
         )
-        .by_scrambles(visible, SINGLE, 330_000),
+        .by_scrambles(visible, CLOSED_FORM_DELTA, 330_000),
         radiance(
             "furnace/sky/oren-nayar",
             &OREN_NAYAR,
@@ -325,23 +325,23 @@ fn skies() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             grazing,
         )
-        .says(
+        .states(
             format!("at 75° an Oren-Nayar floor reflects {albedo:.6} of a white sky"),
             "plaster floors are too bright or too dark far from the eye",
         )
-        .by_scrambles(albedo, SINGLE, 38_000),
+        .by_scrambles(albedo, CLOSED_FORM_DELTA, 38_000),
         radiance(
             "furnace/sky/eon",
             &EON_MULTIPLE,
             &eon_floor(1.0),
             EstimatorKind::Path,
-            |_| at_origin(),
+            |_| ray_to_origin(),
         )
-        .says(
+        .states(
             "a white floor of EON with roughness 1 reflects all of a white sky",
             "a white rough floor is visibly darker than the even sky above it",
         )
-        .by_rays(1.0, SINGLE, 2_400_000),
+        .by_rays(1.0, CLOSED_FORM_DELTA, 2_400_000),
     ]
 }
 
@@ -368,13 +368,13 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             inside,
         )
-        .says(
+        .states(
             format!(
                 "in a hall of emitting mirrors of reflectance 0.75 the radiance is {hall_mean}"
             ),
             "mirrors that face mirrors get too dark or too bright in the depth",
         )
-        .by_rays(hall_mean, BOUNCES, 1_700_000),
+        .by_rays(hall_mean, BOUNCES_DELTA, 1_700_000),
         radiance(
             "furnace/mirrors/facing",
             &ROULETTE,
@@ -386,10 +386,10 @@ fn mirrors() -> Vec<FamilyTrial<EstimatorSubject>> {
                 Ray::new(DVec3::ZERO, slanted.normalize())
             },
         )
-        .says(
+        .states(
             "between two facing perfect mirrors under a white sky paths end and the radiance is 1",
             "a render of two facing mirrors never ends, or ends too dark",
         )
-        .by_rays(1.0, BOUNCES, 1_200_000),
+        .by_rays(1.0, BOUNCES_DELTA, 1_200_000),
     ]
 }

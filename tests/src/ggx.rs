@@ -16,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 use crate::bsdf::{Cases, as_rendered, at_every_angle, integrals};
 use crate::mean_radiance::largest;
 use crate::prelude::*;
-use crate::scenes::{floor, scene, towards_origin};
+use crate::scenes::{floor, ray_to_origin_at, scene};
 use crate::subject::{self, in_batches};
 
 /// The functions of the model, so that each can be replaced.
@@ -116,7 +116,7 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
         s.background(DVec3::ONE);
         floor(s, Bsdf::model(Assembled(metal, parts)));
     });
-    let ray = towards_origin(INCLINATION);
+    let ray = ray_to_origin_at(INCLINATION);
     let path = Path::new(DefaultParts, Strategy::Bsdf);
     let wo = from_spherical(INCLINATION, 0.0);
     let reference = reflected(metal, wo);
@@ -133,7 +133,7 @@ fn on_a_floor(context: &Context, parts: GgxParts) -> Vec<Outcome> {
     vec![mean_of(
         "radiance",
         reference,
-        BOUNCES,
+        BOUNCES_DELTA,
         context.n(SAMPLES),
         || radiance().x,
     )]
@@ -211,7 +211,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "the pdf is the density of the sampled directions, by the distances of their neighbours",
             "multiple importance sampling with rough metal is too bright in one part of the lobe, too dark in another",
             &GGX_VISIBLE,
-            ["material::ggx::Ggx", "t"],
+            "material::ggx::Ggx",
+            "t",
             own_pdf,
         ),
         trial(
@@ -219,7 +220,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "Smith's masking factor has the values that Mitsuba 3 keeps for its own tests",
             "rough metal at grazing angles is brighter or darker than in Mitsuba",
             &GGX_MASKING,
-            ["material::ggx::visible_normal_pdf, ndf", "exact"],
+            "material::ggx::visible_normal_pdf, ndf",
+            "exact",
             masking,
         ),
         trial(
@@ -227,10 +229,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "white GGX passes the check-up and has the directional albedo of its microfacets",
             "rough metal is too bright, too dark or full of fireflies",
             &GGX_VISIBLE,
-            [
-                "material::ggx::Ggx, material::Scattering::sample_rough",
-                "BSDF check-up",
-            ],
+            "material::ggx::Ggx, material::Scattering::sample_rough",
+            "BSDF check-up",
             |context, parts: GgxParts| {
                 let metal = ggx(1.0, 0.4);
                 let model = Bsdf::model(Assembled(metal, parts));
@@ -246,7 +246,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "the projected areas of the microfacets sum to the surface's area",
             "highlights on rough metal are too strong or too weak at some roughness",
             &GGX_NORMALS,
-            ["material::ggx::normals", "exact"],
+            "material::ggx::normals",
+            "exact",
             |_, parts: GgxParts| {
                 integrals(
                     "facets",
@@ -261,7 +262,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "the density of visible normals integrates to 1 from every side",
             "rough metal seen at a slant is too bright or dark: hidden facets are sampled",
             &GGX_VISIBLE,
-            ["material::ggx::visible_normals", "exact"],
+            "material::ggx::visible_normals",
+            "exact",
             |_, parts: GgxParts| {
                 integrals(
                     "visible",
@@ -276,7 +278,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "GGX of reflectance 0.5 has the directional albedo of its microfacets",
             "rough metal reflects light that its own facets hide, or too little",
             &GGX_MASKING,
-            ["material::ggx::Ggx", "exact"],
+            "material::ggx::Ggx",
+            "exact",
             |_, parts: GgxParts| {
                 let f = |alpha, wo, wi: DVec3| (parts.eval)(&ggx(0.5, alpha), wo, wi).x * wi.z;
                 integrals("coloured furnace", CASES, f, |alpha, wo| {
@@ -289,7 +292,8 @@ fn trials() -> Vec<FamilyTrial<GgxParts>> {
             "a white rough metal, rendered with its own sampler, loses the light that meets a second microfacet",
             "a floor of rough metal glows under an even sky, or darkens more than facets explain",
             &GGX_MASKING,
-            ["integrator::Path, material::ggx::Ggx", "t"],
+            "integrator::Path, material::ggx::Ggx",
+            "t",
             on_a_floor,
         ),
     ]

@@ -8,8 +8,8 @@ use crate::irradiance::reflected;
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, RECTANGLE, at_origin, ball, floor, lambert, light, mirror,
-    polygon_irradiance, scene, square, towards_origin, valid,
+    FLOOR, HEIGHT, LIGHT, RECTANGLE, ball, floor, lambert, light, mirror, polygon_irradiance,
+    ray_to_origin, ray_to_origin_at, scene, square, valid,
 };
 
 pub(super) const INDEX: f64 = 1.5;
@@ -50,7 +50,7 @@ fn aim(bsdf: Bsdf, direction: DVec3) -> Arc<Scene> {
     })
 }
 
-/// Continuation of a ray from [`towards_origin`] beyond the origin, at another inclination below.
+/// Continuation of a ray from [`ray_to_origin_at`] beyond the origin, at another inclination below.
 fn beyond(inclination: f64) -> DVec3 {
     -whitefurnace::math::frame::from_spherical(inclination, 4.0)
 }
@@ -67,7 +67,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
     let theta_1 = AIM.to_radians();
     let refracted = beyond((theta_1.sin() / INDEX).asin());
     let transmitted = (1.0 - reflectance_by_angles(theta_1, 1.0, INDEX)) / (INDEX * INDEX) * LIGHT;
-    let probe: Rays = |_| towards_origin(AIM.to_radians());
+    let probe: Rays = |_| ray_to_origin_at(AIM.to_radians());
     vec![
         radiance(
             "glass/mirror-aim",
@@ -76,7 +76,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Whitted(3),
             probe,
         )
-        .says(
+        .states(
             "a small light lies where the law of reflection says, and is seen in the mirror",
             "things seen in a mirror appear in the wrong place",
         )
@@ -88,7 +88,7 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Whitted(3),
             probe,
         )
-        .says(
+        .states(
             "a small light in glass lies where Snell's law says, at (1 − R)/n² of its radiance",
             "things under water or in glass appear in the wrong place, or at full brightness",
         )
@@ -100,11 +100,11 @@ fn aims() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             probe,
         )
-        .says(
+        .states(
             "light from within glass arrives as (1 − R)/n² of its radiance",
             "lamps in glass or water look n² too bright, as suspected in tunabrain/tungsten#54",
         )
-        .by_rays(transmitted / LIGHT, SINGLE, 2_400_000),
+        .by_rays(transmitted / LIGHT, CLOSED_FORM_DELTA, 2_400_000),
     ]
 }
 
@@ -149,24 +149,25 @@ fn lobes() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             format!("a window seen at {theta}° reflects too strongly or too weakly"),
             &FRESNEL,
-            ["integrator::Report", "binomial"],
+            "integrator::Report",
+            "binomial",
             with_parts(lobe),
         )
     };
     vec![
         lobe(
             "glass/reflects-60",
-            (60.0, |_| towards_origin(60f64.to_radians())),
+            (60.0, |_| ray_to_origin_at(60f64.to_radians())),
             4_500_000,
         ),
         lobe(
             "glass/reflects-75",
-            (75.0, |_| towards_origin(75f64.to_radians())),
+            (75.0, |_| ray_to_origin_at(75f64.to_radians())),
             1_500_000,
         ),
         lobe(
             "glass/reflects-85",
-            (85.0, |_| towards_origin(85f64.to_radians())),
+            (85.0, |_| ray_to_origin_at(85f64.to_radians())),
             500_000,
         ),
         total_reflection(),
@@ -190,7 +191,7 @@ fn total_reflection() -> FamilyTrial<EstimatorSubject> {
         EstimatorKind::Report(3),
         up,
     )
-    .says(
+    .states(
         "within glass, past the critical angle, the surface shows the lit ground undiminished",
         "water seen from below is black where it must mirror, as in Twinklebear/ChameleonRT#3",
     )
@@ -236,11 +237,11 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             from_outside,
         )
-        .says(
+        .states(
             "a glass cube under a white sky shows 1 from outside",
             "a block of glass has dark areas under a white sky, as in mmp/pbrt-v3#254",
         )
-        .by_rays(1.0, BOUNCES, 1_000_000),
+        .by_rays(1.0, BOUNCES_DELTA, 1_000_000),
         radiance(
             "glass/cube-inside",
             &REFRACTION,
@@ -248,11 +249,11 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             leaving,
         )
-        .says(
+        .states(
             "from inside it a glass cube under a white sky shows n² in directions that can leave",
             "the world seen from within glass is as dim as from outside",
         )
-        .by_rays(n2, BOUNCES, 2_400_000),
+        .by_rays(n2, BOUNCES_DELTA, 2_400_000),
         radiance(
             "glass/cube-trapped",
             &FRESNEL,
@@ -260,7 +261,7 @@ fn cubes() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             trapped,
         )
-        .says(
+        .states(
             "from inside it a glass cube shows nothing in directions that total reflection traps",
             "light seeps into a block of glass at angles at which none can enter",
         )
@@ -286,11 +287,11 @@ fn vanishing() -> FamilyTrial<EstimatorSubject> {
         &REFRACTION,
         &scene,
         EstimatorKind::Path,
-        |_| at_origin(),
+        |_| ray_to_origin(),
     )
-    .says(
+    .states(
         "a sphere of index 1 before a light changes nothing",
         "a body that bends no light casts a shadow on a floor, or brightens it",
     )
-    .by_rays(reference, IMAGE, 5_800_000)
+    .by_rays(reference, IMAGE_DELTA, 5_800_000)
 }

@@ -4,7 +4,7 @@
 use crate::glass::{GLASS, INDEX, reflectance_by_angles};
 use crate::mean_radiance::any_direction;
 use crate::prelude::*;
-use crate::scenes::{LIGHT, ball, floor, light, panel, scene, square, towards_origin};
+use crate::scenes::{LIGHT, ball, floor, light, panel, ray_to_origin_at, scene, square};
 
 /// A slab of glass over a ground that emits 1.
 fn slab() -> Arc<Scene> {
@@ -85,9 +85,9 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
     let through = |r: f64| (1.0 - r) / (1.0 + r);
     vec![
         radiance("glass/slab", &FRESNEL, &slab(), EstimatorKind::Path, |_| {
-            towards_origin(60f64.to_radians())
+            ray_to_origin_at(60f64.to_radians())
         })
-        .says(
+        .states(
             format!(
                 "a slab lets (1 − R)/(1 + R) = {:.6} of unpolarised light through at 60°, R taken \
                  anew for light without polarisation at each face, as (12) has it",
@@ -95,7 +95,7 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             ),
             "a window pane seen at a slant is too dark or too clear",
         )
-        .by_scrambles(through(r), SINGLE, 170_000),
+        .by_scrambles(through(r), CLOSED_FORM_DELTA, 170_000),
         radiance(
             "glass/prism",
             &FRESNEL,
@@ -103,20 +103,21 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             |_| Ray::new(DVec3::new(-1.0, 0.0, 0.4), DVec3::X),
         )
-        .says(
+        .states(
             format!(
                 "a prism turns light by 90° and lets (1 − R)/(1 + R) = {:.6} through its legs",
                 through(r0)
             ),
             "the view through a prism or a periscope is too dark or in the wrong place",
         )
-        .by_scrambles(through(r0) * LIGHT, SINGLE, 160_000),
+        .by_scrambles(through(r0) * LIGHT, CLOSED_FORM_DELTA, 160_000),
         trial(
             "glass/vanishing",
             "a sphere of index 1 before lights leaves the image as it is",
             "a body of the index of air, which should be invisible, shows as an outline",
             &REFRACTION,
-            ["integrator::Whitted", "exact"],
+            "integrator::Whitted",
+            "exact",
             with_parts(Vanishing {
                 scenes: [lights(true), lights(false)],
             }),

@@ -80,7 +80,7 @@ pub struct Passes {
     pub frame: [u32; 2],
     /// Source of random numbers: independent, or Sobol' points with this many passes per
     /// replication.
-    pub numbers: SamplerKind,
+    pub sampler: SamplerKind,
     /// Number of replications at scale 1.
     pub count: u64,
 }
@@ -113,9 +113,9 @@ impl Passes {
             .map(|(_, centre)| Values::new(*centre))
             .collect();
         let (numbers, seed, passes) = (
-            self.numbers,
+            self.sampler,
             context.seed_of("passes"),
-            self.numbers.samples(),
+            self.sampler.samples(),
         );
         for replication in 0..context.n(self.count) as u32 {
             let mut sums = vec![DVec3::ZERO; regions.len()];
@@ -125,7 +125,7 @@ impl Passes {
                     &self.scene,
                     self.frame,
                     ImagePass {
-                        numbers,
+                        sampler: numbers,
                         seed,
                         index,
                     },
@@ -208,7 +208,8 @@ pub fn image_of_regions(
         property,
         consequence,
         equation,
-        [passes.kind.path(), "t"],
+        passes.kind.path(),
+        "t",
         with_parts(same),
     )
 }
@@ -281,7 +282,8 @@ pub fn same_as_path(
         property,
         consequence,
         equation,
-        [passes.kind.path(), "Welch"],
+        passes.kind.path(),
+        "Welch",
         with_parts(same),
     )
 }

@@ -35,7 +35,7 @@ pub(super) fn film<E: Estimator>(
         ref replications,
     } = *frames;
     let sampling = Sampling {
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         pixel: PixelSampling::Centre,
         seed: context.seed_of(part),
         silhouettes: false,
@@ -166,7 +166,7 @@ impl Property for WhiteFurnace {
             let number = film.pixels().len() as f64;
             values.push((sum / SKY).element_sum() / (3.0 * number));
         }
-        let claim = Claim::Exact { delta: IMAGE };
+        let claim = Claim::Exact { delta: IMAGE_DELTA };
         vec![mean("image mean", &values, 1.0, claim)]
     }
 }
@@ -231,7 +231,7 @@ impl Property for SameImage {
             let [a, b] = with_path(context, "report", &frames, &report)?;
             let pixels = welch_map(&a.statistics(), &b.statistics(), ROOM_SIZE[0] as usize, 1);
             // The bias of the limit on segments must not fail the test.
-            let mean = same_mean("image mean", &a, &b, IMAGE).as_equivalence();
+            let mean = same_mean("image mean", &a, &b, IMAGE_DELTA).as_equivalence();
             Some(vec![mean, pixels.flatness("p-values of pixels", FLATNESS)])
         };
         outcomes().unwrap_or_else(not_a_film)
@@ -263,7 +263,7 @@ impl Property for Convex {
             replications: 0..n,
         };
         with_path(context, "whitted", &frames, &whitted).map_or_else(not_a_film, |[a, b]| {
-            vec![same_mean("image mean", &a, &b, BOUNCES)]
+            vec![same_mean("image mean", &a, &b, BOUNCES_DELTA)]
         })
     }
 }
@@ -309,8 +309,8 @@ impl Property for SameStrategies {
             return not_a_film();
         };
         vec![
-            same_mean("bsdf and mis", &bsdf, &mis, IMAGE),
-            same_mean("light and mis", &light, &mis, IMAGE),
+            same_mean("bsdf and mis", &bsdf, &mis, IMAGE_DELTA),
+            same_mean("light and mis", &light, &mis, IMAGE_DELTA),
         ]
     }
 }
@@ -325,7 +325,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "the film of a white Lambert sphere, a mirror and glass has the mean of the coloured sky",
             "white, mirror and glass objects stand out from the sky, or take on a tint",
             &RENDERING,
-            ["render::render, integrator::Path", "t"],
+            "render::render, integrator::Path",
+            "t",
             with_parts(white),
         ),
         trial(
@@ -333,10 +334,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "the path tracer and the report's estimator, unlimited, make the same image",
             "the report's method and path tracing show rooms of different brightness",
             &RENDERING,
-            [
-                "render::render, integrator::Path, integrator::Report",
-                "Welch, equivalence",
-            ],
+            "render::render, integrator::Path, integrator::Report",
+            "Welch, equivalence",
             with_parts(same),
         ),
         trial(
@@ -344,10 +343,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "Whitted's estimator and the path tracer make the same image of a convex diffuse object",
             "Whitted's ray tracing lights a lone ball differently than path tracing does",
             &WHITTED,
-            [
-                "render::render, integrator::Whitted, integrator::Path",
-                "Welch",
-            ],
+            "render::render, integrator::Whitted, integrator::Path",
+            "Welch",
             with_parts(Convex(convex())),
         ),
         trial(
@@ -355,7 +352,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "hits, shadow rays and both make the same image of a diffuse cavity with an emitting cap",
             "switching shadow rays on or off changes how bright an image is",
             &MIS,
-            ["render::render, integrator::Path", "Welch"],
+            "render::render, integrator::Path",
+            "Welch",
             with_parts(strategies),
         ),
     ]

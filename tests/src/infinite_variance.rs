@@ -101,7 +101,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
         masses.chain([LAW.at_least(last)]).collect(),
         places.chain([format!("{last} bounces or more")]).collect(),
     );
-    let delta = BOUNCES * reference;
+    let delta = BOUNCES_DELTA * reference;
     vec![
         chi_square("values of the law", &partition, &counts, CELL_DELTA),
         bounded_mean(
@@ -187,7 +187,8 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
             format!("at albedo {ALBEDO} and survival {SURVIVAL} the walk has its closed-form law"),
             "a long render settles on too dark a room: rare, very bright paths are missing",
             &ROULETTE,
-            [SUBJECT, "chi-square, empirical Bernstein"],
+            SUBJECT,
+            "chi-square, empirical Bernstein",
             law,
         ),
         trial(
@@ -195,7 +196,8 @@ pub fn trials() -> Vec<FamilyTrial<WalkParts>> {
             "the variance is finite exactly for survival above the squared albedo, the mean right on both sides",
             "advice on how often roulette may end paths is wrong: fireflies never cease",
             &ROULETTE,
-            [SUBJECT, "exact"],
+            SUBJECT,
+            "exact",
             boundary,
         ),
     ]
@@ -218,7 +220,8 @@ pub fn hall() -> FamilyTrial<EstimatorSubject> {
         ),
         "halls of mirrors settle on a wrong brightness where roulette leaves fireflies",
         &ROULETTE,
-        ["integrator::Path", "chi-square, empirical Bernstein"],
+        "integrator::Path",
+        "chi-square, empirical Bernstein",
         move |context: &Context, subject: EstimatorSubject| {
             let setup = subject.with(PartTable {
                 survival_by_throughput: |_, _| SURVIVAL,

@@ -9,9 +9,9 @@ use crate::form_factors;
 use crate::mean_radiance::{Draws, MeanRadiance};
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, at_origin, corners, half_hidden_light,
-    near_light, polygon_irradiance, rectangle_light, sphere_irradiance, sphere_light, three_lights,
-    triangle_light,
+    FLOOR, LIGHT, NEAR, RECTANGLE, SMALL_LIGHT, TRIANGLE, corners, half_hidden_light, near_light,
+    polygon_irradiance, ray_to_origin, rectangle_light, sphere_irradiance, sphere_light,
+    three_lights, triangle_light,
 };
 use crate::streams::frequencies;
 
@@ -63,8 +63,8 @@ pub(super) fn lit(
     let reference = reflected(light.irradiance);
     let property = format!("a floor reflects {reference:.6} of {}", light.what);
     radiance(name, equation, &light.scene, kind, ray)
-        .says(property, consequence)
-        .by_draws(reference, SINGLE, draws)
+        .states(property, consequence)
+        .by_draws(reference, CLOSED_FORM_DELTA, draws)
 }
 
 fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
@@ -107,7 +107,7 @@ fn lights() -> Vec<FamilyTrial<EstimatorSubject>> {
             consequence,
             light,
             kind,
-            |_| at_origin(),
+            |_| ray_to_origin(),
             equation,
             Draws::Scrambles(scrambles),
         )
@@ -194,12 +194,12 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
         let probe = Probe {
             scene,
             kind: EstimatorKind::Path,
-            ray: |_| at_origin(),
+            ray: |_| ray_to_origin(),
         };
         let mean = MeanRadiance {
             probe,
             reference,
-            delta: SINGLE,
+            delta: CLOSED_FORM_DELTA,
             draws: Draws::Scrambles(scrambles),
         };
         trial(
@@ -207,7 +207,8 @@ fn strategies() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             consequence,
             &MIS,
-            ["integrator::Path", "t"],
+            "integrator::Path",
+            "t",
             move |context: &Context, subject: EstimatorSubject| {
                 mean.run(
                     context,
@@ -299,13 +300,13 @@ impl Property for Weights {
 
 fn weights() -> FamilyTrial<EstimatorSubject> {
     let property = "MIS weights sum to one and are proportional to the densities";
-    let judged = ["sampling::mis::balance", "exact"];
     trial(
         "irradiance/weights",
         property,
         "direct light counts more or less than once: lit surfaces are too bright or too dark",
         &MIS,
-        judged,
+        "sampling::mis::balance",
+        "exact",
         with_parts(Weights(Heuristic::Balance)),
     )
 }
@@ -379,7 +380,8 @@ fn picks() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             consequence,
             equation,
-            [part, "chi-square"],
+            part,
+            "chi-square",
             with_parts(picks),
         )
     };

@@ -126,6 +126,6 @@ pub fn matrix() -> Vec<Pair> {
 /// The equivalent mutants under the trials that must accept them.
 pub fn equivalents() -> Vec<Pair> {
     let mut pairs = matrix();
-    pairs.retain(|pair| pair.fault.equivalent && pair.named);
+    pairs.retain(|pair| pair.fault.equivalent && pair.required);
     pairs
 }

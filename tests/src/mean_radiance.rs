@@ -11,11 +11,11 @@ use crate::prelude::*;
 use crate::scenes::mean_channel;
 
 /// Relative δ of single estimators with closed forms.
-pub const SINGLE: f64 = 0.003;
+pub const CLOSED_FORM_DELTA: f64 = 0.003;
 /// Relative δ of means over several bounces.
-pub const BOUNCES: f64 = 0.005;
+pub const BOUNCES_DELTA: f64 = 0.005;
 /// Relative δ of image means.
-pub const IMAGE: f64 = 0.01;
+pub const IMAGE_DELTA: f64 = 0.01;
 
 /// Compares the mean of `n` values with a reference. δ is relative to the reference; 0 claims that
 /// every single value is the reference.
@@ -145,7 +145,7 @@ pub fn path(kind: EstimatorKind) -> &'static str {
         | EstimatorKind::PathWithRrDepth
         | EstimatorKind::PathWith(..)
         | EstimatorKind::PathSpecularNee(..)
-        | EstimatorKind::PathWithMaxSegments(..) => "integrator::Path",
+        | EstimatorKind::PathSpecularNeeMaxSegments(..) => "integrator::Path",
         EstimatorKind::Report(_) => "integrator::Report",
         EstimatorKind::Whitted(_) => "integrator::Whitted",
     }
@@ -173,7 +173,7 @@ pub fn radiance(
     }
 }
 
-/// A trial of a mean radiance that still lacks its [property and consequence](Self::says).
+/// A trial of a mean radiance that still lacks its [property and consequence](Self::states).
 pub struct Radiance {
     name: &'static str,
     equation: &'static Equation,
@@ -189,7 +189,7 @@ pub struct StatedRadiance {
 
 impl Radiance {
     /// Sets the property, and the symptom in a renderer where it is false.
-    pub fn says(
+    pub fn states(
         self,
         property: impl Into<String>,
         consequence: impl Into<String>,
@@ -231,13 +231,13 @@ impl StatedRadiance {
             equation,
             probe,
         } = self.radiance;
-        let judged = [path(probe.kind), "t"];
         trial(
             name,
             self.property,
             self.consequence,
             equation,
-            judged,
+            path(probe.kind),
+            "t",
             with_parts(MeanRadiance {
                 probe,
                 reference,

@@ -161,7 +161,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             "nothing is seen of a light, mirror or ball of glass just behind another surface",
             "a lamp or mirror just behind a wall shines through it",
             &GEOMETRY,
-            ["integrator::Path", "exact"],
+            "integrator::Path",
+"exact",
             with_parts(Covered(covered)),
         ),
         radiance(
@@ -171,13 +172,13 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             SPECULAR_NEE,
             near_origin,
         )
-        .says(
+        .states(
             format!(
                 "a patch reflects {in_mirror:.6} of a light in a mirror, whatever is just behind both"
             ),
             "a mirror hung close to a wall, or a lamp close to a ceiling, goes dark",
         )
-        .by_scrambles(in_mirror, SINGLE, 59_000),
+        .by_scrambles(in_mirror, CLOSED_FORM_DELTA, 59_000),
     ]
 }
 

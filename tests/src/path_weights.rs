@@ -363,7 +363,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "on every path a hit and a shadow ray have the heuristic's weights, which sum to one",
             "lamps look wrong as two pdfs disagree, as in gkjohnson/three-gpu-pathtracer#847",
             &MIS,
-            ["integrator::Path", "exact"],
+            "integrator::Path",
+            "exact",
             on,
         )],
         faults: vec![

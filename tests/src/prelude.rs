@@ -18,7 +18,9 @@ pub(crate) use whitefurnace::sampling::rng::{Stream, uniform, uniform2};
 pub(crate) use whitefurnace::scene::{Scene, SceneBuilder, Surface};
 
 pub(crate) use crate::faults::{AnyFamily, Family, FamilyTrial, Fault, TrialFn, fault, trial};
-pub(crate) use crate::mean_radiance::{BOUNCES, IMAGE, Rays, SINGLE, mean_of, means, radiance};
+pub(crate) use crate::mean_radiance::{
+    BOUNCES_DELTA, CLOSED_FORM_DELTA, IMAGE_DELTA, Rays, mean_of, means, radiance,
+};
 pub(crate) use crate::subject::{
     CORRECT, Configuration, EstimatorKind, EstimatorParts, EstimatorSubject, PartTable, Probe,
     Property, STANDARD, fault, parts, with_parts,

@@ -43,7 +43,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
         vec![mean_of(
             "radiance",
             reference,
-            BOUNCES,
+            BOUNCES_DELTA,
             context.n(SAMPLES),
             || {
                 let ray = inside(&mut rng);
@@ -59,7 +59,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             format!("with its three quirks the radiance in a rough furnace is {reference:.6}"),
             "the report's pictures are blamed on the wrong mistakes of its program",
             &ROULETTE,
-            ["integrator::Published", "t"],
+            "integrator::Published",
+            "t",
             on,
         )],
         faults: vec![

@@ -67,7 +67,7 @@ impl Property for Mean {
         vec![mean_of(
             "radiance",
             reference,
-            BOUNCES,
+            BOUNCES_DELTA,
             context.n(self.0.samples),
             || radiance().x,
         )]
@@ -147,7 +147,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("with N = {rays} sample rays at each hit the mean is that of every N"),
             format!("images by N = {rays} are too bright or too dark"),
             &ESTIMATOR,
-            [subject, "t"],
+            subject,
+            "t",
             with_parts(Mean(furnace)),
         )
     });
@@ -157,7 +158,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             format!("N = {rays} sample rays at each of two hits are N + N² rays"),
             format!("a render of N = {rays} takes another time than stated, or skips bounces"),
             &ESTIMATOR,
-            [subject, "exact"],
+            subject,
+            "exact",
             with_parts(Cost(SampleRays::new(0.0, rays, ESTIMATES))),
         )
     });

@@ -54,7 +54,7 @@ fn failed() -> Vec<DVec3> {
 /// Returns the numbers that `render` hands out.
 fn right(scene: &Scene, seed: u64, sample: u32) -> Vec<DVec3> {
     let sampling = Sampling {
-        numbers: SampleStream::Independent,
+        sampler: SampleStream::Independent,
         pixel: PixelSampling::Random,
         seed,
         silhouettes: false,
@@ -148,7 +148,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             property,
             consequence,
             &ESTIMATOR,
-            ["render::render", statistic],
+            "render::render",
+            statistic,
             on,
         )
     };

@@ -9,7 +9,7 @@ use whitefurnace::harness::domain::MASS_TOLERANCE;
 use whitefurnace::harness::pointwise::{LargestError, POINTWISE_TOLERANCE, relative, uniform3};
 use whitefurnace::integrator::Heuristic;
 use whitefurnace::light::emitter::LightSampling;
-use whitefurnace::material::fresnel::{mirror, reflectance, refract};
+use whitefurnace::material::fresnel::{reflect, reflectance, refract};
 use whitefurnace::material::ggx::{smith_g2, smith_lambda, visible_normal_pdf};
 use whitefurnace::material::rough_glass::{RoughGlass, refracting, smith_g2_transmission};
 use whitefurnace::math::frame::from_spherical;
@@ -19,7 +19,7 @@ use crate::environment_map::sky;
 use crate::ggx::lambda;
 use crate::glass::INDEX;
 use crate::prelude::*;
-use crate::scenes::{LIGHT, floor, hollow, light, scene, towards_origin};
+use crate::scenes::{LIGHT, floor, hollow, light, ray_to_origin_at, scene};
 
 /// The functions of the model, so that each can be replaced.
 #[derive(Clone, Copy, Debug)]
@@ -258,7 +258,7 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         } else {
             refract(-wo, DVec3::Z, 1.0, index)
         };
-        let expected = expected.unwrap_or(mirror(-wo, DVec3::Z));
+        let expected = expected.unwrap_or(reflect(-wo, DVec3::Z));
         // 0.99 leaves out the few microfacets that are steep even at this α.
         let found = (parts.sample)(&glass, wo, [0.99 * r1, r2, r3]);
         let place = || format!("{found:?} for {expected} from {wo}, {outside}");
@@ -299,7 +299,8 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
             "rough glass passes the check-up from both sides and has the albedo of its microfacets",
             "frosted glass is too bright, too dark or full of fireflies",
             &ROUGH_GLASS_PDF,
-            ["material::rough_glass::RoughGlass", "BSDF check-up"],
+            "material::rough_glass::RoughGlass",
+            "BSDF check-up",
             on_both_sides,
         ),
         trial(
@@ -307,7 +308,8 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
             "f is reciprocal, across the surface up to the square of the index",
             "frosted glass is brighter or darker if traced from the lamp, as in mmp/pbrt-v4#30",
             &ROUGH_GLASS,
-            ["material::rough_glass::RoughGlass", "exact"],
+            "material::rough_glass::RoughGlass",
+            "exact",
             reciprocity,
         ),
         trial(
@@ -315,7 +317,8 @@ fn of_model() -> Vec<FamilyTrial<RoughGlassParts>> {
             "for α near 0 rough glass scatters as smooth glass does",
             "the less frosted glass is, the less it looks like clear glass",
             &ROUGH_GLASS_REFRACTION,
-            ["material::rough_glass::RoughGlass", "exact"],
+            "material::rough_glass::RoughGlass",
+            "exact",
             smooth,
         ),
     ]
@@ -500,11 +503,11 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         sky(s, [1, 1], vec![DVec3::splat(LIGHT)]);
     });
     let by = |strategy| EstimatorKind::PathWith(strategy, LightSampling::Area, Heuristic::Balance);
-    let from_outside: Rays = |_| towards_origin(INCLINATION);
+    let from_outside: Rays = |_| ray_to_origin_at(INCLINATION);
     let from_within: Rays = |_| {
         let Ray {
             origin, direction, ..
-        } = towards_origin(INCLINATION);
+        } = ray_to_origin_at(INCLINATION);
         Ray::new(flipped(origin), flipped(direction))
     };
     vec![
@@ -515,11 +518,11 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             EstimatorKind::Path,
             from_outside,
         )
-        .says(
+        .states(
             "under a sky rough glass loses the light that meets a second microfacet, and no more",
             "frosted glass under an even sky glows, or is darker than its facets explain",
         )
-        .by_rays(seen_from_outside, BOUNCES, 3_000_000),
+        .by_rays(seen_from_outside, BOUNCES_DELTA, 3_000_000),
         radiance(
             "glass/rough-by-both",
             &ROUGH_GLASS,
@@ -527,11 +530,11 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             by(Strategy::Mis),
             from_within,
         )
-        .says(
+        .states(
             "from within, directions and shadow rays find the light before and behind rough glass",
             "a lamp behind frosted glass is counted twice or not at all",
         )
-        .by_rays(LIGHT * seen_from_within, IMAGE, 1_400_000),
+        .by_rays(LIGHT * seen_from_within, IMAGE_DELTA, 1_400_000),
         radiance(
             "sky/rough-glass",
             &ROUGH_GLASS,
@@ -539,11 +542,11 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             by(Strategy::Mis),
             from_outside,
         )
-        .says(
+        .states(
             "directions and shadow rays find an environment map before and behind rough glass",
             "an environment map behind frosted glass is counted twice or not at all",
         )
-        .by_rays(LIGHT * seen_from_outside, IMAGE, 350_000),
+        .by_rays(LIGHT * seen_from_outside, IMAGE_DELTA, 350_000),
     ]
 }
 

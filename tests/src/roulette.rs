@@ -162,7 +162,8 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
         format!("the mean is {m:.0} whatever the survival"),
         format!("rooms of albedo {a} are too dark or too bright at survival {q}"),
         &ROULETTE,
-        [SUBJECT, "t"],
+        SUBJECT,
+        "t",
         move |c, parts| mean_is_right(c, parts, pair),
     )];
     if q >= a {
@@ -171,7 +172,8 @@ fn pair_benches(pair: [f64; 2]) -> Vec<FamilyTrial<WalkParts>> {
             format!("the variance is {:.6}", variance(a, q)),
             format!("rooms of albedo {a} are noisier than planned at survival {q}"),
             &ROULETTE,
-            [SUBJECT, "t"],
+            SUBJECT,
+            "t",
             move |c, parts| variance_is_right(c, parts, pair),
         ));
     }
@@ -185,7 +187,8 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
         "survivals 0.75 and 0.9 have the same mean at albedo 0.75",
         "stricter roulette makes a room darker, as in chunky-dev/chunky#1018",
         &ROULETTE,
-        [SUBJECT, "Welch"],
+        SUBJECT,
+        "Welch",
         |c, parts| same_mean(c, [CORRECT, parts], 0.75, [0.75, 0.9]),
     ));
     trials.extend([0.5, 0.75, 0.9].map(|a| {
@@ -194,7 +197,8 @@ fn trials() -> Vec<FamilyTrial<WalkParts>> {
             "a path cut after b bounces has the relative bias −a^(b+1), b = 1 to 12",
             format!("a limit on bounces darkens rooms of albedo {a} more or less than stated"),
             &PATH_LENGTH,
-            [SUBJECT, "t"],
+            SUBJECT,
+            "t",
             move |c, parts| truncation(c, parts, a),
         )
     }));

@@ -292,18 +292,18 @@ pub fn eon_floor(albedo: f64) -> Arc<Scene> {
 }
 
 /// Returns a ray to the origin from an inclination of 25°.
-pub fn at_origin() -> Ray {
-    origin_from(0.5)
+pub fn ray_to_origin() -> Ray {
+    ray_to_origin_from(0.5)
 }
 
 /// Returns a ray to the origin from an inclination of 25° and this distance.
-pub fn origin_from(distance: f64) -> Ray {
+pub fn ray_to_origin_from(distance: f64) -> Ray {
     let w = from_spherical(25f64.to_radians(), 4.0);
     Ray::new(distance * w, -w)
 }
 
 /// Returns a ray to the origin from an inclination, radians, in a plane of no symmetry.
-pub fn towards_origin(inclination: f64) -> Ray {
+pub fn ray_to_origin_at(inclination: f64) -> Ray {
     let w = from_spherical(inclination, 4.0);
     Ray::new(0.5 * w, -w)
 }

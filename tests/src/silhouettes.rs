@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_4;
 
 use whitefurnace::render::silhouette;
-use whitefurnace::render::silhouette::{MirroredRay, POINTS_PER_SAMPLE};
+use whitefurnace::render::silhouette::{POINTS_PER_SAMPLE, PrimaryRay};
 
 use crate::mean_radiance::means;
 use crate::prelude::*;
@@ -19,13 +19,13 @@ pub struct OutlinePoints {
     /// points.
     pub with_supersampled_emission: fn(DVec3, DVec3, [DVec3; POINTS_PER_SAMPLE]) -> DVec3,
     /// The view after the mirrors that the camera ray meets, from the camera's view and the scene.
-    pub follow_mirrors: fn(MirroredRay, &Scene) -> MirroredRay,
+    pub follow_mirrors: fn(PrimaryRay, &Scene) -> PrimaryRay,
 }
 
 const CORRECT: OutlinePoints = OutlinePoints {
     points: silhouette::points,
     with_supersampled_emission: silhouette::with_supersampled_emission,
-    follow_mirrors: MirroredRay::follow_mirrors,
+    follow_mirrors: PrimaryRay::follow_mirrors,
 };
 
 /// Emitted radiance at a point of the pixel, where three lights are seen, one in each channel: a
@@ -110,7 +110,7 @@ fn channels_in_mirror(context: &Context, subject: OutlinePoints) -> Vec<Outcome>
     let path = Path::new(DefaultParts, Strategy::Mis);
     let view = |[x, y]: [f64; 2]| {
         let ray = scene.camera().ray([1, 1], x, y);
-        (subject.follow_mirrors)(MirroredRay::new(ray, scene.intersect(&ray)), &scene)
+        (subject.follow_mirrors)(PrimaryRay::new(ray, scene.intersect(&ray)), &scene)
     };
     let mean =
         |reflectance: f64| reflectance * (AREA_IN_MIRROR * RADIANCE + (1.0 - AREA_IN_MIRROR));
@@ -147,7 +147,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "supersampled emitter silhouettes leave the mean of a pixel unbiased",
                 "lamps in the picture have bright or dark rims",
                 &RANDOMISATION,
-                ["render::silhouette::replaced", "t"],
+                "render::silhouette::replaced",
+                "t",
                 channels,
             ),
             trial(
@@ -155,7 +156,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "camera rays that follow a mirror first, and supersampled silhouettes in it, leave the mean of a pixel unbiased",
                 "lamps seen in a mirror have bright or dark rims, or are as bright as unmirrored",
                 &RANDOMISATION,
-                ["render::silhouette::View::in_mirrors", "t"],
+                "render::silhouette::View::in_mirrors",
+                "t",
                 channels_in_mirror,
             ),
         ],
@@ -176,7 +178,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 "convergence/outlines: disc | triangle | strip", "convergence/in-mirrors: red | green | blue"),
             fault!("mirror-without-loss", RANDOMISATION, "a mirror that camera rays follow reflects all light",
                 = OutlinePoints {
-                    follow_mirrors: |view, scene| MirroredRay { weight: DVec3::ONE, ..view.follow_mirrors(scene) },
+                    follow_mirrors: |view, scene| PrimaryRay { weight: DVec3::ONE, ..view.follow_mirrors(scene) },
                     ..CORRECT
                 },
                 "convergence/in-mirrors: red | green"),
@@ -184,7 +186,7 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
                 = OutlinePoints {
                     follow_mirrors: |view, scene| {
                         let (ray, hit) = scene.spawn_and_trace(&view.hit.expect("a mirror"), view.ray.direction);
-                        MirroredRay { ray, hit, ..view.follow_mirrors(scene) }
+                        PrimaryRay { ray, hit, ..view.follow_mirrors(scene) }
                     },
                     ..CORRECT
                 },

@@ -146,7 +146,7 @@ impl Image {
         let seed = context.seed_of("image");
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed,
             silhouettes: false,
         };
@@ -333,10 +333,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             format!("{what} have the same mean in single as in double precision"),
             consequence,
             &SINGLE_PRECISION,
-            [
-                "render::ByLanes, render::render_lanes",
-                "empirical Bernstein",
-            ],
+            "render::ByLanes, render::render_lanes",
+            "empirical Bernstein",
             move |context: &Context, subject| image.run(context, &subject),
         )
     };

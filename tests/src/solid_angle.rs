@@ -184,7 +184,8 @@ fn trials() -> Vec<FamilyTrial<Sample>> {
                 format!("directions to {what} are uniform in its solid angle"),
                 format!("soft shadows lean to one side where {what} that gives light is near"),
                 equation,
-                [subject, "chi-square, t"],
+                subject,
+                "chi-square, t",
                 move |context: &Context, subject| seen(context, subject, &shape()),
             )
         };

@@ -66,8 +66,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property =
             format!("a patch reflects {reference:.6} of a light that it sees {how} only");
         radiance(name, equation, scene, kind, near_origin)
-            .says(property, consequence)
-            .by_scrambles(*reference, SINGLE, n)
+            .states(property, consequence)
+            .by_scrambles(*reference, CLOSED_FORM_DELTA, n)
     };
     let mirror = LitThroughCaster {
         scene: mirror,

@@ -128,8 +128,8 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         let property =
             format!("among {what} in a furnace of albedo {ALBEDO} the radiance is {level}");
         radiance(name, equation, scene, kind, ray)
-            .says(property, consequence)
-            .by_rays(level, BOUNCES, samples)
+            .states(property, consequence)
+            .by_rays(level, BOUNCES_DELTA, samples)
     };
     let (glass, mirrors, lens) = (
         with_glass(),
@@ -146,27 +146,27 @@ pub fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             SPECULAR_NEE,
             near_origin,
         )
-        .says(
+        .states(
             format!(
                 "a patch reflects {lit:.6} of a light that it sees through a ball of glass only"
             ),
             "the caustic of a glass ball is too bright or too dim by specular shadow rays",
         )
-        .by_scrambles(lit, BOUNCES, 140_000),
+        .by_scrambles(lit, BOUNCES_DELTA, 140_000),
         radiance(
             "irradiance/by-bodies/lens-four-segments",
             &SPECULAR_ANGLE,
             &lens,
-            EstimatorKind::PathWithMaxSegments(4),
+            EstimatorKind::PathSpecularNeeMaxSegments(4),
             near_origin,
         )
-        .says(
+        .states(
             format!(
                 "without reflections within the ball of glass the patch reflects {straight:.6}"
             ),
             "a limit on bounces cuts the caustic of a glass ball, or does not limit it",
         )
-        .by_scrambles(straight, BOUNCES, 140_000),
+        .by_scrambles(straight, BOUNCES_DELTA, 140_000),
         furnace(
             "furnace/by-bodies/glass",
             "glass balls in a room change how bright it is: their caustics are counted wrongly",

@@ -16,22 +16,22 @@ use crate::mean_radiance::Draws;
 use crate::prelude::*;
 use crate::scenes::{
     FLOOR, LIGHT, NEAR, RECTANGLE, TRIANGLE, ball, corners, floor, lambert, light, mean_channel,
-    near_light, origin_from, panel, polygon_irradiance, rectangle_light, scene, sphere_irradiance,
-    sphere_light, square, three_lights, triangle, triangle_light,
+    near_light, panel, polygon_irradiance, ray_to_origin_from, rectangle_light, scene,
+    sphere_irradiance, sphere_light, square, three_lights, triangle, triangle_light,
 };
 
 /// Returns a path tracer with a strategy, a light sampling and the balance heuristic.
-pub const fn by(strategy: Strategy, lights: LightSampling) -> EstimatorKind {
+pub const fn path_with(strategy: Strategy, lights: LightSampling) -> EstimatorKind {
     EstimatorKind::PathWith(strategy, lights, Heuristic::Balance)
 }
 
-const BSDF: EstimatorKind = by(Strategy::Bsdf, LightSampling::Area);
-const LIGHT_AREA: EstimatorKind = by(Strategy::Light, LightSampling::Area);
-pub(super) const LIGHT_ANGLE: EstimatorKind = by(Strategy::Light, LightSampling::SolidAngle);
-const MIS_AREA: EstimatorKind = by(Strategy::Mis, LightSampling::Area);
-const LIGHT_IMPORTANCE: EstimatorKind = by(Strategy::Light, LightSampling::Importance);
-const MIS_IMPORTANCE: EstimatorKind = by(Strategy::Mis, LightSampling::Importance);
-pub(super) const MIS_ANGLE: EstimatorKind = by(Strategy::Mis, LightSampling::SolidAngle);
+const BSDF: EstimatorKind = path_with(Strategy::Bsdf, LightSampling::Area);
+const LIGHT_AREA: EstimatorKind = path_with(Strategy::Light, LightSampling::Area);
+pub(super) const LIGHT_ANGLE: EstimatorKind = path_with(Strategy::Light, LightSampling::SolidAngle);
+const MIS_AREA: EstimatorKind = path_with(Strategy::Mis, LightSampling::Area);
+const LIGHT_IMPORTANCE: EstimatorKind = path_with(Strategy::Light, LightSampling::Importance);
+const MIS_IMPORTANCE: EstimatorKind = path_with(Strategy::Mis, LightSampling::Importance);
+pub(super) const MIS_ANGLE: EstimatorKind = path_with(Strategy::Mis, LightSampling::SolidAngle);
 
 /// A triangle that faces down, so near and large that most directions hit it.
 pub const NEAR_TRIANGLE: [DVec3; 3] = [
@@ -44,7 +44,7 @@ pub const NEAR_SPHERE: [f64; 2] = [1.35, 1.5];
 
 /// Returns a ray to the origin from so near that no light is between.
 pub(super) fn near_origin(_: &mut Stream) -> Ray {
-    origin_from(0.1)
+    ray_to_origin_from(0.1)
 }
 
 fn near_triangle() -> Arc<Scene> {
@@ -353,8 +353,8 @@ fn penumbra() -> Vec<FamilyTrial<EstimatorSubject>> {
         let reference = penumbra_reference(y);
         let property = format!("in the penumbra at y = {y} the floor reflects {reference:.6}");
         radiance(name, &GEOMETRY, &scene, kind, ray)
-            .says(property, consequence)
-            .by_scrambles(reference, SINGLE, scrambles)
+            .states(property, consequence)
+            .by_scrambles(reference, CLOSED_FORM_DELTA, scrambles)
     };
     vec![
         family_trial(
@@ -401,7 +401,7 @@ impl Property for SameMean {
             })
         });
         let claim = Claim::Exact {
-            delta: SINGLE * reference,
+            delta: CLOSED_FORM_DELTA * reference,
         };
         vec![welch("balance less power", &balance, &power, claim)]
     }
@@ -418,20 +418,21 @@ fn heuristics() -> FamilyTrial<EstimatorSubject> {
         property,
         "choosing another MIS heuristic changes the brightness of an image, not only its noise",
         &MIS_POWER,
-        ["integrator::Path", "Welch"],
+        "integrator::Path",
+        "Welch",
         with_parts(same),
     )
 }
 
 fn power_weights() -> FamilyTrial<EstimatorSubject> {
     let property = "power weights sum to one and are proportional to the squares of the densities";
-    let judged = ["sampling::mis::power", "exact"];
     trial(
         "irradiance/power-weights",
         property,
         "lit surfaces are too dark or bright with the power heuristic, which loses or adds light",
         &MIS_POWER,
-        judged,
+        "sampling::mis::power",
+        "exact",
         with_parts(Weights(Heuristic::Power)),
     )
 }

@@ -203,7 +203,8 @@ fn trials() -> Vec<FamilyTrial<Numbers>> {
                 property,
                 consequence,
                 &ESTIMATOR,
-                [subject, statistic],
+                subject,
+                statistic,
                 on,
             )
         };

@@ -221,7 +221,7 @@ pub enum EstimatorKind {
     PathSpecularNee(Heuristic),
     /// [`Path`] with specular next-event estimation, the balance heuristic and at most this many
     /// segments, which is one more than its bounces.
-    PathWithMaxSegments(u32),
+    PathSpecularNeeMaxSegments(u32),
     /// [`Report`] with one sample ray and at most this many segments.
     Report(u32),
     /// [`Whitted`] with at most this many segments.
@@ -257,7 +257,7 @@ impl EstimatorKind {
                 ..path(Strategy::Mis)
             }
             .radiances(scene, samples),
-            Self::PathWithMaxSegments(segments) => {
+            Self::PathSpecularNeeMaxSegments(segments) => {
                 let bounces = Some(setup.segments.unwrap_or(segments) - 1);
                 Path {
                     specular_nee: true,

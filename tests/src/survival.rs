@@ -73,7 +73,7 @@ fn channels(context: &Context, policy: Policy) -> Vec<Outcome> {
     ];
     let mut rng = context.rng("walks");
     means(
-        about.map(|(name, reference)| (name, reference, BOUNCES * reference)),
+        about.map(|(name, reference)| (name, reference, BOUNCES_DELTA * reference)),
         context.n(WALKS),
         || walk(&mut rng, policy, |_, _, _, _| ()).to_array(),
     )
@@ -124,7 +124,8 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
             "survival by the largest channel of the throughput preserves the mean of every channel",
             "light of one colour is lost where roulette looks at another",
             &ROULETTE,
-            [subject, "t"],
+            subject,
+            "t",
             channels,
         ),
         trial(
@@ -132,7 +133,8 @@ fn trials() -> Vec<FamilyTrial<Policy>> {
             "survival is at most 1 at early hits and 0.95 later, and a survivor's largest channel 1 or what it was divided by that",
             "renders between mirrors never end, or survivors become fireflies",
             &ROULETTE,
-            [subject, "exact"],
+            subject,
+            "exact",
             bounds,
         ),
     ]
@@ -188,7 +190,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     let mut radiance = probe.radiances(by_throughput, context.seed_of("survival by throughput"));
     let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
     let claim = Claim::Exact {
-        delta: BOUNCES * reference,
+        delta: BOUNCES_DELTA * reference,
     };
     OTHER_POLICIES
         .iter()
@@ -216,10 +218,8 @@ pub fn cavity() -> FamilyTrial<EstimatorSubject> {
         "in a cavity the path tracer has the same mean with survival by throughput, 0.9, and 1 − α",
         "choosing another roulette changes how bright a room is",
         &ROULETTE,
-        [
-            "integrator::Path, sampling::roulette::by_throughput",
-            "Welch",
-        ],
+        "integrator::Path, sampling::roulette::by_throughput",
+        "Welch",
         move |context, subject| same_mean(context, &probe, subject),
     )
 }

@@ -67,15 +67,15 @@ fn run(options: &mut Render, start: Instant) -> Result<Ending, Error> {
             .iter_mut()
             .map(|preview| preview as &mut dyn Observer),
     );
-    let Rendered { film, complete } = match job.resume("render", film, &part.range, &mut observers)
-    {
-        Ok(rendered) => rendered,
-        Err(Error::Interrupted) => {
-            eprintln!("interrupted before the first sample of this run: no file is written");
-            return Ok(Ending::Interrupted);
-        }
-        Err(error) => return Err(error),
-    };
+    let Rendered { film, complete } =
+        match job.render_onto("render", film, &part.range, &mut observers) {
+            Ok(rendered) => rendered,
+            Err(Error::Interrupted) => {
+                eprintln!("interrupted before the first sample of this run: no file is written");
+                return Ok(Ending::Interrupted);
+            }
+            Err(error) => return Err(error),
+        };
     saves.finish();
     // Free the copy of the film that was saved last: writing the files needs memory.
     drop(saves);

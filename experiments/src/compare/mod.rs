@@ -309,7 +309,7 @@ impl ComparisonReport<'_> {
                     });
                     format!(
                         "the {} in {} is {} off the second's ({evidence}){}",
-                        report::place_name(kind, place),
+                        report::area_name(kind, place),
                         self.channel(place.channel),
                         percent(place.difference()),
                         if within {

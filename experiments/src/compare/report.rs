@@ -20,7 +20,7 @@ pub(super) const HTML: &str = "report.html";
 const BINS: usize = 20;
 
 /// Describes the position of a place in words.
-pub(super) fn place_name(kind: &AreaKind, place: &AreaTest) -> String {
+pub(super) fn area_name(kind: &AreaKind, place: &AreaTest) -> String {
     let [x0, y0, x1, y1] = place.area;
     match kind.name {
         "image mean" => kind.name.to_owned(),

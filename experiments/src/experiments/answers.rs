@@ -33,7 +33,7 @@ pub const COMMANDS: [&str; 11] = [
     "--scene cornell --size 64x64 --spp 64",
     "--scene cornell --size 64x64 --spp 64 --seed 2",
     "--scene diffuse-room --size 64x48 --spp 64",
-    "--scene diffuse-room --size 64x48 --spp 64 --engine single",
+    "--scene diffuse-room --size 64x48 --spp 64 --precision single",
     "--scene furnace-box --size 32x32 --spp 64 --sampler independent",
 ];
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use trials::scenes::{at_origin, rectangle_light};
+use trials::scenes::{ray_to_origin, rectangle_light};
 use whitefurnace::harness::convergence::log_slope;
 use whitefurnace::sampling::sampler::{Sampler, Sobol, scramble};
 
@@ -40,7 +40,7 @@ impl Integrand {
             Path::new(parts, strategy).radiance(scene, ray, hit, rng).x
         };
         match self {
-            Self::Smooth(scene) => radiance(scene, &at_origin(), Strategy::Light, rng),
+            Self::Smooth(scene) => radiance(scene, &ray_to_origin(), Strategy::Light, rng),
             Self::Edge => {
                 let [x, y] = uniform2(rng);
                 f64::from(u8::from(y - 0.5 < 0.37 * (x - 0.5)))

@@ -28,16 +28,16 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let mut pairs = trials::matrix();
     pairs.retain(|pair| !pair.fault.equivalent);
     if run.tier() == Tier::Quick {
-        pairs.retain(|pair| pair.named);
+        pairs.retain(|pair| pair.required);
     }
     let scales = [run.scale(UNASSERTED), suite::scale(run)];
     let [reduced, asserted] = scales.map(|scale| Context::new(run.seed(), scale));
     let (reduced, asserted) = (reduced?, asserted?);
     let seen = parallel_map(&pairs, |pair| {
-        let context = if pair.named { &asserted } else { &reduced };
+        let context = if pair.required { &asserted } else { &reduced };
         let name = format!("{}!{}", pair.trial, pair.fault.name);
         let outcomes = (pair.run)(&context.named(&name));
-        if pair.named {
+        if pair.required {
             judge(&required_outcomes(&pair.rejected_by, &outcomes))
         } else {
             judge(&outcomes.iter().collect::<Vec<_>>())
@@ -54,7 +54,7 @@ fn run(run: &mut Run) -> Result<(), Error> {
     run.csv("faults.csv", "fault,trial,verdict,wrong", &table)?;
     draw(run, &pairs, &seen)?;
     for (pair, seen) in pairs.iter().zip(&seen) {
-        if pair.named && *seen == Detection::Missed {
+        if pair.required && *seen == Detection::Missed {
             run.claim(
                 &format!("{} in {}", label(pair), pair.trial),
                 "not rejected".to_owned(),
@@ -93,7 +93,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
         counts.push(format!("{count} {}", kind.word()));
     }
     run.number("pairs", pairs.len() as f64);
-    let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.named);
+    let named = || pairs.iter().zip(seen).filter(|(pair, _)| pair.required);
     let missed = named()
         .filter(|(_, seen)| **seen == Detection::Missed)
         .count();

@@ -1,6 +1,6 @@
 //! Bias of photon lookups against their radius, and of the mean of passes against their number.
 
-use trials::photon::scenes::{at_origin, at_point, disc_average, over_floor, point_camera};
+use trials::photon::scenes::{at_point, disc_average, over_floor, point_camera, ray_to_origin};
 use whitefurnace::integrator::{ImageEstimator, radius_squared};
 
 use crate::experiments::prelude::*;
@@ -113,7 +113,7 @@ fn looked_up(scene: &Scene, radius: f64, seed: u64, index: u32) -> Result<f64, E
         radius,
         (seed, index),
     )?;
-    let ray = at_origin();
+    let ray = ray_to_origin();
     let mut rng = stream(seed, index, 0);
     Ok(photons
         .radiance(scene, &ray, scene.intersect(&ray), &mut rng)

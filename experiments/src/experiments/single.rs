@@ -135,7 +135,7 @@ impl Worst {
     fn measure(&mut self, run: &mut Run, key: &str, scene: &Scene) -> Result<(), Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed: run.seed(),
             silhouettes: false,
         };

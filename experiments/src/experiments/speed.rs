@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Deserialize;
 
 use crate::experiments::prelude::*;
-use crate::render::{EngineName, SamplerName, SilhouettesName, SpecularNeeName};
+use crate::render::{PrecisionName, SamplerName, SilhouettesName, SpecularNeeName};
 
 pub(super) const SPEED: Experiment = Experiment {
     id: "speed",
@@ -71,7 +71,7 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
             ..base
         };
         let single = Job {
-            engine: EngineName::Single,
+            precision: PrecisionName::Single,
             ..mis
         };
         image(run, &pools, &name(scene), "mis-single", single)?;
@@ -103,7 +103,7 @@ fn estimators(run: &mut Run) -> Result<(), Error> {
         "seven-segments",
         "report-single",
         Job {
-            engine: EngineName::Single,
+            precision: PrecisionName::Single,
             ..report
         },
     )?;

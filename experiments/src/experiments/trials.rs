@@ -11,7 +11,7 @@ use crate::run::{ExperimentResult, record};
 pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",
     title: "the verdicts: every equation and claim on trial",
-    headline: "every equation and claim on trial: {holds} groups hold, {fails} fail, {undecided} undecided",
+    headline: "every equation and claim on trial: {holds} findings hold, {fails} fail, {undecided} undecided",
     version: 1,
     equations: &[],
     run,

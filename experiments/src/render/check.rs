@@ -12,8 +12,8 @@ use whitefurnace::sampling::sampler::MAX_POINTS;
 use super::command::{Render, given};
 use super::names::SINGLE_RAY_ESTIMATORS;
 use super::{
-    ConventionName, EngineName, EstimatorName, Job, PixelName, SamplerName, SceneName, SceneSource,
-    name,
+    ConventionName, EstimatorName, Job, PixelName, PrecisionName, SamplerName, SceneName,
+    SceneSource, name,
 };
 use crate::render::photons::Gather;
 
@@ -61,13 +61,13 @@ const SETTINGS: &[Setting] = &[
     always("convention", |job| name(job.convention)),
     always("estimator", |job| name(job.estimator)),
     conditional(
-        "engine",
+        "precision",
         "--estimator mis, bsdf, light, whitted and report",
-        Job::has_engines,
+        Job::has_precisions,
         |job| {
             // The default is not recorded.
-            if job.engine == EngineName::Single {
-                name(job.engine)
+            if job.precision == PrecisionName::Single {
+                name(job.precision)
             } else {
                 String::new()
             }
@@ -374,8 +374,8 @@ impl Job {
         )
     }
 
-    /// Returns true if the estimator has a double-precision and a single-precision engine.
-    pub(super) fn has_engines(&self) -> bool {
+    /// Returns true if the estimator traces paths in either precision.
+    pub(super) fn has_precisions(&self) -> bool {
         match self.estimator {
             EstimatorName::Bsdf
             | EstimatorName::Light

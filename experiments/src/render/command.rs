@@ -47,9 +47,9 @@ pub struct Render {
     #[command(flatten)]
     /// The image to render.
     pub job: Job,
-    /// True if the number of samples decides whether sampling is adaptive.
+    /// True if `--adaptive` is not given, so that the number of samples decides.
     #[arg(skip)]
-    may_adapt: bool,
+    adaptive_unset: bool,
     /// Threads; from 1 to 1024 [default: one per core]
     #[arg(long, allow_hyphen_values = true, value_parser = integer::<usize>(1..=1024))]
     pub threads: Option<usize>,
@@ -94,7 +94,7 @@ impl Render {
     pub fn from_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut render = Self::from_arg_matches(matches)?;
         defaults::apply(&mut render.job, |option| given(matches, option));
-        render.may_adapt = !given(matches, "adaptive");
+        render.adaptive_unset = !given(matches, "adaptive");
         if render.time.is_some() || render.target_error.is_some() {
             // Placeholder until the pilot decides.
             render.job.spp = render.job.round_to_valid(1.0, f64::ceil);
@@ -105,7 +105,7 @@ impl Render {
     /// Sets the number of samples, and the options that depend on it.
     pub fn set_spp(&mut self, spp: u32) {
         self.job.spp = spp;
-        if self.may_adapt {
+        if self.adaptive_unset {
             self.job.adaptive = defaults::adaptive(&self.job);
         }
     }

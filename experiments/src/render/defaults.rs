@@ -11,9 +11,9 @@ use whitefurnace::sampling::sampler::MAX_POINTS;
 
 use super::photons::Photons;
 use super::{
-    AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName, Job,
-    LightSamplingName, PixelName, SamplerName, SceneName, SceneSource, SilhouettesName,
-    SpecularNeeName,
+    AdaptiveName, ConventionName, DiffuseName, EstimatorName, HeuristicName, Job,
+    LightSamplingName, PixelName, PrecisionName, SamplerName, SceneName, SceneSource,
+    SilhouettesName, SpecularNeeName,
 };
 
 pub use whitefurnace::sampling::roulette::RR_DEPTH;
@@ -25,7 +25,7 @@ pub const BASE: Job = Job {
     scene: SceneSource::Named(SceneName::Report),
     convention: ConventionName::Physical,
     estimator: EstimatorName::Mis,
-    engine: EngineName::Lanes,
+    precision: PrecisionName::Double,
     light_sampler: LightSamplingName::Importance,
     heuristic: HeuristicName::Power,
     specular_nee: SpecularNeeName::Yes,

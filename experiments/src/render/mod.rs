@@ -24,8 +24,8 @@ use whitefurnace::scene::room::{Convention, Walls};
 use whitefurnace::scene::{Scene, room, simple};
 
 pub use names::{
-    AdaptiveName, ConventionName, DiffuseName, EngineName, EstimatorName, HeuristicName,
-    LightSamplingName, PixelName, SamplerName, SceneName, SceneSource, SilhouettesName,
+    AdaptiveName, ConventionName, DiffuseName, EstimatorName, HeuristicName, LightSamplingName,
+    PixelName, PrecisionName, SamplerName, SceneName, SceneSource, SilhouettesName,
     SpecularNeeName, name,
 };
 pub use work::{Observer, Rendered};
@@ -46,9 +46,9 @@ pub struct Job {
     /// Estimator
     #[arg(long, value_enum, default_value_t = BASE.estimator, hide_default_value = true)]
     pub estimator: EstimatorName,
-    /// Engine that traces the paths, for --estimator mis, bsdf, light, whitted and report
-    #[arg(long, value_enum, default_value_t = BASE.engine)]
-    pub engine: EngineName,
+    /// Precision in which paths are traced, for --estimator mis, bsdf, light, whitted and report
+    #[arg(long, alias = "engine", value_enum, default_value_t = BASE.precision)]
+    pub precision: PrecisionName,
     /// How shadow rays pick points on lights, for --estimator light and mis
     #[arg(long, alias = "light-sampling", value_enum, default_value_t = BASE.light_sampler)]
     pub light_sampler: LightSamplingName,
@@ -167,7 +167,7 @@ impl Job {
             self.silhouettes == SilhouettesName::Yes && self.supersamples_silhouettes();
         Sampling {
             pixel,
-            numbers,
+            sampler: numbers,
             seed: self.seed,
             silhouettes,
         }

@@ -142,7 +142,8 @@ pub enum EstimatorName {
     Report,
 }
 
-/// Names of all estimators but those that [make images](EstimatorName::makes_images).
+/// The estimators of single rays in words, as against those
+/// [of images](EstimatorName::is_image_estimator).
 pub(super) const SINGLE_RAY_ESTIMATORS: &str =
     "estimators of single rays, not light-tracer, bdpt, bdpt-ends and sppm";
 
@@ -162,11 +163,12 @@ impl EstimatorName {
     }
 }
 
-/// Engines that trace the paths of estimators of single rays.
+/// Precision in which paths of estimators of single rays are traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum EngineName {
+pub enum PrecisionName {
     /// Eight paths at a time, in double precision
-    Lanes,
+    #[value(alias = "lanes")]
+    Double,
     /// Sixteen paths at a time, in single precision: the same paths, rounded
     Single,
 }

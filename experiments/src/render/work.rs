@@ -23,8 +23,8 @@ use whitefurnace::scene::Scene;
 
 use super::defaults::RR_DEPTH;
 use super::{
-    AdaptiveName, ConventionName, EngineName, EstimatorName, HeuristicName, Job, LightSamplingName,
-    SpecularNeeName, name,
+    AdaptiveName, ConventionName, EstimatorName, HeuristicName, Job, LightSamplingName,
+    PrecisionName, SpecularNeeName, name,
 };
 use crate::run::progress::{Bar, interrupted};
 
@@ -126,7 +126,7 @@ impl Job {
     pub fn samples_per_replication(&self) -> u32 {
         let sampling = self.sampling();
         if self.estimator.is_image_estimator() {
-            sampling.numbers.samples()
+            sampling.sampler.samples()
         } else {
             sampling.samples_per_replication()
         }
@@ -139,7 +139,7 @@ impl Job {
 
     /// Adds to the film the samples that it lacks of these replications; observers look at it in
     /// the meantime.
-    pub fn resume(
+    pub fn render_onto(
         &self,
         label: &str,
         film: Film,
@@ -182,8 +182,8 @@ impl Job {
         if self.adaptive == AdaptiveName::No || !self.adapts() || mean == 1 {
             return Ok(());
         }
-        let Sampling { numbers, seed, .. } = adaptive::pilot(sampling, self.all_replications());
-        let spp = adaptive::REPLICATIONS * numbers.samples();
+        let Sampling { sampler, seed, .. } = adaptive::pilot(sampling, self.all_replications());
+        let spp = adaptive::REPLICATIONS * sampler.samples();
         let scrambles = Some(adaptive::REPLICATIONS);
         let pilot = Self {
             seed,
@@ -280,11 +280,11 @@ impl Job {
             ConventionName::Physical => TransportRules::PHYSICAL,
             ConventionName::Report | ConventionName::Published => TransportRules::REPORT,
         };
-        let (numbers, seed) = (self.sampling().numbers, self.seed);
+        let (sampler, seed) = (self.sampling().sampler, self.seed);
         let by_passes = |estimator| {
             Box::new(ImageRenderer {
                 estimator,
-                numbers,
+                sampler,
                 seed,
             })
         };
@@ -309,7 +309,7 @@ impl Job {
                     particles,
                     radius,
                     ImagePass {
-                        numbers,
+                        sampler,
                         seed,
                         index: 0,
                     },
@@ -357,11 +357,13 @@ impl Job {
     }
 
     fn by_lanes(&self, scene: &Scene, estimator: LaneEstimator) -> RendererResult {
-        let precision = match self.engine {
-            EngineName::Lanes => Precision::Double,
-            EngineName::Single => {
+        let precision = match self.precision {
+            PrecisionName::Double => Precision::Double,
+            PrecisionName::Single => {
                 check_single_precision(scene).map_err(|error| {
-                    Error::Option(format!("--engine single: {error}; take --engine lanes"))
+                    Error::Option(format!(
+                        "--precision single: {error}; take --precision double"
+                    ))
                 })?;
                 Precision::Single
             }

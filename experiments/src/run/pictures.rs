@@ -31,7 +31,7 @@ pub fn render_samples<E: Estimator>(
 ) -> Result<Film, Error> {
     let sampling = Sampling {
         pixel,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };
@@ -61,7 +61,7 @@ pub fn render_paths(
 ) -> Result<Film, Error> {
     let sampling = Sampling {
         pixel,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };

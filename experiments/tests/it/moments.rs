@@ -33,7 +33,7 @@ fn moments(job: &Job) -> Vec<Film> {
     let mut watch = Watch::default();
     let film = job.film().expect("a film");
     let rendered = job
-        .resume("", film, &(0..job.all_replications()), &mut [&mut watch])
+        .render_onto("", film, &(0..job.all_replications()), &mut [&mut watch])
         .expect("rendered");
     watch.films.push(rendered.film);
     watch.films
@@ -42,7 +42,7 @@ fn moments(job: &Job) -> Vec<Film> {
 /// Returns the pixels of a render with this many replications.
 fn pixels_of(job: &Job, replications: u32) -> Vec<Pixel> {
     let film = job
-        .resume("", job.film().expect("a film"), &(0..replications), &mut [])
+        .render_onto("", job.film().expect("a film"), &(0..replications), &mut [])
         .expect("rendered")
         .film;
     film.pixels().to_vec()
@@ -81,7 +81,7 @@ fn every_moment_is_a_render_of_as_many_samples() {
     for words in [
         "--size 7x33 --spp 9 --adaptive no --sampler independent",
         "--size 33x7 --spp 24 --sampler sobol --scrambles 6",
-        "--size 9x5 --spp 6 --sampler independent --engine single --scene cornell",
+        "--size 9x5 --spp 6 --sampler independent --precision single --scene cornell",
         "--size 5x9 --spp 5 --sampler independent --estimator sppm --photons 500 --radius 0.5",
     ] {
         let job = job(&format!("render {words}"));
@@ -132,7 +132,7 @@ fn a_begun_scramble_is_shown_as_the_mean_of_its_passes() {
     for (index, film) in films.iter().take(12).enumerate() {
         assert_saves(&mut saver, film, &path);
         let pass = ImagePass {
-            numbers: SamplerKind::Sobol(4),
+            sampler: SamplerKind::Sobol(4),
             seed: job.seed,
             index: index as u32,
         };

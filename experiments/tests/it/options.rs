@@ -39,7 +39,7 @@ struct Call {
     /// Renders with some estimator.
     film: fn(&Call) -> Result<Film, Error>,
     pixel: PixelSampling,
-    numbers: SamplerKind,
+    sampler: SamplerKind,
     silhouettes: bool,
     adaptive: bool,
     size: [u32; 2],
@@ -74,14 +74,14 @@ const SPPM: Base = Base("--estimator sppm --photons 3000 --radius 0.5", |c| {
 const REPORT: Base = Base("--convention report", |c| {
     c.silhouettes = false;
     c.film = |c| c.report(1, TransportRules::REPORT);
-    c.numbers = SamplerKind::Independent;
+    c.sampler = SamplerKind::Independent;
     c.display = Display::Truncated;
 });
 const PUBLISHED: Base = Base("--convention published", |c| {
     c.silhouettes = false;
     c.scene = room::report(Convention::Published, OrenNayarForm::Corrected);
     c.film = |c| c.rays(Published::default());
-    c.numbers = SamplerKind::Independent;
+    c.sampler = SamplerKind::Independent;
     c.display = Display::Truncated;
 });
 const CORNELL: Base = Base("--scene cornell", |c| c.scene = simple::cornell());
@@ -105,7 +105,7 @@ const AREA: Base = Base("--light-sampler area", |c| {
     };
 });
 const ADAPTIVE: Base = Base("--adaptive yes", |c| {
-    (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(3), 12, true);
+    (c.sampler, c.spp, c.adaptive) = (SamplerKind::Sobol(3), 12, true);
 });
 macro_rules! knot {
     () => {
@@ -129,7 +129,7 @@ impl Base {
             film: |c| c.rays(path(Strategy::Mis)),
             pixel: PixelSampling::Random,
             // In four scrambles.
-            numbers: SamplerKind::Sobol(1),
+            sampler: SamplerKind::Sobol(1),
             silhouettes: true,
             adaptive: false,
             size: [16, 12],
@@ -158,7 +158,7 @@ impl Call {
 
     fn looked_up(&self, particles: u32, radius: f64, lookup: Lookup) -> Result<Film, Error> {
         let pass = ImagePass {
-            numbers: self.numbers,
+            sampler: self.sampler,
             seed: self.seed,
             index: 0,
         };
@@ -203,7 +203,7 @@ impl Call {
     fn rays(&self, estimator: impl Estimator) -> Result<Film, Error> {
         let sampling = Sampling {
             pixel: self.pixel,
-            numbers: self.numbers,
+            sampler: self.sampler,
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
@@ -215,14 +215,14 @@ impl Call {
             return self.rendered(&renderer);
         }
         renderer.sampling = Sampling {
-            numbers: SamplerKind::Sobol(1),
+            sampler: SamplerKind::Sobol(1),
             seed: seed_for(self.seed, "adaptive"),
             ..sampling
         };
         let mut pilot = Film::new(self.size, None, 1)?;
         renderer.add(self.scene(), &mut pilot, 0..4, &|_| true)?;
         renderer.sampling = sampling;
-        let each = self.numbers.samples();
+        let each = self.sampler.samples();
         let mut film = Film::new(self.size, None, each)?;
         film.set_sample_counts(counts(&pilot, each));
         renderer.add(self.scene(), &mut film, 0..self.spp / each, &|_| true)?;
@@ -232,7 +232,7 @@ impl Call {
     fn singles(&self, estimator: LaneEstimator) -> Result<Film, Error> {
         let sampling = Sampling {
             pixel: self.pixel,
-            numbers: self.numbers,
+            sampler: self.sampler,
             seed: self.seed,
             silhouettes: self.silhouettes,
         };
@@ -246,7 +246,7 @@ impl Call {
     fn images(&self, estimator: impl ImageEstimator) -> Result<Film, Error> {
         self.rendered(&ImageRenderer {
             estimator,
-            numbers: self.numbers,
+            sampler: self.sampler,
             seed: self.seed,
         })
     }
@@ -264,7 +264,7 @@ struct Row(&'static str, &'static str, Base, fn(&mut Call));
 
 /// Sets sub-pixels, which need independent numbers.
 fn divided(call: &mut Call, pixel: PixelSampling) {
-    (call.pixel, call.numbers) = (pixel, SamplerKind::Independent);
+    (call.pixel, call.sampler) = (pixel, SamplerKind::Independent);
 }
 
 fn white_sphere(call: &mut Call, bsdf: Bsdf) {
@@ -336,7 +336,7 @@ fn rows() -> Vec<Row> {
         Row("estimator", "report", PLAIN, |c| *c = REPORT.call()),
         Row("estimator", "report", CORNELL, |c| {
             c.film = |c| c.report(1, TransportRules::PHYSICAL);
-            c.numbers = SamplerKind::Independent;
+            c.sampler = SamplerKind::Independent;
         }),
         Row("estimator", "radiosity", RADIOSITY, |_| {}),
         Row("estimator", "whitted", PLAIN, |c| {
@@ -344,10 +344,10 @@ fn rows() -> Vec<Row> {
         }),
         Row("estimator", "whitted", REPORT, |c| {
             c.film = |c| c.rays(Whitted::new(TransportRules::REPORT));
-            c.numbers = SamplerKind::Sobol(1);
+            c.sampler = SamplerKind::Sobol(1);
         }),
-        Row("engine", "lanes", PLAIN, |_| {}),
-        Row("engine", "single", PLAIN, |c| {
+        Row("precision", "double", PLAIN, |_| {}),
+        Row("precision", "single", PLAIN, |c| {
             c.film = |c| c.singles(LaneEstimator::Path(path(Strategy::Mis)));
         }),
         Row("light-sampler", "area", LIGHTS, AREA.1),
@@ -465,44 +465,44 @@ fn rows() -> Vec<Row> {
         }),
         Row("grid", "1", JITTER, |c| c.pixel = PixelSampling::Jitter(1)),
         Row("sampler", "independent", PLAIN, |c| {
-            c.numbers = SamplerKind::Independent;
+            c.sampler = SamplerKind::Independent;
         }),
         Row("sampler", "independent", PHOTON, |c| {
-            c.numbers = SamplerKind::Independent;
+            c.sampler = SamplerKind::Independent;
         }),
         Row("sampler", "independent", SPPM, |c| {
-            c.numbers = SamplerKind::Independent;
+            c.sampler = SamplerKind::Independent;
         }),
         Row("sampler", "sobol", PLAIN, |_| {}),
         Row("sampler", "sobol", REPORT, |c| {
-            c.numbers = SamplerKind::Sobol(1);
+            c.sampler = SamplerKind::Sobol(1);
         }),
         Row("scrambles", "2", PLAIN, |c| {
-            c.numbers = SamplerKind::Sobol(2);
+            c.sampler = SamplerKind::Sobol(2);
         }),
         Row("scrambles", "1", SPPM, |c| {
-            c.numbers = SamplerKind::Sobol(4);
+            c.sampler = SamplerKind::Sobol(4);
         }),
         Row("size", "20x10", PLAIN, |c| c.size = [20, 10]),
         Row("spp", "3", PLAIN, |c| c.spp = 3),
         // In four scrambles, five and seven.
         Row("spp", "16", PLAIN, |c| {
-            (c.numbers, c.spp) = (SamplerKind::Sobol(4), 16);
+            (c.sampler, c.spp) = (SamplerKind::Sobol(4), 16);
         }),
         Row("spp", "21", PLAIN, |c| {
-            (c.numbers, c.spp) = (SamplerKind::Sobol(3), 21);
+            (c.sampler, c.spp) = (SamplerKind::Sobol(3), 21);
         }),
         Row("spp", "28", PLAIN, |c| {
-            (c.numbers, c.spp) = (SamplerKind::Sobol(7), 28);
+            (c.sampler, c.spp) = (SamplerKind::Sobol(7), 28);
         }),
         Row("spp", "32", PLAIN, |c| {
-            (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(8), 32, true);
+            (c.sampler, c.spp, c.adaptive) = (SamplerKind::Sobol(8), 32, true);
         }),
         Row("spp", "65", PLAIN, |c| {
-            (c.numbers, c.spp, c.adaptive) = (SamplerKind::Sobol(13), 65, true);
+            (c.sampler, c.spp, c.adaptive) = (SamplerKind::Sobol(13), 65, true);
         }),
         Row("spp", "10", PLAIN, |c| {
-            (c.numbers, c.spp) = (SamplerKind::Sobol(2), 10);
+            (c.sampler, c.spp) = (SamplerKind::Sobol(2), 10);
         }),
         Row("spp", "7", PLAIN, |c| c.spp = 7),
         Row("seed", "18446744073709551615", PLAIN, |c| c.seed = u64::MAX),
@@ -569,7 +569,7 @@ fn every_option_is_the_librarys_own_call() {
         let provenance = job(&command).provenance(camera, true);
         // The file records every setting that affects its pixels.
         let Row(option, value, ..) = row;
-        let says_nothing = option == "engine" && value != "single";
+        let says_nothing = option == "precision" && value != "single";
         if !says_nothing && !["", "threads", "exposure", "out"].contains(&option) {
             assert!(
                 provenance.contains(&format!("\n{option}={value}\n")),
@@ -597,7 +597,7 @@ fn every_option_is_the_librarys_own_call() {
             .find(|(other, _)| *other == base.0)
             .expect("a row");
         let same_bytes =
-            ["threads", "out"].contains(option) || *option == "engine" && *value != "single";
+            ["threads", "out"].contains(option) || *option == "precision" && *value != "single";
         let same = same_bytes || has_value(*base, option, value);
         assert_eq!(picture == of_base, same, "{command}");
     }

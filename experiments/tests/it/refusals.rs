@@ -64,12 +64,12 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         .replace("\"obj\"", "\"sphere\"")
         .replace("file = \"one.obj\"", "centre = [0, 0, 0], radius = 0.5");
     std::fs::write(folder.join("far.toml"), far).expect("written");
-    let said = "--engine single: the scene has something of size 5.0e-1, too small for single precision where the scene reaches \
-                to 50000.0, more than 4096 times as far; take --engine lanes";
+    let said = "--precision single: the scene has something of size 5.0e-1, too small for single precision where the scene reaches \
+                to 50000.0, more than 4096 times as far; take --precision double";
     refused(
         &render(
             &folder,
-            &format!("{small} --scene far.toml --engine single"),
+            &format!("{small} --scene far.toml --precision single"),
         ),
         said,
     );
@@ -101,9 +101,9 @@ fn scene_files_are_refused_by_line_and_told_apart() {
         );
     }
     for estimator in ["mis", "bsdf", "light"] {
-        for engine in ["lanes", "single"] {
+        for precision in ["double", "single"] {
             let options = format!(
-                "--scene frosted.toml --estimator {estimator} --engine {engine} --out frosted.exr"
+                "--scene frosted.toml --estimator {estimator} --precision {precision} --out frosted.exr"
             );
             let output = render(&folder, &format!("{small} {options}"));
             assert!(output.status.success(), "{}", text(&output.stderr));

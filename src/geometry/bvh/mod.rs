@@ -137,8 +137,8 @@ impl Bvh {
         self.traverse::<true>(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
                 let hit = leaf.hit(&shear);
-                let mut near = (!hit.t.above(Four::splat(nearest.t))
-                    & hit.t.below(Four::splat(f64::INFINITY)))
+                let mut near = (!hit.t.cmpgt(Four::splat(nearest.t))
+                    & hit.t.cmplt(Four::splat(f64::INFINITY)))
                 .bits();
                 while near != 0 {
                     let lane = near.trailing_zeros() as usize % MAX_LEAF_PRIMITIVES;
@@ -166,7 +166,7 @@ impl Bvh {
         let mut occluded = false;
         self.traverse::<false>(ray, t_max, |leaf| {
             if leaf.triangle_count > 0 {
-                let hits = leaf.hit(&shear).t.below(Four::splat(t_max)).bits();
+                let hits = leaf.hit(&shear).t.cmplt(Four::splat(t_max)).bits();
                 occluded = hits != 0
                     && (0..MAX_LEAF_PRIMITIVES)
                         .any(|lane| hits >> lane & 1 == 1 && blocks(leaf.triangles[lane]));
@@ -344,10 +344,10 @@ impl Slabs {
         for axis in 0..3 {
             let side = self.near_side[axis] & 1;
             let plane = |side: usize| EightSingles::from_array(node.planes[axis][side]);
-            near = ((plane(side) - self.near_origin[axis]) * self.inverse[axis]).at_least(near);
-            far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).at_most(far);
+            near = ((plane(side) - self.near_origin[axis]) * self.inverse[axis]).maximum(near);
+            far = ((plane(side ^ 1) - self.far_origin[axis]) * self.inverse[axis]).minimum(far);
         }
-        let hits = !near.above(far * EightSingles::splat_scalar(SLAB_MARGIN));
+        let hits = !near.cmpgt(far * EightSingles::splat_scalar(SLAB_MARGIN));
         (near, hits.bits() & ((1 << node.child_count) - 1))
     }
 }

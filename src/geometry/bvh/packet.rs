@@ -68,10 +68,10 @@ impl<R: Real> Nearest<R> {
     /// one that comes first in the list wins, in whatever order they are tested.
     #[inline]
     pub fn take_nearer(&mut self, primitive: R, hit: &TriangleHit<R>) {
-        let nearer = hit.t.below(self.t) | hit.t.equals(self.t) & primitive.below(self.primitive);
-        self.primitive = R::choose(nearer, primitive, self.primitive);
-        self.t = R::choose(nearer, hit.t, self.t);
-        self.weights = from_fn(|i| R::choose(nearer, hit.weights[i], self.weights[i]));
+        let nearer = hit.t.cmplt(self.t) | hit.t.cmpeq(self.t) & primitive.cmplt(self.primitive);
+        self.primitive = R::select(nearer, primitive, self.primitive);
+        self.t = R::select(nearer, hit.t, self.t);
+        self.weights = from_fn(|i| R::select(nearer, hit.weights[i], self.weights[i]));
     }
 
     /// Returns the hits of the `active` lanes.
@@ -80,9 +80,9 @@ impl<R: Real> Nearest<R> {
     where
         R: Wide<N>,
     {
-        let hit_mask = active & self.t.below(R::splat(f64::INFINITY));
-        let primitive = R::choose(hit_mask, self.primitive, R::splat(0.0)).to_u32();
-        let t = R::choose(hit_mask, self.t, R::splat(f64::INFINITY));
+        let hit_mask = active & self.t.cmplt(R::splat(f64::INFINITY));
+        let primitive = R::select(hit_mask, self.primitive, R::splat(0.0)).to_u32();
+        let t = R::select(hit_mask, self.t, R::splat(f64::INFINITY));
         PacketHit {
             hit_mask,
             primitive,
@@ -142,10 +142,10 @@ impl Bvh {
         let mut free = active;
         self.traverse_packet::<R, N>(segment, limits(free, one), stack, |leaf| {
             for i in (0..leaf.triangle_count).filter(|&i| blocks(leaf.triangles[i])) {
-                free = free & !leaf.hit_of_packet(i, &shear).t.below(one);
+                free = free & !leaf.hit_of_packet(i, &shear).t.cmplt(one);
             }
             for (_, sphere) in self.spheres_of(leaf).iter().filter(|(id, _)| blocks(*id)) {
-                free = free & !sphere.distance(segment).below(one);
+                free = free & !sphere.distance(segment).cmplt(one);
             }
             limits(free, one)
         });
@@ -169,7 +169,7 @@ impl Bvh {
             stack_size -= 1;
             let (near, child) = (stack.entered[stack_size], stack.children[stack_size]);
             if R::Single::from_array(near.map(Scalar::from_single))
-                .above(limits)
+                .cmpgt(limits)
                 .bits()
                 == u32::MAX >> (32 - N)
             {
@@ -222,7 +222,7 @@ impl Leaf {
 /// Returns the distances beyond which hits no longer matter; −∞ in lanes that are not in `lanes`.
 #[inline]
 fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
-    let t = R::choose(lanes, t, R::splat(f64::NEG_INFINITY));
+    let t = R::select(lanes, t, R::splat(f64::NEG_INFINITY));
     R::Single::from_array(
         t.lanes()
             .map(|t| Scalar::from_single(rounded_up(t.single()))),
@@ -232,14 +232,14 @@ fn limits<R: Wide<N>, const N: usize>(lanes: R::Mask, t: R) -> R::Single {
 impl<S: Real> Slabs<S> {
     #[inline]
     fn new<R: Wide<N, Single = S>, const N: usize>(ray: &Ray<R::Vector>) -> Self {
-        let largest = |[x, y, z]: [S; 3]| x.abs().at_least(y.abs()).at_least(z.abs());
+        let largest = |[x, y, z]: [S; 3]| x.abs().maximum(y.abs()).maximum(z.abs());
         let origin = ray.origin.components().map(R::single);
         let margin = largest(origin) * f64::from(ORIGIN_MARGIN) + f64::from(f32::MIN_POSITIVE);
         // As in the test of one ray.
         let direction = ray.direction.components().map(R::single);
         let tiny = (largest(direction) * f64::from(LEAST_DIRECTION))
-            .at_least(S::splat(f32::MIN_POSITIVE.into()));
-        let inverse = direction.map(|d| d.abs().at_least(tiny).copysign(d).recip());
+            .maximum(S::splat(f32::MIN_POSITIVE.into()));
+        let inverse = direction.map(|d| d.abs().maximum(tiny).copysign(d).recip());
         Self {
             origins: [origin.map(|o| o + margin), origin.map(|o| o - margin)],
             inverse,
@@ -259,9 +259,9 @@ impl<S: Real> Slabs<S> {
                 let plane = S::splat(node.planes[axis][end][slot].into());
                 (plane - self.origins[end][axis]) * self.inverse[axis]
             });
-            near = near.at_least(low.at_most(high));
-            far = far.at_most(low.at_least(high));
+            near = near.maximum(low.minimum(high));
+            far = far.minimum(low.maximum(high));
         }
-        (near, (!near.above(far * f64::from(SLAB_MARGIN))).bits())
+        (near, (!near.cmpgt(far * f64::from(SLAB_MARGIN))).bits())
     }
 }

@@ -131,19 +131,19 @@ impl<V: Vector> SpecularConnection<V> {
 
     /// Returns `yes` in the lanes of the mask, and `no` elsewhere.
     #[inline]
-    pub(crate) fn choose(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
+    pub(crate) fn select(mask: <V::Real as Real>::Mask, yes: Self, no: Self) -> Self {
         let both = |yes: SurfacePoint<V>, no: SurfacePoint<V>| SurfacePoint {
-            point: V::choose(mask, yes.point, no.point),
-            normal: V::choose(mask, yes.normal, no.normal),
+            point: V::select(mask, yes.point, no.point),
+            normal: V::select(mask, yes.normal, no.normal),
         };
         Self {
             exists: (mask & yes.exists) | (!mask & no.exists),
-            direction: V::choose(mask, yes.direction, no.direction),
-            arriving: V::choose(mask, yes.arriving, no.arriving),
+            direction: V::select(mask, yes.direction, no.direction),
+            arriving: V::select(mask, yes.arriving, no.arriving),
             first: both(yes.first, no.first),
             last: both(yes.last, no.last),
-            cosine: V::Real::choose(mask, yes.cosine, no.cosine),
-            geometry_term: V::Real::choose(mask, yes.geometry_term, no.geometry_term),
+            cosine: V::Real::select(mask, yes.cosine, no.cosine),
+            geometry_term: V::Real::select(mask, yes.geometry_term, no.geometry_term),
         }
     }
 }
@@ -165,7 +165,7 @@ pub fn mirror_connection<V: Vector>(
     let from_image = y - (foot_x - normal * height_x);
     let geometry_term = from_image.length_squared().recip();
     let direction = (point - x).normalize();
-    let exists = active & height_x.above(zero) & height_y.above(zero);
+    let exists = active & height_x.cmpgt(zero) & height_y.cmpgt(zero);
     let (first, cosine) = (SurfacePoint::new(point, normal), -direction.dot(normal));
     SpecularConnection {
         exists,

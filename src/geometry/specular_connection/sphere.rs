@@ -112,9 +112,9 @@ impl<V: Vector> Pair<V> {
     #[inline]
     fn is_outside(&self) -> <V::Real as Real>::Mask {
         let one = V::Real::splat(1.0);
-        self.x_distance.above(one)
-            & self.y_distance.above(one)
-            & self.sin.above(V::Real::splat(0.0))
+        self.x_distance.cmpgt(one)
+            & self.y_distance.cmpgt(one)
+            & self.sin.cmpgt(V::Real::splat(0.0))
     }
 
     #[inline]
@@ -152,9 +152,9 @@ impl<V: Vector> Pair<V> {
             // 3 sin δ/(2 + cos δ) is a lower bound of the distance δ = f(α) − τ in [0, π].
             let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
             let right_side = if upwards {
-                slope.below(zero)
+                slope.cmplt(zero)
             } else {
-                slope.above(zero)
+                slope.cmpgt(zero)
             };
             let (square, double) = (half * half, half * 2.0);
             let norm = (square + 1.0).recip();
@@ -163,16 +163,16 @@ impl<V: Vector> Pair<V> {
                 sin: angle.sin * c - angle.cos * s,
                 cos: angle.cos * c + angle.sin * s,
             };
-            let within = !next.sin.below(zero) & !next.cos.below(zero);
+            let within = !next.sin.cmplt(zero) & !next.cos.cmplt(zero);
             let lost = going & !(right_side & within);
             found = found & !lost;
             going = going & !lost;
-            let take = |new, old| V::Real::choose(going, new, old);
+            let take = |new, old| V::Real::select(going, new, old);
             angle = Angle {
                 sin: take(next.sin, angle.sin),
                 cos: take(next.cos, angle.cos),
             };
-            going = going & half.abs().above(small);
+            going = going & half.abs().cmpgt(small);
             if !going.any() {
                 break;
             }
@@ -193,8 +193,8 @@ impl<V: Vector> Pair<V> {
         let geometry_term = angle.sin * angle.cos * divisor / (across * slope.abs());
         (
             geometry_term,
-            geometry_term.above(V::Real::splat(0.0))
-                & geometry_term.below(V::Real::splat(f64::INFINITY)),
+            geometry_term.cmpgt(V::Real::splat(0.0))
+                & geometry_term.cmplt(V::Real::splat(f64::INFINITY)),
         )
     }
 }
@@ -210,7 +210,7 @@ impl<V: Vector> RootAt<V> {
     /// Returns this root in the lanes of the mask, and `other` elsewhere.
     #[inline]
     pub fn or(self, mask: <V::Real as Real>::Mask, other: Self) -> Self {
-        let choose = |yes, no| V::Real::choose(mask, yes, no);
+        let choose = |yes, no| V::Real::select(mask, yes, no);
         let (a, b) = (self.angle, other.angle);
         let angle = Angle {
             sin: choose(a.sin, b.sin),
@@ -286,14 +286,14 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             RootAt { exists, angle }
         };
         let first = root(
-            [V::Real::choose(*refracts, -pair.cos, pair.cos), pair.sin],
+            [V::Real::select(*refracts, -pair.cos, pair.cos), pair.sin],
             false,
             *possible,
         );
         let [x, y] = pair.distances();
         let slope_at_0 = x * y * (one - caster.relative_ior) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
-        let smaller = root(target, true, *possible & *refracts & slope_at_0.below(zero));
+        let smaller = root(target, true, *possible & *refracts & slope_at_0.cmplt(zero));
         let larger = root(target, false, smaller.exists);
         [first, larger, smaller]
     }
@@ -316,7 +316,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
         let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
         let legs = Legs::new(angle.sin, pair.distances(), caster.relative_ior);
         // Light refracted across the axis turns the other way.
-        let around = V::Real::choose(*refracts & is_first, -one, one);
+        let around = V::Real::select(*refracts & is_first, -one, one);
         // Unit normal where the sphere is met on the way from one of the points, given the unit
         // vector towards that point and the perpendicular one towards the other point.
         let met = |to: V, across: V, leg: V::Real, distance: V::Real| {
@@ -327,7 +327,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
         let turned = |a: V::Real, b: V::Real| pair.to_x * a + pair.across * b;
         let first = met(pair.to_x, pair.across, legs.x, pair.x_distance);
         let (to_y, across) = (turned(pair.cos, pair.sin), turned(pair.sin, -pair.cos));
-        let last = V::choose(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
+        let last = V::select(*refracts, met(to_y, across, legs.y, pair.y_distance), first);
         let point = |normal: V| SurfacePoint::new(caster.centre + normal * caster.radius, normal);
         SpecularConnection {
             exists: exists & finite,
@@ -366,11 +366,11 @@ pub(super) fn geometry_term_of_sphere<V: Vector>(
     let sin = aside.length_squared().sqrt();
     let angle = Angle {
         sin,
-        cos: (one - sin * sin).at_least(zero).sqrt(),
+        cos: (one - sin * sin).maximum(zero).sqrt(),
     };
     let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
     (
-        V::Real::choose(
+        V::Real::select(
             finite & pair.is_outside(),
             geometry_term / (caster.radius * caster.radius),
             zero,

@@ -16,7 +16,7 @@ pub struct Lobe {
     pub probability: f64,
     /// Factor of radiance arriving from there on its way to wo: R for a mirror, (1 − R)(n₁/n₂)² for
     /// refraction.
-    pub share: f64,
+    pub throughput: f64,
 }
 
 /// A lobe drawn by the sampler.
@@ -24,7 +24,7 @@ pub struct Lobe {
 pub struct LobeSample {
     /// Picked direction, unit, pointing away from the surface.
     pub wi: DVec3,
-    /// Factor of the path's throughput: share / probability.
+    /// Factor of the path's throughput: throughput / probability.
     pub weight: f64,
 }
 
@@ -42,7 +42,7 @@ pub struct LobeSubject {
     pub transmits: bool,
     /// How many samples the sampler may lose.
     pub loss: Loss,
-    /// Bound of the sum of shares for any wo. From inside glass of index n it is n².
+    /// Bound of the sum of throughputs for any wo. From inside glass of index n it is n².
     pub energy_bound: f64,
 }
 
@@ -72,7 +72,7 @@ impl LobeSubject {
         Self { loss, ..self }
     }
 
-    /// Sets the bound of the sum of shares.
+    /// Sets the bound of the sum of throughputs.
     pub fn energy_bound(self, energy_bound: f64) -> Self {
         Self {
             energy_bound,
@@ -110,7 +110,7 @@ impl RoundedSubject<'_> {
     }
 
     /// Returns how far rounding may move lobes at wo: their directions, and their probabilities and
-    /// shares, relative. Infinite where lobes appear or vanish nearby, as at the edge of total
+    /// throughputs, relative. Infinite where lobes appear or vanish nearby, as at the edge of total
     /// reflection; 0 in double precision.
     fn conditioning(&self, wo: DVec3) -> f64 {
         if !self.rounding.is_coarse() {
@@ -120,12 +120,13 @@ impl RoundedSubject<'_> {
         let change = |moved: DVec3| {
             let others = self.subject.lobes(moved);
             let each = lobes.iter().zip(&others).map(|(a, b)| {
-                let [probability, share] = [(a.probability, b.probability), (a.share, b.share)]
-                    .map(|(a, b)| self.rounding.relative(a, b));
+                let [probability, throughput] =
+                    [(a.probability, b.probability), (a.throughput, b.throughput)]
+                        .map(|(a, b)| self.rounding.relative(a, b));
                 (a.direction - b.direction)
                     .length()
                     .max(probability)
-                    .max(share)
+                    .max(throughput)
             });
             if others.len() == lobes.len() {
                 each.fold(0.0, f64::max)
@@ -151,7 +152,7 @@ fn find_roundoff(subject: &LobeSubject, size: &CheckUp, context: &Context) -> f6
         for (a, b) in subject.lobes(wo).iter().zip(&subject.lobes(stepped)) {
             let values = |l: &Lobe| {
                 let [x, y, z] = l.direction.to_array();
-                [x, y, z, l.probability, l.share]
+                [x, y, z, l.probability, l.throughput]
             };
             for ((quantity, a), b) in quantities.iter_mut().zip(values(a)).zip(values(b)) {
                 quantity.push([a, b]);
@@ -167,10 +168,10 @@ fn find_roundoff(subject: &LobeSubject, size: &CheckUp, context: &Context) -> f6
 
 /// Checks all that can be asked of a BSDF of lobes without a scene. Pointwise, on random
 /// directions: no NaN, infinite or negative value (on a fuzzed domain); probabilities that sum to
-/// one minus the loss; samples in the direction of a lobe with weight share/probability; a lobe
-/// back to wo from every lobe's direction, as light paths are reversible; shares within the energy
+/// one minus the loss; samples in the direction of a lobe with weight throughput/probability; a lobe
+/// back to wo from every lobe's direction, as light paths are reversible; throughputs within the energy
 /// bound. Then for each inclination of `size` (on both sides, if it transmits) a binomial test of
-/// every lobe's probability, and the furnace: the mean weight is the sum of the shares.
+/// every lobe's probability, and the furnace: the mean weight is the sum of the throughputs.
 ///
 /// # Example: a mirror that absorbs a fifth
 ///
@@ -184,7 +185,7 @@ fn find_roundoff(subject: &LobeSubject, size: &CheckUp, context: &Context) -> f6
 ///
 /// let mirrored = |wo: DVec3| DVec3::new(-wo.x, -wo.y, wo.z);
 /// // A fifth of the paths ends here; the others go on with all their light.
-/// let lobes = move |wo| vec![Lobe { direction: mirrored(wo), probability: 0.8, share: 0.8 }];
+/// let lobes = move |wo| vec![Lobe { direction: mirrored(wo), probability: 0.8, throughput: 0.8 }];
 /// let sample = move |wo, [r, ..]: [f64; 3]| {
 ///     (r < 0.8).then(|| LobeSample { wi: mirrored(wo), weight: 1.0 })
 /// };
@@ -234,7 +235,7 @@ fn check_finite(rounded: &RoundedSubject<'_>, size: &CheckUp, context: &Context)
         let wo = fuzzed_direction(&mut rng, subject.transmits);
         let random = [(); 3].map(|()| fuzzed_number(&mut rng));
         let (lobes, sample) = (subject.lobes(wo), rounded.sample(wo, random));
-        let lobe_ok = |l: &Lobe| ok(l.probability) && ok(l.share) && unit(l.direction);
+        let lobe_ok = |l: &Lobe| ok(l.probability) && ok(l.throughput) && unit(l.direction);
         if !lobes.iter().all(lobe_ok) || !sample.is_none_or(|s| ok(s.weight) && unit(s.wi)) {
             bad = 1.0;
             worst = format!("wo = {wo}: {lobes:?}; random {random:?}: {sample:?}");
@@ -261,9 +262,9 @@ fn check_pointwise(
         sums.update(subject.loss.error(sum, wo), || {
             format!("probabilities sum to {sum} at wo = {wo}")
         });
-        let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
+        let albedo: f64 = lobes.iter().map(|lobe| lobe.throughput).sum();
         energy.update(albedo - subject.energy_bound, || {
-            format!("shares sum to {albedo} at wo = {wo}")
+            format!("throughputs sum to {albedo} at wo = {wo}")
         });
         for lobe in &lobes {
             let wi = lobe.direction;
@@ -285,7 +286,8 @@ fn check_pointwise(
             match exact.or_else(|| rounded.lobe_of(&lobes, sample.wi, rounded.conditioning(wo))) {
                 Some(lobe) => {
                     let lobe = lobes[lobe];
-                    let error = rounding.relative(sample.weight * lobe.probability, lobe.share);
+                    let error =
+                        rounding.relative(sample.weight * lobe.probability, lobe.throughput);
                     match rounding.excess(error, || rounded.conditioning(wo)) {
                         Some(excess) => {
                             weights.update(excess, || {
@@ -303,7 +305,11 @@ fn check_pointwise(
     }
     let [sums, weights, reversed, energy] = [
         ("sum of probabilities", size.pairs, sums),
-        ("weight = share/probability", sampled - skipped, weights),
+        (
+            "weight = throughput/probability",
+            sampled - skipped,
+            weights,
+        ),
         ("way back", returned, reversed),
         ("energy bound", size.pairs, energy),
     ]
@@ -325,7 +331,7 @@ fn at_direction(
     let RoundedSubject { subject, rounding } = rounded;
     let conditioning = rounded.conditioning(wo);
     let lobes = subject.lobes(wo);
-    let albedo: f64 = lobes.iter().map(|lobe| lobe.share).sum();
+    let albedo: f64 = lobes.iter().map(|lobe| lobe.throughput).sum();
     let n = context.n(size.samples);
     let mut rng = context.rng(&format!("samples at {place}"));
     let mut picked = vec![0; lobes.len()];
@@ -348,10 +354,11 @@ fn at_direction(
         Loss::Declared(_) | Loss::Allowed => 0,
     };
     let at = |what: &str| format!("{what} at {place}");
-    // Whether all weights, share/probability or 0 for a loss, are the same.
+    // Whether all weights, throughput/probability or 0 for a loss, are the same.
     let lossless =
         lobes.iter().map(|lobe| lobe.probability).sum::<f64>() > 1.0 - rounding.tolerance();
-    let same = |lobe: &Lobe| (lobe.share - albedo * lobe.probability).abs() <= rounding.tolerance();
+    let same =
+        |lobe: &Lobe| (lobe.throughput - albedo * lobe.probability).abs() <= rounding.tolerance();
     let constant = lossless && lobes.iter().all(same);
     let claim = Claim::Exact {
         delta: if constant { 0.0 } else { size.delta * albedo },

@@ -109,7 +109,7 @@ pub fn check_subject(trial: &Trial, context: &Context) -> Result<Vec<Row>, Strin
 }
 
 /// Returns the [`guard`]'s objections to outcomes that are to hold, a line each; empty where sizes
-/// are not [planned](Context::is_planned).
+/// are not [judged](Context::guard_applies).
 pub fn power_objections<'a>(
     name: &str,
     outcomes: impl IntoIterator<Item = &'a Outcome>,
@@ -117,7 +117,7 @@ pub fn power_objections<'a>(
 ) -> String {
     outcomes
         .into_iter()
-        .filter(|_| context.is_planned())
+        .filter(|_| context.guard_applies())
         .filter_map(guard::power_objection)
         .map(|why| format!("{name}: too small for the error budget: {why}\n"))
         .collect()
@@ -139,7 +139,7 @@ pub fn check_control(
             .into_iter()
             .filter_map(guard::fault_objection);
         let message: String = objections
-            .filter(|_| context.is_planned())
+            .filter(|_| context.guard_applies())
             .map(|why| {
                 let name = full_name(&trial.name, control.name);
                 format!("{name}: too small for the error budget: {why}\n")

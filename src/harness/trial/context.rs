@@ -80,9 +80,9 @@ impl Context {
         seed_for(seed_for(self.seed, &self.name), part)
     }
 
-    /// Returns whether sample sizes are planned for this run, so that the
-    /// [`guard`](crate::harness::guard) judges them: under the default seed, at scale 1 or above.
-    pub fn is_planned(&self) -> bool {
+    /// Returns whether the [`guard`](crate::harness::guard) judges sample sizes in this run: under
+    /// the default seed, at scale 1 or above.
+    pub fn guard_applies(&self) -> bool {
         self.seed == DEFAULT_SEED && self.scale >= 1.0
     }
 

@@ -24,7 +24,7 @@ use crate::math::simd::{Scalar, Wide};
 use walls::HullWalls;
 
 pub(crate) use data::{CasterData, PrimitiveData};
-pub use rays::{EightRays, LaneRays};
+pub use rays::{EightRayIntersector, PacketIntersector};
 
 use data::RayMargins;
 use triangles::{ListedPrimitive, ProjectedScene, Triangles};
@@ -272,7 +272,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             if asking.any() {
                 triangles.project(&shear, Some(one), projected);
                 triangles.hits(&shear, projected, asking, through_glass, |_, hit| {
-                    free = free & !hit.t.below(one);
+                    free = free & !hit.t.cmplt(one);
                 });
             }
         }
@@ -281,7 +281,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
             .iter()
             .filter(|sphere| !(through_glass && sphere.is_glass))
         {
-            free = free & !sphere.shape.distance(&segment).below(one);
+            free = free & !sphere.shape.distance(&segment).cmplt(one);
         }
         free
     }
@@ -299,7 +299,7 @@ impl<'a, R: Wide<N>, const N: usize> LaneScene<'a, R, N> {
 fn is_coherent<R: Wide<N>, const N: usize>(direction: R::Vector, active: R::Mask) -> bool {
     let (active, zero): (u32, R) = (active.bits(), R::splat(0.0));
     let is_even = |component: &R| {
-        let back = component.below(zero).bits() & active;
+        let back = component.cmplt(zero).bits() & active;
         back == 0 || back == active
     };
     R::IS_SINGLE

@@ -8,24 +8,24 @@ use crate::math::real::Mask;
 use crate::math::simd::{LANES, Lanes, Wide};
 use crate::scene::Scene;
 
-/// A small scene of triangles against which a packet of rays is tested.
-pub struct LaneRays<'a, R: Wide<N>, const N: usize> {
+/// Intersects packets of N rays with a small scene of triangles.
+pub struct PacketIntersector<'a, R: Wide<N>, const N: usize> {
     scene: LaneScene<'a, R, N>,
     scratch: IntersectionScratch<R, N>,
 }
 
-/// [`LaneRays`] for eight rays in double precision.
-pub type EightRays<'a> = LaneRays<'a, Lanes, LANES>;
+/// [`PacketIntersector`] for eight rays in double precision.
+pub type EightRayIntersector<'a> = PacketIntersector<'a, Lanes, LANES>;
 
-impl<R: Wide<N>, const N: usize> fmt::Debug for LaneRays<'_, R, N> {
+impl<R: Wide<N>, const N: usize> fmt::Debug for PacketIntersector<'_, R, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("LaneRays")
+        f.debug_tuple("PacketIntersector")
             .field(&self.scene.scene.name())
             .finish()
     }
 }
 
-impl<'a, R: Wide<N>, const N: usize> LaneRays<'a, R, N> {
+impl<'a, R: Wide<N>, const N: usize> PacketIntersector<'a, R, N> {
     /// Prepares a scene; `None` if it has more than 64 primitives, so that rays traverse the
     /// hierarchy, or any spheres.
     pub fn new(scene: &'a Scene) -> Option<Self> {

@@ -94,9 +94,9 @@ impl<T: Scalar> Triangles<T> {
         {
             *projected = shear.project(vertex.map(R::splat_scalar));
             let distance = shear.distance(projected[2]);
-            *out_of_range = distance.below(zero).bits();
+            *out_of_range = distance.cmplt(zero).bits();
             if let Some(limit) = limit {
-                *out_of_range |= distance.above(limit).bits() << N;
+                *out_of_range |= distance.cmpgt(limit).bits() << N;
             }
         }
         for ((&[a, b], value), side_masks) in self
@@ -109,7 +109,7 @@ impl<T: Scalar> Triangles<T> {
                 &projected.vertices[usize::from(a)],
                 &projected.vertices[usize::from(b)],
             );
-            let [negative, positive] = [value.below(zero), value.above(zero)];
+            let [negative, positive] = [value.cmplt(zero), value.cmpgt(zero)];
             *side_masks = [pair(negative, positive), pair(positive, negative)];
         }
     }
@@ -138,14 +138,14 @@ impl<T: Scalar> Triangles<T> {
             }
             taken |= lanes;
             let lanes = R::Mask::from_bits(lanes);
-            ids = R::choose(lanes, R::splat_scalar(*id), ids);
+            ids = R::select(lanes, R::splat_scalar(*id), ids);
             for k in 0..3 {
-                edges[k] = R::choose(
+                edges[k] = R::select(
                     lanes,
                     projected.edges[usize::from(shape.edges[k])] * R::splat_scalar(shape.signs[k]),
                     edges[k],
                 );
-                depths[k] = R::choose(
+                depths[k] = R::select(
                     lanes,
                     projected.vertices[usize::from(shape.vertices[k])][2],
                     depths[k],

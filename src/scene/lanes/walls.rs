@@ -129,7 +129,7 @@ impl<T: Scalar> HullWalls<T> {
             (
                 Self {
                     walls,
-                    extent: scene.extent(),
+                    extent: scene.largest_coordinate(),
                 },
                 is_resolved,
             )
@@ -154,29 +154,29 @@ impl<T: Scalar> HullWalls<T> {
         let (zero, never) = (R::splat(0.0), R::splat(f64::INFINITY));
         let margin = R::by_precision(self.extent * MARGIN, self.extent * SINGLE_MARGIN);
         let [x, y, z] = ray.direction.components().map(R::abs);
-        let scale = x.at_least(y).at_least(z);
+        let scale = x.maximum(y).maximum(z);
         let steep = scale * MIN_COSINE;
         // Each ray leaves through `wall` between `begin_exit` and `end_exit`, and through no other
-        // before `other`.
+        // before `next_exit`.
         let (mut wall, mut begin_exit, mut end_exit, mut next_exit) = (zero, never, never, never);
         for (number, slab) in hull.slabs.iter().enumerate() {
             let normal = R::Vector::splat_vector(slab.normal);
             let (height, rise) = (normal.dot(ray.origin), normal.dot(ray.direction));
-            let falls = rise.below(zero);
+            let falls = rise.cmplt(zero);
             let [top, bottom] = slab.ends.map(R::splat);
-            let distance = R::choose(falls, bottom + height, top - height);
+            let distance = R::select(falls, bottom + height, top - height);
             let speed = rise.abs();
-            let inverse = speed.at_least(steep).recip();
+            let inverse = speed.maximum(steep).recip();
             let begin = (distance - margin) * inverse;
-            let end = R::choose(speed.above(steep), (distance + margin) * inverse, never);
-            let nearer = end.below(end_exit);
-            next_exit = next_exit.at_most(R::choose(nearer, begin_exit, begin));
-            begin_exit = R::choose(nearer, begin, begin_exit);
-            end_exit = R::choose(nearer, end, end_exit);
+            let end = R::select(speed.cmpgt(steep), (distance + margin) * inverse, never);
+            let nearer = end.cmplt(end_exit);
+            next_exit = next_exit.minimum(R::select(nearer, begin_exit, begin));
+            begin_exit = R::select(nearer, begin, begin_exit);
+            end_exit = R::select(nearer, end, end_exit);
             let here = (2 * number) as f64;
-            wall = R::choose(
+            wall = R::select(
                 nearer,
-                R::choose(falls, R::splat(here + 1.0), R::splat(here)),
+                R::select(falls, R::splat(here + 1.0), R::splat(here)),
                 wall,
             );
         }
@@ -184,7 +184,7 @@ impl<T: Scalar> HullWalls<T> {
         let width = (end_exit - begin_exit) * scale;
         let [a, b, c, d, e, f, g, h, i, j, k, l, triangles @ ..] =
             R::transpose(wall.to_u32().map(|place| &self.walls[place as usize].0));
-        let (mut primitive, mut clear) = (triangles[3], zero.equals(zero));
+        let (mut primitive, mut clear) = (triangles[3], zero.cmpeq(zero));
         for (n, line) in [[a, b, c, d], [e, f, g, h], [i, j, k, l]]
             .into_iter()
             .enumerate()
@@ -192,8 +192,8 @@ impl<T: Scalar> HullWalls<T> {
         {
             let [x, y, z, height] = line;
             let above = R::Vector::of([x, y, z]).dot(point) - height;
-            primitive = R::choose(above.below(zero), triangles[n], primitive);
-            clear = clear & above.abs().above(width);
+            primitive = R::select(above.cmplt(zero), triangles[n], primitive);
+            clear = clear & above.abs().cmpgt(width);
         }
         let numbers = R::transpose(
             primitive
@@ -203,8 +203,8 @@ impl<T: Scalar> HullWalls<T> {
         let corner =
             |k: usize| shear.project([numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]]);
         let mut hit = shear.hit([&corner(0), &corner(1), &corner(2)]);
-        let decided = within & next_exit.above(end_exit) & clear;
-        hit.t = R::choose(decided, hit.t, never);
+        let decided = within & next_exit.cmpgt(end_exit) & clear;
+        hit.t = R::select(decided, hit.t, never);
         Some(HullExit {
             decided,
             primitive,

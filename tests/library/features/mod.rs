@@ -151,7 +151,7 @@ fn sampling_of(row: &Row, seed: u64) -> Sampling {
     };
     Sampling {
         pixel,
-        numbers,
+        sampler: numbers,
         seed,
         silhouettes: row.is("pixel", "outlines"),
     }
@@ -225,7 +225,7 @@ impl Found {
             },
             Some(light) => {
                 let sampling = Sampling {
-                    numbers: SamplerKind::Independent,
+                    sampler: SamplerKind::Independent,
                     silhouettes: false,
                     ..sampling_of(row, seed)
                 };
@@ -432,7 +432,7 @@ fn by_area(row: &Row) -> bool {
 fn rays_of(estimator: impl Estimator, scene: &Scene, seed: u64) -> Measured {
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };

@@ -35,7 +35,7 @@ where
             estimator: estimator.expect("a map"),
             sampling: Sampling {
                 pixel: Random,
-                numbers: SamplerKind::Independent,
+                sampler: SamplerKind::Independent,
                 seed: seed_for(seed, &format!("eye {index}")),
                 silhouettes: false,
             },

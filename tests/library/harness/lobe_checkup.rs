@@ -3,7 +3,7 @@
 //! absorbs, glass. (Models that reflect are on trial in the registry: `bsdf/ggx` and its faults.)
 
 use whitefurnace::harness::trial::power_objections;
-use whitefurnace::material::fresnel::{mirror, radiance_factor, reflectance, refract};
+use whitefurnace::material::fresnel::{radiance_factor, reflect, reflectance, refract};
 
 use super::*;
 
@@ -35,7 +35,7 @@ fn assert_rejection(name: &str, outcomes: &[Outcome], expected: &str, context: &
     let small = context.scale < 1.0;
     let rejects = |outcome: &&Outcome| match outcome.verdict() {
         Verdict::Holds => false,
-        Verdict::Fails => !context.is_planned() || fault_objection(outcome).is_none(),
+        Verdict::Fails => !context.guard_applies() || fault_objection(outcome).is_none(),
         Verdict::Undecided { .. } => small,
     };
     let found: Vec<String> = outcomes.iter().filter(rejects).map(in_words).collect();
@@ -85,7 +85,7 @@ fn random(outcomes: &[Outcome]) -> usize {
 const PAPER_REFLECTANCE: f64 = 0.5;
 const PAPER_TRANSMITTANCE: f64 = 0.25;
 
-/// Returns the share of light that is scattered to the side of wi.
+/// Returns the throughput of light that is scattered to the side of wi.
 fn paper_share(wo: DVec3, wi: DVec3) -> f64 {
     if (wo.z > 0.0) == (wi.z > 0.0) {
         PAPER_REFLECTANCE
@@ -186,7 +186,7 @@ const REFLECTANCE: f64 = 0.8;
 
 fn mirror_sample(wo: DVec3, [r, ..]: [f64; 3]) -> Option<LobeSample> {
     (r < REFLECTANCE).then(|| LobeSample {
-        wi: mirror(-wo, DVec3::Z),
+        wi: reflect(-wo, DVec3::Z),
         weight: 1.0,
     })
 }
@@ -197,7 +197,7 @@ fn absorbing_mirror() -> LobeSubject {
         vec![Lobe {
             direction: DVec3::new(-wo.x, -wo.y, wo.z),
             probability: REFLECTANCE,
-            share: REFLECTANCE,
+            throughput: REFLECTANCE,
         }]
     };
     LobeSubject::new(lobes, mirror_sample).loss(Loss::Declared(Box::new(|_| 1.0 - REFLECTANCE)))
@@ -222,7 +222,7 @@ fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     let mirrored = Lobe {
         direction: DVec3::new(-wo.x, -wo.y, wo.z),
         probability: r,
-        share: r,
+        throughput: r,
     };
     let tangential = -(n1 / n2) * wo.with_z(0.0);
     let squared = 1.0 - tangential.length_squared();
@@ -232,7 +232,7 @@ fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
     let refracted = Lobe {
         direction: tangential - squared.sqrt() * normal,
         probability: 1.0 - r,
-        share: (1.0 - r) * (n1 / n2).powi(2),
+        throughput: (1.0 - r) * (n1 / n2).powi(2),
     };
     vec![mirrored, refracted]
 }
@@ -241,18 +241,18 @@ fn glass_lobes(wo: DVec3) -> Vec<Lobe> {
 /// reflection.
 fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSample> {
     let (n1, n2, normal) = sides(wo);
-    let share = reflectance(wo.z.abs(), n1, n2);
+    let throughput = reflectance(wo.z.abs(), n1, n2);
     match refract(-wo, normal, n1, n2) {
-        Some(wi) if r >= choice(share) => Some(LobeSample {
+        Some(wi) if r >= choice(throughput) => Some(LobeSample {
             wi,
-            weight: radiance_factor(n1, n2) * (1.0 - share) / (1.0 - choice(share)),
+            weight: radiance_factor(n1, n2) * (1.0 - throughput) / (1.0 - choice(throughput)),
         }),
         Some(_) => Some(LobeSample {
-            wi: mirror(-wo, normal),
-            weight: share / choice(share),
+            wi: reflect(-wo, normal),
+            weight: throughput / choice(throughput),
         }),
         None => Some(LobeSample {
-            wi: mirror(-wo, normal),
+            wi: reflect(-wo, normal),
             weight: 1.0,
         }),
     }
@@ -260,7 +260,7 @@ fn glass_sample(wo: DVec3, r: f64, choice: impl Fn(f64) -> f64) -> Option<LobeSa
 
 fn glass() -> LobeSubject {
     LobeSubject::new(glass_lobes, |wo, [r, ..]| {
-        glass_sample(wo, r, |share| share)
+        glass_sample(wo, r, |throughput| throughput)
     })
     .transmits(true)
     .energy_bound(INDEX * INDEX)
@@ -295,7 +295,7 @@ fn faulty_mirrors_are_rejected() {
     for (name, subject, expected) in [
         ("mirror, loss", lossless(), "sum of probabilities"),
         ("mirror, lost", lossless(), "samples of no lobe"),
-        ("mirror, sign", back(), "weight = share/probability"),
+        ("mirror, sign", back(), "weight = throughput/probability"),
         ("mirror, sign", back(), "samples of no lobe"),
         (
             "mirror, absorbs twice",
@@ -330,8 +330,9 @@ fn faulty_glass_is_rejected() {
         sample: Box::new(move |wo, [r, ..]| sample(wo, r)),
         ..glass()
     };
-    let unweighted =
-        |wo, r| glass_sample(wo, r, |share| share).map(|s| LobeSample { weight: 1.0, ..s });
+    let unweighted = |wo, r| {
+        glass_sample(wo, r, |throughput| throughput).map(|s| LobeSample { weight: 1.0, ..s })
+    };
     let bent = |wo: DVec3| {
         let mut lobes = glass_lobes(wo);
         // Straight through, from inside only: the lobes are not reciprocal.

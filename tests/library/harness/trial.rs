@@ -209,7 +209,7 @@ fn the_guard_is_asked_where_sizes_are_planned() {
         (7, 1.0, false),
     ] {
         let context = Context::new(seed, scale).expect("a valid scale");
-        assert_eq!(context.is_planned(), refuses);
+        assert_eq!(context.guard_applies(), refuses);
         let found = check_subject(&small, &context);
         assert_eq!(
             found

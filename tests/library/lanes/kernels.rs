@@ -8,7 +8,7 @@ use whitefurnace::geometry::shape::{sphere_roots, triangle_point};
 use whitefurnace::geometry::watertight::Shear;
 use whitefurnace::light::light_sampler::{pick, probabilities, probability};
 use whitefurnace::material::fresnel::{
-    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refracted,
+    radiance_factor, reflect, reflectance, reflectance_p, reflectance_s, refracted,
 };
 use whitefurnace::material::oren_nayar;
 use whitefurnace::math::real::{Mask, Real, Vector, sin_cos_of_turn};
@@ -60,7 +60,7 @@ fn ray<R: Real>(x: &[R]) -> Ray<R::Vector> {
 }
 
 fn truth<R: Real>(mask: R::Mask) -> R {
-    R::choose(mask, R::splat(1.0), R::splat(0.0))
+    R::select(mask, R::splat(1.0), R::splat(0.0))
 }
 
 fn zone() -> Sphere {
@@ -79,13 +79,13 @@ const CORNERS: [DVec3; 3] = [
 ];
 
 kernels! {
-    Operations: |x| [x[0].abs(), x[0].copysign(x[1]), x[0].floor(), x[0].at_least(x[1]), x[0].at_most(x[1]),
-        x[0].recip(), x[0].sqrt(), truth(x[0].below(x[1])), truth(x[0].above(x[1])), truth(x[0].equals(x[1])),
-        truth(!x[0].below(x[1]) & (x[0].equals(x[2]) | x[1].above(x[2])))];
+    Operations: |x| [x[0].abs(), x[0].copysign(x[1]), x[0].floor(), x[0].maximum(x[1]), x[0].minimum(x[1]),
+        x[0].recip(), x[0].sqrt(), truth(x[0].cmplt(x[1])), truth(x[0].cmpgt(x[1])), truth(x[0].cmpeq(x[1])),
+        truth(!x[0].cmplt(x[1]) & (x[0].cmpeq(x[2]) | x[1].cmpgt(x[2])))];
     Turns: |x| { let (sin, cos) = sin_cos_of_turn(x[0]); [sin, cos] };
     Interface: |x| [reflectance_s(x[0], x[1], x[2]), reflectance_p(x[0], x[1], x[2]), reflectance(x[0], x[1], x[2]),
         radiance_factor(x[1], x[2])];
-    Mirror: |x| mirror(v(x), v(&x[3..])).components();
+    Mirror: |x| reflect(v(x), v(&x[3..])).components();
     Refracted: |x| {
         let (direction, passes) = refracted(v(x), v(&x[3..]), x[6], x[7]);
         [direction.components(), [truth(passes); 3]].concat()
@@ -96,7 +96,7 @@ kernels! {
         cosine_hemisphere([x[0], x[1]]).components(), sphere_zone([x[0], x[1]], 0.7, [-0.3, 0.6]).components(),
         [uniform_hemisphere_pdf(x[0]), cosine_hemisphere_pdf(x[0]), x[0]]].concat();
     Triangle: |x| { let [u, w] = triangle([x[0], x[1]]); [&[u, w][..], &triangle_point(CORNERS, u, w).components()].concat() };
-    Roulettes: |x| [roulette::by_throughput(v(x), x[3].below(x[4])), roulette::by_absorption(x[0]), roulette::weight(x[0]),
+    Roulettes: |x| [roulette::by_throughput(v(x), x[3].cmplt(x[4])), roulette::by_absorption(x[0]), roulette::weight(x[0]),
         truth(roulette::survives(x[0], x[1]))];
     Diffuse: |x| {
         let constants = || OrenNayar { a: x[6], b: x[7] };
@@ -122,8 +122,8 @@ kernels! {
         let [a, b, c] = CORNERS.map(corner);
         let hit = shear.hit([&a, &b, &c]);
         // A miss has no weights.
-        let hits = hit.t.below(R::splat(f64::INFINITY));
-        [&[hit.t][..], &hit.weights.map(|w| R::choose(hits, w, R::splat(0.0)))].concat()
+        let hits = hit.t.cmplt(R::splat(f64::INFINITY));
+        [&[hit.t][..], &hit.weights.map(|w| R::select(hits, w, R::splat(0.0)))].concat()
     };
     Emitters: |x| {
         let shapes = [EmitterShape::Rectangle { corner: CORNERS[0], edges: [DVec3::X, DVec3::new(0.1, 0.9, 0.2)] },
@@ -242,7 +242,7 @@ fn masks_are_lane_by_lane() {
                 (bits, all - bits, bits != 0)
             );
             assert_eq!(R::Mask::from_fn(|lane| bits >> lane & 1 == 1).bits(), bits);
-            let chosen = R::choose(mask, R::from_lanes(|lane| lane as f64), R::splat(-1.0));
+            let chosen = R::select(mask, R::from_lanes(|lane| lane as f64), R::splat(-1.0));
             assert!(
                 (0..N).all(|i| chosen.lane(i) == if bits >> i & 1 == 1 { i as f64 } else { -1.0 })
             );

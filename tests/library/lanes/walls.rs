@@ -5,7 +5,7 @@ use std::array::from_fn;
 use whitefurnace::geometry::bvh::PacketStack;
 use whitefurnace::math::real::{Mask, Vector};
 use whitefurnace::math::simd::{LANES, Lanes, Lanes3, SINGLES, Singles, Wide};
-use whitefurnace::scene::lanes::LaneRays;
+use whitefurnace::scene::lanes::PacketIntersector;
 
 use crate::prelude::*;
 
@@ -130,7 +130,7 @@ fn meet_walls_as_each<R: Wide<N>, const N: usize>(
     {
         let mesh = mesh.clone().map(|v| scale * v + offset);
         let scene = scene_of(&mesh);
-        let mut together = LaneRays::<R, N>::new(&scene).expect("few triangles");
+        let mut together = PacketIntersector::<R, N>::new(&scene).expect("few triangles");
         for _ in 0..1500 {
             let rays: [Ray; N] = from_fn(|_| at_walls(&mut rng, &mesh, &scene, scale, offset));
             let ray = Ray::new(

@@ -77,7 +77,7 @@ fn the_pages_example_renders() {
     let description = Description::parse("example", example).expect("a scene");
     let sampling = Sampling {
         pixel: Random,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed: master(),
         silhouettes: false,
     };

@@ -210,7 +210,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             "every strategy makes the same path with its closed-form densities, and the MIS weights sum to one",
             "bidirectional images have fireflies, or count light by mirrors, glass and lamps twice",
             &PATH_DENSITY,
-            ["integrator::Bdpt", "exact"],
+            "integrator::Bdpt",
+            "exact",
             on,
         )],
         faults: vec![

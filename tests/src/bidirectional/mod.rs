@@ -66,7 +66,7 @@ fn mean(
         scene,
         kind,
         frame: size.frame,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         count: size.count,
     };
     image(
@@ -85,7 +85,7 @@ fn direct() -> Vec<FamilyTrial<EstimatorSubject>> {
     let square = |count| Size {
         frame: SQUARE,
         count,
-        delta: IMAGE,
+        delta: IMAGE_DELTA,
     };
     let under_square = "a floor under a square light";
     let under_sphere = "a floor under a spherical light";
@@ -176,7 +176,7 @@ fn frame(
         scene,
         kind,
         frame: [24, 8],
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         count,
     };
     let outer = Region {
@@ -192,7 +192,7 @@ fn frame(
         &IMPORTANCE,
         &passes,
         reference,
-        &[whole(SINGLE), outer],
+        &[whole(CLOSED_FORM_DELTA), outer],
     )
 }
 
@@ -208,7 +208,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         let size = Size {
             frame,
             count,
-            delta: IMAGE,
+            delta: IMAGE_DELTA,
         };
         Some(mean(name, consequence, kind, &RENDERING, what, image, size))
     };
@@ -230,7 +230,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         let size = Size {
             frame,
             count,
-            delta: IMAGE,
+            delta: IMAGE_DELTA,
         };
         Some(mean(name, consequence, kind, &RENDERING, what, image, size))
     };
@@ -243,7 +243,7 @@ fn furnaces() -> Vec<FamilyTrial<EstimatorSubject>> {
         let size = Size {
             frame: [24, 8],
             count,
-            delta: SINGLE,
+            delta: CLOSED_FORM_DELTA,
         };
         Some(mean(name, consequence, Bdpt, &RENDERING, what, image, size))
     };
@@ -307,7 +307,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene,
             kind,
             frame,
-            numbers: SamplerKind::Sobol(4),
+            sampler: SamplerKind::Sobol(4),
             count,
         };
         let property = format!(
@@ -320,7 +320,7 @@ fn sobol() -> Vec<FamilyTrial<EstimatorSubject>> {
             &SOBOL,
             &passes,
             reference,
-            &[whole(IMAGE)],
+            &[whole(IMAGE_DELTA)],
         ))
     };
     [
@@ -358,7 +358,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
             Size {
                 frame: [22, 9],
                 count,
-                delta: IMAGE,
+                delta: IMAGE_DELTA,
             },
         )
     };
@@ -371,7 +371,7 @@ fn specular() -> Vec<FamilyTrial<EstimatorSubject>> {
         let size = Size {
             frame,
             count,
-            delta: IMAGE,
+            delta: IMAGE_DELTA,
         };
         mean(name, consequence, kind, &REFRACTION, what, image, size)
     };
@@ -426,7 +426,7 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             scene,
             kind,
             frame,
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             count,
         };
         let property = "the image has the mean of the path tracer's";
@@ -437,7 +437,7 @@ fn equivalence() -> Vec<FamilyTrial<EstimatorSubject>> {
             &RENDERING,
             &passes,
             frames,
-            IMAGE,
+            IMAGE_DELTA,
         )
     };
     let cornell = scenes::cornell_box().ok();

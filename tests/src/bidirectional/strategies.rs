@@ -43,7 +43,7 @@ pub(super) fn alone() -> Vec<FamilyTrial<EstimatorSubject>> {
             let size = Size {
                 frame: SQUARE,
                 count,
-                delta: IMAGE,
+                delta: IMAGE_DELTA,
             };
             let family_trial = mean(name, consequence, Bdpt, &MIS, what, scene, size);
             with_altered_subject(family_trial, only)
@@ -193,7 +193,8 @@ pub(super) fn weights() -> FamilyTrial<EstimatorSubject> {
         property,
         "bidirectional images are too bright or dark, as light counts more or less than once",
         &PATH_DENSITY,
-        ["integrator::weight", "exact"],
+        "integrator::weight",
+        "exact",
         with_parts(Weights),
     )
 }

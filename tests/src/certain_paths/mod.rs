@@ -160,7 +160,8 @@ fn every_pixel_known(
         property,
         consequence,
         equation,
-        [subject, "exact"],
+        subject,
+        "exact",
         with_parts(EveryPixelKnown { eye, scenes }),
     )
 }
@@ -183,7 +184,8 @@ fn particle_sum(
         property,
         consequence,
         &PATH_LENGTH,
-        [subject, "exact"],
+        subject,
+        "exact",
         with_parts(ParticleSum {
             scene,
             by_eye,

@@ -1,7 +1,7 @@
 //! Faults of mirrors and glass, (10)-(12) and refraction.
 
 use whitefurnace::material::fresnel::{
-    mirror, radiance_factor, reflectance, reflectance_p, reflectance_s, refract,
+    radiance_factor, reflect, reflectance, reflectance_p, reflectance_s, refract,
 };
 
 use crate::fresnel::{no_total_reflection, schlick};
@@ -38,7 +38,7 @@ pub(super) fn faults() -> Vec<Fault<EstimatorSubject>> {
             { refract: |d, n, n1, n2| refract(d, n, n1, n2).map(|_| d) }, "glass/snell-aim"),
         fault!("mirror-sign", REFRACTION,
             "the mirror direction with the wrong sign: back to where it came from",
-            { mirror: |d, n| -mirror(d, n) }, "glass/mirror-aim"),
+            { mirror: |d, n| -reflect(d, n) }, "glass/mirror-aim"),
         fault!("mirror-half", REFRACTION, "the mirror direction without its factor 2: along the surface",
             { mirror: |d, n| (d - d.dot(n) * n).normalize() }, "glass/mirror-aim"),
     ]

@@ -312,7 +312,8 @@ fn trials() -> Vec<FamilyTrial<Shapes>> {
             property,
             consequence,
             equation,
-            [subject, "exact"],
+            subject,
+            "exact",
             on,
         )
     };

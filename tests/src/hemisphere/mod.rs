@@ -174,7 +174,6 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
     let angles_are = "cos θ and φ follow their laws";
     let reflects =
         "a white Lambert surface reflects 1, 2/3, 1, 1 in furnaces 1, cos θ, 1 + x, 1 + y";
-    let judged = |statistic| [law.subject, statistic];
     let by = format!("with {} directions", law.name);
     vec![
         trial(
@@ -182,7 +181,8 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             cells_are,
             format!("lamps in one part of the sky are too bright, in others too dim {by}"),
             law.angles,
-            judged("chi-square"),
+            law.subject,
+            "chi-square",
             move |c, method: Method| cells(c, law.domain, method.sampler),
         ),
         trial(
@@ -190,7 +190,8 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             moments_are,
             format!("light from one side, or low over the horizon, counts too much {by}"),
             law.angles,
-            judged("t"),
+            law.subject,
+            "t",
             move |c, method: Method| moments(c, law.moments, method.sampler),
         ),
         trial(
@@ -198,7 +199,8 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             angles_are,
             format!("shading leans to one side, or lamps overhead are too bright or dim {by}"),
             &HEMISPHERE_PHI,
-            judged("Kolmogorov-Smirnov"),
+            law.subject,
+            "Kolmogorov-Smirnov",
             move |c, method: Method| angles(c, law.cos_cdf, method.sampler),
         ),
         trial(
@@ -206,7 +208,8 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             reflects,
             format!("walls under an uneven sky are too bright or too dark {by}"),
             &ESTIMATOR,
-            judged("t"),
+            law.subject,
+            "t",
             move |c, method: Method| furnaces(c, law.domain, method),
         ),
         trial(
@@ -214,7 +217,8 @@ fn trials(law: Law) -> Vec<FamilyTrial<Method>> {
             "the pdf integrates to one",
             format!("everything lit {by} is too bright or too dark by the same factor"),
             &HEMISPHERE_PDF,
-            judged("exact"),
+            law.subject,
+            "exact",
             |_, method: Method| normalised(method.pdf),
         ),
     ]

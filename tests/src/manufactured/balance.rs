@@ -20,7 +20,7 @@ use crate::cie::{parallel_corner, upright_corner};
 use crate::mean_radiance::path;
 use crate::prelude::*;
 use crate::scenes::{panel, seen_by};
-use crate::strategies::by;
+use crate::strategies::path_with;
 
 use super::{points, with_altered_albedo};
 
@@ -166,7 +166,7 @@ impl Property for Balance {
         setup: Configuration<P>,
     ) -> Vec<Outcome> {
         let (seed, mut number) = (context.seed_of("walls"), 0..);
-        let about = NAMES.map(|name| (name, 1.0, IMAGE));
+        let about = NAMES.map(|name| (name, 1.0, IMAGE_DELTA));
         means(about, context.n(REPLICATIONS), || {
             let number = number.next().expect("a number below 2³²");
             self.replication(setup, seed, number)
@@ -176,7 +176,7 @@ impl Property for Balance {
 
 /// Trials of the box.
 pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
-    let kind = by(Strategy::Mis, LightSampling::Importance);
+    let kind = path_with(Strategy::Mis, LightSampling::Importance);
     let balance = Balance {
         scene: room(),
         kind,
@@ -186,7 +186,8 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
         "what leaves each wall of a box, less what it reflects of what comes from the others, is its emission",
         "one wall of a room has its neighbour's brightness, hue or lamp, or sees it at a wrong slant",
         &RENDERING,
-        [path(kind), "t"],
+        path(kind),
+        "t",
         with_parts(balance),
     )]
 }

@@ -76,7 +76,7 @@ impl<const N: usize> InZones<N> {
                 let mut sum = DVec3::ZERO;
                 for index in number * PASSES..(number + 1) * PASSES {
                     let pass = ImagePass {
-                        numbers: SamplerKind::Sobol(PASSES),
+                        sampler: SamplerKind::Sobol(PASSES),
                         seed,
                         index,
                     };
@@ -111,7 +111,7 @@ impl<const N: usize> Property for InZones<N> {
             }
         }
         let outcome = |((name, _), values): (Judged, &Values)| {
-            mean(name, values, 1.0, Claim::Exact { delta: IMAGE })
+            mean(name, values, 1.0, Claim::Exact { delta: IMAGE_DELTA })
         };
         self.judged.into_iter().zip(&values).map(outcome).collect()
     }
@@ -144,7 +144,8 @@ fn of_patch<const N: usize>(
         property,
         consequence,
         equation,
-        [subject, "t"],
+        subject,
+        "t",
         with_parts(in_zones),
     )
 }

@@ -132,7 +132,7 @@ impl Property for ZoneRadiances {
                 mean_channel(&self.scene, radiance())
             });
             let claim = Claim::Exact {
-                delta: IMAGE * reference,
+                delta: IMAGE_DELTA * reference,
             };
             mean(name, &values, reference, claim)
         };
@@ -158,7 +158,8 @@ fn by_rays(
         "each zone of a cavity has the radiance e + ρ Σhe/(1 − Σhρ) in all channels",
         consequence,
         &RENDERING,
-        [path(kind), "t"],
+        path(kind),
+        "t",
         with_parts(ZoneRadiances { scene, kind, rays }),
     )
 }
@@ -170,13 +171,13 @@ fn by_images() -> FamilyTrial<EstimatorSubject> {
     let half = |name, holds| Region {
         name,
         holds,
-        delta: IMAGE,
+        delta: IMAGE_DELTA,
     };
     let passes = Passes {
         scene,
         kind: ImageEstimatorKind::Bdpt,
         frame: [16, 12],
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         count: 8_000,
     };
     let regions = vec![

@@ -30,7 +30,7 @@ pub struct Technique {
     /// Its name.
     pub name: &'static str,
     estimator: TechniqueKind,
-    numbers: SamplerKind,
+    sampler: SamplerKind,
     silhouettes: bool,
 }
 
@@ -51,7 +51,7 @@ const fn technique(name: &'static str, estimator: TechniqueKind) -> Technique {
     Technique {
         name,
         estimator,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         silhouettes: false,
     }
 }
@@ -94,7 +94,7 @@ pub const TECHNIQUES: [Technique; 11] = [
         },
     ),
     Technique {
-        numbers: SamplerKind::Sobol(SAMPLES),
+        sampler: SamplerKind::Sobol(SAMPLES),
         ..technique("mis-sobol", DEFAULT)
     },
     Technique {
@@ -166,7 +166,7 @@ impl Technique {
     ) -> Result<Vec<Vec<DVec3>>, Error> {
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: self.numbers,
+            sampler: self.sampler,
             seed,
             silhouettes: self.silhouettes,
         };
@@ -180,12 +180,12 @@ impl Technique {
         match self.estimator {
             TechniqueKind::Bdpt(connections) => {
                 let bdpt = Bdpt { parts, connections };
-                let numbers = self.numbers;
+                let sampler = self.sampler;
                 let image = |number: u32| {
                     let mut sum = vec![DVec3::ZERO; (RESOLUTION[0] * RESOLUTION[1]) as usize];
                     for index in number * samples..(number + 1) * samples {
                         let pass = ImagePass {
-                            numbers,
+                            sampler,
                             seed,
                             index,
                         };

@@ -122,7 +122,8 @@ fn on_scene(
         format!("{}, on a random scene", relation.about),
         consequence,
         &RENDERING,
-        ["integrator::Path", statistic],
+        "integrator::Path",
+        statistic,
         with_parts(property),
     )
 }

@@ -137,7 +137,8 @@ pub(super) fn trials() -> Vec<FamilyTrial<EstimatorSubject>> {
             property,
             consequence,
             &PHOTON_DENSITY,
-            ["estimator::PhotonMapping", "Welch, equivalence"],
+            "estimator::PhotonMapping",
+            "Welch, equivalence",
             with_parts(same),
         )
     })

@@ -63,7 +63,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let cut = scenes::disc_average(scenes::RADIUS, scenes::WALL_AT);
     let floor = |name, consequence, what: &str, scene, lookup, reference: f64, (rays, values)| {
         let property = format!("a floor reflects {reference:.6} {what}");
-        let rays = vec![scenes::at_origin(); rays];
+        let rays = vec![scenes::ray_to_origin(); rays];
         let mapping = Mapping {
             scene,
             lookup,
@@ -74,7 +74,7 @@ fn floors() -> Vec<FamilyTrial<EstimatorSubject>> {
         let mean = Mean {
             replication: mapping,
             reference,
-            delta: SINGLE,
+            delta: CLOSED_FORM_DELTA,
             values,
         };
         family_trial(name, property, consequence, &PHOTON_DENSITY, mean)
@@ -147,7 +147,7 @@ fn cavities() -> Vec<FamilyTrial<EstimatorSubject>> {
         let mean = Mean {
             replication: mapping,
             reference,
-            delta: BOUNCES,
+            delta: BOUNCES_DELTA,
             values,
         };
         family_trial(name, property, consequence, &PHOTON_DENSITY, mean)
@@ -222,14 +222,20 @@ fn fluxes() -> Vec<FamilyTrial<EstimatorSubject>> {
             through,
             "caustics of glass are too bright or too dim in a photon map",
             &PHOTON_FLUX,
-            flux(glass, PhotonMapKind::Caustic, caustic, SINGLE, 18_000),
+            flux(
+                glass,
+                PhotonMapKind::Caustic,
+                caustic,
+                CLOSED_FORM_DELTA,
+                18_000,
+            ),
         ),
         family_trial(
             "photon/flux-balance",
             balance,
             "the indirect light of a photon map is too bright or too dim everywhere",
             &PHOTON_FLUX,
-            flux(cube, PhotonMapKind::All, arriving, BOUNCES, 13_000),
+            flux(cube, PhotonMapKind::All, arriving, BOUNCES_DELTA, 13_000),
         ),
     ]
 }
@@ -250,12 +256,12 @@ fn passes() -> Vec<FamilyTrial<EstimatorSubject>> {
             passes,
             particles: PARTICLES / 2,
             radius,
-            numbers,
+            sampler: numbers,
         };
         let mean = Mean {
             replication: series,
             reference,
-            delta: SINGLE,
+            delta: CLOSED_FORM_DELTA,
             values,
         };
         family_trial(name, property, consequence, &PHOTON_RADIUS, mean)

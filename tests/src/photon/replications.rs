@@ -60,7 +60,8 @@ pub(super) fn family_trial<T: Replication>(
         property,
         consequence,
         equation,
-        [T::SUBJECT, "t over independent maps"],
+        T::SUBJECT,
+        "t over independent maps",
         with_parts(mean),
     )
 }
@@ -132,7 +133,7 @@ pub(super) struct Passes {
     pub passes: u32,
     pub particles: u32,
     pub radius: f64,
-    pub numbers: SamplerKind,
+    pub sampler: SamplerKind,
 }
 
 impl Replication for Passes {
@@ -151,7 +152,7 @@ impl Replication for Passes {
                 &self.scene,
                 [1, 1],
                 ImagePass {
-                    numbers: self.numbers,
+                    sampler: self.sampler,
                     seed,
                     index,
                 },

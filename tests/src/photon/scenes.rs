@@ -7,8 +7,8 @@ use whitefurnace::harness::quadrature::{Rectangle, integrate};
 use crate::glass::GLASS;
 use crate::prelude::*;
 use crate::scenes::{
-    FLOOR, LIGHT, ball, corners, floor, hollow, lambert, light, origin_from, panel,
-    polygon_irradiance, scene, seen_by, square,
+    FLOOR, LIGHT, ball, corners, floor, hollow, lambert, light, panel, polygon_irradiance,
+    ray_to_origin_from, scene, seen_by, square,
 };
 
 /// Height and half side of the light over the floor: most of its particles land within [`RADIUS`].
@@ -26,8 +26,8 @@ fn low_light(builder: &mut SceneBuilder) {
 }
 
 /// Returns a ray to the origin from close by, below the light and the glass around it.
-pub fn at_origin() -> Ray {
-    origin_from(0.04)
+pub fn ray_to_origin() -> Ray {
+    ray_to_origin_from(0.04)
 }
 
 /// Builds a small light just over the floor.

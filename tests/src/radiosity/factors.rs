@@ -159,7 +159,13 @@ impl Property for Energy {
             each.map(|(element, e)| element.area * e.x).sum::<f64>()
         });
         let error = found.map_or(f64::NAN, |found| found / (flux / (1.0 - rho)) - 1.0);
-        vec![Outcome::exact("flux", 1, error, BOUNCES, "all patches")]
+        vec![Outcome::exact(
+            "flux",
+            1,
+            error,
+            BOUNCES_DELTA,
+            "all patches",
+        )]
     }
 }
 
@@ -172,13 +178,13 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
     let perpendicular = plates("perpendicular plates", DVec3::ZERO, [DVec3::Y, DVec3::Z]);
     let of =
         |name: &str, property: &str, consequence: &str, scene, patches, error: Error, tolerance| {
-            let judged = ["integrator::radiosity::FormFactors", "exact"];
             trial(
                 name,
                 property,
                 consequence,
                 &FORM_FACTOR,
-                judged,
+                "integrator::radiosity::FormFactors",
+                "exact",
                 with_parts(Factors {
                     scene,
                     patches,
@@ -214,7 +220,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
             perpendicular,
             400,
             to_adjacent,
-            SINGLE,
+            CLOSED_FORM_DELTA,
         ),
         of(
             "radiosity/closure",
@@ -232,7 +238,7 @@ pub(super) fn factors() -> Vec<FamilyTrial<EstimatorSubject>> {
             ball_in_room(),
             300,
             ball,
-            IMAGE,
+            IMAGE_DELTA,
         ),
         of(
             "radiosity/reciprocity",

@@ -8,8 +8,8 @@ use crate::cie::{parallel_corner, upright_corner};
 use crate::prelude::*;
 use crate::radiosity::{Known, KnownRay, SINGLE_PRECISION, SUBJECT};
 use crate::scenes::{
-    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, at_origin, ball, floor, half_hidden_light, lambert,
-    light, origin_from, panel, rectangle_light, scene, square, triangle_light,
+    FLOOR, HEIGHT, LIGHT, TINT, TRIANGLE, ball, floor, half_hidden_light, lambert, light, panel,
+    ray_to_origin, ray_to_origin_from, rectangle_light, scene, square, triangle_light,
 };
 
 /// Form factor from the origin with the normal z to a flat light: the double integral of cos θ cos
@@ -26,7 +26,7 @@ fn by_quadrature(domain: Domain, corner: DVec3, [a, b]: [DVec3; 2]) -> f64 {
 
 /// Returns a ray to the origin from so near that little can come between.
 fn ray_from_close_by(_: &mut Stream) -> Ray {
-    origin_from(4e-4)
+    ray_to_origin_from(4e-4)
 }
 
 /// Returns a ray to the origin from below.
@@ -65,7 +65,8 @@ fn family_trial(
         property,
         consequence,
         &FORM_FACTOR,
-        [SUBJECT, "exact"],
+        SUBJECT,
+        "exact",
         with_parts(known),
     )
 }
@@ -84,7 +85,7 @@ fn lit(
         consequence,
         what,
         scene,
-        &[(|_| at_origin(), factor)],
+        &[(|_| ray_to_origin(), factor)],
         tolerance,
     )
 }
@@ -129,7 +130,7 @@ fn rectangles() -> Vec<FamilyTrial<EstimatorSubject>> {
             "a square light that a wall hides by half",
             half_hidden_light(),
             2.0 * parallel_corner(1.0, 1.0, HEIGHT),
-            IMAGE,
+            IMAGE_DELTA,
         ),
         lit(
             "radiosity/horizon",
@@ -246,7 +247,7 @@ fn hidden() -> Vec<FamilyTrial<EstimatorSubject>> {
             panel(s, DVec3::new(0.5, y, z), edges, Surface::new(Bsdf::Black));
         });
         let what = format!("an upright light of which a wall hides the {part}");
-        lit(name, consequence, &what, scene, factor, IMAGE)
+        lit(name, consequence, &what, scene, factor, IMAGE_DELTA)
     })
     .collect()
 }
@@ -261,7 +262,7 @@ fn both_sides() -> FamilyTrial<EstimatorSubject> {
     let above = parallel_corner(1.0, 1.0, 1.0);
     let below = parallel_corner(1.5, 1.0, 0.8) - parallel_corner(0.5, 1.0, 0.8);
     let rays = [
-        ((|_| at_origin()) as Rays, above),
+        ((|_| ray_to_origin()) as Rays, above),
         (|_| from_below(), below),
     ];
     family_trial(

@@ -129,7 +129,8 @@ pub(super) fn family() -> Box<dyn AnyFamily> {
             "the albedos of the Cornell box are reflectances that Cornell measured, in three narrow bands",
             "the walls of the Cornell box tint the room in hues that the real walls do not have",
             &LAMBERT,
-            ["scene::simple::cornell", "exact"],
+            "scene::simple::cornell",
+            "exact",
             near_the_measured,
         )],
         faults: vec![

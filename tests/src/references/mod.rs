@@ -66,7 +66,7 @@ const REFERENCES: [Reference; 7] = [
         image: "diffuse_albedo",
         channel: 1,
         segments: 2,
-        delta: SINGLE,
+        delta: CLOSED_FORM_DELTA,
         replications: MIN_SYMMETRIC_VALUES,
         tiles_are_judged: true,
         about: "a ball in a plane under a uniform sky",
@@ -78,7 +78,7 @@ const REFERENCES: [Reference; 7] = [
         image: "diffuse_albedo_g_i",
         channel: 0,
         segments: 3,
-        delta: SINGLE,
+        delta: CLOSED_FORM_DELTA,
         replications: MIN_SYMMETRIC_VALUES,
         tiles_are_judged: true,
         about: "a ball in a plane beside a coloured wall, red after two bounces",
@@ -90,7 +90,7 @@ const REFERENCES: [Reference; 7] = [
         image: "diffuse_albedo_g_i",
         channel: 1,
         segments: 3,
-        delta: SINGLE,
+        delta: CLOSED_FORM_DELTA,
         replications: MIN_SYMMETRIC_VALUES,
         tiles_are_judged: true,
         about: "a ball in a plane beside a coloured wall, green after two bounces",
@@ -102,7 +102,7 @@ const REFERENCES: [Reference; 7] = [
         image: "area_light_radiance",
         channel: 1,
         segments: 2,
-        delta: IMAGE,
+        delta: IMAGE_DELTA,
         replications: MIN_SYMMETRIC_VALUES,
         tiles_are_judged: true,
         about: "a ball and its shadow beside an upright light",
@@ -114,7 +114,7 @@ const REFERENCES: [Reference; 7] = [
         image: "translate_plane_and_area_emitter",
         channel: 1,
         segments: 2,
-        delta: BOUNCES,
+        delta: BOUNCES_DELTA,
         replications: MIN_SYMMETRIC_VALUES,
         tiles_are_judged: true,
         about: "a slanted square over a light",
@@ -126,7 +126,7 @@ const REFERENCES: [Reference; 7] = [
         image: VISIBLE_LIGHT,
         channel: 1,
         segments: 2,
-        delta: SINGLE,
+        delta: CLOSED_FORM_DELTA,
         replications: 26_000,
         tiles_are_judged: false,
         about: "a square light in the dark",
@@ -138,7 +138,7 @@ const REFERENCES: [Reference; 7] = [
         image: SQUARE_UNDER_SKY,
         channel: 1,
         segments: 2,
-        delta: SINGLE,
+        delta: CLOSED_FORM_DELTA,
         replications: 11_000,
         tiles_are_judged: true,
         about: "a grey square before a uniform sky",
@@ -220,7 +220,7 @@ impl SameAsReference {
                 .ray(SIZE, f64::from(x) + u, f64::from(y) + v);
             (ray, points)
         });
-        let kind = EstimatorKind::PathWithMaxSegments(self.reference.segments);
+        let kind = EstimatorKind::PathSpecularNeeMaxSegments(self.reference.segments);
         let values = kind.radiances(setup, &self.scene, rays);
         let mean = |points: &[DVec3]| {
             let sum: f64 = points.iter().map(|l| l[self.reference.channel]).sum();
@@ -297,7 +297,8 @@ pub fn families() -> Vec<Box<dyn AnyFamily>> {
             format!("the image of {} is Mitsuba's reference", reference.about),
             reference.consequence,
             &RENDERING,
-            ["integrator::Path", "t, Welch map"],
+            "integrator::Path",
+            "t, Welch map",
             with_parts(same),
         )
     };

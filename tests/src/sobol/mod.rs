@@ -15,7 +15,7 @@ use whitefurnace::sampling::sampler::{BLOCK, FIRST_LIGHT_BLOCK, Sampler, Sobol, 
 
 use crate::irradiance::reflected;
 use crate::prelude::*;
-use crate::scenes::{RECTANGLE, at_origin, mean_channel, polygon_irradiance, rectangle_light};
+use crate::scenes::{RECTANGLE, mean_channel, polygon_irradiance, ray_to_origin, rectangle_light};
 use crate::script::{Script, Scripted};
 use crate::streams::frequencies;
 
@@ -282,7 +282,7 @@ const MEAN_DELTA: f64 = 0.003;
 /// Returns the mean of estimates by these points.
 fn estimate(scene: &Scene, subject: SobolParts, points: impl Iterator<Item = Point>) -> f64 {
     let sample = |point| Sample {
-        ray: at_origin(),
+        ray: ray_to_origin(),
         hit: None,
         rng: Scripted(SampleStream::new(subject, point)),
     };
@@ -442,10 +442,8 @@ fn family_trial<S: 'static>(
         property,
         consequence,
         &SOBOL,
-        [
-            "sampling::sampler::Sobol, sampling::sampler::scramble",
-            statistic,
-        ],
+        "sampling::sampler::Sobol, sampling::sampler::scramble",
+        statistic,
         on,
     )
 }

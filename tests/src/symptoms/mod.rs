@@ -289,7 +289,7 @@ impl Symptom {
     ) -> Result<Vec<DVec3>, Error> {
         let pixel = PixelSampling::Random;
         let whole = |index| ImagePass {
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed,
             index,
         };
@@ -370,7 +370,7 @@ fn film<E: Estimator>(
 ) -> Result<Vec<DVec3>, Error> {
     let sampling = Sampling {
         pixel,
-        numbers: SamplerKind::Independent,
+        sampler: SamplerKind::Independent,
         seed,
         silhouettes: false,
     };

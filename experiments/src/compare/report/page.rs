@@ -8,13 +8,13 @@ use whitefurnace::harness::images::{AreaKind, AreaTest};
 use super::pictures::{
     cells, histogram_bars, map, mean_picture, relative, scale_limit, signed_log_p, values,
 };
-use super::{detectable_biases, histogram, kind_summary, place_name};
+use super::{area_name, detectable_biases, histogram, kind_summary};
 use crate::compare::files::{self, Input};
 use crate::compare::{ComparisonReport, percent};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-/// Rows of the table of the worst places.
+/// Rows of the table of the worst areas.
 const MAX_TABLE_ROWS: usize = 24;
 /// Largest distance of the exposure from its default, in stops.
 const EXPOSURE_RANGE: f64 = 10.0;
@@ -38,7 +38,7 @@ pub(super) fn page(report: &ComparisonReport) -> Result<String, png::EncodingErr
 /// Returns the exposure in whole stops at which the second side's mean is a medium grey.
 fn exposure(report: &ComparisonReport) -> f64 {
     let [means, ..] = &report.found.kinds;
-    let sum: f64 = means.tests.iter().map(|place| place.means[1].abs()).sum();
+    let sum: f64 = means.tests.iter().map(|test| test.means[1].abs()).sum();
     let overall = sum / means.tests.len() as f64;
     if overall > 0.0 {
         (0.2 / overall).log2().round()
@@ -106,7 +106,7 @@ fn viewer(report: &ComparisonReport, exposure: f64) -> String {
          goes to the row of the tile\"><canvas id=\"canvas\"></canvas><div id=\"mark\" hidden></div></div>\
          <table id=\"reading\"><tr><th id=\"where\"><th>A<th>B<th>difference{rows}</table>\
          <p class=\"small\">A click goes to the row of the tile, as does <a id=\"to-row\" href=\"#tiles\">this link</a> \
-         or Enter; a place in a table leads back. Arrow keys move the pointer.</p></div>"
+         or Enter; an area in a table leads back. Arrow keys move the pointer.</p></div>"
     )
 }
 
@@ -160,86 +160,86 @@ fn maps(report: &ComparisonReport) -> Result<String, png::EncodingError> {
     }
     Ok(html
         + "</div><p class=\"small\">Full colour in the lower maps marks p-values at the threshold that is common to all \
-           places.</p>")
+           areas.</p>")
 }
 
 fn tables(report: &ComparisonReport) -> String {
     let [means, regions, tiles, pixels] = &report.found.kinds;
     let mut html = String::from(
-        "<h2>Image mean</h2><div class=\"scroll\"><table class=\"places\"><tr><th>channel<th><th>first<th>second\
+        "<h2>Image mean</h2><div class=\"scroll\"><table class=\"areas\"><tr><th>channel<th><th>first<th>second\
          <th>difference<th>from<th>to<th>standard errors<th>p<th>smallest detectable",
     );
     // Writing to a string cannot fail.
-    for place in &means.tests {
-        let [low, high] = place.interval(means.level).map(percent);
+    for test in &means.tests {
+        let [low, high] = test.interval(means.level).map(percent);
         let _ = write!(
             html,
             "<tr{}><td>{}<td>{}<td>{:.5}<td>{:.5}<td>{}<td>{low}<td>{high}<td>{:.2}<td>{:.1e}<td>{}",
-            row_class(means, place),
-            report.channel(place.channel),
-            if place.judged { "" } else { "not judged" },
-            place.means[0],
-            place.means[1],
-            percent(place.difference()),
-            place.sigmas,
-            place.p,
-            percent(place.minimum_detectable_effect(means.level)).replace('+', "")
+            row_class(means, test),
+            report.channel(test.channel),
+            if test.judged { "" } else { "not judged" },
+            test.means[0],
+            test.means[1],
+            percent(test.difference()),
+            test.sigmas,
+            test.p,
+            percent(test.minimum_detectable_effect(means.level)).replace('+', "")
         );
     }
     let all = [means, regions, tiles, pixels]
         .into_iter()
         .flat_map(|kind| kind.tests.iter().map(move |p| (kind, p)));
-    let mut worst: Vec<(&AreaKind, &AreaTest)> = all.filter(|(_, place)| place.varies()).collect();
-    let strength = |(kind, place): &(&AreaKind, &AreaTest)| {
-        let told = kind.is_counted && place.judged;
-        (!told, place.p / kind.level, -place.sigmas.abs())
+    let mut worst: Vec<(&AreaKind, &AreaTest)> = all.filter(|(_, test)| test.varies()).collect();
+    let strength = |(kind, test): &(&AreaKind, &AreaTest)| {
+        let told = kind.is_counted && test.judged;
+        (!told, test.p / kind.level, -test.sigmas.abs())
     };
     worst.sort_by(|x, y| {
         strength(x)
             .partial_cmp(&strength(y))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
-    html += &format!("</table></div><h2>Places, worst first</h2>{PLACES}");
-    for (kind, place) in worst.iter().take(MAX_TABLE_ROWS) {
-        html += &row(report, kind, place, "");
+    html += &format!("</table></div><h2>Places, worst first</h2>{AREA_TABLE_HEAD}");
+    for (kind, test) in worst.iter().take(MAX_TABLE_ROWS) {
+        html += &row(report, kind, test, "");
     }
     let count = tiles.grid[0] * tiles.grid[1];
     html += &format!(
         "</table></div><h2>Tiles</h2><p class=\"small\">Each in the channel with its least p.</p>\
-         <details id=\"tiles\"><summary>All {count} tiles</summary>{PLACES}"
+         <details id=\"tiles\"><summary>All {count} tiles</summary>{AREA_TABLE_HEAD}"
     );
     for i in 0..count {
         let channels = tiles.tests.iter().skip(i).step_by(count);
-        if let Some(place) = channels.min_by(|x, y| x.p.total_cmp(&y.p)) {
-            html += &row(report, tiles, place, &format!(" id=\"tile-{i}\""));
+        if let Some(test) = channels.min_by(|x, y| x.p.total_cmp(&y.p)) {
+            html += &row(report, tiles, test, &format!(" id=\"tile-{i}\""));
         }
     }
     html += "</table></div></details><h2>p-values of pixels</h2>";
     html + &histogram_bars(&histogram(pixels))
 }
 
-/// Head of a table of places.
-const PLACES: &str = "<div class=\"scroll\"><table class=\"places\"><tr><th>place<th>channel<th>first<th>second\
+/// Head of a table of areas.
+const AREA_TABLE_HEAD: &str = "<div class=\"scroll\"><table class=\"areas\"><tr><th>area<th>channel<th>first<th>second\
                       <th>difference<th>standard errors<th>p<th>threshold of p<th>";
 
-/// Returns the row of a place, whose name leads to the images.
-fn row(report: &ComparisonReport, kind: &AreaKind, place: &AreaTest, id: &str) -> String {
-    let told = kind.is_counted && place.judged;
-    let [x0, y0, x1, y1] = place.area;
-    let sigmas = match place.sigmas {
+/// Returns the row of an area, whose name leads to the images.
+fn row(report: &ComparisonReport, kind: &AreaKind, test: &AreaTest, id: &str) -> String {
+    let told = kind.is_counted && test.judged;
+    let [x0, y0, x1, y1] = test.area;
+    let sigmas = match test.sigmas {
         sigmas if sigmas.is_nan() => "–".to_owned(),
         sigmas => format!("{sigmas:.2}"),
     };
     format!(
         "<tr{id}{} data-area=\"{x0} {y0} {x1} {y1}\"><td><a href=\"#images\">{}</a><td>{}<td>{:.5}<td>{:.5}<td>{}\
          <td>{sigmas}<td>{:.1e}<td>{:.1e}<td>{}",
-        row_class(kind, place),
-        place_name(kind, place),
-        report.channel(place.channel),
-        place.means[0],
-        place.means[1],
-        percent(place.difference()),
-        place.p,
+        row_class(kind, test),
+        area_name(kind, test),
+        report.channel(test.channel),
+        test.means[0],
+        test.means[1],
+        percent(test.difference()),
+        test.p,
         kind.level,
         if told { "" } else { "not judged" }
     )
@@ -252,12 +252,12 @@ fn decision(report: &ComparisonReport) -> String {
     );
     let _ = write!(
         html,
-        "<p>Two right renderers are called different with a chance of at most {}: a quarter of it for each kind of place, \
-         divided among its places and channels. Each place is judged by Welch's test, if skewness, as the images show it, \
+        "<p>Two right renderers are called different with a chance of at most {}: a quarter of it for each kind of area, \
+         divided among its areas and channels. Each area is judged by Welch's test, if skewness, as the images show it, \
          leaves its tail valid, as far as the images show their brightest paths: noise that has not been met has no test. A kind \
-         counts if at least half of its places that vary are judged, and a difference must be more than that of one pixel. \
+         counts if at least half of its areas that vary are judged, and a difference must be more than that of one pixel. \
          Renderers agree if no \
-         place differs, however little, and the interval of the image mean's difference lies within ±{} %. Where no \
+         area differs, however little, and the interval of the image mean's difference lies within ±{} %. Where no \
          value varies, values are compared as they stand.</p><ul>",
         report.rules.level,
         100.0 * report.rules.margin
@@ -321,8 +321,8 @@ fn script(report: &ComparisonReport, exposure: f64) -> String {
 }
 
 /// Returns the CSS class of a row that is rejected.
-fn row_class(kind: &AreaKind, place: &AreaTest) -> &'static str {
-    if kind.rejects(place) {
+fn row_class(kind: &AreaKind, test: &AreaTest) -> &'static str {
+    if kind.rejects(test) {
         " class=\"bad\""
     } else {
         ""

@@ -48,7 +48,7 @@ pub(super) fn map(
     ))
 }
 
-/// Applies a function to the channels of each cell of a kind of places.
+/// Applies a function to the channels of each cell of a kind of areas.
 pub(super) fn cells(kind: &AreaKind, value: impl Fn(&[&AreaTest]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
     (0..count)
@@ -104,19 +104,19 @@ pub(super) fn values(report: &ComparisonReport) -> (usize, String) {
 }
 
 /// Returns the difference relative to the second side, summed over channels.
-pub(super) fn relative(places: &[&AreaTest]) -> f64 {
-    let sum = |f: fn(&AreaTest) -> f64| places.iter().map(|place| f(place)).sum::<f64>();
-    sum(|place| place.means[0] - place.means[1]) / sum(|place| place.scale)
+pub(super) fn relative(areas: &[&AreaTest]) -> f64 {
+    let sum = |f: fn(&AreaTest) -> f64| areas.iter().map(|test| f(test)).sum::<f64>();
+    sum(|test| test.means[0] - test.means[1]) / sum(|test| test.scale)
 }
 
 /// Returns −log₁₀ p with the sign of the difference, for the channel where p is least.
-pub(super) fn signed_log_p(places: &[&AreaTest]) -> f64 {
-    let least = places
+pub(super) fn signed_log_p(areas: &[&AreaTest]) -> f64 {
+    let least = areas
         .iter()
-        .filter(|place| place.varies())
+        .filter(|test| test.varies())
         .min_by(|x, y| x.p.total_cmp(&y.p));
-    least.map_or(f64::NAN, |place| {
-        -place.p.max(1e-300).log10() * place.sigmas.signum()
+    least.map_or(f64::NAN, |test| {
+        -test.p.max(1e-300).log10() * test.sigmas.signum()
     })
 }
 

@@ -103,7 +103,7 @@ pub(super) fn with_triangles(run: &mut Run) -> Result<(), Error> {
         );
         let sampling = Sampling {
             pixel: PixelSampling::Random,
-            numbers: SamplerKind::Independent,
+            sampler: SamplerKind::Independent,
             seed: run.seed(),
             silhouettes: false,
         };

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use whitefurnace::math::frame::Frame;
 use whitefurnace::math::real::Vector as _;
 use whitefurnace::math::simd::{LANES, Lanes3};
-use whitefurnace::scene::lanes::EightRays;
+use whitefurnace::scene::lanes::EightRayIntersector;
 use whitefurnace::scene::simple::cornell;
 
 use super::least_seconds;
@@ -34,7 +34,7 @@ pub(super) fn rays(run: &mut Run) -> Result<(), Error> {
 /// Records millions of rays per second that are intersected eight at a time in the Cornell box.
 pub(super) fn eight_rays(run: &mut Run) -> Result<(), Error> {
     let scene = cornell()?;
-    let Some(mut eight) = EightRays::new(&scene) else {
+    let Some(mut eight) = EightRayIntersector::new(&scene) else {
         return Ok(());
     };
     let packets: Vec<Ray<Lanes3>> = bounced_rays(run, &scene)

@@ -32,23 +32,23 @@ fn glass(error: f32) -> LobeSubject {
     let double = |w: V| DVec3::from_array(w.map(f64::from));
     LobeSubject::new(
         move |wo| {
-            let lobe = |(w, probability, share): (V, f32, f32)| Lobe {
+            let lobe = |(w, probability, throughput): (V, f32, f32)| Lobe {
                 direction: double(w),
                 probability: f64::from(probability),
-                share: f64::from(share),
+                throughput: f64::from(throughput),
             };
             lobes(single(wo)).into_iter().map(lobe).collect()
         },
         move |wo, [u, ..]| {
             let lobes = lobes(single(wo));
-            let (w, probability, share) = if (u as f32) < lobes[0].1 {
+            let (w, probability, throughput) = if (u as f32) < lobes[0].1 {
                 lobes[0]
             } else {
                 *lobes.last()?
             };
             Some(LobeSample {
                 wi: double(w),
-                weight: f64::from(share / probability * (1.0 + error)),
+                weight: f64::from(throughput / probability * (1.0 + error)),
             })
         },
     )
