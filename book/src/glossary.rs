@@ -1,7 +1,7 @@
 //! Links from the first use of a word on each page to its entry in the glossary.
 //!
-//! The page `glossary.md` has an entry `**Word, other form.** Meaning.` per line that begins so. A word
-//! is found with a capital or an s, and with hyphens for spaces.
+//! The page `glossary.md` has an entry `**Word, other form.** Meaning.` per line that begins so. A
+//! word is found with a capital or an s, and with hyphens for spaces.
 
 use std::ops::Range;
 use std::path::Path;

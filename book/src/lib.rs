@@ -16,8 +16,8 @@
 //! | `{{#models}}` | the models of scene files, with their keys and ranges |
 //! | `{{#mutants}}` | tables of the recorded mutants, see [`records::mutants::Record`] |
 //!
-//! The explorables' scripts in `pages/explore` compare their functions with the library's values, which
-//! are written to `explore/reference.js`.
+//! The explorables' scripts in `pages/explore` compare their functions with the library's values,
+//! which are written to `explore/reference.js`.
 //!
 //! The first use of a glossary's word on a page is linked to its entry, see `glossary`.
 //!

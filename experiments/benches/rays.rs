@@ -1,6 +1,6 @@
-//! Rays per second of the hierarchy by number of triangles, for camera rays, two diffuse bounces and
-//! shadow rays: `cargo bench -p experiments --bench rays`. With `-- --out FOLDER` meshes and rays
-//! are written as raw arrays, for another ray tracer: `experiments/peers/rays.py` reads them.
+//! Rays per second of the hierarchy by number of triangles, for camera rays, two diffuse bounces
+//! and shadow rays: `cargo bench -p experiments --bench rays`. With `-- --out FOLDER` meshes and
+//! rays are written as raw arrays, for another ray tracer: `experiments/peers/rays.py` reads them.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -10,9 +10,9 @@
 //! ```
 //! use whitefurnace::glam::DVec3;
 //! use std::f64::consts::{PI, TAU};
-//! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss, check_up};
-//! use whitefurnace::harness::outcome::Verdict;
-//! use whitefurnace::harness::trial::Context;
+//! use whitefurnace::harness::bsdf_checkup::{SampledDirection, BsdfSubject, CheckUp, Loss,
+//! check_up}; use whitefurnace::harness::outcome::Verdict; use
+//! whitefurnace::harness::trial::Context;
 //!
 //! const ALPHA: f64 = 0.5;
 //! fn lambda(w: DVec3) -> f64 {

@@ -51,8 +51,8 @@ impl Counts {
     }
 
     /// Returns the counts as if the least probable cell that is not pooled were off by `effect`,
-    /// relative, and the others made up for it evenly: the law with such an error in some cell that
-    /// is hardest to detect. `None` if there are fewer than two cells.
+    /// relative, and the others made up for it evenly: the distribution with such an error in some
+    /// cell that is hardest to detect. `None` if there are fewer than two cells.
     fn perturbed(&self, partition: &Partition, effect: f64) -> Option<Self> {
         let accepted: u64 = self.observed.iter().sum();
         let mass = partition.mass();
@@ -421,8 +421,8 @@ fn binomial_test(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Ou
     }
 }
 
-/// Tests rare events among n values, k of them against the Poisson law with mean `expected` ≥ 0, by
-/// exact tails. `delta` is a number of events.
+/// Tests rare events among n values, k of them against the Poisson distribution with mean
+/// `expected` ≥ 0, by exact tails. `delta` is a number of events.
 pub fn poisson(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcome {
     grade(poisson_test(name, k, n, expected, delta), |effect| {
         let wrong = (k as f64 + effect).round().max(0.0) as u64;

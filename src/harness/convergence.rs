@@ -64,8 +64,9 @@ fn mean_errors(sizes: &[f64], groups: &[Vec<f64>], reference: f64) -> Vec<Cell> 
 }
 
 /// Tests the ratio of the variances of two samplers whose means are known, against a closed form:
-/// within ±`delta`, relative. Valid for every law with a finite fourth moment: it compares the mean
-/// of (x − μ)² with `ratio` times that of (y − ν)²; the interval of the ratio is Fieller's (1954).
+/// within ±`delta`, relative. Valid for every distribution with a finite fourth moment: it compares
+/// the mean of (x − μ)² with `ratio` times that of (y − ν)²; the interval of the ratio is Fieller's
+/// (1954).
 ///
 /// `a` and `b` hold the squared deviations.
 pub fn variance_ratio(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Outcome {

@@ -13,7 +13,8 @@ use super::quantiles::Quantiles;
 pub enum Domain {
     /// All directions; rows of equal solid angle.
     Sphere,
-    /// Directions with z ≥ 0; rows of equal solid angle: equal probability for the uniform law.
+    /// Directions with z ≥ 0; rows of equal solid angle: equal probability for the uniform
+    /// distribution.
     Hemisphere,
     /// Directions with z ≥ 0; rows of equal projected solid angle: equal probability for cos θ/π.
     CosineHemisphere,
@@ -197,8 +198,8 @@ pub(super) const FINE_GRID: [usize; 2] = [32, 64];
 pub const MASS_TOLERANCE: f64 = 1e-6;
 
 impl Partition {
-    /// Creates rows × columns cells of equal probability, for the law that is uniform in the
-    /// domain's square: exact, without loss.
+    /// Creates rows × columns cells of equal probability, for the distribution that is uniform in
+    /// the domain's square: exact, without loss.
     pub fn equal(domain: Domain, rows: usize, columns: usize) -> Self {
         let cells = rows * columns;
         Self {
@@ -233,8 +234,8 @@ impl Partition {
         }
     }
 
-    /// Creates the outcomes of a discrete law with these probabilities (which sum to one), for
-    /// counts made elsewhere.
+    /// Creates the outcomes of a discrete distribution with these probabilities (which sum to one),
+    /// for counts made elsewhere.
     pub fn from_masses(masses: Vec<f64>, places: Vec<String>) -> Self {
         Self {
             domain: Domain::Square,

@@ -8,10 +8,10 @@
 //! row that chance can turn red in `cargo test` goes through one of the two functions here.
 //!
 //! The guard judges sample sizes, not the program: it runs under the default seed alone
-//! ([`Context::guard_applies`](super::trial::Context::guard_applies)). There it gives the same answer in
-//! every run, so it adds no chance of its own to the budget, and under other seeds it cannot
-//! refuse. It demands [`SAFETY_SIGMAS`]; then verdicts under other seeds have the probabilities
-//! that the budget counts.
+//! ([`Context::guard_applies`](super::trial::Context::guard_applies)). There it gives the same
+//! answer in every run, so it adds no chance of its own to the budget, and under other seeds it
+//! cannot refuse. It demands [`SAFETY_SIGMAS`]; then verdicts under other seeds have the
+//! probabilities that the budget counts.
 
 use super::mean::{MAX_SKEW_TERM, Sigma};
 use super::outcome::{ALPHA, Claim, Outcome, Verdict};

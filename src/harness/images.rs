@@ -7,16 +7,17 @@
 //! ([`Sigma::skew_term`]); a kind is counted where at least [`MIN_JUDGED_FRACTION`] of its areas
 //! that vary are judged. The difference of the two sides' third cumulants bends the tail of a
 //! difference: renderers whose noise is alike may be skewed more, up to
-//! [`MAX_UNCANCELLED_SKEW_TERM`]. Beyond that, a difference that is [`LARGE_DIFFERENCE_FACTOR`]
-//! stands.
+//! [`MAX_UNCANCELLED_SKEW_TERM`]. Beyond that, a difference of [`LARGE_DIFFERENCE_FACTOR`]
+//! times the critical value or more stands.
 //!
 //! Standard errors are estimates, and enter no inequality that needs the true ones: with few
-//! images, p comes from Student's law, whose degrees of freedom are found by the sides' shares of
-//! the variance of many pixels ([`MIN_INDEPENDENT_PIXELS`]), as those of few values can be far off
-//! where the sides have different numbers of images.
+//! images, p comes from Student's distribution, whose degrees of freedom are found by the sides'
+//! shares of the variance of many pixels ([`MIN_INDEPENDENT_PIXELS`]), as those of few values can
+//! be far off where the sides have different numbers of images.
 //!
-//! Nor does a difference stand on one pixel alone, whose values may be few: see
-//! [`MAX_PIXEL_FRACTION`], and pixels are held against the noisiest of their tile as well.
+//! A difference must be more than that of one pixel, whose values may be few: one pixel makes up at
+//! most [`MAX_PIXEL_FRACTION`] of an area's, and a pixel's own is compared with the noise of the
+//! noisiest of its tile as well.
 //!
 //! All this holds as far as the images show their brightest paths. Noise that has not been seen has
 //! no test: [`Comparison::brightest`] shows where a few values carry much of the noise
@@ -33,11 +34,11 @@
 //! use whitefurnace::harness::outcome::Verdict;
 //!
 //! // Four images of 8 × 8 pixels of each renderer, in one channel.
-//! let image = |seed: u32| (0..64).map(|i| f64::from((7 * i + seed) * 37 % 41)).collect::<Vec<f64>>();
-//! let [a, b]: [Vec<Vec<f64>>; 2] = [0, 20].map(|seed| (seed..seed + 4).map(image).collect());
-//! let [a, b] = [&a, &b].map(|images| Side::Images(images.iter().map(Vec::as_slice).collect()));
-//! let found = compare(8, &[[a, b]], &Rules { margin: 0.5, ..Rules::default() });
-//! assert_eq!(found.verdict, Verdict::Holds);
+//! let image = |seed: u32| (0..64).map(|i| f64::from((7 * i + seed) * 37 %
+//! 41)).collect::<Vec<f64>>(); let [a, b]: [Vec<Vec<f64>>; 2] = [0, 20].map(|seed| (seed..seed +
+//! 4).map(image).collect()); let [a, b] = [&a, &b].map(|images|
+//! Side::Images(images.iter().map(Vec::as_slice).collect())); let found = compare(8, &[[a, b]],
+//! &Rules { margin: 0.5, ..Rules::default() }); assert_eq!(found.verdict, Verdict::Holds);
 //! ```
 
 mod area_test;
@@ -66,15 +67,15 @@ pub const MAX_UNCANCELLED_SKEW_TERM: f64 = 4.0 * MAX_SKEW_TERM;
 /// [`Sigma::skew_term`]s), is below the level.
 pub const LARGE_DIFFERENCE_FACTOR: f64 = 2.0;
 /// Largest skewness with which a large difference stands: that of 25 observed events, enough to
-/// know the law.
+/// know the distribution.
 pub const MAX_LARGE_DIFFERENCE_SKEWNESS: f64 = 0.2;
 /// Number of independently varying pixels that show how variance and skewness are divided between
 /// the sides.
 pub const MIN_INDEPENDENT_PIXELS: f64 = 64.0;
 /// Fraction of a side's variance carried by the brightest thousandth of its values above which
 /// further bright values may be missing: exponential noise has 5 %, noise whose variance is barely
-/// finite (Pareto's law of index 2.5) and shadow rays to a lamp on the ceiling, at 4 samples, a
-/// quarter and more.
+/// finite (Pareto's distribution of index 2.5) and shadow rays to a lamp on the ceiling, at 4
+/// samples, a quarter and more.
 pub const MAX_BRIGHT_FRACTION: f64 = 0.2;
 /// Least normal 16-bit float: below it, rounding is absolute.
 pub const MIN_NORMAL_HALF: f64 = 1.0 / 16384.0;
@@ -89,8 +90,8 @@ pub const MISS_PROBABILITY: f64 = 0.1;
 pub const DARK_FRACTION: f64 = 1e-3;
 
 /// Least number of values of each side, pixels times images, none of which varies, that are taken
-/// to have no noise. Independent values of one law are all the same on either side, but differ
-/// between the sides, with a probability of at most 2·4⁻ⁿ.
+/// to have no noise. Independent values of one distribution are all the same on either side, but
+/// differ between the sides, with a probability of at most 2·4⁻ⁿ.
 pub const MIN_NOISELESS_VALUES: f64 = 16.0;
 
 /// Rules by which images are judged.
@@ -392,7 +393,7 @@ pub fn compare(width: usize, channels: &[[Side; 2]], rules: &Rules) -> Compariso
 /// Returns the deviation of a difference in true standard errors if it is t estimated ones: √E(z² |
 /// t), where normal noise has E(z² | t) = (ν + 1) t²/(ν + t²). With few degrees of freedom t is
 /// large because its denominator is small rather than because values are far out, where skewness
-/// bends the law.
+/// bends the distribution.
 fn deviation(t: f64, dof: f64) -> f64 {
     if dof.is_finite() {
         t * ((dof + 1.0) / (dof + t * t)).sqrt()

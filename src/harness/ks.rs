@@ -1,4 +1,4 @@
-//! Kolmogorov-Smirnov test of one-dimensional laws.
+//! Kolmogorov-Smirnov test of one-dimensional distributions.
 
 use super::graded::grade;
 use super::outcome::{ALPHA, Cell, Claim, Outcome};
@@ -8,11 +8,12 @@ use super::tails::{kolmogorov_sf, kolmogorov_upper};
 /// Number of points of the two distribution functions kept for the data file.
 const MAX_POINTS: usize = 64;
 
-/// Tests whether independent values follow the law with the continuous distribution function `cdf`.
+/// Tests whether independent values follow the distribution with the continuous distribution
+/// function `cdf`.
 ///
 /// The estimate is D, the largest distance between the two distribution functions; the claim is
-/// that the law's own distance is at most `delta`. Massart's inequality gives the interval and the
-/// far tail (see [`kolmogorov_sf`]). Values are sorted in place.
+/// that the distribution's own distance is at most `delta`. Massart's inequality gives the interval
+/// and the far tail (see [`kolmogorov_sf`]). Values are sorted in place.
 pub fn kolmogorov_smirnov(
     name: &str,
     values: &mut [f64],
@@ -21,7 +22,8 @@ pub fn kolmogorov_smirnov(
 ) -> Outcome {
     values.sort_by(f64::total_cmp);
     grade(ks_test(name, values, &cdf, delta), |effect| {
-        // The uniform numbers cdf(x), bent so that their law is off by the effect at one half.
+        // The uniform numbers cdf(x), bent so that their distribution is off by the effect at one
+        // half.
         let perturbed: Vec<f64> = values.iter().map(|&x| perturbed(cdf(x), effect)).collect();
         Some(ks_test(
             name,
@@ -51,7 +53,7 @@ fn ks_test(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) ->
     for (i, &x) in values.iter().enumerate() {
         let expected = cdf(x);
         let gap = (expected - i as f64 / n).max((i as f64 + 1.0) / n - expected);
-        // NaN from the law or among the values counts as the largest distance.
+        // NaN from the distribution or among the values counts as the largest distance.
         if gap.is_nan() {
             return not_a_number(name, count);
         }
@@ -98,7 +100,7 @@ fn ks_test(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) ->
     }
 }
 
-/// Returns the failing outcome for NaN among the values or in the law.
+/// Returns the failing outcome for NaN among the values or in the distribution.
 fn not_a_number(name: &str, n: u64) -> Outcome {
     Outcome::exact(name, n, f64::NAN, 0.0, "a value or its cdf is NaN")
 }

@@ -193,8 +193,8 @@ fn z_test(name: &str, values: &Values, reference: f64, sigma: f64, claim: Claim)
     }
 }
 
-/// Tests the mean of values in [low, high], for every n ≥ 2 and every law: the two-sided empirical
-/// Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4).
+/// Tests the mean of values in [low, high], for every n ≥ 2 and every distribution: the two-sided
+/// empirical Bernstein inequality (Maurer and Pontil, COLT 2009, theorem 4).
 ///
 /// |mean − μ| > √(2VL/n) + 7(high − low)L/(3(n − 1)) has probability at most 4 exp(−L).
 pub fn bounded_mean(

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | do samples follow this pdf? | [`domain::Partition`], [`chi_square`] |
 //! | do directions from any program follow this pdf? | [`directions`] |
-//! | does this number follow this law? | [`ks`] |
+//! | does this number follow this distribution? | [`ks`] |
 //! | is the mean this closed form, or that other mean? | [`mean`] |
 //! | do two images agree, or two sets of images? | [`images`] |
 //! | is this BSDF right? | [`bsdf_checkup`] |

@@ -1,4 +1,5 @@
-//! Parallel iterators of rayon; without the feature `render`, iterators of one thread in their place.
+//! Parallel iterators of rayon; without the feature `render`, iterators of one thread in their
+//! place.
 
 #[cfg(feature = "render")]
 pub(super) use rayon::prelude::*;

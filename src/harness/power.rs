@@ -36,7 +36,7 @@ pub enum Sensitivity {
         /// tested, too.
         tests: usize,
     },
-    /// Kolmogorov's distance of n values; the effect is the distance of the two laws.
+    /// Kolmogorov's distance of n values; the effect is the distance of the two distributions.
     Distance {
         /// Number of values.
         n: u64,
@@ -93,14 +93,14 @@ impl Sensitivity {
                     // One cell holds everything: no effect is detectable.
                     return 1.0;
                 }
-                // Of all laws with this relative error in some cell, the one that takes it evenly
-                // from all others has the least Σ (p' − p)²/p.
+                // Of all distributions with this relative error in some cell, the one that takes it
+                // evenly from all others has the least Σ (p' − p)²/p.
                 let noncentrality = n * size * size * min_probability / (1.0 - min_probability);
                 noncentral_chi_square_cdf(chi_square_upper(level, dof), dof, noncentrality)
             }
             Self::Distance { n } => {
-                // Where the laws differ most, the fraction of values deviates by more than the
-                // excess with at most this probability (Hoeffding 1963, theorem 1).
+                // Where the distributions differ most, the fraction of values deviates by more than
+                // the excess with at most this probability (Hoeffding 1963, theorem 1).
                 let excess = (size - kolmogorov_upper(n, alpha)).max(0.0);
                 (-2.0 * n as f64 * excess * excess).exp()
             }
@@ -231,8 +231,8 @@ fn critical(dof: f64, level: f64) -> f64 {
     }
 }
 
-/// Returns the miss probability from the noncentral t law at the critical value c: (c (1 − 1/(4ν))
-/// − δ)/√(1 + c²/(2ν)) is close to normal (Abramowitz and Stegun, 26.7.10).
+/// Returns the miss probability from the noncentral t distribution at the critical value c: (c (1 −
+/// 1/(4ν)) − δ)/√(1 + c²/(2ν)) is close to normal (Abramowitz and Stegun, 26.7.10).
 fn noncentral_miss(shift: f64, critical: f64, dof: f64) -> f64 {
     let spread = (1.0 + critical * critical / (2.0 * dof)).sqrt();
     let bound = critical * (1.0 - 0.25 / dof);

@@ -16,7 +16,7 @@ const SERIES_TOLERANCE: f64 = 1e-16;
 /// Bound that keeps Lentz's denominators from zero.
 const MIN_DENOMINATOR: f64 = 1e-300;
 
-/// Returns P(Z ≥ z) of the standard normal law.
+/// Returns P(Z ≥ z) of the standard normal distribution.
 pub fn normal_sf(z: f64) -> f64 {
     0.5 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)
 }
@@ -29,7 +29,7 @@ pub fn normal_upper(p: f64) -> f64 {
     decreasing_root(normal_sf, p, 0.0, 40.0)
 }
 
-/// Returns P(|T| ≥ |t|) of Student's law with `dof` > 0 degrees of freedom.
+/// Returns P(|T| ≥ |t|) of Student's distribution with `dof` > 0 degrees of freedom.
 pub fn student_two_sided(t: f64, dof: f64) -> f64 {
     if !t.is_finite() {
         return if t.is_nan() { f64::NAN } else { 0.0 };
@@ -38,7 +38,7 @@ pub fn student_two_sided(t: f64, dof: f64) -> f64 {
     beta(0.5 * dof, 0.5, dof / scale, t * t / scale)
 }
 
-/// Returns the t with P(T ≥ t) = p, for p in (0, 1/2], of Student's law.
+/// Returns the t with P(T ≥ t) = p, for p in (0, 1/2], of Student's distribution.
 pub fn student_upper(p: f64, dof: f64) -> f64 {
     let mut high = 64.0;
     while student_two_sided(high, dof) > 2.0 * p {
@@ -47,12 +47,13 @@ pub fn student_upper(p: f64, dof: f64) -> f64 {
     decreasing_root(|t| student_two_sided(t, dof), 2.0 * p, 0.0, high)
 }
 
-/// Returns P(X ≥ x) of the chi-square law with `dof` > 0 degrees of freedom.
+/// Returns P(X ≥ x) of the chi-square distribution with `dof` > 0 degrees of freedom.
 pub fn chi_square_sf(x: f64, dof: f64) -> f64 {
     gamma_q(0.5 * dof, 0.5 * x)
 }
 
-/// Returns the x with P(X ≥ x) = p of the chi-square law with `dof` > 0 degrees of freedom.
+/// Returns the x with P(X ≥ x) = p of the chi-square distribution with `dof` > 0 degrees of
+/// freedom.
 pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
     let mut high = 64.0 + 2.0 * dof;
     while chi_square_sf(high, dof) > p {
@@ -61,10 +62,10 @@ pub fn chi_square_upper(p: f64, dof: f64) -> f64 {
     decreasing_root(|x| chi_square_sf(x, dof), p, 0.0, high)
 }
 
-/// Returns P(X ≤ x) of the noncentral chi-square law: a Poisson mixture, with mean
-/// `noncentrality`/2 ≥ 0, of central laws with `dof` + 2j degrees of freedom (Johnson, Kotz and
-/// Balakrishnan, Continuous Univariate Distributions 2, 1995, chapter 29). All terms are positive:
-/// the tail keeps its digits.
+/// Returns P(X ≤ x) of the noncentral chi-square distribution: a Poisson mixture, with mean
+/// `noncentrality`/2 ≥ 0, of central distributions with `dof` + 2j degrees of freedom (Johnson,
+/// Kotz and Balakrishnan, Continuous Univariate Distributions 2, 1995, chapter 29). All terms are
+/// positive: the tail keeps its digits.
 pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
     let half = 0.5 * noncentrality;
     let (mut sum, mut j) = (0.0, 0.0);
@@ -86,20 +87,21 @@ pub fn noncentral_chi_square_cdf(x: f64, dof: f64, noncentrality: f64) -> f64 {
     }
 }
 
-/// Returns P(F ≥ f) of the F law with `d1` and `d2` degrees of freedom.
+/// Returns P(F ≥ f) of the F distribution with `d1` and `d2` degrees of freedom.
 pub fn f_sf(f: f64, d1: f64, d2: f64) -> f64 {
     let scale = d1 * f + d2;
     beta(0.5 * d2, 0.5 * d1, d2 / scale, d1 * f / scale)
 }
 
-/// Returns P(√n D ≥ x) of Kolmogorov's limit law.
+/// Returns P(√n D ≥ x) of Kolmogorov's limit distribution.
 pub fn kolmogorov_limit_sf(x: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if x <= 0.0 {
         return 1.0;
     }
     if x < 0.5 {
-        // Lower tail by the law's other series; its second term is less than 1e-17 of the first.
+        // Lower tail by the distribution's other series; its second term is less than 1e-17 of the
+        // first.
         let lower = TAU.sqrt() / x * (-(PI / x).powi(2) / 8.0).exp();
         return 1.0 - lower;
     }
@@ -113,10 +115,10 @@ pub const KOLMOGOROV_BOUND_LEVEL: f64 = 1e-4;
 
 /// Returns P(D ≥ d) of Kolmogorov's statistic of n independent values, for n ≥ 100.
 ///
-/// Above [`KOLMOGOROV_BOUND_LEVEL`] the limit law at √n d + 1/(6√n) + (√n d − 1)/(4n) (Vrbik,
-/// "Small-Sample Corrections to Kolmogorov-Smirnov Test Statistic", 2018), with an absolute error
-/// below 1e-3 for n ≥ 100; below it the inequality 2 exp(−2nd²) ≥ P (Massart, Ann. Probab. 18(3),
-/// 1990), which holds for every n: such a p-value is never too small.
+/// Above [`KOLMOGOROV_BOUND_LEVEL`] the limit distribution at √n d + 1/(6√n) + (√n d − 1)/(4n)
+/// (Vrbik, "Small-Sample Corrections to Kolmogorov-Smirnov Test Statistic", 2018), with an absolute
+/// error below 1e-3 for n ≥ 100; below it the inequality 2 exp(−2nd²) ≥ P (Massart, Ann. Probab.
+/// 18(3), 1990), which holds for every n: such a p-value is never too small.
 pub fn kolmogorov_sf(n: u64, d: f64) -> f64 {
     let n = n as f64;
     let x = n.sqrt() * d;
@@ -134,7 +136,7 @@ pub fn kolmogorov_upper(n: u64, p: f64) -> f64 {
     ((2.0 / p).ln() / (2.0 * n as f64)).sqrt()
 }
 
-/// Returns P(X ≥ k) of the binomial law of n trials with success probability q in [0, 1].
+/// Returns P(X ≥ k) of the binomial distribution of n trials with success probability q in [0, 1].
 pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
     if k == 0 {
         1.0
@@ -145,7 +147,7 @@ pub fn binomial_sf(k: u64, n: u64, q: f64) -> f64 {
     }
 }
 
-/// Returns P(X ≤ k) of the binomial law of n trials with success probability q.
+/// Returns P(X ≤ k) of the binomial distribution of n trials with success probability q.
 pub fn binomial_cdf(k: u64, n: u64, q: f64) -> f64 {
     if k >= n {
         1.0
@@ -175,12 +177,12 @@ pub fn binomial_interval(k: u64, n: u64, p: f64) -> [f64; 2] {
     [low, high]
 }
 
-/// Returns P(X ≥ k) of the Poisson law with the given mean.
+/// Returns P(X ≥ k) of the Poisson distribution with the given mean.
 pub fn poisson_sf(k: u64, mean: f64) -> f64 {
     if k == 0 { 1.0 } else { gamma_p(k as f64, mean) }
 }
 
-/// Returns P(X ≤ k) of the Poisson law with the given mean.
+/// Returns P(X ≤ k) of the Poisson distribution with the given mean.
 pub fn poisson_cdf(k: u64, mean: f64) -> f64 {
     gamma_q(k as f64 + 1.0, mean)
 }

@@ -59,7 +59,7 @@ impl<P: PathParts + Bidirectional> ImageEstimator for Bdpt<P> {
             buffers,
             |(spare, splats), pixels| {
                 let place = |pixel| [pixel % resolution[0], pixel / resolution[0]];
-                let pixels = pixels.map(|pixel| (place(pixel), pass.pixel(pixel)));
+                let pixels = pixels.map(|pixel| (place(pixel), pass.pixel_stream(pixel)));
                 self.pairs(scene, pixels, resolution, splats, spare)?;
                 splats.flush()
             },

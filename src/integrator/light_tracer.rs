@@ -33,7 +33,7 @@ impl<P: PathParts + Bidirectional> ImageEstimator for LightTracer<P> {
         in_batches(count).try_for_each_init(
             || image.buffer(),
             |splats, numbers| {
-                let items = numbers.map(|number| (number, pass.particle(number, count)));
+                let items = numbers.map(|number| (number, pass.particle_stream(number, count)));
                 let named = |error: Error, number: &u32| {
                     error.at(|| format!(" by particle {number} of pass {}", pass.index))
                 };

@@ -116,8 +116,9 @@ pub struct Sample<R> {
 /// An estimator of a whole image, for methods in which one path contributes to many pixels.
 pub trait ImageEstimator: Sync {
     /// Returns one estimate of the mean radiance over each pixel of an image of this
-    /// `resolution` (width, height), row by row from the top. It is a function of its arguments alone, independent of the number
-    /// of threads. Passes of different replications are independent.
+    /// `resolution` (width, height), row by row from the top. It is a function of its arguments
+    /// alone, independent of the number of threads. Passes of different replications are
+    /// independent.
     ///
     /// # Errors
     /// [`Error::Radiance`] for a value that no film can hold.

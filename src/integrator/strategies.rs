@@ -23,8 +23,8 @@ pub(super) struct PathVertex<'a> {
     pub at: Vertex,
     /// BSDF of the surface; `None` where a particle starts, by the cosine.
     pub bsdf: Option<&'a Bsdf>,
-    /// Throughput of the subpath up to this vertex. On a light path, radiance per pdf of its point on
-    /// the emitter, then the flux that arrives at the surface; on an eye path, the factor of the
+    /// Throughput of the subpath up to this vertex. On a light path, radiance per pdf of its point
+    /// on the emitter, then the flux that arrives at the surface; on an eye path, the factor of the
     /// radiance that leaves the vertex towards the eye.
     pub throughput: DVec3,
     /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.

@@ -5,7 +5,8 @@
 //! [`Lanes`](super::simd::Lanes) rounds as that of `f64` does, lane by lane, and no two are ever
 //! fused, so a function has the same bits for a ray alone and for the same ray in a lane;
 //! `tests/library/lanes` compares them. [`Singles`](super::simd::Singles) round to single
-//! precision, [`crate::equation::SINGLE_PRECISION`]; `tests/library/single_precision.rs` bounds the error.
+//! precision, [`crate::equation::SINGLE_PRECISION`]; `tests/library/single_precision.rs` bounds the
+//! error.
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

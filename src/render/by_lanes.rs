@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::row::{LaneEstimator, RowRenderer};
 use super::silhouette::Silhouettes;
-use super::{CHUNK_SAMPLES, PreparedRenderer, Progress, Renderer, for_each_tile};
+use super::{CHUNK_SAMPLES, PreparedRenderer, Progress, Renderer, for_each_run};
 use crate::error::Error;
 use crate::film::Film;
 use crate::integrator::Estimator as _;
@@ -146,7 +146,7 @@ impl<R: Wide<N>, const N: usize> PreparedRenderer for RowRenderer<'_, R, N> {
         range: Range<u32>,
         progress: Progress<'_>,
     ) -> Result<bool, Error> {
-        for_each_tile(
+        for_each_run(
             self.sampling,
             CHUNK_SAMPLES,
             film,

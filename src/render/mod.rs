@@ -143,9 +143,9 @@ pub(crate) struct PixelRun<'a> {
     pub counts: &'a [u32],
 }
 
-/// Calls `add` with parts of the film's window: pieces of its rows, of about `batch_size` samples
-/// or less.
-fn for_each_tile(
+/// Calls `add` with runs of pixels that together cover the film's window, of about `batch_size`
+/// samples or less.
+fn for_each_run(
     sampling: Sampling,
     batch_size: u32,
     film: &mut Film,
@@ -160,8 +160,8 @@ fn for_each_tile(
     let per_replication = sampling.samples_per_replication();
     let samples_per_pixel = u64::from(range.end - range.start) * u64::from(per_replication);
     let pixels_per_run = (u64::from(batch_size) / samples_per_pixel.max(1)).max(1) as usize;
-    // Several rows at once for estimators that gain by it, but enough parts for all threads.
-    let max_rows = height / (PARTS_PER_THREAD * rayon::current_num_threads());
+    // Several rows at once for estimators that gain by it, but enough groups for all threads.
+    let max_rows = height / (GROUPS_PER_THREAD * rayon::current_num_threads());
     let rows = if batch_size > CHUNK_SAMPLES {
         (pixels_per_run / width).min(max_rows).max(1)
     } else {
@@ -173,9 +173,9 @@ fn for_each_tile(
     pixels
         .par_chunks_mut(width * rows)
         .enumerate()
-        .try_for_each(|(band, pixels)| {
+        .try_for_each(|(group, pixels)| {
             let mut runs = Vec::new();
-            for (row, at) in pixels.chunks_mut(width).zip(band * rows..) {
+            for (row, at) in pixels.chunks_mut(width).zip(group * rows..) {
                 let mut counts = counts.map_or(&*uniform_counts, |counts| {
                     &counts[at * width..(at + 1) * width]
                 });
@@ -222,8 +222,8 @@ fn for_each_tile(
     Ok(!stopped.into_inner())
 }
 
-/// Least number of parts per thread where a part could span several rows.
-const PARTS_PER_THREAD: usize = 8;
+/// Least number of groups of rows per thread where a group could have several rows.
+const GROUPS_PER_THREAD: usize = 8;
 
 /// Index of a sample: that of its pixel in a list, of the replication, and of the sample there.
 type SampleIndex = (usize, u32, u32);
@@ -448,7 +448,7 @@ impl<E: Estimator> PreparedRenderer for PreparedRayRenderer<'_, E> {
             silhouettes,
         } = self;
         let resolution = film.resolution();
-        for_each_tile(*sampling, E::BATCH_SIZE, film, &range, progress, |runs| {
+        for_each_run(*sampling, E::BATCH_SIZE, film, &range, progress, |runs| {
             add_samples(scene, *estimator, *sampling, silhouettes, resolution, runs)
         })
     }

@@ -70,7 +70,7 @@ pub(crate) struct RowRenderer<'a, R: Wide<N>, const N: usize> {
 }
 
 impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
-    /// Adds the missing replications to the pixels of a piece.
+    /// Adds the missing replications to the pixels of a run.
     pub fn add(&self, run: &mut PixelRun<'_>) -> Result<(), Error> {
         match &self.estimator {
             LaneEstimator::Path(path) => self.add_with(path, run),
@@ -87,7 +87,7 @@ impl<R: Wide<N>, const N: usize> RowRenderer<'_, R, N> {
     }
 }
 
-/// Adds the missing replications to the pixels of a piece with one kind of estimator and sampler.
+/// Adds the missing replications to the pixels of a run with one kind of estimator and sampler.
 fn render_run<E: Integrator, R: Wide<N>, S: PixelSampler<R>, const N: usize>(
     renderer: &RowRenderer<'_, R, N>,
     estimator: &E,

@@ -36,9 +36,9 @@ pub fn by_throughput<V: Vector>(throughput: V, early: <V::Real as Real>::Mask) -
         .minimum(V::Real::select(early, one, max))
 }
 
-/// Number of first hits of `render`'s path tracer at which survival may reach 1: ending a bright path
-/// early makes the remaining paths to the same light brighter. Glass and mirrors on the way to a
-/// lamp take two or three.
+/// Number of first hits of `render`'s path tracer at which survival may reach 1: ending a bright
+/// path early makes the remaining paths to the same light brighter. Glass and mirrors on the way to
+/// a lamp take two or three.
 pub const RR_DEPTH: u32 = 8;
 
 /// Throughput at which survival in the path tracer is 1 (or the maximum); fainter paths survive

@@ -78,7 +78,7 @@ impl From<(u64, u32)> for ImagePass {
 impl ImagePass {
     /// Returns the random numbers of the paths of a pixel. The passes of a replication take the
     /// points of one scramble.
-    pub fn pixel(self, pixel: u32) -> SampleStream {
+    pub fn pixel_stream(self, pixel: u32) -> SampleStream {
         let low_bits = stream(self.seed, pixel, self.index);
         match self.sampler {
             SamplerKind::Independent => SampleStream::Independent(low_bits),
@@ -96,7 +96,7 @@ impl ImagePass {
     /// Returns the random numbers of particle `number` of `count`. All particles of a replication,
     /// pass after pass, take the points of one sequence, which continues in another scramble where
     /// it ends.
-    pub fn particle(self, number: u32, count: u32) -> SampleStream {
+    pub fn particle_stream(self, number: u32, count: u32) -> SampleStream {
         let low_bits = stream(self.seed, number, self.index);
         match self.sampler {
             SamplerKind::Independent => SampleStream::Independent(low_bits),
@@ -114,7 +114,7 @@ impl ImagePass {
     }
 
     /// Returns the pass of the same index under the seed of a named part.
-    pub fn of(self, part: &str) -> Self {
+    pub fn for_part(self, part: &str) -> Self {
         Self {
             seed: seed_for(self.seed, part),
             ..self

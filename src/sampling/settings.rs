@@ -52,6 +52,6 @@ impl Sampling {
             seed: self.seed,
             index: replication * samples + index,
         }
-        .pixel(pixel)
+        .pixel_stream(pixel)
     }
 }

@@ -1,5 +1,5 @@
-//! Tests of images from other programs: PFM, Radiance pictures and EXR, and the errors of unreadable
-//! ones.
+//! Tests of images from other programs: PFM, Radiance pictures and EXR, and the errors of
+//! unreadable ones.
 
 mod layers; // which channels of an EXR are the image
 

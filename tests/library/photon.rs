@@ -164,7 +164,7 @@ fn photons_are_looked_up_for_many_samples_as_for_one() {
                 Sample {
                     ray,
                     hit: scene.intersect(&ray),
-                    rng: ImagePass::from((master(), 1)).pixel(i),
+                    rng: ImagePass::from((master(), 1)).pixel_stream(i),
                 }
             })
         };

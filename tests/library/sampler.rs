@@ -202,11 +202,11 @@ fn replications_of_passes_are_whole_sequences() {
         index,
     };
     let pixel =
-        |passes: std::ops::Range<u32>| strata(passes.map(|index| pass(256, index).pixel(7)));
+        |passes: std::ops::Range<u32>| strata(passes.map(|index| pass(256, index).pixel_stream(7)));
     let particles = |passes: std::ops::Range<u32>| {
-        strata(
-            passes.flat_map(|index| (0..64).map(move |number| pass(4, index).particle(number, 64))),
-        )
+        strata(passes.flat_map(|index| {
+            (0..64).map(move |number| pass(4, index).particle_stream(number, 64))
+        }))
     };
     assert_eq!(
         [
@@ -219,7 +219,7 @@ fn replications_of_passes_are_whole_sequences() {
     );
     assert!(pixel(128..384) < 256 && particles(2..6) < 256);
     // Particle 0 of the second pass continues where the first pass ended.
-    let first = |index| leading(&mut pass(2, index).particle(0, MAX_POINTS), 4);
+    let first = |index| leading(&mut pass(2, index).particle_stream(0, MAX_POINTS), 4);
     assert_ne!(first(0), first(1));
 }
 
@@ -227,7 +227,7 @@ fn replications_of_passes_are_whole_sequences() {
 #[test]
 fn independent_passes_draw_from_streams() {
     let pass = ImagePass::from((5, 3));
-    for mut source in [pass.pixel(7), pass.particle(7, 9)] {
+    for mut source in [pass.pixel_stream(7), pass.particle_stream(7, 9)] {
         source.block(FIRST_LIGHT_BLOCK);
         assert_eq!(
             [source.next_u64(), source.next_u64()],

@@ -124,7 +124,7 @@ fn bidirectional_images_are_those_of_each_pixel_alone() {
         let alone = Splats::new(FRAME);
         for pixel in 0..FRAME[0] * FRAME[1] {
             let place = [pixel % FRAME[0], pixel / FRAME[0]];
-            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel(pixel))
+            bdpt.pair(&scene, place, FRAME, &alone, pass.pixel_stream(pixel))
                 .expect("legal values");
         }
         let image = on_threads(1, || bdpt.image(&scene, FRAME, pass)).expect("legal values");

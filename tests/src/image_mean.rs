@@ -86,8 +86,8 @@ pub struct Passes {
 }
 
 impl Passes {
-    /// Returns the values of the mean [`mean_channel`] of each region, one per replication. Cubes are
-    /// summed about the number beside the region.
+    /// Returns the values of the mean [`mean_channel`] of each region, one per replication. Cubes
+    /// are summed about the number beside the region.
     fn means<P: EstimatorParts + Copy>(
         &self,
         context: &Context,

@@ -119,8 +119,8 @@ fn what_is_missing_broken_or_misused_is_refused() {
     }
 }
 
-/// The first use of a word on a page is linked to the glossary, but not in a heading, a link, a formula,
-/// code or a directive.
+/// The first use of a word on a page is linked to the glossary, but not in a heading, a link, a
+/// formula, code or a directive.
 #[test]
 fn words_are_linked_to_the_glossary() {
     let book = Small::new(

@@ -1,5 +1,5 @@
-//! Records of experiments: results and mutants as files, and how numbers are formatted and compared.
-//! Experiments write them; the book and the README show them.
+//! Records of experiments: results and mutants as files, and how numbers are formatted and
+//! compared. Experiments write them; the book and the README show them.
 
 pub mod mutants;
 pub mod noise;

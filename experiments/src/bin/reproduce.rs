@@ -91,12 +91,11 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     cli::use_threads(options.shared.threads)?;
     cli::begin();
     if let Some(Shard { index, count }) = options.shard {
-        let outcomes =
-            record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?.outcomes;
+        let results = record::run_each(&chosen, &options.shared, options.fresh, || Ok(()))?.results;
         print_line!(
             "\nshard {index}/{count} is done: when all are, the same command without --shard joins them"
         );
-        let (text, none_fails) = summary::verdicts(&outcomes);
+        let (text, none_fails) = summary::verdicts(&results);
         print_line!("{text}");
         return Ok(if none_fails {
             Ending::Done
@@ -110,8 +109,8 @@ fn run(options: &Reproduce) -> Result<Ending, Error> {
     } else if options.update_book {
         record::update_book(&chosen, &options.shared)?;
     }
-    let mut ending = cli::print_summary(&ran.outcomes, &options.shared);
-    if options.against_record && differs_from_record(&ran.outcomes)? {
+    let mut ending = cli::print_summary(&ran.results, &options.shared);
+    if options.against_record && differs_from_record(&ran.results)? {
         ending = Ending::ClaimFails;
     }
     if options.only.is_empty() && options.shared.tier == Tier::Quick {
@@ -160,8 +159,8 @@ fn share(chosen: &[&'static Experiment], shard: Shard) -> Result<Vec<&'static Ex
 }
 
 /// Prints the numbers that differ from the record beyond noise; returns true if there are any.
-fn differs_from_record(outcomes: &[ExperimentResult]) -> Result<bool, Error> {
-    let RecordComparison { compared, beyond } = default_run::compare_with_record(outcomes)?;
+fn differs_from_record(results: &[ExperimentResult]) -> Result<bool, Error> {
+    let RecordComparison { compared, beyond } = default_run::compare_with_record(results)?;
     beyond
         .iter()
         .for_each(|line| print_line!("DIFFERS FROM THE RECORD: {line}"));

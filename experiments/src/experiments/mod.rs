@@ -85,8 +85,8 @@ pub const EXPERIMENTS: &[&Experiment] = &[
 ];
 
 /// Experiments that the default run leaves out: they test the test suite, render mistakes, answer
-/// exercises, measure differences of variance that need many samples, show other renderers' records,
-/// or time this machine. `--only ID` runs one, `--tier full` all.
+/// exercises, measure differences of variance that need many samples, show other renderers'
+/// records, or time this machine. `--only ID` runs one, `--tier full` all.
 pub const NOT_BY_DEFAULT: [&str; 15] = [
     "peers",
     "scrambles",

@@ -1,4 +1,5 @@
-//! Other renderers on trial: their images of our scenes, their BSDFs' samples, their samplers, from records.
+//! Other renderers on trial: their images of our scenes, their BSDFs' samples, their samplers, from
+//! records.
 
 use std::collections::BTreeMap;
 

@@ -50,7 +50,8 @@ fn run(run: &mut Run) -> Result<(), Error> {
     let (mut rows, mut differ, mut alarms) = (Vec::new(), 0, 0);
     for symptom in &symptoms {
         let key = symptom.key;
-        // The first set has the seeds of the wrong images, for the pictures; the second others, for the tests.
+        // The first set has the seeds of the wrong images, for the pictures; the second others, for
+        // the tests.
         let setup = symptom.setup();
         if !right_images.contains_key(&setup) {
             let right = |seed| symptom.right(seed, samples);

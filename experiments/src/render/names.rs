@@ -242,8 +242,10 @@ pub enum LightSamplingName {
     /// Uniform in the solid angle that the light subtends
     SolidAngle,
     /// Spheres by solid angle, flat lights in area
+    #[value(alias = "by-shape")]
     SphereAngle,
     /// As sphere-angle, on a light picked in proportion to its estimated contribution
+    #[value(alias = "by-contribution")]
     Importance,
 }
 

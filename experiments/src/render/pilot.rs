@@ -19,8 +19,8 @@ pub enum Target {
     Error(f64),
 }
 
-/// Limits of a pilot: its longest duration, and 1/[`PILOT_DIVISOR`] of the time asked for. Both apply,
-/// unless the fewest samples take longer.
+/// Limits of a pilot: its longest duration, and 1/[`PILOT_DIVISOR`] of the time asked for. Both
+/// apply, unless the fewest samples take longer.
 const LONGEST_PILOT: Duration = Duration::from_secs(8);
 const PILOT_DIVISOR: u32 = 10;
 

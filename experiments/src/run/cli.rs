@@ -73,15 +73,15 @@ pub fn begin() {
 }
 
 /// Prints the overall result, failed claims by name and then the counts, and returns the ending.
-pub fn print_summary(outcomes: &[ExperimentResult], options: &run::Options) -> Ending {
-    let figures: usize = outcomes.iter().map(|outcome| outcome.figures.len()).sum();
-    let results = options.out.join(record::RESULTS);
+pub fn print_summary(results: &[ExperimentResult], options: &run::Options) -> Ending {
+    let figures: usize = results.iter().map(|result| result.figures.len()).sum();
+    let file = options.out.join(record::RESULTS);
     print_line!(
         "\n{} experiments, {figures} figures; as JSON: {}",
-        outcomes.len(),
-        results.display()
+        results.len(),
+        file.display()
     );
-    let (text, none_fails) = summary::verdicts(outcomes);
+    let (text, none_fails) = summary::verdicts(results);
     print_line!("{text}");
     if none_fails {
         Ending::Done
@@ -115,8 +115,8 @@ const OPTION_SYNONYMS: [(&str, &str); 7] = [
     ("i f input file", "scene"),
 ];
 
-/// Returns the option of this program that an unknown argument stands for in others, such as `--spp`
-/// for `--samples`.
+/// Returns the option of this program that an unknown argument stands for in others, such as
+/// `--spp` for `--samples`.
 fn meant_option(error: &clap::Error, options: &[String]) -> Option<String> {
     let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidArg) else {
         return None;
@@ -279,7 +279,7 @@ pub fn run_experiment(id: &'static str) -> ExitCode {
         use_threads(options.threads)?;
         begin();
         let ran = record::run_all(&[experiment], &options, true)?;
-        Ok(print_summary(&ran.outcomes, &options))
+        Ok(print_summary(&ran.results, &options))
     }))
 }
 

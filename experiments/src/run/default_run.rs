@@ -8,7 +8,7 @@ use whitefurnace::error::Error;
 use whitefurnace::math::moments::Moments;
 
 use crate::render::name;
-use crate::run::record::{RunOutcomes, recorded_folder, result, update_readme, write_json};
+use crate::run::record::{RunResults, recorded_folder, result, update_readme, write_json};
 use crate::run::{ExperimentResult, Judgement, Options, read_json};
 
 /// File with every number of the recorded runs, a list each: their spread is the noise of numbers
@@ -25,13 +25,13 @@ type NumbersByKey = BTreeMap<String, Vec<f64>>;
 
 /// Returns times and counts of a whole default run; an error if a part of it was kept from an
 /// earlier run, which has no time.
-fn timings(ran: &RunOutcomes, options: &Options) -> Result<ExperimentResult, Error> {
+fn timings(ran: &RunResults, options: &Options) -> Result<ExperimentResult, Error> {
     let Some(seconds) = ran.seconds.iter().copied().collect::<Option<Vec<f64>>>() else {
         return Err(Error::Option(
             "the time of a whole run is recorded: add --fresh".to_owned(),
         ));
     };
-    let findings = || ran.outcomes.iter().flat_map(|outcome| &outcome.findings);
+    let findings = || ran.results.iter().flat_map(|result| &result.findings);
     let count = |verdict| {
         findings()
             .filter(|row| row.verdict == Some(verdict))
@@ -44,8 +44,8 @@ fn timings(ran: &RunOutcomes, options: &Options) -> Result<ExperimentResult, Err
         ("holds".to_owned(), count(Judgement::Holds)),
         ("undecided".to_owned(), count(Judgement::Undecided)),
     ]);
-    let each = ran.outcomes.iter().zip(&seconds);
-    numbers.extend(each.map(|(outcome, seconds)| (format!("{}.seconds", outcome.id), *seconds)));
+    let each = ran.results.iter().zip(&seconds);
+    numbers.extend(each.map(|(result, seconds)| (format!("{}.seconds", result.id), *seconds)));
     Ok(ExperimentResult {
         id: DEFAULT_RUN.to_owned(),
         title: "the default run: how long it takes, and its claims".to_owned(),
@@ -65,7 +65,7 @@ fn timings(ran: &RunOutcomes, options: &Options) -> Result<ExperimentResult, Err
 /// # Errors
 /// A part of the first was kept from an earlier run, which has no time; a file cannot be read or
 /// written.
-pub fn record(ran: &RunOutcomes, options: &Options) -> Result<(), Error> {
+pub fn record(ran: &RunResults, options: &Options) -> Result<(), Error> {
     let folder = recorded_folder().join(DEFAULT_RUN);
     let is_first = options.seed == 1;
     if is_first {
@@ -77,7 +77,7 @@ pub fn record(ran: &RunOutcomes, options: &Options) -> Result<(), Error> {
     } else {
         read_json(&folder.join(NUMBERS))?
     };
-    for (key, value) in numbers_by_key(&ran.outcomes) {
+    for (key, value) in numbers_by_key(&ran.results) {
         numbers.entry(key).or_default().push(value);
     }
     write_json(&folder.join(NUMBERS), &numbers)?;
@@ -85,16 +85,16 @@ pub fn record(ran: &RunOutcomes, options: &Options) -> Result<(), Error> {
 }
 
 /// Returns the numbers of a run, by experiment and name.
-fn numbers_by_key(outcomes: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
-    let named = |outcome: &ExperimentResult| {
-        let id = outcome.id.clone();
-        outcome
+fn numbers_by_key(results: &[ExperimentResult]) -> impl Iterator<Item = (String, f64)> {
+    let named = |result: &ExperimentResult| {
+        let id = result.id.clone();
+        result
             .numbers
             .clone()
             .into_iter()
             .map(move |(key, value)| (format!("{id}.{key}"), value))
     };
-    outcomes.iter().flat_map(named)
+    results.iter().flat_map(named)
 }
 
 /// Comparison of a run's numbers with the record.
@@ -110,9 +110,9 @@ pub struct RecordComparison {
 ///
 /// # Errors
 /// There is no record.
-pub fn compare_with_record(outcomes: &[ExperimentResult]) -> Result<RecordComparison, Error> {
+pub fn compare_with_record(results: &[ExperimentResult]) -> Result<RecordComparison, Error> {
     let recorded: NumbersByKey = read_json(&recorded_folder().join(DEFAULT_RUN).join(NUMBERS))?;
-    let ours: BTreeMap<String, f64> = numbers_by_key(outcomes).collect();
+    let ours: BTreeMap<String, f64> = numbers_by_key(results).collect();
     let mut beyond = Vec::new();
     for (key, values) in &recorded {
         match ours.get(key) {
@@ -128,7 +128,7 @@ pub fn compare_with_record(outcomes: &[ExperimentResult]) -> Result<RecordCompar
             .filter(|key| !recorded.contains_key(*key))
             .map(|key| format!("{key}: is not recorded")),
     );
-    for ours in outcomes {
+    for ours in results {
         match result(&recorded_folder().join(&ours.id)) {
             Some(recorded) => beyond.extend(beyond_noise(&recorded, ours)),
             None => beyond.push(format!("{}: there is no record of it", ours.id)),

@@ -74,7 +74,8 @@ pub struct Experiment {
     /// Task or question, in one line.
     pub title: &'static str,
     /// Finding, in one line: `{KEY FORMAT}` stands for a number of the run in a format of
-    /// [`records::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of claims.
+    /// [`records::number::format`], `{holds}`, `{fails}` and `{undecided}` for its counts of
+    /// claims.
     pub headline: &'static str,
     /// Version, raised when numbers or figures change on purpose.
     pub version: u32,
@@ -90,7 +91,7 @@ pub struct Run {
     options: Options,
     folder: PathBuf,
     parts: PartCache,
-    outcome: ExperimentResult,
+    result: ExperimentResult,
 }
 
 impl Run {
@@ -109,7 +110,7 @@ impl Run {
         Ok(Self {
             parts: PartCache::begin(folder.join("unfinished"), &fingerprint)?,
             options: options.clone(),
-            outcome: ExperimentResult {
+            result: ExperimentResult {
                 id: id.to_owned(),
                 title: experiment.title.to_owned(),
                 version: experiment.version,
@@ -192,8 +193,8 @@ impl Run {
             .iter()
             .filter_map(|trial| equation::by_id(trial.source))
         {
-            if !self.outcome.equations.iter().any(|id| id == equation.id) {
-                self.outcome.equations.push(equation.id.to_owned());
+            if !self.result.equations.iter().any(|id| id == equation.id) {
+                self.result.equations.push(equation.id.to_owned());
             }
         }
     }
@@ -223,7 +224,7 @@ impl Run {
     /// Renders a job.
     pub fn render(&self, job: &Job, label: &str) -> Result<Film, Error> {
         // The experiment is already named.
-        job.render(if label == self.outcome.id { "" } else { label })?
+        job.render(if label == self.result.id { "" } else { label })?
             .into_complete()
     }
 
@@ -255,7 +256,7 @@ impl Run {
 
     /// Registers a file as a figure of the result; returns its path.
     pub fn figure(&mut self, file: &str) -> PathBuf {
-        self.outcome.figures.push(file.to_owned());
+        self.result.figures.push(file.to_owned());
         self.folder.join(file)
     }
 
@@ -272,7 +273,7 @@ impl Run {
     /// end names at blanks, so blanks become hyphens, and a colon before one a dot.
     pub fn number(&mut self, key: &str, value: f64) {
         if value.is_finite() {
-            self.outcome
+            self.result
                 .numbers
                 .insert(key.replace(": ", ".").replace(' ', "-"), value);
         }
@@ -307,7 +308,7 @@ impl Run {
         } else {
             value
         };
-        self.outcome.findings.push(Finding {
+        self.result.findings.push(Finding {
             what: what.to_owned(),
             value,
             verdict: verdict.filter(|_| self.options.shrink == 1),

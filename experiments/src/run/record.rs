@@ -29,9 +29,9 @@ use crate::run::{
 pub const MAX_RECORDED_BYTES: u64 = 300 * 1024;
 
 /// Outcomes of a run of experiments.
-pub struct RunOutcomes {
+pub struct RunResults {
     /// Findings of each experiment.
-    pub outcomes: Vec<ExperimentResult>,
+    pub results: Vec<ExperimentResult>,
     /// Wall-clock seconds of each experiment; `None` if it was kept from an earlier run.
     pub seconds: Vec<Option<f64>>,
 }
@@ -43,7 +43,7 @@ pub fn run_all(
     experiments: &[&Experiment],
     options: &Options,
     fresh: bool,
-) -> Result<RunOutcomes, Error> {
+) -> Result<RunResults, Error> {
     let results = options.out.join(RESULTS);
     check_writable(&results)?;
     run_each(experiments, options, fresh, || {
@@ -59,9 +59,9 @@ pub fn run_each(
     options: &Options,
     fresh: bool,
     done: impl Fn() -> Result<(), Error>,
-) -> Result<RunOutcomes, Error> {
-    let mut ran = RunOutcomes {
-        outcomes: Vec::new(),
+) -> Result<RunResults, Error> {
+    let mut ran = RunResults {
+        results: Vec::new(),
         seconds: Vec::new(),
     };
     for (i, experiment) in experiments.iter().enumerate() {
@@ -77,14 +77,14 @@ pub fn run_each(
         } else {
             read_finished(&folder, &fingerprint)
         };
-        let (outcome, seconds) = match finished {
-            Some(outcome) => (outcome, None),
+        let (result, seconds) = match finished {
+            Some(result) => (result, None),
             None => {
                 let start = Instant::now();
                 let bar = Bar::new(&format!("{which}{}", experiment.id), 0, "");
-                let outcome = run_one(experiment, options, &folder, fingerprint)?;
+                let result = run_one(experiment, options, &folder, fingerprint)?;
                 drop(bar);
-                (outcome, Some(start.elapsed().as_secs_f64()))
+                (result, Some(start.elapsed().as_secs_f64()))
             }
         };
         let how = seconds.map_or("kept from an earlier run".to_owned(), |seconds| {
@@ -94,7 +94,7 @@ pub fn run_each(
             "{}",
             summary(
                 experiment,
-                &outcome,
+                &result,
                 &format!("{which}{}, {how}", experiment.id),
                 &options.out
             )
@@ -102,9 +102,9 @@ pub fn run_each(
         progress::postpone_output();
         // A single experiment prints its table.
         if options.rows || experiments.len() == 1 {
-            print_line!("{}", table(&outcome, options.rows));
+            print_line!("{}", table(&result, options.rows));
         }
-        ran.outcomes.push(outcome);
+        ran.results.push(result);
         ran.seconds.push(seconds);
         done()?;
     }
@@ -127,20 +127,20 @@ fn run_one(
         return Err(Error::Interrupted);
     }
     let Run {
-        mut outcome, parts, ..
+        mut result, parts, ..
     } = run;
-    outcome.digests = digests(folder)?;
-    write_json(&folder.join("result.json"), &outcome)?;
+    result.digests = digests(folder)?;
+    write_json(&folder.join("result.json"), &result)?;
     parts.end()?;
-    Ok(outcome)
+    Ok(result)
 }
 
 /// Returns the result in a folder if it has this fingerprint and its files are unchanged.
 fn read_finished(folder: &Path, fingerprint: &str) -> Option<ExperimentResult> {
-    let outcome = result(folder)?;
-    let there = |file: &String| outcome.digests.contains_key(file);
-    let whole = outcome.figures.iter().all(there) && digests(folder).ok()? == outcome.digests;
-    (whole && outcome.fingerprint == fingerprint).then_some(outcome)
+    let result = result(folder)?;
+    let there = |file: &String| result.digests.contains_key(file);
+    let whole = result.figures.iter().all(there) && digests(folder).ok()? == result.digests;
+    (whole && result.fingerprint == fingerprint).then_some(result)
 }
 
 /// Returns the result in a folder, if there is one that can be read.
@@ -192,7 +192,7 @@ fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
     let found = EXPERIMENTS
         .iter()
         .filter_map(|experiment| result(&options.out.join(experiment.id)));
-    let outcomes: Vec<ExperimentResult> = found.collect();
+    let results: Vec<ExperimentResult> = found.collect();
     write_json(
         path,
         &Results {
@@ -202,7 +202,7 @@ fn write_results(path: &Path, options: &Options) -> Result<(), Error> {
             tier: name(options.tier),
             seed: options.seed,
             shrink: options.shrink,
-            experiments: &outcomes,
+            experiments: &results,
         },
     )
 }
@@ -222,10 +222,10 @@ pub const MAX_LINE_LENGTH: usize = 160;
 
 /// Formats an experiment's findings as text under its title, a line each; long values continue
 /// below their beginning. Details are left out without `rows`, except those that fail.
-pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
-    let mut text = format!("{}: {}", outcome.id, outcome.title);
+pub fn table(result: &ExperimentResult, rows: bool) -> String {
+    let mut text = format!("{}: {}", result.id, result.title);
     let shows = |row: &&Finding| rows || !row.detail || row.verdict == Some(Judgement::Fails);
-    let shown: Vec<&Finding> = outcome.findings.iter().filter(shows).collect();
+    let shown: Vec<&Finding> = result.findings.iter().filter(shows).collect();
     let label = |row: &Finding| format!("{}{}", if row.detail { "  " } else { "" }, row.what);
     let width = shown
         .iter()
@@ -252,7 +252,7 @@ pub fn table(outcome: &ExperimentResult, rows: bool) -> String {
             column += length;
         }
     }
-    let left_out = outcome.findings.len() - shown.len();
+    let left_out = result.findings.len() - shown.len();
     if left_out > 0 {
         let _ = write!(text, "\n  and {left_out} more rows with --rows");
     }
@@ -267,13 +267,13 @@ pub fn recorded_folder() -> PathBuf {
 /// Copies an experiment's result and figures from `from` to `to` in place of older files; large
 /// pictures in bands by [`split_png`]. Returns the plots that are too large and were left out.
 pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
-    let mut outcome: ExperimentResult = read_json(&from.join("result.json"))?;
+    let mut result: ExperimentResult = read_json(&from.join("result.json"))?;
     // They identify a build and files that are not all recorded, which means nothing to a reader.
-    outcome.fingerprint.clear();
-    outcome.digests.clear();
+    result.fingerprint.clear();
+    result.digests.clear();
     recreate_folder(to)?;
     let mut too_large = Vec::new();
-    for figure in std::mem::take(&mut outcome.figures) {
+    for figure in std::mem::take(&mut result.figures) {
         let source = from.join(&figure);
         let size = std::fs::metadata(&source)
             .map_err(Error::file("read", &source))?
@@ -286,9 +286,9 @@ pub fn record(from: &Path, to: &Path) -> Result<Vec<String>, Error> {
             too_large.push(figure);
             continue;
         }
-        outcome.figures.push(figure);
+        result.figures.push(figure);
     }
-    write_json(&to.join("result.json"), &outcome)?;
+    write_json(&to.join("result.json"), &result)?;
     Ok(too_large)
 }
 

@@ -13,8 +13,8 @@ pub const LINE_WIDTH: usize = 100;
 const MAX_NAMED_CLAIMS: usize = 5;
 
 /// Counts the findings of an experiment with this verdict.
-fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
-    outcome
+fn count(result: &ExperimentResult, verdict: Judgement) -> usize {
+    result
         .findings
         .iter()
         .filter(|row| row.verdict == Some(verdict))
@@ -25,7 +25,7 @@ fn count(outcome: &ExperimentResult, verdict: Judgement) -> usize {
 ///
 /// # Errors
 /// A key that the run did not record, or a format that does not fit the number.
-pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, String> {
+pub fn headline(template: &str, result: &ExperimentResult) -> Result<String, String> {
     let mut pieces = template.split('{');
     let mut text = pieces.next().unwrap_or_default().to_owned();
     for piece in pieces {
@@ -33,17 +33,17 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
             .split_once('}')
             .ok_or_else(|| format!("\"{{{piece}\" has no end"))?;
         text += &match field {
-            "holds" => count(outcome, Judgement::Holds).to_string(),
-            "fails" => count(outcome, Judgement::Fails).to_string(),
-            "undecided" => count(outcome, Judgement::Undecided).to_string(),
+            "holds" => count(result, Judgement::Holds).to_string(),
+            "fails" => count(result, Judgement::Fails).to_string(),
+            "undecided" => count(result, Judgement::Undecided).to_string(),
             _ => {
                 let (key, format) = field
                     .split_once(' ')
                     .map_or((field, None), |(key, format)| (key, Some(format)));
-                let value = outcome
+                let value = result
                     .numbers
                     .get(key)
-                    .ok_or_else(|| format!("{} has no number {key}", outcome.id))?;
+                    .ok_or_else(|| format!("{} has no number {key}", result.id))?;
                 number::format(*value, format)?
             }
         };
@@ -56,18 +56,18 @@ pub fn headline(template: &str, outcome: &ExperimentResult) -> Result<String, St
 /// `label` names the experiment and its duration.
 pub fn summary(
     experiment: &Experiment,
-    outcome: &ExperimentResult,
+    result: &ExperimentResult,
     label: &str,
     out: &Path,
 ) -> String {
     // A shrunk run may lack a number that was not finite.
     let found =
-        headline(experiment.headline, outcome).unwrap_or_else(|_| experiment.title.to_owned());
-    let picture = outcome
+        headline(experiment.headline, result).unwrap_or_else(|_| experiment.title.to_owned());
+    let picture = result
         .figures
         .first()
         .map(|file| out.join(experiment.id).join(file).display().to_string());
-    let fails = match count(outcome, Judgement::Fails) {
+    let fails = match count(result, Judgement::Fails) {
         0 => String::new(),
         fails => format!(" ({fails} FAIL)"),
     };
@@ -92,22 +92,22 @@ pub fn summary(
 
 /// Returns the lines of claims that fail or, if they are few, are undecided, each cut at
 /// [`LINE_WIDTH`]; then the counts. The second value is true if nothing fails.
-pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
+pub fn verdicts(results: &[ExperimentResult]) -> (String, bool) {
     let named = |wanted: Judgement| -> Vec<String> {
-        let of = |outcome: &ExperimentResult| -> Vec<String> {
-            let rows = outcome
+        let of = |result: &ExperimentResult| -> Vec<String> {
+            let rows = result
                 .findings
                 .iter()
                 .filter(|row| row.verdict == Some(wanted));
-            rows.map(|row| format!("{}: {}: {}", outcome.id, row.what, row.value))
+            rows.map(|row| format!("{}: {}: {}", result.id, row.what, row.value))
                 .collect()
         };
-        outcomes.iter().flat_map(of).collect()
+        results.iter().flat_map(of).collect()
     };
     let [fails, undecided] = [Judgement::Fails, Judgement::Undecided].map(named);
-    let holds: usize = outcomes
+    let holds: usize = results
         .iter()
-        .map(|outcome| count(outcome, Judgement::Holds))
+        .map(|result| count(result, Judgement::Holds))
         .sum();
     let mut text = String::new();
     for line in &fails {
@@ -133,7 +133,7 @@ pub fn verdicts(outcomes: &[ExperimentResult]) -> (String, bool) {
         fails.len(),
         undecided.len()
     );
-    if outcomes.iter().any(|outcome| outcome.shrink != 1) {
+    if results.iter().any(|result| result.shrink != 1) {
         text += "; nothing is judged in a run with --shrink";
     }
     (text, fails.is_empty())

@@ -1,5 +1,5 @@
-//! Tests of the commands that the book and the README give: programs, options, tests and experiments
-//! exist, and those of answers to exercises run.
+//! Tests of the commands that the book and the README give: programs, options, tests and
+//! experiments exist, and those of answers to exercises run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -180,8 +180,8 @@ fn is_program(name: &str) -> bool {
 /// Options of a command that decide no pixel, or by which an answer's runs differ.
 const APART: [&str; 3] = ["--out", "--threads", "--seed"];
 
-/// Every render of an answer is one of the experiment `answers`, or runs here, with few pixels. Its tests exist:
-/// see above.
+/// Every render of an answer is one of the experiment `answers`, or runs here, with few pixels. Its
+/// tests exist: see above.
 #[test]
 fn commands_of_answers_run() {
     let mut rendered = 0;

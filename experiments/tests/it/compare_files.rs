@@ -1,5 +1,5 @@
-//! Tests of `compare` on files as other programs write them: channels, windows, hints, images without
-//! noise.
+//! Tests of `compare` on files as other programs write them: channels, windows, hints, images
+//! without noise.
 
 use std::path::Path;
 

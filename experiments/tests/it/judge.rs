@@ -449,8 +449,8 @@ fn a_pdf_is_judged_by_its_own_samples() {
     }
 }
 
-/// A table is read the same from whole numbers with commas, other text and arrays, few rows and many
-/// columns among them; where commas could as well be decimal marks it is refused.
+/// A table is read the same from whole numbers with commas, other text and arrays, few rows and
+/// many columns among them; where commas could as well be decimal marks it is refused.
 #[test]
 fn a_table_is_read_in_every_form() {
     let folder = folder("judge-tables");

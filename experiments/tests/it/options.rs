@@ -658,3 +658,23 @@ fn every_option_and_value_has_a_row() {
     }
     assert!(lacking.is_empty(), "no row for {lacking:?}");
 }
+
+/// Old names of options and values, which `CHANGELOG.md` lists, are still accepted.
+#[test]
+fn old_names_of_options_are_accepted() {
+    for (old, new) in [
+        ("--engine lanes", "--precision double"),
+        ("--engine single", "--precision single"),
+        ("--outlines no", "--silhouettes no"),
+        ("--light-sampling by-shape", "--light-sampler sphere-angle"),
+        (
+            "--light-sampling by-contribution",
+            "--light-sampler importance",
+        ),
+        ("--specular-shadow-rays no", "--specular-nee no"),
+    ] {
+        let [old, new] =
+            [old, new].map(|options| format!("{:?}", job(&format!("render {options}"))));
+        assert_eq!(old, new);
+    }
+}

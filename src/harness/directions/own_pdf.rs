@@ -151,9 +151,9 @@ impl OwnPdfs {
         }
     }
 
-    /// Takes blocks of this many draws, 64 or more, before the first sample. Small blocks need fewer
-    /// samples for a verdict, but have wider gaps between samples, over which a density that is not
-    /// smooth changes.
+    /// Takes blocks of this many draws, 64 or more, before the first sample. Small blocks need
+    /// fewer samples for a verdict, but have wider gaps between samples, over which a density that
+    /// is not smooth changes.
     pub fn with_block_size(mut self, block_size: usize) -> Self {
         self.block_size = block_size.max(8 * REGIONS);
         self

@@ -6,8 +6,8 @@ use crate::harness::tails::normal_upper;
 /// The other tail becomes lighter by as much.
 pub const MAX_SKEW_TERM: f64 = 0.3;
 
-/// Number of values of a law of |skewness| at most 0.2 that leaves a t tail valid: the skewness of
-/// a sample, which varies by √(6/n), then exceeds the limit of
+/// Number of values of a distribution of |skewness| at most 0.2 that leaves a t tail valid: the
+/// skewness of a sample, which varies by √(6/n), then exceeds the limit of
 /// [`Values::valid_from`](super::Values::valid_from) with probability below
 /// [`ALPHA`](crate::harness::outcome::ALPHA).
 pub const MIN_SYMMETRIC_VALUES: u64 = 8_500;

@@ -119,8 +119,9 @@ impl<P: Photons + PathParts> PhotonMapping<P> {
         if let Lookup::FinalGather { caustic_radius, .. } = lookup {
             check_radius(caustic_radius)?;
         }
-        let map =
-            |kind, particles, name| PhotonMap::new(&parts, scene, kind, particles, pass.of(name));
+        let map = |kind, particles, name| {
+            PhotonMap::new(&parts, scene, kind, particles, pass.for_part(name))
+        };
         let all = map(PhotonMapKind::All, particles, "photons")?;
         let caustics = match lookup {
             Lookup::DirectVisualization => None,

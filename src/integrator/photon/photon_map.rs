@@ -125,7 +125,7 @@ impl PhotonMap {
         pass: impl Into<ImagePass>,
     ) -> Result<Self, Error> {
         let pass = pass.into();
-        let rng = |particle| pass.particle(particle, emitted);
+        let rng = |particle| pass.particle_stream(particle, emitted);
         let follow = |particles| trace_photons(parts, scene, kind, particles, rng);
         let mut photons = pilot(emitted, follow)?;
         let first = emitted.min(PILOT_PARTICLES);
@@ -163,7 +163,7 @@ impl PhotonMap {
         pass: impl Into<ImagePass>,
     ) -> Result<(), Error> {
         let pass = pass.into();
-        let rng = |particle| pass.particle(particle, emitted);
+        let rng = |particle| pass.particle_stream(particle, emitted);
         pilot(emitted, |particles| {
             trace_photons(parts, scene, kind, particles, rng)
         })

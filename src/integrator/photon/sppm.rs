@@ -46,11 +46,11 @@ impl<P: Photons + PathParts + Copy> ImageEstimator for Sppm<P> {
             Lookup::DirectVisualization,
             particles,
             radius,
-            pass.of("pass"),
+            pass.for_part("pass"),
         )?;
         let rows = (0..resolution[1]).into_par_iter().map(|y| {
             let sample = |x: u32| {
-                let mut rng = pass.pixel(y * resolution[0] + x);
+                let mut rng = pass.pixel_stream(y * resolution[0] + x);
                 let [u, v] = uniform2(&mut rng);
                 let ray = scene
                     .camera()

@@ -1,8 +1,9 @@
 //! Search of many triangles whose bounding boxes overlap, as those of a fan of thin needles do.
 //!
-//! Boxes tell nothing of needles around one point, but planes do: the triangles are halved again and
-//! again, and no pair is tried between two parts that a plane separates. A plane along an edge of a
-//! triangle that lies next to the other part separates those of a fan, a ring, or a row of slats.
+//! Boxes tell nothing of needles around one point, but planes do: the triangles are halved again
+//! and again, and no pair is tried between two parts that a plane separates. A plane along an edge
+//! of a triangle that lies next to the other part separates those of a fan, a ring, or a row of
+//! slats.
 
 use glam::DVec3;
 

@@ -13,8 +13,8 @@ const RADIUS: f64 = 0.06;
 const MARGIN: f64 = 0.06;
 /// Particles of each of the images, whose number is that of samples.
 const PARTICLES: u32 = 1250;
-/// Largest relative standard error of a comparison, half as large again as the largest measured: with
-/// the margin, an error of 46 % is detected, and in most scenes one of 20 %.
+/// Largest relative standard error of a comparison, half as large again as the largest measured:
+/// with the margin, an error of 46 % is detected, and in most scenes one of 20 %.
 pub const MAX_RELATIVE_ERROR: f64 = 0.044;
 
 /// Returns whether photons make up all light of a row: that of a background is missing.

@@ -8,8 +8,8 @@ use whitefurnace::sampling::warp::sphere_zone;
 
 use super::*;
 
-/// Number of draws of a sampler. The sample skewness of its blocks, below 0.09, stays below the limit
-/// of the t test, 0.30, by six of its standard deviations, 0.032.
+/// Number of draws of a sampler. The sample skewness of its blocks, below 0.09, stays below the
+/// limit of the t test, 0.30, by six of its standard deviations, 0.032.
 const N: u64 = 12_000_000;
 const MARGIN: f64 = 0.05;
 

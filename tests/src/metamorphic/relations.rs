@@ -24,8 +24,8 @@ pub struct Relation {
     pub name: &'static str,
     /// The relation in words.
     pub about: &'static str,
-    /// Largest difference of a pixel under one seed, relative to the pixel's brightest channel; with
-    /// 0 the sides are equal to the bit. `None` if only their expectations are equal.
+    /// Largest difference of a pixel under one seed, relative to the pixel's brightest channel;
+    /// with 0 the sides are equal to the bit. `None` if only their expectations are equal.
     pub tolerance: Option<f64>,
     /// Makes the two sides.
     pub sides: MakeSides,

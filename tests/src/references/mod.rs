@@ -155,8 +155,8 @@ const SQUARE_UNDER_SKY: &str = "translate_diffuse_rectangle_constant";
 const HALF_HEIGHT: f64 = 0.305_941_170_815_567_1;
 
 /// Returns the image mean by Mitsuba and the closed form of two scenes: a square of side 2 at
-/// distance 4 fills a share of the image, which is a light in the dark, or half as bright as the sky
-/// around it.
+/// distance 4 fills a share of the image, which is a light in the dark, or half as bright as the
+/// sky around it.
 pub fn squares() -> [[f64; 2]; 2] {
     let filled = (1.0 / (4.0 * HALF_HEIGHT)).powi(2);
     let mean = |image| {

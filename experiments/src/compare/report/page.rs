@@ -1,4 +1,5 @@
-//! The page of a report as HTML. Without its script, it shows both means side by side and all tables.
+//! The page of a report as HTML. Without its script, it shows both means side by side and all
+//! tables.
 
 use std::fmt::Write as _;
 

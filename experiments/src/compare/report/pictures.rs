@@ -1,5 +1,5 @@
-//! Pictures of a report: means, maps of differences, the histogram of p-values, and the means' values for
-//! the page's script.
+//! Pictures of a report: means, maps of differences, the histogram of p-values, and the means'
+//! values for the page's script.
 
 use std::fmt::Write as _;
 

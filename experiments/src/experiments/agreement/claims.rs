@@ -119,7 +119,8 @@ pub(super) fn margin(scene: SceneName, tier: Tier) -> f64 {
 /// intervals, or for the images that skewness needs.
 #[rustfmt::skip]
 const NOISE: [(SceneName, [f64; 11], f64); 7] = [
-    //                          mis  bsdf light l.tr. bdpt  ends phot.  sppm radi. whit. report left out
+    //                          mis  bsdf light l.tr. bdpt  ends phot.  sppm radi. whit. report left
+    // out
     (SceneName::DiffuseRoom, [1.25,  8.7, 1.25, 1.25, 0.70, 0.75, 1.8,  8.6, 1.2,  1.4,  1.5], 4.5),
     (SceneName::Report,      [ 3.2,  8.1,  4.1,  1.3,  5.7,  5.7, 5.4,  8.7, 0.0,  6.1,  7.4], 5.7),
     (SceneName::Cornell,     [ 2.4, 15.7,  2.4,  1.7,  1.1,  1.2, 2.7, 15.9, 2.0,  2.6,  2.8], 8.5),
