@@ -180,7 +180,7 @@ fn pearson(name: &str, partition: &Partition, counts: &Counts, delta: f64) -> Ou
         estimate: hull.worst,
         reference: 0.0,
         interval: hull.interval,
-        claim: Claim::Exact { delta },
+        claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Cells {
             dof,
             n: accepted as f64,
@@ -390,7 +390,7 @@ fn binomial_test(name: &str, k: u64, n: u64, probability: f64, delta: f64) -> Ou
         estimate: fraction,
         reference: probability,
         interval: binomial_interval(k, n, ALPHA / 2.0),
-        claim: Claim::Exact { delta },
+        claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Binomial { n, probability },
         worst: format!("{k} of {n}, {expected:.1} expected, {sigmas:+.1} sigmas"),
         cells: vec![
@@ -452,7 +452,7 @@ fn poisson_test(name: &str, k: u64, n: u64, expected: f64, delta: f64) -> Outcom
         estimate: k as f64,
         reference: expected,
         interval: poisson_interval(k, ALPHA / 2.0),
-        claim: Claim::Exact { delta },
+        claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Poisson { mean: expected },
         worst: format!("{k} among {n} values, {expected:.1e} expected"),
         cells: vec![Cell {

@@ -36,7 +36,7 @@ pub fn slope(
     groups
         .iter()
         .for_each(|errors| slopes.push(log_slope(sizes, errors)));
-    let mut outcome = mean(name, &slopes, reference, Claim::Approximate { margin });
+    let mut outcome = mean(name, &slopes, reference, Claim::Equivalent { margin });
     outcome.cells = mean_errors(sizes, groups, reference);
     outcome
 }
@@ -102,7 +102,7 @@ fn ratio_test(name: &str, a: &Values, b: &Values, ratio: f64, delta: f64) -> Out
         estimate: ma.mean() / mb.mean(),
         reference: ratio,
         interval: fieller([ma.mean(), mb.mean()], [va, vb], critical),
-        claim: Claim::Exact {
+        claim: Claim::Equal {
             delta: delta * ratio,
         },
         // An effect on the ratio moves the difference by that times the second mean.

@@ -247,7 +247,7 @@ impl<'a> Directions<'a> {
                 ..self.cells(fine_cells, margin)
             });
         }
-        let claim = Claim::Exact { delta: margin };
+        let claim = Claim::Equal { delta: margin };
         let means = MOMENTS.iter().zip(&self.moments).zip(self.density.moments);
         outcomes.extend(
             means.map(|(((name, _), values), reference)| mean(name, values, reference, claim)),
@@ -287,7 +287,8 @@ impl<'a> Directions<'a> {
             finest,
         } = &self.pdfs;
         let tolerance = self.pdf_tolerance();
-        let outcome = || Outcome::exact("reported pdf", *count, *error, tolerance, worst.clone());
+        let outcome =
+            || Outcome::identity("reported pdf", *count, *error, tolerance, worst.clone());
         let coarse = error <= &tolerance && finest + tolerance > DETECTABLE_PDF_ERROR;
         (*count > 0).then(outcome).map(|outcome| {
             let why = "the numbers are too coarse for this density";
@@ -310,7 +311,7 @@ impl<'a> Directions<'a> {
             let found = moments.mean();
             let error = ((found - expected).abs() - rounding).max(0.0) / expected;
             let worst = format!("all weights are {found:e}, which should be {expected:e}");
-            Outcome::exact(name, moments.count(), error, CONSTANT_TOLERANCE, worst)
+            Outcome::identity(name, moments.count(), error, CONSTANT_TOLERANCE, worst)
         } else {
             // Rounding may have moved all weights alike.
             let moved = (moments.mean() - expected).clamp(-rounding, rounding);
@@ -318,7 +319,7 @@ impl<'a> Directions<'a> {
                 name,
                 &self.weights,
                 expected + moved,
-                Claim::Exact {
+                Claim::Equal {
                     delta: margin * expected,
                 },
             )

@@ -16,8 +16,8 @@ pub(super) fn grade(mut outcome: Outcome, rerun: impl Fn(f64) -> Option<Outcome>
     let size = outcome.claim.size();
     let off = outcome.estimate - outcome.reference;
     let effects = match outcome.claim {
-        Claim::Exact { .. } => vec![size, -size],
-        Claim::Approximate { .. } => vec![size - off, -size - off, 2.0 * size, -2.0 * size],
+        Claim::Equal { .. } => vec![size, -size],
+        Claim::Equivalent { .. } => vec![size - off, -size - off, 2.0 * size, -2.0 * size],
         Claim::Test => Vec::new(),
     };
     if !outcome.is_random() || size.is_nan() || size <= 0.0 {

@@ -110,13 +110,13 @@ pub fn rejection_sigmas(outcome: &Outcome) -> f64 {
         return f64::INFINITY;
     }
     match outcome.claim {
-        Claim::Approximate { margin } => {
+        Claim::Equivalent { margin } => {
             let beyond = (outcome.estimate - outcome.reference).abs() - margin;
             beyond / outcome.half_width() * normal_upper(0.5 * ALPHA)
         }
         // A p-value that underflows leaves no doubt.
-        Claim::Exact { .. } | Claim::Test if outcome.p <= 0.0 => f64::INFINITY,
-        Claim::Exact { .. } | Claim::Test => normal_upper(0.5 * outcome.p),
+        Claim::Equal { .. } | Claim::Test if outcome.p <= 0.0 => f64::INFINITY,
+        Claim::Equal { .. } | Claim::Test => normal_upper(0.5 * outcome.p),
     }
 }
 

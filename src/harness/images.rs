@@ -50,7 +50,7 @@ pub use pixel_statistics::{ImageMoments, PValueMap, PixelStatistics, image_mean,
 pub use side::{Area, Brightest, Side};
 
 use super::mean::{MAX_SKEW_TERM, MIN_CONSTANT_VALUES, Sigma, satterthwaite};
-use super::outcome::{Verdict, approximate_verdict};
+use super::outcome::{Verdict, equivalence_verdict};
 use super::parallel::*;
 use super::power::smallest_effect_in_estimates;
 use super::tails::{student_two_sided, student_upper};
@@ -413,7 +413,7 @@ fn images_needed(means: &AreaKind, margin: f64) -> Option<u64> {
             term.max(uncancelled * MAX_SKEW_TERM / MAX_UNCANCELLED_SKEW_TERM),
             level,
         );
-        match approximate_verdict(test.interval(level), 0.0, margin, 1) {
+        match equivalence_verdict(test.interval(level), 0.0, margin, 1) {
             Verdict::Holds if test.judged => None,
             Verdict::Undecided { needed } if test.judged => Some(needed.max(2)),
             _ => Some(valid_from),

@@ -87,7 +87,7 @@ fn ks_test(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) ->
         estimate: d,
         reference: 0.0,
         interval: [(d - radius).max(0.0), d + radius],
-        claim: Claim::Exact { delta },
+        claim: Claim::Equal { delta },
         sensitivity: Sensitivity::Distance { n: count },
         worst: format!("distribution functions differ by {d:.5} at {at:.6}"),
         cells,
@@ -102,5 +102,5 @@ fn ks_test(name: &str, values: &[f64], cdf: &impl Fn(f64) -> f64, delta: f64) ->
 
 /// Returns the failing outcome for NaN among the values or in the distribution.
 fn not_a_number(name: &str, n: u64) -> Outcome {
-    Outcome::exact(name, n, f64::NAN, 0.0, "a value or its cdf is NaN")
+    Outcome::identity(name, n, f64::NAN, 0.0, "a value or its cdf is NaN")
 }

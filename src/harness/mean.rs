@@ -92,7 +92,7 @@ impl Difference {
 /// (an identity, not random).
 pub fn mean(name: &str, values: &Values, reference: f64, claim: Claim) -> Outcome {
     let moments = values.moments;
-    if claim == (Claim::Exact { delta: 0.0 }) {
+    if claim == (Claim::Equal { delta: 0.0 }) {
         return all_equal(
             name,
             moments,
@@ -140,7 +140,7 @@ pub fn all_equal(name: &str, moments: Moments, reference: f64, tolerance: f64) -
         "mean {}, no value further from it than {spread:.3e}; each should be {reference}",
         moments.mean()
     );
-    Outcome::exact(name, moments.count(), error, tolerance, worst)
+    Outcome::identity(name, moments.count(), error, tolerance, worst)
 }
 
 /// Tests a mean whose standard deviation `sigma` > 0 is known in closed form by the z test.
@@ -268,8 +268,8 @@ fn bernstein_test(
 /// Tests the difference of two means by Welch's t; the claim's size is in the units of the
 /// difference.
 ///
-/// [`Claim::Exact`] is for two unbiased estimators: their means are equal, whatever the margin.
-/// [`Claim::Approximate`] tests the equivalence of two means: the interval lies within ±Δ if two
+/// [`Claim::Equal`] is for two unbiased estimators: their means are equal, whatever the margin.
+/// [`Claim::Equivalent`] tests the equivalence of two means: the interval lies within ±Δ if two
 /// one-sided tests reject.
 pub fn welch(name: &str, a: &Values, b: &Values, claim: Claim) -> Outcome {
     grade(welch_test(name, a, b, claim), |effect| {

@@ -20,12 +20,12 @@ pub const DECISIVE_DIVISOR: u64 = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Claim {
     /// Equal to the reference; an effect of size `delta` must be detected.
-    Exact {
+    Equal {
         /// δ > 0, in the units of the estimate.
         delta: f64,
     },
     /// Within ±`margin` of the reference.
-    Approximate {
+    Equivalent {
         /// Δ > 0, in the units of the estimate.
         margin: f64,
     },
@@ -37,8 +37,8 @@ impl Claim {
     /// Returns δ or Δ; 0 where no size is claimed.
     pub fn size(self) -> f64 {
         match self {
-            Self::Exact { delta } => delta,
-            Self::Approximate { margin } => margin,
+            Self::Equal { delta } => delta,
+            Self::Equivalent { margin } => margin,
             Self::Test => 0.0,
         }
     }
@@ -71,7 +71,7 @@ impl Verdict {
 
 /// Returns the verdict on an exact claim: fails if p < [`ALPHA`]; holds if not, and the interval
 /// lies within ±`delta` of the reference; else undecided. `n` samples gave the interval.
-pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: u64) -> Verdict {
+pub fn equality_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: u64) -> Verdict {
     if p < ALPHA || p.is_nan() {
         Verdict::Fails
     } else if within(interval, reference, delta) {
@@ -83,7 +83,7 @@ pub fn exact_verdict(p: f64, interval: [f64; 2], reference: f64, delta: f64, n: 
 
 /// Returns the verdict on an approximate claim: holds if the interval lies within ±`margin` of the
 /// reference, fails if it lies wholly outside, else undecided.
-pub fn approximate_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u64) -> Verdict {
+pub fn equivalence_verdict(interval: [f64; 2], reference: f64, margin: f64, n: u64) -> Verdict {
     let [low, high] = interval;
     if low.is_nan() || high.is_nan() || low > reference + margin || high < reference - margin {
         Verdict::Fails
@@ -162,7 +162,7 @@ impl Outcome {
     /// Creates the outcome of an identity that is not random: the largest error found over `n`
     /// arguments against its tolerance; `worst` names the argument. Without arguments it is
     /// undecided.
-    pub fn exact(
+    pub fn identity(
         name: impl Into<String>,
         n: u64,
         error: f64,
@@ -181,7 +181,7 @@ impl Outcome {
             estimate: error,
             reference: 0.0,
             interval: [error, error],
-            claim: Claim::Exact { delta: tolerance },
+            claim: Claim::Equal { delta: tolerance },
             sensitivity: Sensitivity::Certain,
             worst: worst.into(),
             cells: Vec::new(),
@@ -215,7 +215,7 @@ impl Outcome {
 
     /// Claims equality within ±δ only: for two means one of which is known to be biased.
     pub fn as_equivalence(mut self) -> Self {
-        self.claim = Claim::Approximate {
+        self.claim = Claim::Equivalent {
             margin: self.claim.size(),
         };
         self
@@ -248,11 +248,11 @@ impl Outcome {
     /// Returns the verdict if the tail is valid.
     fn verdict_of_claim(&self) -> Verdict {
         match self.claim {
-            Claim::Exact { delta } => {
-                exact_verdict(self.p, self.interval, self.reference, delta, self.n)
+            Claim::Equal { delta } => {
+                equality_verdict(self.p, self.interval, self.reference, delta, self.n)
             }
-            Claim::Approximate { margin } => {
-                approximate_verdict(self.interval, self.reference, margin, self.n)
+            Claim::Equivalent { margin } => {
+                equivalence_verdict(self.interval, self.reference, margin, self.n)
             }
             Claim::Test if self.p < ALPHA => Verdict::Fails,
             Claim::Test => Verdict::Holds,
@@ -303,7 +303,7 @@ impl Outcome {
     /// claim that is the very event of a rejection if the minimum detectable effect is δ.
     fn sides(&self) -> f64 {
         match self.claim {
-            Claim::Exact { .. } | Claim::Approximate { .. } => 2.0,
+            Claim::Equal { .. } | Claim::Equivalent { .. } => 2.0,
             Claim::Test => 1.0,
         }
     }
@@ -354,13 +354,11 @@ impl Graded {
     pub fn has_required_verdict(&self) -> bool {
         let verdict = self.outcome.verdict();
         match self.outcome.claim {
-            Claim::Approximate { margin }
-                if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) =>
-            {
+            Claim::Equivalent { margin } if self.effect.abs() < 2.0 * margin * (1.0 - ROUNDING) => {
                 verdict != Verdict::Holds
             }
             Claim::Test => true,
-            Claim::Exact { .. } | Claim::Approximate { .. } => verdict == Verdict::Fails,
+            Claim::Equal { .. } | Claim::Equivalent { .. } => verdict == Verdict::Fails,
         }
     }
 }

@@ -49,7 +49,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
             radius,
             area,
             selection_weight,
-            relative_ior,
+            inverse_ior,
             index,
             ..,
         ] = R::transpose(data.map(|caster| &caster.numbers));
@@ -60,7 +60,7 @@ impl<'a, R: Wide<N>, const N: usize> Casters<'a, R, N> {
             radius,
             area,
             normal,
-            relative_ior,
+            inverse_ior,
             index,
             reflectance,
             selection_weight,

@@ -1,5 +1,5 @@
-//! Light samplers: emitters are picked by flux for particles, and by estimated importance for
-//! shadow rays, with a fraction of the picks uniform, [`crate::equation::LIGHT_PICK`].
+//! Light samplers: emitters are picked half by flux and half uniformly for particles, and by
+//! estimated importance, with a fraction of the picks uniform, for shadow rays, [`crate::equation::LIGHT_PICK`].
 
 use crate::math::real::Real;
 
@@ -14,9 +14,9 @@ const IMPORTANCE_BOUNDS: [f64; 2] = [1e-280, 1e280];
 /// [`IMPORTANCE_BOUNDS`] in single precision.
 const SINGLE_IMPORTANCE_BOUNDS: [f64; 2] = [1e-30, 1e30];
 
-/// Picks emitters independently of a position: half of the picks in proportion to flux, where most
-/// light comes from, the other half uniformly among the emitters with flux, as dim lights near the
-/// eye may matter more.
+/// Picks emitters independently of a position. Unlike pbrt's sampler of this name it makes only half
+/// of the picks in proportion to flux, and the other half uniformly among the emitters with flux, as
+/// dim lights near the eye may matter more.
 #[derive(Clone, Debug)]
 pub struct PowerLightSampler {
     /// Cumulative selection probabilities.

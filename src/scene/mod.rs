@@ -158,7 +158,8 @@ impl Scene {
         &self.light_tree
     }
 
-    /// Returns the distribution of emitters by flux, for picks that do not depend on a place.
+    /// Returns the distribution of emitters, half by flux and half uniform, for picks that do not
+    /// depend on a position.
     pub fn power_light_sampler(&self) -> &PowerLightSampler {
         &self.power_light_sampler
     }

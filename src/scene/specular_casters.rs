@@ -246,14 +246,14 @@ impl SpecularCasters {
 }
 
 fn sphere_casters(centre: DVec3, radius: f64, bsdf: Bsdf) -> impl Iterator<Item = SpecularCaster> {
-    let caster = |kind, relative_ior, index, reflectance, selection_weight| SpecularCaster {
+    let caster = |kind, inverse_ior, index, reflectance, selection_weight| SpecularCaster {
         kind,
         parameters: Caster {
             centre,
             radius,
             area: 0.0,
             normal: DVec3::ZERO,
-            relative_ior,
+            inverse_ior,
             index,
             reflectance,
             selection_weight,
@@ -337,7 +337,7 @@ fn add_mirror_triangle(
             radius: 0.0,
             area,
             normal,
-            relative_ior: 0.0,
+            inverse_ior: 0.0,
             index: 0.0,
             reflectance,
             selection_weight,

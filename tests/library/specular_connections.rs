@@ -48,13 +48,13 @@ impl Case {
         } else {
             y
         };
-        let relative_ior = if refracts { index.recip() } else { 0.0 };
+        let inverse_ior = if refracts { index.recip() } else { 0.0 };
         let caster = Caster {
             centre,
             radius,
             area: 0.0,
             normal: DVec3::ZERO,
-            relative_ior,
+            inverse_ior,
             index: if refracts { index } else { 0.0 },
             reflectance: DVec3::ONE,
             selection_weight: 1.0,
@@ -95,7 +95,7 @@ impl Case {
     fn turned_angle(&self, alpha: f64) -> f64 {
         let ([x, y, _], sin) = (self.relative_positions(), alpha.sin());
         2.0 * alpha
-            - 2.0 * (sin * self.caster.relative_ior).asin()
+            - 2.0 * (sin * self.caster.inverse_ior).asin()
             - (sin / x).asin()
             - (sin / y).asin()
     }

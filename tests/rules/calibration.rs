@@ -130,7 +130,7 @@ fn repeated(rng: &mut Stream) -> Outcome {
         let value = uniform(rng);
         (0..4).for_each(|_| values.push(value));
     }
-    mean("repeated", &values, 0.5, Claim::Exact { delta: 1.0 })
+    mean("repeated", &values, 0.5, Claim::Equal { delta: 1.0 })
 }
 
 /// Negative control: its rejection holds for any seed. One share of the budget is enough for both.

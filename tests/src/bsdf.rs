@@ -134,7 +134,13 @@ pub(super) fn integrals(
     let worst = errors.max_by(|a, b| a.0.total_cmp(&b.0));
     let (error, place) = worst.unwrap_or((f64::NAN, String::new()));
     let n = (parameters.len() * degrees.len()) as u64;
-    vec![Outcome::exact(name, n, error, 2.0 * MASS_TOLERANCE, place)]
+    vec![Outcome::identity(
+        name,
+        n,
+        error,
+        2.0 * MASS_TOLERANCE,
+        place,
+    )]
 }
 
 /// The check-up at two inclinations: directions are sampled independently of wo.

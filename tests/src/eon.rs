@@ -182,7 +182,7 @@ fn grazing(parts: EonParts) -> Vec<Outcome> {
     });
     let worst = lost.into_iter().fold(0.0, f64::max);
     let statement = format!("1 − E = {lost:?} for r = {ROUGHNESS:?}");
-    vec![Outcome::exact("grazing", 3, worst, 1e-5, statement)]
+    vec![Outcome::identity("grazing", 3, worst, 1e-5, statement)]
 }
 
 /// Replaces the lobes by an f_r of ρ, r, wo and wi.

@@ -44,7 +44,7 @@ fn identity(context: &Context, name: &str, error: impl Fn(f64, f64, f64, f64) ->
             format!("cos θ = {cos_1}, n = {n1} to {n2}")
         });
     }
-    Outcome::exact(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
+    Outcome::identity(name, ARGUMENTS, largest.error, TOLERANCE, largest.place)
 }
 
 /// cos θ₂ from n₁ sin θ₁ = n₂ sin θ₂, computed independently through the angle itself.
@@ -132,14 +132,14 @@ fn critical(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
         }
     }
     vec![
-        Outcome::exact(
+        Outcome::identity(
             "total reflection",
             ARGUMENTS,
             beyond,
             0.0,
             "past the critical angle",
         ),
-        Outcome::exact(
+        Outcome::identity(
             "critical angle times 0.999",
             ARGUMENTS,
             before,
@@ -169,7 +169,7 @@ fn averages(context: &Context, Reflectances { unpolarised: r, .. }: Reflectances
     for (name, n1, n2, reference) in [("outside", 1.0, N, outside), ("inside", N, 1.0, inside)] {
         let integral =
             Domain::CosineHemisphere.integrate_all(1e-9, &|w: DVec3| r(w.z, n1, n2) * w.z / PI);
-        outcomes.push(Outcome::exact(
+        outcomes.push(Outcome::identity(
             format!("average by quadrature, {name}"),
             1,
             (integral.value - reference).abs(),
@@ -239,7 +239,7 @@ fn spot_values(_: &Context, parts: Reflectances) -> Vec<Outcome> {
         ]
     };
     let errors = SPOT_VALUES.iter().flat_map(error).map(f64::abs);
-    vec![Outcome::exact(
+    vec![Outcome::identity(
         "spot values",
         3 * SPOT_VALUES.len() as u64,
         largest(errors),

@@ -176,7 +176,7 @@ fn masking(_: &Context, parts: GgxParts) -> Vec<Outcome> {
         (masking - reference).abs()
     };
     let largest = largest(MITSUBA_MASKING.into_iter().map(error));
-    vec![Outcome::exact(
+    vec![Outcome::identity(
         "G₁",
         MITSUBA_MASKING.len() as u64,
         largest,

@@ -69,7 +69,7 @@ impl Property for Vanishing {
             });
             worst = worst.max((with - without).abs().max_element());
         }
-        vec![Outcome::exact(
+        vec![Outcome::identity(
             "difference",
             RAYS,
             worst,

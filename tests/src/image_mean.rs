@@ -147,7 +147,7 @@ impl Passes {
 /// The outcome of passes that no film can hold.
 pub fn not_an_image() -> Vec<Outcome> {
     let worst = "a radiance that no film holds";
-    vec![Outcome::exact("image", 1, f64::NAN, 0.0, worst)]
+    vec![Outcome::identity("image", 1, f64::NAN, 0.0, worst)]
 }
 
 /// Compares the mean radiance of each region with its closed form.
@@ -166,7 +166,7 @@ impl Property for MeanImage {
             return not_an_image();
         };
         let outcome = |((region, reference), values): (&(Region, f64), &Values)| {
-            let claim = Claim::Exact {
+            let claim = Claim::Equal {
                 delta: region.delta * reference,
             };
             mean(region.name, values, *reference, claim)
@@ -254,7 +254,7 @@ impl Property for SameAsPath {
         let Some(image) = means.as_deref().and_then(<[Values]>::first) else {
             return not_an_image();
         };
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: self.delta * mean,
         };
         vec![welch("image mean", image, &path, claim)]

@@ -109,7 +109,7 @@ fn against_the_law(n: u64, c: u32, mut draw: impl FnMut() -> f64) -> Vec<Outcome
             &values,
             reference,
             [0.0, highest],
-            Claim::Exact { delta },
+            Claim::Equal { delta },
         ),
     ]
 }
@@ -171,7 +171,7 @@ fn boundary(context: &Context, parts: WalkParts) -> Vec<Outcome> {
         }
     }
     let exact = |name, worst: LargestError| {
-        Outcome::exact(name, pairs, worst.error, SUM_TOLERANCE, worst.place)
+        Outcome::identity(name, pairs, worst.error, SUM_TOLERANCE, worst.place)
     };
     vec![
         exact("mean by summation", mean_error),

@@ -286,7 +286,7 @@ impl Property for Weights {
             unlike = unlike.max((times(a, q) - times(b, p)).abs());
         }
         let exact = |name, error| {
-            Outcome::exact(
+            Outcome::identity(
                 name,
                 ARGUMENTS,
                 error,
@@ -357,7 +357,7 @@ impl Property for Picks {
                 |i| format!("emitter {i}"),
                 &counts,
             ),
-            Outcome::exact(
+            Outcome::identity(
                 "share of the pick",
                 n,
                 unlike,

@@ -31,7 +31,7 @@ pub fn mean_of(
         name,
         &values,
         reference,
-        Claim::Exact {
+        Claim::Equal {
             delta: delta * reference,
         },
     )
@@ -53,7 +53,7 @@ pub fn means<S: AsRef<str>, const N: usize>(
         }
     }
     let outcome = |((name, reference, delta), values): ((S, f64, f64), &Values)| {
-        mean(name.as_ref(), values, reference, Claim::Exact { delta })
+        mean(name.as_ref(), values, reference, Claim::Equal { delta })
     };
     about.into_iter().zip(&all).map(outcome).collect()
 }

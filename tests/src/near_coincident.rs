@@ -124,7 +124,7 @@ impl Property for Covered {
             let brightest = brightest.fold(0.0, |brightest: f64, radiance| {
                 brightest.max(radiance.max_element())
             });
-            Outcome::exact(*name, n, brightest, 0.0, "the brightest of all rays")
+            Outcome::identity(*name, n, brightest, 0.0, "the brightest of all rays")
         };
         self.0.iter().map(outcome).collect()
     }

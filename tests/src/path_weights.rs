@@ -321,7 +321,7 @@ fn weights(context: &Context, scene: &Scene, tracers: &Tracers) -> Vec<Outcome> 
     }
     let n = 2 * LIGHT_SAMPLINGS.len() as u64 * PATHS;
     let exact = |name, largest: LargestError| {
-        Outcome::exact(name, n, largest.error, TOLERANCE, largest.place)
+        Outcome::identity(name, n, largest.error, TOLERANCE, largest.place)
     };
     vec![
         exact("weight of a hit", hits),

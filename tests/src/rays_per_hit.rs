@@ -134,7 +134,13 @@ impl Property for Cost {
         }
         let error = worst.abs_diff(expected) as f64;
         let place = format!("{worst} rays, should be {expected}");
-        vec![Outcome::exact("sample rays", ESTIMATES, error, 0.0, place)]
+        vec![Outcome::identity(
+            "sample rays",
+            ESTIMATES,
+            error,
+            0.0,
+            place,
+        )]
     }
 }
 

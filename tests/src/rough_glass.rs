@@ -216,7 +216,7 @@ fn reciprocity(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         }
     }
     let outcome = |(name, found): (&str, LargestError)| {
-        Outcome::exact(name, PAIRS, found.error, POINTWISE_TOLERANCE, found.place)
+        Outcome::identity(name, PAIRS, found.error, POINTWISE_TOLERANCE, found.place)
     };
     ["reflection", "transmission"]
         .into_iter()
@@ -275,14 +275,14 @@ fn smooth(context: &Context, parts: RoughGlassParts) -> Vec<Outcome> {
         weight.update(found.map_or(f64::INFINITY, error), place);
     }
     vec![
-        Outcome::exact(
+        Outcome::identity(
             "directions",
             PAIRS,
             direction.error,
             SMOOTH_TOLERANCE,
             direction.place,
         ),
-        Outcome::exact(
+        Outcome::identity(
             "weights",
             PAIRS,
             weight.error,

@@ -104,7 +104,7 @@ fn same_mean(context: &Context, parts: [WalkParts; 2], a: f64, q: [f64; 2]) -> V
         "difference of means",
         &first,
         &second,
-        Claim::Exact { delta },
+        Claim::Equal { delta },
     )]
 }
 
@@ -126,7 +126,7 @@ fn truncation(context: &Context, parts: WalkParts, a: f64) -> Vec<Outcome> {
             &name,
             &values,
             reference,
-            Claim::Exact {
+            Claim::Equal {
                 delta: MEAN_DELTA * reference,
             },
         )

@@ -113,14 +113,14 @@ impl Image {
         let single = match self.scene(subject) {
             Ok(scene) => scene,
             // One scene is wrong.
-            Err(error) => return vec![Outcome::exact("scene", 1, 1.0, 0.0, error.to_string())],
+            Err(error) => return vec![Outcome::identity("scene", 1, 1.0, 0.0, error.to_string())],
         };
         let bound = (1.0 + ROUNDING) * self.most * LAMP * TINT.dot(CHANNEL_WEIGHTS);
         let mut differences = Values::new(0.0);
         for replication in 0..context.n(SAMPLES).div_ceil(PIXELS) as u32 {
             let Some(films) = self.films(context, [&double, &single], replication) else {
                 let worst = "a radiance that no film holds";
-                return vec![Outcome::exact("film", 1, f64::NAN, 0.0, worst)];
+                return vec![Outcome::identity("film", 1, f64::NAN, 0.0, worst)];
             };
             for (number, (double, single)) in
                 films[0].pixels().iter().zip(films[1].pixels()).enumerate()
@@ -129,7 +129,7 @@ impl Image {
                 differences.push(difference.dot(CHANNEL_WEIGHTS));
             }
         }
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: DELTA * bound,
         };
         vec![bounded_mean(

@@ -160,13 +160,13 @@ fn seen(context: &Context, subject: Sample, shape: &Shape) -> Vec<Outcome> {
     let places =
         (0..rows * columns).map(|k| format!("row {}, column {}", k / columns, k % columns));
     let partition = Partition::from_masses(masses(shape), places.collect());
-    let claim = Claim::Exact {
+    let claim = Claim::Equal {
         delta: DELTA * expected,
     };
     vec![
         chi_square("cells of the solid angle", &partition, &counts, CELL_DELTA),
         mean("mean cosine", &cosines, expected, claim),
-        Outcome::exact(
+        Outcome::identity(
             "pdf",
             counts.n,
             worst,

@@ -28,7 +28,7 @@ const PROBABILITY: f64 = 0.3;
 /// Mean under the Poisson test's hypothesis.
 const POISSON_MEAN: f64 = 30.0;
 
-const ANY: Claim = Claim::Exact { delta: 1.0 };
+const ANY: Claim = Claim::Equal { delta: 1.0 };
 
 /// A statistic, its unit and its stated power.
 pub struct Statistic {
@@ -328,7 +328,7 @@ pub fn error_rate_bounds() -> [ErrorRateBound; 3] {
                 "e",
                 &uniforms(rng, N, 0.0),
                 0.45,
-                Claim::Approximate { margin: 0.05 },
+                Claim::Equivalent { margin: 0.05 },
             )
             .verdict()
                 == Verdict::Holds

@@ -400,7 +400,7 @@ impl Property for SameMean {
                 mean_channel(&self.scene, radiance())
             })
         });
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: CLOSED_FORM_DELTA * reference,
         };
         vec![welch("balance less power", &balance, &power, claim)]

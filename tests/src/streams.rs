@@ -138,7 +138,7 @@ impl Pairs {
 
     /// Returns the tests of cells and correlation, for neighbours of this kind.
     pub fn outcomes(&self, name: &str) -> [Outcome; 2] {
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: CORRELATION_DELTA,
         };
         [

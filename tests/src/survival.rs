@@ -99,14 +99,14 @@ fn bounds(context: &Context, policy: Policy) -> Vec<Outcome> {
         });
     }
     vec![
-        Outcome::exact(
+        Outcome::identity(
             "survival above the highest",
             n,
             excess,
             0.0,
             "the worst of all decisions",
         ),
-        Outcome::exact(
+        Outcome::identity(
             "largest channel of a survivor",
             n,
             largest,
@@ -189,7 +189,7 @@ fn same_mean(context: &Context, probe: &Probe, subject: EstimatorSubject) -> Vec
     let by_throughput = STANDARD.with(DefaultParts);
     let mut radiance = probe.radiances(by_throughput, context.seed_of("survival by throughput"));
     let by_throughput = Values::collect(reference, context.n(PATHS), || radiance().x);
-    let claim = Claim::Exact {
+    let claim = Claim::Equal {
         delta: BOUNCES_DELTA * reference,
     };
     OTHER_POLICIES

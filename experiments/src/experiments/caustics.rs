@@ -158,7 +158,7 @@ fn same(run: &mut Run, what: &str, a: &Values, b: &Values) {
     let verdict = if images < needed {
         Verdict::Undecided { needed }
     } else {
-        approximate_verdict(
+        equivalence_verdict(
             [difference - reach, difference + reach],
             0.0,
             margin,

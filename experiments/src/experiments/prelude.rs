@@ -7,7 +7,7 @@ pub(super) use whitefurnace::film::{Film, Window};
 pub(super) use whitefurnace::geometry::shape::{Ray, Sphere, SurfacePoint};
 pub(super) use whitefurnace::harness::mean::Values;
 pub(super) use whitefurnace::harness::outcome::{
-    ALPHA, CAPACITY, Claim, Outcome, Verdict, approximate_verdict,
+    ALPHA, CAPACITY, Claim, Outcome, Verdict, equivalence_verdict,
 };
 pub(super) use whitefurnace::harness::tails::{normal_upper, student_upper};
 pub(super) use whitefurnace::harness::trial::{

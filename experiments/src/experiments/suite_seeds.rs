@@ -173,7 +173,7 @@ fn number(p: f64) -> f64 {
 }
 
 fn measure(trial: &str, o: &Outcome) -> Measure {
-    let exact = matches!(o.claim, Claim::Exact { .. });
+    let exact = matches!(o.claim, Claim::Equal { .. });
     let graded = o.graded.iter().filter(|_| exact).map(|graded| {
         let level = |power: f64| {
             let level = o.sensitivity.level_with_power(graded.effect, power);
@@ -190,7 +190,7 @@ fn measure(trial: &str, o: &Outcome) -> Measure {
         statistic: o.statistic.to_owned(),
         verdict: o.verdict().into(),
         random: o.is_random(),
-        approximate: matches!(o.claim, Claim::Approximate { .. }),
+        approximate: matches!(o.claim, Claim::Equivalent { .. }),
         p: number(o.p),
         n: o.n,
         valid_from: o.valid_from,

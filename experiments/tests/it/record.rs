@@ -137,7 +137,7 @@ fn batches_of_a_mean_are_plotted() {
         i += 1;
         f64::from(i % 3)
     });
-    let outcome = mean("mean, of i", &values, 2.0, Claim::Exact { delta: 0.1 });
+    let outcome = mean("mean, of i", &values, 2.0, Claim::Equal { delta: 0.1 });
     let path = write_cells("toy/mean", &outcome, &folder)
         .expect("written")
         .expect("cells");

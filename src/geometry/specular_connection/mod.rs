@@ -38,8 +38,8 @@ pub struct Caster<V: Vector> {
     pub area: V::Real,
     /// Unit normal of the front of a flat mirror; zero for spheres.
     pub normal: V,
-    /// Relative refractive index 1/n (sine inside over sine outside) for refraction; else zero.
-    pub relative_ior: V::Real,
+    /// 1/n (sine inside over sine outside) for refraction; else zero.
+    pub inverse_ior: V::Real,
     /// Refractive index n of glass; 0 for mirrors.
     pub index: V::Real,
     /// Reflectance of mirrors.
@@ -58,7 +58,7 @@ impl<V: Vector> Caster<V> {
             radius: all(caster.radius),
             area: all(caster.area),
             normal: vector(caster.normal),
-            relative_ior: all(caster.relative_ior),
+            inverse_ior: all(caster.inverse_ior),
             index: all(caster.index),
             reflectance: vector(caster.reflectance),
             selection_weight: all(caster.selection_weight),

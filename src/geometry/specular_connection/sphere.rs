@@ -49,10 +49,10 @@ struct Legs<R> {
 
 impl<R: Real> Legs<R> {
     #[inline]
-    fn new(sin: R, [x_distance, y_distance]: [R; 2], relative_ior: R) -> Self {
+    fn new(sin: R, [x_distance, y_distance]: [R; 2], inverse_ior: R) -> Self {
         let square = sin * sin;
         let leg = |distance: R| (distance * distance - square).sqrt();
-        let within = R::splat(1.0) - relative_ior * relative_ior * square;
+        let within = R::splat(1.0) - inverse_ior * inverse_ior * square;
         Self {
             x: leg(x_distance),
             y: leg(y_distance),
@@ -62,19 +62,19 @@ impl<R: Real> Legs<R> {
 
     /// Returns df/dα of [`crate::equation::SPECULAR_ANGLE`], as dividend and divisor.
     #[inline]
-    fn slope(&self, cos: R, relative_ior: R) -> [R; 2] {
+    fn slope(&self, cos: R, inverse_ior: R) -> [R; 2] {
         let product = self.x * self.y;
         let divisor = product * self.within;
         [
-            divisor * 2.0 - cos * (relative_ior * product * 2.0 + self.within * (self.x + self.y)),
+            divisor * 2.0 - cos * (inverse_ior * product * 2.0 + self.within * (self.x + self.y)),
             divisor,
         ]
     }
 
     /// Returns cos and sin of f(α) − τ, times XY.
     #[inline]
-    fn residual(&self, angle: Angle<R>, relative_ior: R, target: [R; 2]) -> [R; 2] {
-        let (sin, refracted) = (angle.sin, angle.sin * relative_ior);
+    fn residual(&self, angle: Angle<R>, inverse_ior: R, target: [R; 2]) -> [R; 2] {
+        let (sin, refracted) = (angle.sin, angle.sin * inverse_ior);
         let turn = |[a, b]: [R; 2], [c, d]: [R; 2]| [a * c - b * d, b * c + a * d];
         // Rotation by the angle α − β.
         let bent = turn([angle.cos, sin], [self.within, -refracted]);
@@ -133,7 +133,7 @@ impl<V: Vector> Pair<V> {
     #[inline]
     fn root(
         &self,
-        relative_ior: V::Real,
+        inverse_ior: V::Real,
         target: [V::Real; 2],
         upwards: bool,
         active: <V::Real as Real>::Mask,
@@ -146,9 +146,9 @@ impl<V: Vector> Pair<V> {
         let mut angle = Angle { sin, cos };
         let (mut going, mut found) = (active, active);
         for _ in 0..MAX_STEPS {
-            let legs = Legs::new(angle.sin, self.distances(), relative_ior);
-            let [slope, divisor] = legs.slope(angle.cos, relative_ior);
-            let [far, off] = legs.residual(angle, relative_ior, target);
+            let legs = Legs::new(angle.sin, self.distances(), inverse_ior);
+            let [slope, divisor] = legs.slope(angle.cos, inverse_ior);
+            let [far, off] = legs.residual(angle, inverse_ior, target);
             // 3 sin δ/(2 + cos δ) is a lower bound of the distance δ = f(α) − τ in [0, π].
             let half = off * 1.5 * divisor / ((scale * 2.0 + far) * slope);
             let right_side = if upwards {
@@ -185,10 +185,10 @@ impl<V: Vector> Pair<V> {
     fn geometry_term(
         &self,
         angle: Angle<V::Real>,
-        relative_ior: V::Real,
+        inverse_ior: V::Real,
     ) -> (V::Real, <V::Real as Real>::Mask) {
-        let legs = Legs::new(angle.sin, self.distances(), relative_ior);
-        let [slope, divisor] = legs.slope(angle.cos, relative_ior);
+        let legs = Legs::new(angle.sin, self.distances(), inverse_ior);
+        let [slope, divisor] = legs.slope(angle.cos, inverse_ior);
         let across = self.x_distance * self.y_distance * legs.x * legs.y * self.sin;
         let geometry_term = angle.sin * angle.cos * divisor / (across * slope.abs());
         (
@@ -282,7 +282,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
                     angle: grazing(),
                 };
             }
-            let (angle, exists) = pair.root(caster.relative_ior, target, upwards, among);
+            let (angle, exists) = pair.root(caster.inverse_ior, target, upwards, among);
             RootAt { exists, angle }
         };
         let first = root(
@@ -291,7 +291,7 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             *possible,
         );
         let [x, y] = pair.distances();
-        let slope_at_0 = x * y * (one - caster.relative_ior) * 2.0 - (x + y);
+        let slope_at_0 = x * y * (one - caster.inverse_ior) * 2.0 - (x + y);
         let target = [-pair.cos, -pair.sin];
         let smaller = root(target, true, *possible & *refracts & slope_at_0.cmplt(zero));
         let larger = root(target, false, smaller.exists);
@@ -313,8 +313,8 @@ impl<'a, V: Vector> SphereConnections<'a, V> {
             refracts,
             ..
         } = self;
-        let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
-        let legs = Legs::new(angle.sin, pair.distances(), caster.relative_ior);
+        let (geometry_term, finite) = pair.geometry_term(angle, caster.inverse_ior);
+        let legs = Legs::new(angle.sin, pair.distances(), caster.inverse_ior);
         // Light refracted across the axis turns the other way.
         let around = V::Real::select(*refracts & is_first, -one, one);
         // Unit normal where the sphere is met on the way from one of the points, given the unit
@@ -368,7 +368,7 @@ pub(super) fn geometry_term_of_sphere<V: Vector>(
         sin,
         cos: (one - sin * sin).maximum(zero).sqrt(),
     };
-    let (geometry_term, finite) = pair.geometry_term(angle, caster.relative_ior);
+    let (geometry_term, finite) = pair.geometry_term(angle, caster.inverse_ior);
     (
         V::Real::select(
             finite & pair.is_outside(),

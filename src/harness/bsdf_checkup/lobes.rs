@@ -242,7 +242,7 @@ fn check_finite(rounded: &RoundedSubject<'_>, size: &CheckUp, context: &Context)
             worst = format!("wo = {wo}: {lobes:?}; random {random:?}: {sample:?}");
         }
     }
-    Outcome::exact("finite and not negative", size.pairs, bad, 0.0, worst)
+    Outcome::identity("finite and not negative", size.pairs, bad, 0.0, worst)
 }
 
 /// Runs the checks on random directions.
@@ -314,7 +314,7 @@ fn check_pointwise(
         ("way back", returned, reversed),
         ("energy bound", size.pairs, energy),
     ]
-    .map(|(name, n, l)| Outcome::exact(name, n, l.error, rounding.tolerance(), l.place));
+    .map(|(name, n, l)| Outcome::identity(name, n, l.error, rounding.tolerance(), l.place));
     vec![sums, rounding.outcome(weights, skipped), reversed, energy]
 }
 
@@ -361,14 +361,14 @@ fn at_direction(
     let same =
         |lobe: &Lobe| (lobe.throughput - albedo * lobe.probability).abs() <= rounding.tolerance();
     let constant = lossless && lobes.iter().all(same);
-    let claim = Claim::Exact {
+    let claim = Claim::Equal {
         delta: if constant { 0.0 } else { size.delta * albedo },
     };
     let furnace = if constant && rounding.is_coarse() {
         let [found, spread] = [values.moments.mean(), values.moments.variance().sqrt()];
         let worst =
             format!("mean weight {found}, varying by {spread:.1e}; each should be {albedo}");
-        Outcome::exact(
+        Outcome::identity(
             at("furnace"),
             n,
             (found - albedo).abs() + spread,
@@ -379,7 +379,7 @@ fn at_direction(
         mean(&at("furnace"), &values, albedo, claim)
     };
     let mut outcomes = vec![
-        Outcome::exact(
+        Outcome::identity(
             at("samples of no lobe"),
             n,
             (strays + forbidden_loss) as f64,

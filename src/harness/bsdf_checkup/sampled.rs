@@ -202,7 +202,7 @@ pub fn at_direction(
             },
             size.delta,
         ),
-        Outcome::exact(
+        Outcome::identity(
             at("energy bound"),
             1,
             (albedo.value - subject.energy_bound).max(0.0),
@@ -212,7 +212,7 @@ pub fn at_direction(
     ];
     if let Some(known) = &subject.albedo {
         let known = known(copied(wo));
-        outcomes.push(Outcome::exact(
+        outcomes.push(Outcome::identity(
             at("directional albedo"),
             1,
             (albedo.value - known).abs(),
@@ -324,7 +324,7 @@ fn pdf_integral(subject: &BsdfSubject, wo: DVec3, name: &str, effect: &RoundingE
         "the pdf integrates to {:.9} (quadrature error {:.1e})",
         integral.value, integral.error
     );
-    Outcome::exact(
+    Outcome::identity(
         name,
         1,
         nan_or(integral.value, error),
@@ -374,7 +374,7 @@ fn furnace_test(
             // All weights are equal up to rounding, and their mean is known to less than that.
             let worst =
                 format!("mean weight {estimate}, varying by {spread:.1e}; each should be {albedo}");
-            return Outcome::exact(
+            return Outcome::identity(
                 name,
                 values.moments.count(),
                 (estimate - albedo).abs(),
@@ -384,7 +384,7 @@ fn furnace_test(
         }
         return all_equal(name, values.moments, albedo, MASS_TOLERANCE);
     }
-    let claim = Claim::Exact {
+    let claim = Claim::Equal {
         delta: delta * albedo,
     };
     // An estimate within the accuracy of the albedo counts as equal to it, however small its

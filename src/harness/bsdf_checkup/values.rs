@@ -44,7 +44,7 @@ pub(super) fn check_finite(
             worst = format!("wo = {wo}, wi = {wi}: f = {f}, pdf = {pdf}; random {u:?}: {sample:?}");
         }
     }
-    Outcome::exact("finite and not negative", size.pairs, bad, 0.0, worst)
+    Outcome::identity("finite and not negative", size.pairs, bad, 0.0, worst)
 }
 
 /// Checks pointwise that weight · pdf = f cos and that the sample's pdf is the pdf.
@@ -94,7 +94,7 @@ pub(super) fn check_weights(
             )
         });
     }
-    let outcome = Outcome::exact(
+    let outcome = Outcome::identity(
         "weight = f cos/pdf",
         compared,
         largest.error,
@@ -127,7 +127,7 @@ pub(super) fn check_reciprocity(
         });
     }
     let compared = size.pairs - skipped;
-    let outcome = Outcome::exact(
+    let outcome = Outcome::identity(
         "reciprocity",
         compared,
         largest.error,

@@ -223,7 +223,7 @@ impl OwnPdfs {
     /// and the integrals, if the domain is covered. `margin`, in (0, 1), is how far the mean of the
     /// pdf in a region and the integrals may be off, relative.
     pub fn outcomes(&self, margin: f64) -> Vec<Outcome> {
-        let claim = Claim::Approximate { margin };
+        let claim = Claim::Equivalent { margin };
         let none = [DVec3::ZERO; REGIONS];
         let centres = self
             .regions
@@ -286,7 +286,7 @@ impl OwnPdfs {
         let share = self.repeated as f64 / self.kept.max(1) as f64;
         let found = format!("{} of {} samples repeat another", self.repeated, self.kept);
         let tolerance = MAX_REPEATED + self.excess();
-        Outcome::exact("repeated directions", self.kept, share, tolerance, found)
+        Outcome::identity("repeated directions", self.kept, share, tolerance, found)
     }
 
     fn integral_outcomes(&self, margin: f64) -> Vec<Outcome> {
@@ -304,7 +304,7 @@ impl OwnPdfs {
             let moments = values.moments;
             let spread = moments.variance().sqrt() / reference;
             if *is_coarse {
-                let outcome = Outcome::exact(name, moments.count(), 0.0, margin, "");
+                let outcome = Outcome::identity(name, moments.count(), 0.0, margin, "");
                 outcome.undecided("some pdfs are rounded by more than 1 %", u64::MAX)
             } else if moments.count() > 1 && spread <= self.constant_tolerance() {
                 let error = (moments.mean() / reference - 1.0).abs();
@@ -312,7 +312,7 @@ impl OwnPdfs {
                     "every value is {:e}, which should be {reference:e}",
                     moments.mean()
                 );
-                Outcome::exact(
+                Outcome::identity(
                     name,
                     moments.count(),
                     error,
@@ -324,7 +324,7 @@ impl OwnPdfs {
                     name,
                     values,
                     reference,
-                    Claim::Exact {
+                    Claim::Equal {
                         delta: margin * reference,
                     },
                 )

@@ -64,7 +64,7 @@ impl PValueMap {
     pub fn flatness(&self, name: &str, delta: f64) -> Outcome {
         let mut p: Vec<f64> = self.judged().map(|(_, p)| p).collect();
         let mut outcome = kolmogorov_smirnov(name, &mut p, |p| p, delta);
-        outcome.claim = Claim::Approximate { margin: delta };
+        outcome.claim = Claim::Equivalent { margin: delta };
         // Graded controls of the exact claim do not apply to this one.
         outcome.graded = Vec::new();
         outcome
@@ -121,7 +121,7 @@ impl PValueMap {
                 dof: f64::INFINITY,
                 tests: 1,
             },
-            ..Outcome::exact(name, n, 0.0, 0.0, "")
+            ..Outcome::identity(name, n, 0.0, 0.0, "")
         }
         .undecided("no tile was judged", u64::MAX)
     }
@@ -233,7 +233,7 @@ fn compare_means(name: &str, a: ImageMoments, b: ImageMoments, delta: f64) -> Ou
         estimate: d.difference,
         reference: 0.0,
         interval: [d.difference - half, d.difference + half],
-        claim: Claim::Exact {
+        claim: Claim::Equal {
             delta: delta * scale.abs(),
         },
         sensitivity: Sensitivity::Normal {

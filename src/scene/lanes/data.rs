@@ -53,7 +53,7 @@ impl<T: Scalar> CasterData<T> {
             b,
             c,
             [caster.radius, caster.area, caster.selection_weight],
-            [caster.relative_ior, caster.index, 0.0],
+            [caster.inverse_ior, caster.index, 0.0],
             [0.0; 3],
         ];
         Self {

@@ -229,7 +229,7 @@ fn a_share_has_its_exact_interval() {
     );
     assert_eq!(
         (found.estimate, found.reference, found.claim),
-        (0.3, 0.2, Claim::Exact { delta: 0.5 })
+        (0.3, 0.2, Claim::Equal { delta: 0.5 })
     );
     assert_eq!(found.p, binomial_two_sided(3, 10, 0.2));
     assert_eq!(found.interval, binomial_interval(3, 10, ALPHA / 2.0));
@@ -248,7 +248,7 @@ fn rare_events_follow_the_poisson_law() {
     );
     assert_eq!(
         (found.estimate, found.reference, found.claim),
-        (30.0, 20.0, Claim::Exact { delta: 5.0 })
+        (30.0, 20.0, Claim::Equal { delta: 5.0 })
     );
     assert_eq!(found.p, 2.0 * poisson_sf(30, 20.0));
     assert_eq!(found.interval, poisson_interval(30, ALPHA / 2.0));
@@ -277,6 +277,6 @@ fn a_sampler_is_compared_with_its_cells() {
         Some(DVec3::new(x, y, 0.0))
     });
     assert_eq!((found.n, found.p, i.get()), (800_000, 1.0, 800_000));
-    assert_eq!(found.claim, Claim::Exact { delta: 0.02 });
+    assert_eq!(found.claim, Claim::Equal { delta: 0.02 });
     assert_eq!(found.verdict(), Verdict::Holds);
 }

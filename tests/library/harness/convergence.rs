@@ -21,7 +21,7 @@ fn slopes_are_drawn_through_the_mean_errors() {
     assert_eq!((found.name.as_str(), found.n), ("order", 2));
     assert_relative_eq!(found.estimate, -1.0, max_relative = 1e-12);
     assert_eq!(found.reference, -0.5);
-    assert_eq!(found.claim, Claim::Approximate { margin: 0.1 });
+    assert_eq!(found.claim, Claim::Equivalent { margin: 0.1 });
     assert_eq!(found.cells.len(), 4);
     for (cell, n) in found.cells.iter().zip(sizes) {
         // Geometric means of 1/N and 16/N, and the line of slope −1/2 through their centre √1000.

@@ -4,7 +4,7 @@
 use super::*;
 
 fn exact(delta: f64) -> Claim {
-    Claim::Exact { delta }
+    Claim::Equal { delta }
 }
 
 /// Returns the outcomes of all statistics with a claim of this size, on right values whose estimate
@@ -38,7 +38,7 @@ fn all(size: f64) -> Vec<Outcome> {
             "equal",
             &v,
             2.0,
-            Claim::Approximate {
+            Claim::Equivalent {
                 margin: 0.003 * size,
             },
         ),
@@ -46,7 +46,7 @@ fn all(size: f64) -> Vec<Outcome> {
             "alike",
             &v,
             &v,
-            Claim::Approximate {
+            Claim::Equivalent {
                 margin: 0.004 * size,
             },
         ),
@@ -72,8 +72,8 @@ fn effects_of_the_size_of_the_claim_are_answered() {
             }
         });
         let wanted = match outcome.claim {
-            Claim::Approximate { .. } => 2,
-            Claim::Exact { .. } | Claim::Test => 1,
+            Claim::Equivalent { .. } => 2,
+            Claim::Equal { .. } | Claim::Test => 1,
         };
         assert_eq!((up, down), (wanted, wanted), "{}", outcome.name);
     }

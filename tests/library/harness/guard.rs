@@ -25,7 +25,7 @@ fn t(effect: f64, claim: Claim) -> Outcome {
 
 #[test]
 fn a_subject_needs_its_minimum_detectable_effect_with_room() {
-    let exact = |delta| t(0.0, Claim::Exact { delta });
+    let exact = |delta| t(0.0, Claim::Equal { delta });
     let detected = exact(1.0).minimum_detectable_effect();
     assert!((12.2..12.3).contains(&detected), "{detected}");
     // The standard error of 20 000 normal values varies by 1/200.
@@ -33,8 +33,8 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     for (factor, passes) in [(1.001, true), (0.999, false)] {
         let size = factor * least;
         for claim in [
-            Claim::Exact { delta: size },
-            Claim::Approximate { margin: size },
+            Claim::Equal { delta: size },
+            Claim::Equivalent { margin: size },
         ] {
             assert_eq!(
                 power_objection(&t(0.0, claim)).is_none(),
@@ -45,7 +45,7 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     }
     assert!(power_objection(&exact(detected)).is_some_and(|why| why.contains("detects")));
     assert!(power_objection(&exact(f64::NAN)).is_some());
-    assert!(power_objection(&Outcome::exact("identity", 1, 0.0, 1.0, "")).is_none());
+    assert!(power_objection(&Outcome::identity("identity", 1, 0.0, 1.0, "")).is_none());
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
     // valid_from/n is the square of the skewness relative to its limit.
     let skewed = |used: f64| Outcome {
         valid_from: (used * used * DOF) as u64,
-        ..t(0.0, Claim::Exact { delta: 20.0 })
+        ..t(0.0, Claim::Equal { delta: 20.0 })
     };
     let most = 1.0 - SAFETY_SIGMAS * noise;
     assert!((0.8..0.95).contains(&most), "{most}");
@@ -66,7 +66,7 @@ fn a_subject_needs_room_for_the_noise_of_its_skewness() {
 
 #[test]
 fn a_fault_needs_a_distance_that_no_seed_takes_back() {
-    let any = Claim::Exact { delta: 12.5 };
+    let any = Claim::Equal { delta: 12.5 };
     for (effect, passes) in [
         (0.0, false),
         (7.0, false),
@@ -79,7 +79,7 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
         }
     }
     // The distance counts from the margin, not from the reference.
-    let margin = Claim::Approximate { margin: 12.5 };
+    let margin = Claim::Equivalent { margin: 12.5 };
     assert!(fault_objection(&t(12.5 + 20.1, margin)).is_some());
     assert!(fault_objection(&t(12.5 + 20.3, margin)).is_none());
     // The distance of NaN is NaN; a failed identity is certain.
@@ -91,7 +91,7 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
         0.0
     );
     assert_eq!(
-        rejection_sigmas(&Outcome::exact("identity", 1, 2.0, 1.0, "")),
+        rejection_sigmas(&Outcome::identity("identity", 1, 2.0, 1.0, "")),
         f64::INFINITY
     );
 }
@@ -110,7 +110,7 @@ fn the_far_distance_is_two_misses_beyond_the_critical_value() {
 /// undecided.
 #[test]
 fn far_rejections_stand_without_a_valid_tail() {
-    let claim = Claim::Exact { delta: 12.5 };
+    let claim = Claim::Equal { delta: 12.5 };
     let skewed = |effect, times: u64| {
         Outcome {
             valid_from: times * DOF as u64,

@@ -6,8 +6,8 @@ use super::checkup_parts::{with_eval, with_sample};
 use super::*;
 
 const WIDE_CLAIMS: [Claim; 3] = [
-    Claim::Exact { delta: 1e3 },
-    Claim::Approximate { margin: 1e3 },
+    Claim::Equal { delta: 1e3 },
+    Claim::Equivalent { margin: 1e3 },
     Claim::Test,
 ];
 
@@ -75,7 +75,7 @@ fn samples_that_say_nothing_are_undecided() {
         counted(&[1.0, 0.0], &[1_000_000, 0]),
         counted(&[0.5, 0.5], &[0, 0]),
         counted(&[0.5, 0.5], &[900, 0]),
-        Outcome::exact("identity of nothing", 0, 0.0, 1.0, ""),
+        Outcome::identity("identity of nothing", 0, 0.0, 1.0, ""),
     ]);
     outcomes.extend([0.0, 0.5, 1.0].map(|q| binomial("share", 0, 0, q, 1e3)));
     outcomes.extend([0.0, 1.0].map(|events| poisson("events", 0, 0, events, 1e3)));
@@ -99,7 +99,7 @@ fn samples_that_say_nothing_are_undecided() {
 /// Samples that certainly contradict a claim are rejected.
 #[test]
 fn samples_that_speak_against_a_claim_are_heard() {
-    let claim = Claim::Exact { delta: 0.003 };
+    let claim = Claim::Equal { delta: 0.003 };
     let failing = [
         mean("black", &same(2 * MIN_CONSTANT_VALUES, 0.0), 1.0, claim),
         counted(&[1.0, 0.0], &[999_999, 1]),
@@ -191,7 +191,7 @@ fn nan_and_infinity_never_hold() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut values = Values::new(1.0);
         (0..1000).for_each(|i| values.push(if i == 500 { bad } else { 1.0 }));
-        let claim = Claim::Exact { delta: 10.0 };
+        let claim = Claim::Equal { delta: 10.0 };
         assert_eq!(mean("t", &values, 1.0, claim).verdict(), Verdict::Fails);
         assert_eq!(
             welch("w", &values, &values, claim).verdict(),
@@ -206,7 +206,7 @@ fn nan_and_infinity_never_hold() {
             Verdict::Holds
         );
         assert_eq!(
-            Outcome::exact("e", 1, bad, 1.0, "").verdict(),
+            Outcome::identity("e", 1, bad, 1.0, "").verdict(),
             Verdict::Fails
         );
     }

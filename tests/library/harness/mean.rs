@@ -5,7 +5,7 @@ use whitefurnace::harness::mean::{MAX_SKEW_TERM, MIN_SYMMETRIC_VALUES};
 
 use super::*;
 
-const CLAIM: Claim = Claim::Exact { delta: 1.0 };
+const CLAIM: Claim = Claim::Equal { delta: 1.0 };
 
 /// Five values with mean 4, variance 12.5 and third central moment 36.
 const FIVE: [f64; 5] = [1.0, 2.0, 3.0, 4.0, 10.0];
@@ -165,7 +165,7 @@ fn batches_are_means_of_consecutive_values() {
 #[test]
 fn rounding_is_relative_to_the_size_of_the_numbers() {
     for scale in [1e-6, 1.0, 1e6] {
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: 1e-3 * scale,
         };
         let many = vec![scale; MIN_CONSTANT_VALUES as usize];
@@ -349,7 +349,7 @@ fn bernsteins_p_value_and_interval_agree() {
 
 #[test]
 fn a_claim_without_tolerance_is_of_every_value_and_one_says_nothing() {
-    let every = Claim::Exact { delta: 0.0 };
+    let every = Claim::Equal { delta: 0.0 };
     let verdict = |last: f64, reference: f64| {
         let numbers = [&[2.0; 99][..], &[last]].concat();
         mean("every", &values(2.0, &numbers), reference, every).verdict()

@@ -119,7 +119,7 @@ fn outcome(estimate: f64, half: f64, claim: Claim) -> Outcome {
         reference: estimate,
         interval: [estimate - half, estimate + half],
         claim,
-        ..Outcome::exact("toy", 0, 0.0, 0.0, "")
+        ..Outcome::identity("toy", 0, 0.0, 0.0, "")
     }
 }
 

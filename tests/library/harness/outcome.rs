@@ -1,7 +1,9 @@
 //! Tests of outcomes and verdicts at their limits: the fields of an outcome, its power, and its
 //! decision.
 
-use whitefurnace::harness::outcome::{CAPACITY, SUITE_BUDGET, approximate_verdict, exact_verdict};
+use whitefurnace::harness::outcome::{
+    CAPACITY, SUITE_BUDGET, equality_verdict, equivalence_verdict,
+};
 
 use super::*;
 
@@ -13,8 +15,8 @@ fn the_budget_is_shared_evenly() {
 
 #[test]
 fn claims_and_verdicts_have_sizes_and_words() {
-    assert_eq!(Claim::Exact { delta: 0.25 }.size(), 0.25);
-    assert_eq!(Claim::Approximate { margin: 0.5 }.size(), 0.5);
+    assert_eq!(Claim::Equal { delta: 0.25 }.size(), 0.25);
+    assert_eq!(Claim::Equivalent { margin: 0.5 }.size(), 0.5);
     assert_eq!(Claim::Test.size(), 0.0);
     let undecided = Verdict::Undecided { needed: 1 };
     assert_eq!(
@@ -26,9 +28,9 @@ fn claims_and_verdicts_have_sizes_and_words() {
 #[test]
 fn borders_belong_to_the_claim() {
     // Numbers that are exact in binary: the interval ends exactly on the margin.
-    let exact = |p, interval| exact_verdict(p, interval, 2.0, 0.25, 100);
+    let exact = |p, interval| equality_verdict(p, interval, 2.0, 0.25, 100);
     assert_eq!(exact(ALPHA, [1.75, 2.25]), Verdict::Holds);
-    let approximate = |interval| approximate_verdict(interval, 2.0, 0.25, 100);
+    let approximate = |interval| equivalence_verdict(interval, 2.0, 0.25, 100);
     assert_eq!(approximate([1.75, 2.25]), Verdict::Holds);
     for touching in [[2.25, 2.5], [1.5, 1.75]] {
         assert!(matches!(approximate(touching), Verdict::Undecided { .. }));
@@ -48,7 +50,7 @@ fn undecided_asks_for_what_would_decide() {
         ([2.0, f64::INFINITY], u64::MAX),
     ] {
         assert_eq!(
-            exact_verdict(1.0, interval, 2.0, 0.25, 100),
+            equality_verdict(1.0, interval, 2.0, 0.25, 100),
             Verdict::Undecided { needed }
         );
     }
@@ -56,7 +58,7 @@ fn undecided_asks_for_what_would_decide() {
 
 #[test]
 fn an_outcome_is_judged_by_its_claim() {
-    let exact = outcome(3.0, 0.1, Claim::Exact { delta: 0.125 });
+    let exact = outcome(3.0, 0.1, Claim::Equal { delta: 0.125 });
     assert_eq!(exact.verdict(), Verdict::Holds);
     let few = |valid_from| Outcome {
         valid_from,
@@ -73,12 +75,12 @@ fn an_outcome_is_judged_by_its_claim() {
     let [tiny, small] = [0.5 * ALPHA, ALPHA];
     for (claim, at_tiny, at_small) in [
         (
-            Claim::Exact { delta: 0.125 },
+            Claim::Equal { delta: 0.125 },
             Verdict::Fails,
             Verdict::Holds,
         ),
         (
-            Claim::Approximate { margin: 0.125 },
+            Claim::Equivalent { margin: 0.125 },
             Verdict::Holds,
             Verdict::Holds,
         ),
@@ -93,7 +95,7 @@ fn an_outcome_is_judged_by_its_claim() {
 
 #[test]
 fn exact_identities_use_no_chance() {
-    let found = |error| Outcome::exact("identity", 7, error, 0.5, "everywhere").named("renamed");
+    let found = |error| Outcome::identity("identity", 7, error, 0.5, "everywhere").named("renamed");
     let on_the_border = found(-0.5);
     assert_eq!(on_the_border.verdict(), Verdict::Holds);
     assert_eq!(
@@ -125,7 +127,7 @@ fn measured(claim: Claim) -> Outcome {
 #[test]
 fn power_is_that_of_the_claim() {
     let critical = normal_upper(ALPHA / 2.0);
-    let exact = measured(Claim::Exact {
+    let exact = measured(Claim::Equal {
         delta: 0.125 * (critical + 2.0),
     });
     assert_relative_eq!(exact.half_width(), 0.75, max_relative = 1e-15);
@@ -133,20 +135,20 @@ fn power_is_that_of_the_claim() {
     let tail = 0.022_750_131_948_179_2;
     assert_relative_eq!(exact.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(exact.power(), "0.95");
-    let equal = measured(Claim::Approximate {
+    let equal = measured(Claim::Equivalent {
         margin: exact.claim.size(),
     });
     assert_relative_eq!(equal.miss(), 2.0 * tail, max_relative = 1e-9);
     assert_eq!(equal.power(), "0.95");
     // A margin of zero is missed with certainty.
-    assert_eq!(measured(Claim::Approximate { margin: 0.0 }).miss(), 1.0);
-    let strong = measured(Claim::Exact { delta: 2.0 });
+    assert_eq!(measured(Claim::Equivalent { margin: 0.0 }).miss(), 1.0);
+    let strong = measured(Claim::Equal { delta: 2.0 });
     assert_eq!(strong.power(), format!("1 - {:.1e}", strong.miss()));
     assert!(strong.miss() < ALPHA);
     for (claim, sides) in [
         (Claim::Test, 1.0),
-        (Claim::Exact { delta: 1.0 }, 2.0),
-        (Claim::Approximate { margin: 1.0 }, 2.0),
+        (Claim::Equal { delta: 1.0 }, 2.0),
+        (Claim::Equivalent { margin: 1.0 }, 2.0),
     ] {
         let effect = measured(claim).minimum_detectable_effect();
         assert_relative_eq!(
@@ -156,7 +158,7 @@ fn power_is_that_of_the_claim() {
         );
     }
     assert_eq!(measured(Claim::Test).miss(), ALPHA);
-    let identity = Outcome::exact("identity", 1, 0.0, 0.25, "");
+    let identity = Outcome::identity("identity", 1, 0.0, 0.25, "");
     assert_eq!((identity.power().as_str(), identity.miss()), ("exact", 0.0));
     assert_eq!(identity.minimum_detectable_effect(), 0.25);
 }

@@ -19,7 +19,7 @@ fn maps_leave_out_what_says_nothing() {
     let mut known = vec![0.5, 0.2, 1.0, 0.001, 0.7];
     let flat = found.flatness("flat", 0.1);
     let expected = Outcome {
-        claim: Claim::Approximate { margin: 0.1 },
+        claim: Claim::Equivalent { margin: 0.1 },
         graded: Vec::new(),
         ..kolmogorov_smirnov("flat", &mut known, |p| p, 0.1)
     };

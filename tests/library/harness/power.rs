@@ -129,7 +129,7 @@ fn levels_of_a_power_are_found() {
 /// the data, the first that is rejected has the effect that is missed half of the time.
 #[test]
 fn outcomes_state_the_power_of_their_own_statistic() {
-    let claim = Claim::Exact { delta: 0.1 };
+    let claim = Claim::Equal { delta: 0.1 };
     let values = around(1.0, 1.0, 10_000);
     let first_rejected = |outcome: &dyn Fn(f64) -> Outcome| {
         let (mut low, mut high) = (0.0, 1.0);
@@ -177,7 +177,7 @@ fn few_or_equal_values_have_little_power() {
         "c",
         &around(1.0, 0.0, 1000),
         1.0,
-        Claim::Exact { delta: 0.1 },
+        Claim::Equal { delta: 0.1 },
     );
     assert!(outcome.miss() > 0.999);
     assert_eq!(outcome.minimum_detectable_effect(), f64::INFINITY);
@@ -185,7 +185,7 @@ fn few_or_equal_values_have_little_power() {
         "t",
         &around(1.0, 1.0, 10_000),
         1.0,
-        Claim::Exact { delta: 0.06 },
+        Claim::Equal { delta: 0.06 },
     );
     assert!(weak.power().starts_with("0."), "{}", weak.power());
     let rare = poisson("rare", 0, 1_000_000, 1e-4, 30.0);

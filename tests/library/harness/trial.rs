@@ -24,7 +24,7 @@ fn random(name: &str, verdict: Verdict) -> Outcome {
     };
     Outcome {
         p,
-        ..outcome(0.5, 0.25, Claim::Exact { delta })
+        ..outcome(0.5, 0.25, Claim::Equal { delta })
     }
     .named(name)
 }
@@ -246,7 +246,7 @@ fn a_control_is_rejected_by_the_outcomes_that_it_names() {
     assert!(!green(&["d"], &rows) && !green(&["b", "d"], &rows) && !green(&[], &rows));
     // The only random outcome is meant if none is named.
     let exact = |error| Row {
-        outcome: Outcome::exact("exact", 1, error, 1e-9, ""),
+        outcome: Outcome::identity("exact", 1, error, 1e-9, ""),
         ..row(holds)
     };
     assert!(green(&[], &[exact(0.0), outcome("a", fails)]));

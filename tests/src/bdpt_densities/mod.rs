@@ -195,7 +195,7 @@ fn compare_densities(context: &Context, scene: &Scene, parts: PartTable) -> Vec<
         "value times density",
     ];
     let exact = |(name, largest): (&str, LargestError)| {
-        Outcome::exact(name, PATHS, largest.error, TOLERANCE, largest.place)
+        Outcome::identity(name, PATHS, largest.error, TOLERANCE, largest.place)
     };
     names.into_iter().zip(worst).map(exact).collect()
 }

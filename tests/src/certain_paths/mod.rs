@@ -82,7 +82,7 @@ impl Property for EveryPixelKnown {
             } else {
                 largest(off)
             };
-            Outcome::exact(
+            Outcome::identity(
                 scene.name(),
                 image.len() as u64,
                 error,
@@ -127,7 +127,7 @@ impl Property for ParticleSum {
         let error = sum.map_or(f64::NAN, |sum| sum / self.expected - 1.0);
         // Images add in multiples of 2⁻³².
         let tolerance = if self.by_eye { 1e-9 } else { ROUNDING };
-        vec![Outcome::exact(
+        vec![Outcome::identity(
             "sum over particles",
             u64::from(PARTICLES),
             error,

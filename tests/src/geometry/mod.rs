@@ -58,7 +58,7 @@ const SIZES: [f64; 5] = [1e-4, 1e-2, 1.0, 1e2, 1e4];
 fn worst(context: &Context, name: &str, mut error: impl FnMut(&mut Stream) -> f64) -> Outcome {
     let mut rng = context.rng(name);
     let worst = largest((0..context.arguments(ARGUMENTS)).map(|_| error(&mut rng)));
-    Outcome::exact(
+    Outcome::identity(
         name,
         ARGUMENTS,
         worst,

@@ -157,7 +157,7 @@ pub fn normalised(pdf: Pdf) -> Vec<Outcome> {
     let tolerance = 1e-6;
     let integral = Domain::Hemisphere.integrate_all(0.1 * tolerance, &|w| pdf(w.z));
     let found = format!("the pdf integrates to {:.9}", integral.value);
-    vec![Outcome::exact(
+    vec![Outcome::identity(
         "integral of the pdf",
         1,
         (integral.value - 1.0).abs(),

@@ -111,7 +111,7 @@ impl<const N: usize> Property for InZones<N> {
             }
         }
         let outcome = |((name, _), values): (Judged, &Values)| {
-            mean(name, values, 1.0, Claim::Exact { delta: IMAGE_DELTA })
+            mean(name, values, 1.0, Claim::Equal { delta: IMAGE_DELTA })
         };
         self.judged.into_iter().zip(&values).map(outcome).collect()
     }

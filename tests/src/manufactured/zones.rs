@@ -131,7 +131,7 @@ impl Property for ZoneRadiances {
             let values = Values::collect(reference, context.n(self.rays), || {
                 mean_channel(&self.scene, radiance())
             });
-            let claim = Claim::Exact {
+            let claim = Claim::Equal {
                 delta: IMAGE_DELTA * reference,
             };
             mean(name, &values, reference, claim)

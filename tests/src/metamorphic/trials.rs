@@ -82,17 +82,17 @@ impl Property for OnScene {
                 .map(|side| images_of(parts, side, seed, one));
             let [Ok(a), Ok(b)] = images else {
                 let worst = "a radiance that no film holds";
-                return vec![Outcome::exact("image", 1, f64::NAN, 0.0, worst)];
+                return vec![Outcome::identity("image", 1, f64::NAN, 0.0, worst)];
             };
             let differing = differing_pixels(&a[0], &b[0], tolerance) as f64;
             let (pixels, worst) = (a[0].len() as u64, "number of pixels that differ");
-            return vec![Outcome::exact("image", pixels, differing, 0.0, worst)];
+            return vec![Outcome::identity("image", pixels, differing, 0.0, worst)];
         }
         let [first, second] = [0, 1].map(|i| {
             let seed = context.seed_of(["first", "second"][i]);
             radiances(parts, &sides[i], seed, context.n(RAYS))
         });
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: DELTA * second.moments.mean(),
         };
         vec![welch("image mean", &first, &second, claim)]

@@ -66,7 +66,7 @@ impl Property for SameRadiance {
             index += 1;
             seen.iter().map(|radiance| radiance.x).sum::<f64>() / self.rays as f64
         });
-        let claim = Claim::Approximate {
+        let claim = Claim::Equivalent {
             margin: self.margin * centre,
         };
         vec![welch("difference of the means", &maps, &paths, claim)]

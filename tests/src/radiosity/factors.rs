@@ -31,7 +31,7 @@ impl Property for Factors {
         };
         let error = error().unwrap_or(f64::NAN);
         let n = u64::from(self.patches);
-        vec![Outcome::exact(
+        vec![Outcome::identity(
             "form factors",
             n,
             error,
@@ -159,7 +159,7 @@ impl Property for Energy {
             each.map(|(element, e)| element.area * e.x).sum::<f64>()
         });
         let error = found.map_or(f64::NAN, |found| found / (flux / (1.0 - rho)) - 1.0);
-        vec![Outcome::exact(
+        vec![Outcome::identity(
             "flux",
             1,
             error,

@@ -272,7 +272,7 @@ impl Property for SameAsReference {
             variance: &variances,
             count: &vec![THEIR_SAMPLES / u64::from(POINTS) / THEIR_VARIANCE; tiles.len()],
         };
-        let claim = Claim::Exact {
+        let claim = Claim::Equal {
             delta: self.reference.delta * theirs,
         };
         let mut outcomes = vec![mean("image mean", &image, theirs, claim)];

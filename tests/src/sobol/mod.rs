@@ -217,7 +217,7 @@ fn stratification(context: &Context, subject: SobolParts) -> Vec<Outcome> {
     }
     let exact = |name: &str, (empty, worst): (usize, String)| {
         let worst = format!("most empty intervals: {worst}");
-        Outcome::exact(name, checked, empty as f64, 0.0, worst)
+        Outcome::identity(name, checked, empty as f64, 0.0, worst)
     };
     vec![
         exact("elementary intervals", two),

@@ -61,7 +61,7 @@ pub(super) fn judge(
     let half = half(&parts);
     let rest = difference - expected;
     let interval = [rest - half, rest + half];
-    let verdict = match approximate_verdict(interval, 0.0, size, n) {
+    let verdict = match equivalence_verdict(interval, 0.0, size, n) {
         // More images reduce the effect of skewness.
         Verdict::Undecided { .. } if is_skewed => Verdict::Undecided {
             needed: (n as f64 * skew_ratio(&parts).powi(2)).ceil() as u64,
