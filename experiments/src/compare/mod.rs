@@ -264,10 +264,7 @@ impl ComparisonReport<'_> {
 
     /// Returns true if no channel has noise.
     fn is_noiseless(&self) -> bool {
-        self.found.kinds[0]
-            .tests
-            .iter()
-            .all(|place| place.noiseless)
+        self.found.kinds[0].tests.iter().all(|test| test.noiseless)
     }
 
     /// Describes the channels that were read of the sides, in one line or two.
@@ -291,14 +288,14 @@ impl ComparisonReport<'_> {
                 // Of the rejections, the most telling one.
                 let rejected = kinds
                     .iter()
-                    .flat_map(|kind| kind.rejected().map(move |place| (kind, place)));
+                    .flat_map(|kind| kind.rejected().map(move |test| (kind, test)));
                 let strength =
-                    |(kind, place): &(&images::AreaKind, &images::AreaTest)| place.p / kind.level;
+                    |(kind, test): &(&images::AreaKind, &images::AreaTest)| test.p / kind.level;
                 let worst = rejected.min_by(|x, y| strength(x).total_cmp(&strength(y)));
-                worst.map_or(String::new(), |(kind, place)| {
-                    let evidence = match place.noiseless {
+                worst.map_or(String::new(), |(kind, test)| {
+                    let evidence = match test.noiseless {
                         true => "and neither side has noise".to_owned(),
-                        false => format!("p = {:.1e}, threshold {:.1e}", place.p, kind.level),
+                        false => format!("p = {:.1e}, threshold {:.1e}", test.p, kind.level),
                     };
                     let within = means.tests.iter().all(|mean| {
                         mean.varies()
@@ -309,9 +306,9 @@ impl ComparisonReport<'_> {
                     });
                     format!(
                         "the {} in {} is {} off the second's ({evidence}){}",
-                        report::area_name(kind, place),
-                        self.channel(place.channel),
-                        percent(place.difference()),
+                        report::area_name(kind, test),
+                        self.channel(test.channel),
+                        percent(test.difference()),
                         if within {
                             "; image means are within the margin, but this is more than noise"
                         } else {
@@ -321,7 +318,7 @@ impl ComparisonReport<'_> {
                 })
             }
             Verdict::Holds if self.is_noiseless() => {
-                let black = means.tests.iter().all(|place| place.means == [0.0; 2]);
+                let black = means.tests.iter().all(|test| test.means == [0.0; 2]);
                 let what = if black { ": all are black" } else { "" };
                 format!("neither side has noise, and no value differs by more than rounding{what}")
             }
@@ -342,17 +339,14 @@ impl ComparisonReport<'_> {
                 let unknown = means
                     .tests
                     .iter()
-                    .any(|place| place.varies() && place.skewness[0].is_nan());
+                    .any(|test| test.varies() && test.skewness[0].is_nan());
                 if means.varying() == 0 {
                     "no pixel varies between images, but these are too few values to conclude that there is no noise".to_owned()
                 } else if unknown {
                     "two images do not show how skewed their noise is: give three or more of a side, at best eight"
                         .to_owned()
                 } else {
-                    let invalid = means
-                        .tests
-                        .iter()
-                        .any(|place| place.varies() && !place.judged);
+                    let invalid = means.tests.iter().any(|test| test.varies() && !test.judged);
                     let what = if invalid {
                         "the noise is too skewed to judge the image mean"
                     } else {
@@ -382,19 +376,19 @@ impl ComparisonReport<'_> {
             files::count(self.b),
             self.rules.level
         ));
-        for place in &means.tests {
-            let [low, high] = place.interval(means.level).map(percent);
-            let seen = percent(place.minimum_detectable_effect(means.level)).replace('+', "");
-            let judged = if place.judged {
+        for test in &means.tests {
+            let [low, high] = test.interval(means.level).map(percent);
+            let seen = percent(test.minimum_detectable_effect(means.level)).replace('+', "");
+            let judged = if test.judged {
                 ""
             } else {
                 "; not judged: too skewed, or without noise"
             };
-            let channel = self.channel(place.channel);
+            let channel = self.channel(test.channel);
             lines.push(format!(
                 "image mean, {channel}: {} (from {low} to {high}), p {:.1e}; smallest detectable {seen}{judged}",
-                percent(place.difference()),
-                place.p
+                percent(test.difference()),
+                test.p
             ));
         }
         lines.extend(others.iter().map(report::kind_summary));

@@ -19,9 +19,9 @@ pub(super) const HTML: &str = "report.html";
 /// Bins of the histogram of p-values.
 const BINS: usize = 20;
 
-/// Describes the position of a place in words.
-pub(super) fn area_name(kind: &AreaKind, place: &AreaTest) -> String {
-    let [x0, y0, x1, y1] = place.area;
+/// Describes the position of an area in words.
+pub(super) fn area_name(kind: &AreaKind, test: &AreaTest) -> String {
+    let [x0, y0, x1, y1] = test.area;
     match kind.name {
         "image mean" => kind.name.to_owned(),
         "pixel" => format!("pixel ({x0}, {y0})"),
@@ -29,14 +29,14 @@ pub(super) fn area_name(kind: &AreaKind, place: &AreaTest) -> String {
     }
 }
 
-/// Summarises the judgement of one kind of places.
+/// Summarises the judgement of one kind of area.
 pub(super) fn kind_summary(kind: &AreaKind) -> String {
     let (judged, rejected, varying) = (
         kind.judged().count(),
         kind.rejected().count(),
         kind.varying(),
     );
-    let least = kind.judged().map(|place| place.p).fold(1.0, f64::min);
+    let least = kind.judged().map(|test| test.p).fold(1.0, f64::min);
     let found = if kind.is_counted {
         format!(
             "{rejected} differ, least p {least:.1e}, threshold {:.1e}; {judged} of {varying} judged",
@@ -60,27 +60,27 @@ pub(super) fn write(folder: &Path, report: &ComparisonReport) -> Result<(), Erro
 /// Counts the p-values of pixels in each bin.
 fn histogram(pixels: &AreaKind) -> Vec<u64> {
     let mut counts = vec![0; BINS];
-    for place in pixels.tests.iter().filter(|place| place.varies()) {
-        counts[((place.p * BINS as f64) as usize).min(BINS - 1)] += 1;
+    for test in pixels.tests.iter().filter(|test| test.varies()) {
+        counts[((test.p * BINS as f64) as usize).min(BINS - 1)] += 1;
     }
     counts
 }
 
 /// Returns all numbers except those of single pixels that do not differ.
 fn numbers(report: &ComparisonReport) -> Value {
-    let place = |kind: &AreaKind, place: &AreaTest| {
+    let place = |kind: &AreaKind, test: &AreaTest| {
         json!({
-            "area": place.area,
-            "channel": report.a[0].picture.labels()[place.channel],
-            "means": place.means,
-            "difference": place.difference(),
-            "interval": place.interval(kind.level),
-            "standard_error": place.standard_error / place.scale,
-            "dof": place.dof,
-            "sigmas": place.sigmas,
-            "skewness": place.skewness,
-            "p": place.p,
-            "judged": place.judged,
+            "area": test.area,
+            "channel": report.a[0].picture.labels()[test.channel],
+            "means": test.means,
+            "difference": test.difference(),
+            "interval": test.interval(kind.level),
+            "standard_error": test.standard_error / test.scale,
+            "dof": test.dof,
+            "sigmas": test.sigmas,
+            "skewness": test.skewness,
+            "p": test.p,
+            "judged": test.judged,
         })
     };
     let kind = |kind: &AreaKind| {
@@ -134,13 +134,13 @@ fn detectable_biases(report: &ComparisonReport) -> [(&'static str, Option<f64>);
     let [means, _, tiles, _] = &report.found.kinds;
     let mean = means
         .judged()
-        .map(|place| place.minimum_detectable_effect(means.level))
+        .map(|test| test.minimum_detectable_effect(means.level))
         .reduce(f64::max);
     let mut judged: Vec<&AreaTest> = tiles.judged().collect();
     judged.sort_by(|x, y| (x.standard_error / x.scale).total_cmp(&(y.standard_error / y.scale)));
     let median = judged
         .get(judged.len() / 2)
-        .map(|place| place.minimum_detectable_effect(tiles.level));
+        .map(|test| test.minimum_detectable_effect(tiles.level));
     [
         ("image mean", mean),
         ("median tile", median.filter(|_| tiles.is_counted)),

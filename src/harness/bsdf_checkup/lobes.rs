@@ -24,7 +24,7 @@ pub struct Lobe {
 pub struct LobeSample {
     /// Picked direction, unit, pointing away from the surface.
     pub wi: DVec3,
-    /// Factor of the path's throughput: throughput / probability.
+    /// Factor of the path's throughput: that of the lobe over its probability.
     pub weight: f64,
 }
 

@@ -200,7 +200,7 @@ fn tables(report: &ComparisonReport) -> String {
             .partial_cmp(&strength(y))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
-    html += &format!("</table></div><h2>Places, worst first</h2>{AREA_TABLE_HEAD}");
+    html += &format!("</table></div><h2>Areas, worst first</h2>{AREA_TABLE_HEAD}");
     for (kind, test) in worst.iter().take(MAX_TABLE_ROWS) {
         html += &row(report, kind, test, "");
     }

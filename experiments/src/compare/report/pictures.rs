@@ -48,7 +48,7 @@ pub(super) fn map(
     ))
 }
 
-/// Applies a function to the channels of each cell of a kind of areas.
+/// Applies a function to the channels of each cell of a kind of area.
 pub(super) fn cells(kind: &AreaKind, value: impl Fn(&[&AreaTest]) -> f64) -> Vec<f64> {
     let count = kind.grid[0] * kind.grid[1];
     (0..count)
