@@ -1,5 +1,6 @@
 //! The registry of trials as HTML: trials, faults, and the trace from equation to chapter.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use records::results::Results;
@@ -9,18 +10,28 @@ use whitefurnace::suggest::did_you_mean;
 use crate::mathml::{escape, typeset};
 use crate::trace::Sources;
 
-/// Returns the table of all trials. `equation` returns an equation's number as a link, `recorded` a
-/// number that the experiment `trials` recorded.
-pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Option<f64>) -> String {
+/// Returns the table of all trials. `equation` returns an equation's number as a link; `recorded`
+/// are the numbers that the experiment `trials` recorded.
+pub fn trials(
+    equation: impl Fn(&str) -> String,
+    recorded: Option<&BTreeMap<String, f64>>,
+) -> String {
     let rows: Vec<String> = all()
         .iter()
         .map(|trial| {
-            let found = |what: &str| recorded(&format!("{}.{what}", trial.name));
-            let delta = match found("delta") {
-                None | Some(0.0) => "–".to_owned(),
-                Some(delta) => escape(&format!("{delta:.1e}")),
+            let range = |what, format: fn(f64) -> String| {
+                let of_outcomes = recorded.map(|numbers| outcome_range(numbers, &trial.name, what));
+                match of_outcomes.flatten() {
+                    None => "–".to_owned(),
+                    Some([low, high]) if low == high => format(low),
+                    Some([low, high]) => format!("{}<br>to {}", format(low), format(high)),
+                }
             };
-            let n = found("n").map_or_else(|| "–".to_owned(), |n| n.to_string());
+            let delta = range("delta", |delta| match delta {
+                0.0 => "0".to_owned(),
+                _ => escape(&format!("{delta:.1e}")),
+            });
+            let n = range("n", |n| n.to_string());
             let controls: Vec<_> = trial.controls.iter().map(|c| code(c.name)).collect();
             let (place, equation) = (trial_fragment(&trial.name), equation(trial.source));
             let (property, statistic) = (capitalized(&typeset(&trial.property)), escape(trial.statistic));
@@ -35,6 +46,26 @@ pub fn trials(equation: impl Fn(&str) -> String, recorded: impl Fn(&str) -> Opti
         })
         .collect();
     table(&["equation", "property", "statistic", "n", "δ"], &rows)
+}
+
+/// Returns the least and greatest recorded value of a number of a trial's outcomes; `None` if there
+/// is none.
+fn outcome_range(numbers: &BTreeMap<String, f64>, trial: &str, what: &str) -> Option<[f64; 2]> {
+    let is_of = |key: &str| {
+        let rest = key
+            .strip_prefix(trial)?
+            .strip_suffix(what)?
+            .strip_suffix('.')?;
+        (rest.is_empty() || rest.starts_with(": ")).then_some(())
+    };
+    numbers
+        .iter()
+        .filter(|(key, _)| is_of(key).is_some())
+        .map(|(_, value)| *value)
+        .fold(None, |range, value| match range {
+            None => Some([value; 2]),
+            Some([low, high]) => Some([value.min(low), value.max(high)]),
+        })
 }
 
 /// Returns the name of a trial, checked against the registry.
@@ -143,4 +174,25 @@ fn capitalized(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| {
         first.to_uppercase().chain(letters).collect()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_those_of_a_trials_own_outcomes() {
+        let numbers = [
+            ("a/b.n", 7.0),
+            ("a/c: red.n", 5.0),
+            ("a/c: blue.n", 3.0),
+            ("a/c: blue.delta", 9.0),
+            ("a/c-long: red.n", 1.0),
+        ];
+        let numbers = numbers.map(|(key, value)| (key.to_owned(), value)).into();
+        assert_eq!(outcome_range(&numbers, "a/b", "n"), Some([7.0; 2]));
+        assert_eq!(outcome_range(&numbers, "a/c", "n"), Some([3.0, 5.0]));
+        assert_eq!(outcome_range(&numbers, "a/c", "delta"), Some([9.0; 2]));
+        assert_eq!(outcome_range(&numbers, "a/b", "delta"), None);
+    }
 }

@@ -210,14 +210,10 @@ impl<'a> BookBuilder<'a> {
             ("trial", [name]) => self.trial(current, name),
             ("trials", []) => Ok(block(registry::trials(
                 |id| self.equation_link(current, id),
-                |key| {
-                    self.results
-                        .experiment("trials")
-                        .ok()?
-                        .numbers
-                        .get(key)
-                        .copied()
-                },
+                self.results
+                    .experiment("trials")
+                    .ok()
+                    .map(|trials| &trials.numbers),
             ))),
             ("question", [fault, trials @ ..]) if trials.len() > 1 => {
                 let link = |name: &str| self.trial(current, name);

@@ -12,7 +12,7 @@ pub(super) const TRIALS: Experiment = Experiment {
     id: "trials",
     title: "the verdicts: every equation and claim on trial",
     headline: "every equation and claim on trial: {holds} findings hold, {fails} fail, {undecided} undecided",
-    version: 1,
+    version: 2,
     equations: &[],
     run,
 };
@@ -102,18 +102,36 @@ fn report(
         );
     }
     run.detail(&trial.name, value, verdict);
-    let numbers = [
-        ("estimate", o.estimate),
-        ("reference", o.reference),
-        ("low", o.interval[0]),
-        ("high", o.interval[1]),
-        ("delta", o.claim.size()),
-        ("detects", o.minimum_detectable_effect()),
-        ("miss", o.miss()),
-        ("n", o.n as f64),
-        ("p", o.p),
-    ];
-    run.numbers(&trial.name, numbers);
+    for (key, o) in recorded_outcomes(&trial.name, rows) {
+        let (delta, [low, high]) = (o.claim.size(), o.interval);
+        run.numbers(&key, [("estimate", o.estimate), ("delta", delta)]);
+        run.number(&format!("{key}.n"), o.n as f64);
+        if key == trial.name {
+            run.numbers(
+                &key,
+                [("reference", o.reference), ("low", low), ("high", high)],
+            );
+        }
+    }
+}
+
+/// Returns the outcomes with an effect size, whose numbers are recorded, with their keys: the name
+/// of the trial if it has only one, so that the key means the same outcome in every run; else
+/// "trial: outcome".
+fn recorded_outcomes<'a>(trial: &str, rows: &'a [Row]) -> Vec<(String, &'a Outcome)> {
+    let sized: Vec<&Outcome> = rows
+        .iter()
+        .map(|row| &row.outcome)
+        .filter(|outcome| outcome.claim != Claim::Test)
+        .collect();
+    let key = |outcome: &Outcome| match sized.len() {
+        1 => trial.to_owned(),
+        _ => format!("{trial}: {}", outcome.name),
+    };
+    sized
+        .iter()
+        .map(|outcome| (key(outcome), *outcome))
+        .collect()
 }
 
 /// Formats evidence as in "mean of z 0.50002 in [0.49990, 0.50013], should be 0.5 ± 0.002".
@@ -244,4 +262,38 @@ fn recorded_verdict(recorded: Option<&ExperimentResult>, what: &str) -> String {
         ))
     });
     verdict.unwrap_or_else(|| " [not recorded]".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A key belongs to one outcome, whichever of a trial's is nearest to its limit.
+    #[test]
+    fn numbers_are_recorded_by_outcome() {
+        let row = |name: &str, claim| Row {
+            trial: "family/trial".to_owned(),
+            control: String::new(),
+            property: String::new(),
+            source: "",
+            verdict: Verdict::Holds,
+            seed: 1,
+            outcome: Outcome {
+                claim,
+                ..Outcome::identity(name, 1, 0.0, 1.0, "")
+            },
+        };
+        let equal = Claim::Equal { delta: 1.0 };
+        let keys = |rows: &[Row]| -> Vec<String> {
+            let recorded = recorded_outcomes("family/trial", rows);
+            recorded.into_iter().map(|(key, _)| key).collect()
+        };
+        let [mean, tiles, red] = [("mean", equal), ("tiles", Claim::Test), ("red", equal)]
+            .map(|(name, claim)| row(name, claim));
+        assert_eq!(keys(&[mean.clone(), tiles.clone()]), ["family/trial"]);
+        assert_eq!(
+            keys(&[red, tiles, mean]),
+            ["family/trial: red", "family/trial: mean"]
+        );
+    }
 }
