@@ -51,16 +51,17 @@ pub fn trials(
 /// Returns the least and greatest recorded value of a number of a trial's outcomes; `None` if there
 /// is none.
 fn outcome_range(numbers: &BTreeMap<String, f64>, trial: &str, what: &str) -> Option<[f64; 2]> {
+    // "trial.what", or "trial.outcome.what".
     let is_of = |key: &str| {
         let rest = key
-            .strip_prefix(trial)?
-            .strip_suffix(what)?
-            .strip_suffix('.')?;
-        (rest.is_empty() || rest.starts_with(": ")).then_some(())
+            .strip_prefix(trial)
+            .and_then(|rest| rest.strip_prefix('.'));
+        rest.and_then(|rest| rest.strip_suffix(what))
+            .is_some_and(|outcome| outcome.is_empty() || outcome.ends_with('.'))
     };
     numbers
         .iter()
-        .filter(|(key, _)| is_of(key).is_some())
+        .filter(|(key, _)| is_of(key))
         .map(|(_, value)| *value)
         .fold(None, |range, value| match range {
             None => Some([value; 2]),
@@ -184,15 +185,20 @@ mod tests {
     fn ranges_are_those_of_a_trials_own_outcomes() {
         let numbers = [
             ("a/b.n", 7.0),
-            ("a/c: red.n", 5.0),
-            ("a/c: blue.n", 3.0),
-            ("a/c: blue.delta", 9.0),
-            ("a/c-long: red.n", 1.0),
+            ("a/c.red.n", 5.0),
+            ("a/c.blue.n", 3.0),
+            ("a/c.blue.delta", 9.0),
+            ("a/c-long.red.n", 1.0),
         ];
         let numbers = numbers.map(|(key, value)| (key.to_owned(), value)).into();
         assert_eq!(outcome_range(&numbers, "a/b", "n"), Some([7.0; 2]));
         assert_eq!(outcome_range(&numbers, "a/c", "n"), Some([3.0, 5.0]));
         assert_eq!(outcome_range(&numbers, "a/c", "delta"), Some([9.0; 2]));
         assert_eq!(outcome_range(&numbers, "a/b", "delta"), None);
+        // No name of a trial looks like another's with an outcome.
+        let names: Vec<String> = all().into_iter().map(|trial| trial.name).collect();
+        for [a, b] in names.iter().flat_map(|a| names.iter().map(move |b| [a, b])) {
+            assert!(!b.starts_with(&format!("{a}.")), "{a} and {b}");
+        }
     }
 }
