@@ -113,7 +113,7 @@ fn totals(run: &mut Run, pairs: &[Pair], seen: &[Detection], [reduced, scale]: [
 
 /// Figures that show several families; each other family has a figure of its own name. Each has few
 /// enough names to be readable at the width of a page.
-const FAMILIES_BY_FIGURE: [(&str, &str); 4] = [
+const FAMILIES_BY_FIGURE: [(&str, &str); 8] = [
     ("scattering", "uniform, cosine, fresnel, bsdf, eon"),
     ("roulette", "roulette, survival"),
     (
@@ -121,6 +121,13 @@ const FAMILIES_BY_FIGURE: [(&str, &str); 4] = [
         "streams, render streams, sobol, sobol error bars, variance, grid, random, jitter, accumulator",
     ),
     ("geometry", "geometry, points, solid-angle"),
+    ("microfacets", "ggx, rough-glass"),
+    (
+        "paths",
+        "whole paths, path weights, long-walks, long-particles, equilibrium-in-glass, photons-in-glass",
+    ),
+    ("references", "references, cornell, published"),
+    ("images", "outlines, adaptation, singles"),
 ];
 
 /// Returns the figure that shows a pair. Whole estimators have more trials than fit one figure:
@@ -186,4 +193,22 @@ fn draw(run: &mut Run, pairs: &[Pair], seen: &[Detection]) -> Result<(), Error> 
 fn unique(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut seen = BTreeSet::new();
     names.filter(|name| seen.insert(name.clone())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn families_of_figures_exist() {
+        let families: BTreeSet<&str> = trials::all_faults()
+            .iter()
+            .map(|fault| fault.family)
+            .collect();
+        for (figure, listed) in FAMILIES_BY_FIGURE {
+            for family in listed.split(", ") {
+                assert!(families.contains(family), "{figure}: {family}");
+            }
+        }
+    }
 }

@@ -174,7 +174,7 @@ fn check_ups_without_samples_are_undecided() {
         (&outcomes, "weight = f cos/pdf"),
         (&outcomes, "chi-square of samples at 40 degrees"),
         (&stuck, "furnace at 40 degrees"),
-        (&lobes, "weight = share/probability"),
+        (&lobes, "weight = throughput/probability"),
         (&lobes, "way back"),
     ] {
         let found = outcomes.iter().find(|outcome| outcome.name == name);
