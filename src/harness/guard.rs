@@ -14,7 +14,7 @@
 //! probabilities that the budget counts.
 
 use super::mean::{MAX_SKEW_TERM, Sigma};
-use super::outcome::{ALPHA, Claim, Outcome, Verdict};
+use super::outcome::{ALPHA, Claim, DECISIVE_DIVISOR, Outcome, Verdict};
 use super::power::Sensitivity;
 use super::tails::normal_upper;
 
@@ -121,23 +121,31 @@ pub fn rejection_sigmas(outcome: &Outcome) -> f64 {
 }
 
 /// Returns why an outcome that must reject a fault may miss it by chance: it is not rejected by
-/// [`FAULT_SIGMAS`] standard errors. `None` if it is.
+/// [`FAULT_SIGMAS`] standard errors, or skewness is too near the limit above which nothing is
+/// rejected. `None` if all is well.
 pub fn fault_objection(outcome: &Outcome) -> Option<String> {
     let rejection_sigmas = rejection_sigmas(outcome);
-    (rejection_sigmas < FAULT_SIGMAS).then(|| {
-        format!(
+    if rejection_sigmas < FAULT_SIGMAS {
+        return Some(format!(
             "{}: rejected by {rejection_sigmas:.1} standard errors, needs {FAULT_SIGMAS}",
+            outcome.name
+        ));
+    }
+    let [used, noise] = skewness(outcome);
+    // So far out a rejection stands for that many times as many values (`DECISIVE_LEVEL`).
+    let limit = (DECISIVE_DIVISOR as f64).sqrt();
+    (used + SAFETY_SIGMAS * noise > limit).then(|| {
+        format!(
+            "{}: skewness uses {used:.2} of its limit, varying by {noise:.2}; a fault may use {limit}",
             outcome.name
         )
     })
 }
 
-/// Returns whether a fault is rejected so clearly that a larger sample would add nothing: by
-/// [`FAULT_SIGMAS`] standard errors, for a finite estimate, from a sample whose skewness is known
-/// to half of its limit.
+/// Returns whether a fault is rejected so clearly that a larger sample would add nothing: without
+/// [objection](fault_objection), for a finite estimate, from a sample whose skewness is known to
+/// half of its limit.
 pub fn is_clearly_rejected(outcome: &Outcome) -> bool {
     let [_, noise_of_skewness] = skewness(outcome);
-    noise_of_skewness <= 0.5
-        && outcome.estimate.is_finite()
-        && rejection_sigmas(outcome) >= FAULT_SIGMAS
+    noise_of_skewness <= 0.5 && outcome.estimate.is_finite() && fault_objection(outcome).is_none()
 }

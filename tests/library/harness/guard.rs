@@ -96,6 +96,23 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
     );
 }
 
+/// A rejection that stands without a valid tail needs room up to the limit of skewness above which
+/// it does not: another seed's skewness may be larger.
+#[test]
+fn a_fault_needs_room_for_the_noise_of_its_skewness() {
+    let z = normal_upper(0.5 * ALPHA);
+    let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
+    let skewed = |used: f64| Outcome {
+        valid_from: (used * used * DOF) as u64,
+        ..t(60.0, Claim::Equal { delta: 12.5 })
+    };
+    let most = (DECISIVE_DIVISOR as f64).sqrt() - SAFETY_SIGMAS * noise;
+    let [below, above] = [-1e-3, 1e-3].map(|off| skewed(most + off));
+    assert!(fault_objection(&below).is_none());
+    assert!(fault_objection(&above).is_some_and(|why| why.contains("skewness")));
+    assert_eq!(above.verdict(), Verdict::Fails);
+}
+
 /// A rejection by [`FAULT_SIGMAS`] standard errors means an effect so large that another seed
 /// rejects it, too; each of the two steps fails with probability [`MAX_FAULT_MISS`].
 #[test]
