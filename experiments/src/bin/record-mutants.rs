@@ -13,24 +13,24 @@ use records::mutants::{Counts, FILE, Record};
 use serde::Deserialize;
 use whitefurnace::error::Error;
 
-/// Record the results of cargo-mutants, file by file: later results of a mutant replace earlier
+/// Record the results of cargo-mutants, file by file: later outcomes of a mutant replace earlier
 /// ones.
 #[derive(Parser)]
 #[command(name = "record-mutants", version)]
 struct RecordMutants {
-    /// `results.json` of one or more runs; every source file in them must be complete
+    /// `outcomes.json` of one or more runs; every source file in them must be complete
     #[arg(value_name = "OUTCOMES.json", required = true)]
-    results: Vec<PathBuf>,
+    outcomes: Vec<PathBuf>,
     /// The folder of recorded results [default: the book's]
     #[arg(long, value_name = "DIR")]
     folder: Option<PathBuf>,
 }
 
-/// The part of `results.json` that is used.
+/// The part of `outcomes.json` that is used.
 #[derive(Deserialize)]
 struct Run {
     cargo_mutants_version: String,
-    results: Vec<Outcome>,
+    outcomes: Vec<Outcome>,
 }
 
 #[derive(Deserialize)]
@@ -62,10 +62,10 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
     // By file and name. Names sort by line only among numbers with equally many digits, so the
     // order is kept separately.
     let mut found: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
-    for path in &options.results {
+    for path in &options.outcomes {
         let run: Run = read_json(path)?;
         known.tool = format!("cargo-mutants {}", run.cargo_mutants_version);
-        for Outcome { scenario, summary } in run.results {
+        for Outcome { scenario, summary } in run.outcomes {
             let Scenario::Mutant { name, file } = scenario else {
                 continue;
             };
@@ -85,7 +85,7 @@ fn run(options: &RecordMutants) -> Result<Ending, Error> {
     Ok(Ending::Done)
 }
 
-/// Counts the mutants by result, and lists those that survive.
+/// Counts the mutants by outcome, and lists those that survive.
 fn count(mutants: &[(String, String)]) -> Result<(Counts, Vec<String>), Error> {
     let mut counts = Counts::default();
     let mut missed = Vec::new();
