@@ -9,9 +9,9 @@ use super::power::Sensitivity;
 /// the tail is not valid at [`ALPHA`], if n is at least 1/[`DECISIVE_DIVISOR`] of the number for
 /// which it is.
 ///
-/// Skewness γ changes the logarithm of a tail probability by |γ| z³/(6√n). For a valid tail that is
-/// at most 0.15 at z = 6.1; for a sixteenth of the samples 0.6, and so 21 at z = 20, where the
-/// logarithm itself is z²/2 = 200.
+/// Skewness γ changes the logarithm of a tail probability by up to |γ| z³/(3√n). For a valid tail
+/// that is at most 0.3 at z = 6.1; for a sixteenth of the samples 1.2, and so 42 at z = 20, where
+/// the logarithm itself is z²/2 = 200.
 pub const DECISIVE_LEVEL: f64 = 1e-90;
 /// Divisor of the number of values that [`DECISIVE_LEVEL`] requires.
 pub const DECISIVE_DIVISOR: u64 = 16;

@@ -23,9 +23,8 @@ pub(super) struct PathVertex<'a> {
     pub at: Vertex,
     /// BSDF of the surface; `None` where a particle starts, by the cosine.
     pub bsdf: Option<&'a Bsdf>,
-    /// Throughput of the subpath up to this vertex. On a light path, radiance per pdf of its point
-    /// on the emitter, then the flux that arrives at the surface; on an eye path, the factor of the
-    /// radiance that leaves the vertex towards the eye.
+    /// Throughput of a particle: radiance per pdf of its point on the emitter, or flux that arrives
+    /// at the surface. Zero on eye paths, which do not use it.
     pub throughput: DVec3,
     /// n² of the medium of the incoming edge, relative to the medium in which the subpath began.
     pub eta_squared: f64,
