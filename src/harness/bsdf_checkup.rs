@@ -289,9 +289,10 @@ pub struct CheckUp {
     pub pairs: u64,
     /// δ of the furnace means, relative to the albedo.
     pub delta: f64,
-    /// Unit roundoff of the arithmetic in which the subject computes: [`SINGLE`] or [`DOUBLE`].
-    /// `None`: single precision if its values show it, else double. Bounds of single precision
-    /// follow from the conditioning of the subject.
+    /// Unit roundoff of the arithmetic in which the subject computes:
+    /// [`SINGLE`](super::roundoff::SINGLE) or [`DOUBLE`](super::roundoff::DOUBLE). `None`: single
+    /// precision if its values show it, else double. Bounds of single precision follow from the
+    /// conditioning of the subject.
     pub roundoff: Option<f64>,
 }
 

@@ -110,8 +110,8 @@ pub struct PhotonMap {
 }
 
 impl PhotonMap {
-    /// Traces `emitted` ≥ 1 particles, each of which draws from [`ImagePass::particle`], and stores
-    /// their photons in an order that does not depend on the threads.
+    /// Traces `emitted` ≥ 1 particles, each of which draws from [`ImagePass::particle_stream`], and
+    /// stores their photons in an order that does not depend on the threads.
     ///
     /// # Errors
     /// Those of [`check`](Self::check); [`Error::Radiance`] for a photon whose flux is negative or
