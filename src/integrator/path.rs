@@ -38,8 +38,8 @@ pub struct Path<P = DefaultParts> {
     /// Heuristic of [`Strategy::Mis`].
     pub heuristic: Heuristic,
     /// Number of first hits at which the survival probability of
-    /// [Russian roulette](crate::sampling::roulette::by_throughput) may reach 1. Unlike the option
-    /// of this name in pbrt and Mitsuba, it does not switch roulette off there.
+    /// [Russian roulette](crate::sampling::roulette::by_throughput) may reach 1. Unlike Mitsuba's
+    /// option of this name, it does not switch roulette off there.
     pub rr_depth: u32,
     /// Whether [`Strategy::Mis`] uses specular next-event estimation through
     /// [casters](Scene::specular_casters), except under an environment map.
