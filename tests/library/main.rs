@@ -63,6 +63,7 @@ mod single_precision_kernels; // functions of single-precision lanes
 mod sizes; // wide, tall, odd, one, and beyond each threshold
 mod solid_angle;
 mod specular; // paths through mirrors and glass
+mod specular_casters;
 mod specular_connections;
 mod sphere;
 mod walks; // particles and paths in lanes, with the bits of one

@@ -48,16 +48,25 @@ fn a_subject_needs_its_minimum_detectable_effect_with_room() {
     assert!(power_objection(&Outcome::identity("identity", 1, 0.0, 1.0, "")).is_none());
 }
 
+/// Returns the outcome with a skewness of this fraction of its limit: valid_from/n is the square of
+/// the fraction.
+fn skewed(outcome: Outcome, used: f64) -> Outcome {
+    Outcome {
+        valid_from: (used * used * DOF) as u64,
+        ..outcome
+    }
+}
+
+/// Returns the largest fraction of the limit of skewness that leaves room below `limit`.
+fn most_with_room(limit: f64) -> f64 {
+    let z = normal_upper(0.5 * ALPHA);
+    limit - SAFETY_SIGMAS * 6_f64.sqrt() / DOF * z.powi(3) / 0.9
+}
+
 #[test]
 fn a_subject_needs_room_for_the_noise_of_its_skewness() {
-    let z = normal_upper(0.5 * ALPHA);
-    let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
-    // valid_from/n is the square of the skewness relative to its limit.
-    let skewed = |used: f64| Outcome {
-        valid_from: (used * used * DOF) as u64,
-        ..t(0.0, Claim::Equal { delta: 20.0 })
-    };
-    let most = 1.0 - SAFETY_SIGMAS * noise;
+    let skewed = |used| skewed(t(0.0, Claim::Equal { delta: 20.0 }), used);
+    let most = most_with_room(1.0);
     assert!((0.8..0.95).contains(&most), "{most}");
     assert!(power_objection(&skewed(most - 1e-3)).is_none());
     assert!(power_objection(&skewed(most + 1e-3)).is_some_and(|why| why.contains("skewness")));
@@ -100,14 +109,9 @@ fn a_fault_needs_a_distance_that_no_seed_takes_back() {
 /// it does not: another seed's skewness may be larger.
 #[test]
 fn a_fault_needs_room_for_the_noise_of_its_skewness() {
-    let z = normal_upper(0.5 * ALPHA);
-    let noise = 6_f64.sqrt() / DOF * z.powi(3) / 0.9;
-    let skewed = |used: f64| Outcome {
-        valid_from: (used * used * DOF) as u64,
-        ..t(60.0, Claim::Equal { delta: 12.5 })
-    };
-    let most = (DECISIVE_DIVISOR as f64).sqrt() - SAFETY_SIGMAS * noise;
-    let [below, above] = [-1e-3, 1e-3].map(|off| skewed(most + off));
+    let fault = || t(60.0, Claim::Equal { delta: 12.5 });
+    let most = most_with_room((DECISIVE_DIVISOR as f64).sqrt());
+    let [below, above] = [-1e-3, 1e-3].map(|off| skewed(fault(), most + off));
     assert!(fault_objection(&below).is_none());
     assert!(fault_objection(&above).is_some_and(|why| why.contains("skewness")));
     assert_eq!(above.verdict(), Verdict::Fails);
