@@ -23,8 +23,8 @@ use whitefurnace::sampling::rng::seed_for;
 use whitefurnace::suggest::did_you_mean;
 
 use crate::print_line;
-use crate::run::cli::run_with_verdict;
-use crate::run::signals::{install_handlers, interrupted};
+use crate::run::cli::{begin, run_with_verdict};
+use crate::run::progress::{Bar, interrupted, print_above};
 
 /// Render random scenes under relations that need no reference, such as that a scene and its
 /// camera may be moved together, and reduce each that breaks one to a small scene file.
@@ -37,8 +37,10 @@ use crate::run::signals::{install_handlers, interrupted};
 ///
 /// A difference counts if three looks see it, each with other random numbers and more images than
 /// the last, at levels of 1e-3, 1e-6 and 1e-6. Each finding is written to the folder --out as a
-/// scene file, and printed with the command that shows it again. Exit codes: 0 if no relation was
-/// broken, 1 if one was, 3 for bad input.
+/// scene file, and printed with the command that shows it again; beside it stand the scenes of both
+/// sides, NAME-a.toml and NAME-b.toml, for the programs render and compare. After Ctrl-C the hunt
+/// ends with what is counted so far. Exit codes: 0 if no relation was broken, 1 if one was, 3 for
+/// bad input.
 #[derive(Parser)]
 #[command(name = "metamorphic", version, verbatim_doc_comment)]
 pub struct Metamorphic {
@@ -133,7 +135,7 @@ impl Tally {
 /// Runs the program.
 pub fn main() -> ExitCode {
     run_with_verdict(|options: &Metamorphic| {
-        install_handlers();
+        begin();
         let tally = Mutex::new(Tally::default());
         match &options.scene {
             Some(path) => {
@@ -162,6 +164,7 @@ impl Metamorphic {
         let end = Instant::now() + self.time.unwrap_or(Duration::from_secs(60));
         let count = self.scenes.unwrap_or(u64::MAX);
         let next = AtomicU64::new(0);
+        let bar = Bar::new("metamorphic", self.scenes.unwrap_or(0), "scenes");
         let over = || interrupted() || (self.scenes.is_none() && Instant::now() > end);
         (0..rayon::current_num_threads())
             .into_par_iter()
@@ -173,9 +176,11 @@ impl Metamorphic {
                     }
                     let seed = seed_for(self.seed, &format!("scene {index}"));
                     self.test(&generate(seed), seed, tally)?;
+                    bar.advance(1);
                 }
                 Ok(())
             })?;
+        drop(bar);
         let scenes = next.into_inner().min(count);
         print_line!("{scenes} scenes from seed {}", self.seed);
         Ok(())
@@ -193,6 +198,9 @@ impl Metamorphic {
                 ..any
             };
             let found = checked(&case);
+            if interrupted() {
+                break;
+            }
             if let Found::Fails(why) = &found {
                 self.report(&case, why)?;
             }
@@ -205,16 +213,21 @@ impl Metamorphic {
 
     /// Reduces a case that fails and prints it.
     fn report(&self, case: &Case, why: &str) -> Result<(), Error> {
-        print_line!(
-            "broken: {} by {}, seed {}: {why}",
-            case.relation.name,
-            case.technique.name,
-            case.seed
-        );
+        print_above(|| {
+            print_line!(
+                "broken: {} by {}, seed {}: {why}",
+                case.relation.name,
+                case.technique.name,
+                case.seed
+            );
+        });
         let stem = format!("{}-{}", case.relation.name, case.seed);
         let path = self.out.join(format!("{stem}.toml"));
         self.write(&path, case, why)?;
-        let smallest = reduce(case, &checked);
+        let smallest = reduce(case, &|smaller| match interrupted() {
+            true => Found::NotApplicable,
+            false => checked(smaller),
+        });
         let Found::Fails(why) = checked(&smallest) else {
             return Ok(());
         };
@@ -236,28 +249,41 @@ impl Metamorphic {
             technique.name,
         );
         std::fs::create_dir_all(&self.out).map_err(Error::file("create", &self.out))?;
-        let mut scene = scene.clone();
-        if let Background::Sky(sky) = &mut scene.background {
-            let image = path.with_extension("pfm");
-            sky.image = image.file_name().unwrap_or_default().display().to_string();
-            write_atomically(&image, |file| {
-                file.write_all(&sky.file())
-                    .map_err(Error::file("write", &image))
-            })?;
+        let head = format!("# Breaks \"{}\": {why}\n# {command}\n", relation.about);
+        write_scene(path, scene, &head)?;
+        for (letter, side) in ["a", "b"].iter().zip(case.sides().into_iter().flatten()) {
+            for (number, part) in side.iter().enumerate() {
+                // Renders of one side are to be added.
+                let number = match side.len() {
+                    1 => String::new(),
+                    _ => format!("-{}", number + 1),
+                };
+                let path = path.with_extension("");
+                let path = format!("{}-{letter}{number}.toml", path.display());
+                let head = format!("# By {}.\n", part.technique.name);
+                write_scene(Path::new(&path), &part.scene, &head)?;
+            }
         }
-        write_atomically(path, |file| {
-            write!(
-                file,
-                "# Breaks \"{}\": {why}\n# {command}\n{}",
-                relation.about,
-                scene.text()
-            )
-            .map_err(Error::file("write", path))
-        })?;
         let objects = scene.objects.len();
-        print_line!("  {objects} objects: {command}");
+        print_above(|| print_line!("  {objects} objects: {command}"));
         Ok(())
     }
+}
+
+/// Writes a scene file after a comment, and the image that it names beside it.
+fn write_scene(path: &Path, scene: &SceneText, comment: &str) -> Result<(), Error> {
+    let mut scene = scene.clone();
+    if let Background::Sky(sky) = &mut scene.background {
+        let image = path.with_extension("pfm");
+        sky.image = image.file_name().unwrap_or_default().display().to_string();
+        write_atomically(&image, |file| {
+            file.write_all(&sky.file())
+                .map_err(Error::file("write", &image))
+        })?;
+    }
+    write_atomically(path, |file| {
+        write!(file, "{comment}{}", scene.text()).map_err(Error::file("write", path))
+    })
 }
 
 /// Checks a case; a panic is a failure.

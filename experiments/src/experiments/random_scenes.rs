@@ -12,7 +12,7 @@ pub(super) const RANDOM_SCENES: Experiment = Experiment {
     id: "random-scenes",
     title: "random scenes under relations that need no reference, and how soon they find faults",
     headline: "random scenes: {cases %d} relations tested on {scenes %d} scenes, {broken %d} broken; {faults.found %d} of {faults.all %d} seeded faults found, {faults.first %d} by the first scene",
-    version: 2,
+    version: 3,
     equations: &[&equation::RENDERING],
     run,
 };

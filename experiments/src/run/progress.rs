@@ -9,8 +9,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 pub use crate::run::signals::interrupted;
 
-/// A task in progress, and the unit it counts. The bar only counts; a bar of length 0 shows the
-/// elapsed time only.
+/// A task in progress, and the unit it counts. The bar only counts; a bar of length 0 has no end and
+/// shows what is done and the elapsed time.
 type Task = (ProgressBar, &'static str);
 
 /// Tasks in progress, sub-tasks last, and the line that shows them.
@@ -71,6 +71,14 @@ pub fn postpone_output() {
     shown().due = Some(Instant::now() + WRITTEN_EVERY);
 }
 
+/// Prints while the line of progress is off the terminal.
+pub fn print_above(print: impl FnOnce()) {
+    match &shown().line {
+        Some(line) => line.suspend(print),
+        None => print(),
+    }
+}
+
 fn new_line() -> ProgressBar {
     let line = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
@@ -104,7 +112,11 @@ fn describe(tasks: &[Task]) -> Option<String> {
 pub fn state(done: u64, size: u64, unit: &str, elapsed: Duration) -> String {
     let seconds = elapsed.as_secs_f64();
     if size == 0 {
-        return duration(seconds);
+        let count = match done {
+            0 => String::new(),
+            _ => format!("{} {unit}, ", quantity(done as f64)),
+        };
+        return count + &duration(seconds);
     }
     let mut text = format!(
         "{:.0} % of {} {unit}",
@@ -168,8 +180,7 @@ pub struct Bar {
 const ERROR_EVERY: Duration = Duration::from_secs(2);
 
 impl Bar {
-    /// Creates a bar for `size` units; for 0, one that shows the elapsed time. The label may be
-    /// empty.
+    /// Creates a bar for `size` units; for 0, one without an end. The label may be empty.
     pub fn new(label: &str, size: u64, unit: &'static str) -> Self {
         let task = ProgressBar::with_draw_target(Some(size), ProgressDrawTarget::hidden());
         let task = task.with_prefix(label.to_owned());

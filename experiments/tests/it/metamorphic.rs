@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use trials::metamorphic::{
-    Background, Case, Found, Object, SceneText, generate, reduce, relation_named,
+    Background, Case, Found, Material, Object, SceneText, generate, reduce, relation_named,
 };
 use whitefurnace::light::environment::Environment;
 use whitefurnace::scene::file::SceneFile;
@@ -107,6 +107,33 @@ fn assert_read_as_file(folder: &Path, scene: &SceneText) {
     assert_eq!(file.description.background, expected.background);
     assert_eq!(file.description.objects, expected.objects);
     assert!(matches!(expected.background, Environment::Map(_)));
+}
+
+/// A lamp that few paths hit by chance hides whether a body of index 1 is invisible.
+#[test]
+fn index_one_leaves_out_small_lamps() {
+    let ball = SceneText::parse(BALL, |_| unreachable!()).expect("a scene");
+    let lit = |radius: f64| {
+        let mut scene = ball.clone();
+        let lamp = Material {
+            model: "black".to_owned(),
+            emission: [1.0; 3],
+            parameters: Default::default(),
+        };
+        scene.materials.insert("lamp".to_owned(), lamp);
+        scene.objects.push(Object::Sphere {
+            material: "lamp".to_owned(),
+            centre: [0.0, 0.0, 3.0],
+            radius,
+            zone: None,
+            inward: false,
+        });
+        scene
+    };
+    let relation = relation_named("index-one").expect("a relation");
+    let applies = |scene| Case::of(relation, &scene, 1).sides().is_some();
+    assert!(!applies(lit(0.05)));
+    assert!(applies(lit(0.5)));
 }
 
 /// The reducer is told that a scene fails if it has a zone of a sphere that emits.

@@ -135,4 +135,5 @@ fn progress_says_rates_and_what_is_left() {
     assert_eq!(after(199, 200, 10.0), "99 % of 200 samples, 20/s, 0 s left");
     assert_eq!(after(0, 200, 0.0), "0 % of 200 samples");
     assert_eq!(after(0, 0, 75.0), "1 min 15 s");
+    assert_eq!(after(12, 0, 75.0), "12 samples, 1 min 15 s");
 }

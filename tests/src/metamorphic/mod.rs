@@ -193,7 +193,7 @@ impl Case {
     }
 
     /// Returns the two sides of the relation; `None` where it does not apply to the scene.
-    fn sides(&self) -> Option<[Vec<Part>; 2]> {
+    pub fn sides(&self) -> Option<[Vec<Part>; 2]> {
         let mut rng = stream(seed_for(self.seed, self.relation.name), 1, 0);
         (self.relation.sides)(&self.scene, self.technique, &mut rng)
     }

@@ -126,9 +126,11 @@ pub(super) fn part(scene: SceneText, technique: Technique) -> Part {
     }
 }
 
-/// Pairs the scene with a changed one.
+/// Pairs the scene with a changed one; `None` where the technique does not take that.
 fn pair(scene: &SceneText, changed: SceneText, technique: Technique) -> Option<[Vec<Part>; 2]> {
-    Some([scene.clone(), changed].map(|scene| vec![part(scene, technique)]))
+    technique
+        .takes(&changed)
+        .then(|| [scene.clone(), changed].map(|scene| vec![part(scene, technique)]))
 }
 
 fn round_trip(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {
@@ -178,6 +180,14 @@ pub(super) fn extent(scene: &SceneText) -> f64 {
     };
     let objects = scene.objects.iter().map(of_object);
     objects.fold(length(&scene.camera.eye), f64::max)
+}
+
+/// Returns the scene under no light but the emission of a material.
+fn lit_by(scene: &SceneText, material: &str) -> SceneText {
+    let mut one = scene.tinted(DVec3::ZERO);
+    let emits = scene.materials[material].clone();
+    one.materials.insert(material.to_owned(), emits);
+    one
 }
 
 fn rigid_motion(
@@ -298,8 +308,24 @@ fn permuted(scene: &SceneText, technique: Technique, rng: &mut Stream) -> Option
     pair(scene, other, technique)
 }
 
+/// Least area of an emitter as a fraction of the scene's squared extent. A body of index 1 stops
+/// shadow rays: behind it smaller emitters are hit by chance, too rarely for the images of a case.
+const LEAST_EMITTER_AREA: f64 = 0.01;
+
 fn index_one(scene: &SceneText, technique: Technique, rng: &mut Stream) -> Option<[Vec<Part>; 2]> {
     let size = extent(scene);
+    let area = |name: &String| {
+        let scene = lit_by(scene, name).build().ok()?;
+        Some(scene.emitters().iter().map(|emitter| emitter.area).sum())
+    };
+    let least = LEAST_EMITTER_AREA * size * size;
+    if scene
+        .emitters()
+        .filter_map(area)
+        .any(|area: f64| area < least)
+    {
+        return None;
+    }
     let mut other = scene.clone();
     let name = "air".to_owned();
     let index = toml::Table::from_iter([("index".to_owned(), 1.0.into())]);
@@ -320,20 +346,11 @@ fn index_one(scene: &SceneText, technique: Technique, rng: &mut Stream) -> Optio
 }
 
 fn lamps(scene: &SceneText, technique: Technique, _: &mut Stream) -> Option<[Vec<Part>; 2]> {
-    let dark = scene.tinted(DVec3::ZERO);
-    let mut alone: Vec<SceneText> = scene
-        .emitters()
-        .map(|name| {
-            let mut one = dark.clone();
-            one.materials
-                .insert(name.clone(), scene.materials[name].clone());
-            one
-        })
-        .collect();
+    let mut alone: Vec<SceneText> = scene.emitters().map(|name| lit_by(scene, name)).collect();
     if !scene.background.is_black() {
         alone.push(SceneText {
             background: scene.background.clone(),
-            ..dark
+            ..scene.tinted(DVec3::ZERO)
         });
     }
     (alone.len() > 1).then(|| {

@@ -1,11 +1,13 @@
-//! Techniques by which scenes are rendered: estimators with their settings.
+//! Techniques by which scenes are rendered: unbiased estimators with their settings. Photon mapping
+//! and radiosity, which are biased, are left out.
 
 use glam::DVec3;
 use rand::Rng;
 use whitefurnace::error::Error;
 use whitefurnace::film::{Film, Pixel};
 use whitefurnace::integrator::{
-    Bdpt, Connections, DefaultParts, Heuristic, ImageEstimator, Path, Strategy,
+    Bdpt, Connections, DefaultParts, Heuristic, ImageEstimator, LightTracer, Path, Report,
+    Strategy, TransportRules,
 };
 use whitefurnace::light::emitter::LightSampling;
 use whitefurnace::render::{
@@ -36,16 +38,39 @@ pub struct Technique {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TechniqueKind {
-    Path {
-        strategy: Strategy,
-        lights: LightSampling,
-        heuristic: Heuristic,
-        specular_nee: bool,
-    },
+    Path(PathSettings),
     /// The default path tracer in single precision.
     Single,
     Bdpt(Connections),
+    /// The report's estimator under physical rules, without a limit on segments that matters.
+    Report,
+    LightTracer,
 }
+
+/// Settings of a path tracer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PathSettings {
+    strategy: Strategy,
+    lights: LightSampling,
+    heuristic: Heuristic,
+    specular_nee: bool,
+}
+
+impl PathSettings {
+    /// Returns the path tracer with these parts.
+    fn tracer<P>(self, parts: P) -> Path<P> {
+        Path {
+            lights: self.lights,
+            heuristic: self.heuristic,
+            specular_nee: self.specular_nee,
+            ..Path::new(parts, self.strategy)
+        }
+    }
+}
+
+/// Ray segments after which the report's estimator stops: longer paths carry less than
+/// rounding in scenes whose surfaces absorb.
+const SEGMENTS: u32 = 200;
 
 const fn technique(name: &'static str, estimator: TechniqueKind) -> Technique {
     Technique {
@@ -56,8 +81,8 @@ const fn technique(name: &'static str, estimator: TechniqueKind) -> Technique {
     }
 }
 
-const fn path(strategy: Strategy, lights: LightSampling, specular_nee: bool) -> TechniqueKind {
-    TechniqueKind::Path {
+const fn path(strategy: Strategy, lights: LightSampling, specular_nee: bool) -> PathSettings {
+    PathSettings {
         strategy,
         lights,
         heuristic: Heuristic::Power,
@@ -65,45 +90,49 @@ const fn path(strategy: Strategy, lights: LightSampling, specular_nee: bool) -> 
     }
 }
 
+const fn path_tracer(name: &'static str, settings: PathSettings) -> Technique {
+    technique(name, TechniqueKind::Path(settings))
+}
+
 /// The default of the program `render`.
-const DEFAULT: TechniqueKind = path(Strategy::Mis, LightSampling::Importance, true);
+const DEFAULT: PathSettings = path(Strategy::Mis, LightSampling::Importance, true);
 
 /// All techniques; every two agree on every scene that both render.
-pub const TECHNIQUES: [Technique; 11] = [
-    technique("mis", DEFAULT),
-    technique(
+pub const TECHNIQUES: [Technique; 13] = [
+    path_tracer("mis", DEFAULT),
+    path_tracer(
         "bsdf",
         path(Strategy::Bsdf, LightSampling::Importance, false),
     ),
-    technique(
+    path_tracer(
         "light",
         path(Strategy::Light, LightSampling::Importance, false),
     ),
-    technique("mis-area", path(Strategy::Mis, LightSampling::Area, false)),
-    technique(
+    path_tracer("mis-area", path(Strategy::Mis, LightSampling::Area, false)),
+    path_tracer(
         "mis-solid-angle",
         path(Strategy::Mis, LightSampling::SolidAngle, true),
     ),
-    technique(
+    path_tracer(
         "mis-balance",
-        TechniqueKind::Path {
-            strategy: Strategy::Mis,
-            lights: LightSampling::SphereAngle,
+        PathSettings {
             heuristic: Heuristic::Balance,
-            specular_nee: true,
+            ..path(Strategy::Mis, LightSampling::SphereAngle, true)
         },
     ),
     Technique {
         sampler: SamplerKind::Sobol(SAMPLES),
-        ..technique("mis-sobol", DEFAULT)
+        ..path_tracer("mis-sobol", DEFAULT)
     },
     Technique {
         silhouettes: true,
-        ..technique("mis-silhouettes", DEFAULT)
+        ..path_tracer("mis-silhouettes", DEFAULT)
     },
     technique("single", TechniqueKind::Single),
     technique("bdpt", TechniqueKind::Bdpt(Connections::All)),
     technique("bdpt-ends", TechniqueKind::Bdpt(Connections::Endpoints)),
+    technique("report", TechniqueKind::Report),
+    technique("light-tracer", TechniqueKind::LightTracer),
 ];
 
 impl Technique {
@@ -122,9 +151,17 @@ impl Technique {
         }
     }
 
-    /// Returns whether it renders scenes with these materials.
+    /// Returns whether it renders all light of the scene, with noise that a few images show: the
+    /// report's estimator meets the lobes of GGX by chance only.
     pub fn takes(&self, scene: &SceneText) -> bool {
-        !matches!(self.estimator, TechniqueKind::Bdpt(_)) || !scene.uses(&["rough-glass"])
+        match self.estimator {
+            TechniqueKind::Path(_) | TechniqueKind::Single => true,
+            TechniqueKind::Bdpt(_) => !scene.uses(&["rough-glass"]),
+            TechniqueKind::Report => !scene.uses(&["ggx", "rough-glass"]),
+            TechniqueKind::LightTracer => {
+                scene.background.is_black() && !scene.uses(&["mirror", "glass", "rough-glass"])
+            }
+        }
     }
 
     /// Returns whether its renders are made by the parts that they are given. Single precision has
@@ -135,21 +172,10 @@ impl Technique {
 
     /// Returns the path tracer of the technique; `None` if it is another estimator.
     pub fn path<P>(&self, parts: P) -> Option<Path<P>> {
-        let TechniqueKind::Path {
-            strategy,
-            lights,
-            heuristic,
-            specular_nee,
-        } = self.estimator
-        else {
-            return None;
-        };
-        Some(Path {
-            lights,
-            heuristic,
-            specular_nee,
-            ..Path::new(parts, strategy)
-        })
+        match self.estimator {
+            TechniqueKind::Path(settings) => Some(settings.tracer(parts)),
+            _ => None,
+        }
     }
 
     /// Renders images, each row by row from the top.
@@ -170,49 +196,42 @@ impl Technique {
             seed,
             silhouettes: self.silhouettes,
         };
-        if let Some(estimator) = self.path(parts) {
-            let renderer = RayRenderer {
-                estimator,
-                sampling,
-            };
-            return films(&renderer, scene, Images { count, samples });
-        }
+        let images = Images { count, samples };
         match self.estimator {
-            TechniqueKind::Bdpt(connections) => {
-                let bdpt = Bdpt { parts, connections };
-                let sampler = self.sampler;
-                let image = |number: u32| {
-                    let mut sum = vec![DVec3::ZERO; (RESOLUTION[0] * RESOLUTION[1]) as usize];
-                    for index in number * samples..(number + 1) * samples {
-                        let pass = ImagePass {
-                            sampler,
-                            seed,
-                            index,
-                        };
-                        let image = bdpt.image(scene, RESOLUTION, pass)?;
-                        for (sum, value) in sum.iter_mut().zip(image) {
-                            *sum += value / f64::from(samples);
-                        }
-                    }
-                    Ok(sum)
+            TechniqueKind::Path(settings) => {
+                let renderer = RayRenderer {
+                    estimator: settings.tracer(parts),
+                    sampling,
                 };
-                (0..count).map(image).collect()
+                films(&renderer, scene, images)
             }
-            TechniqueKind::Path { .. } | TechniqueKind::Single => {
-                check_single_precision(scene)?;
-                let path = Path {
-                    lights: LightSampling::Importance,
-                    heuristic: Heuristic::Power,
-                    specular_nee: true,
-                    ..Path::new(DefaultParts, Strategy::Mis)
+            TechniqueKind::Report => {
+                let estimator = Report {
+                    parts,
+                    rays: 1,
+                    segments: SEGMENTS,
+                    rules: TransportRules::PHYSICAL,
                 };
+                let renderer = RayRenderer {
+                    estimator,
+                    sampling,
+                };
+                films(&renderer, scene, images)
+            }
+            TechniqueKind::Single => {
+                check_single_precision(scene)?;
+                let path = DEFAULT.tracer(DefaultParts);
                 let renderer = LaneRenderer {
                     estimator: LaneEstimator::Path(path),
                     sampling,
                     precision: Precision::Single,
                 };
-                films(&renderer, scene, Images { count, samples })
+                films(&renderer, scene, images)
             }
+            TechniqueKind::Bdpt(connections) => {
+                passes(&Bdpt { parts, connections }, scene, sampling, images)
+            }
+            TechniqueKind::LightTracer => passes(&LightTracer { parts }, scene, sampling, images),
         }
     }
 }
@@ -238,4 +257,29 @@ fn films(renderer: &dyn Renderer, scene: &Scene, images: Images) -> Result<Vec<V
         Ok(film.pixels().iter().map(Pixel::mean).collect())
     };
     (0..images.count).map(image).collect()
+}
+
+/// Returns the mean of the passes of an estimator of whole images, for each image.
+fn passes(
+    estimator: &impl ImageEstimator,
+    scene: &Scene,
+    Sampling { sampler, seed, .. }: Sampling,
+    Images { count, samples }: Images,
+) -> Result<Vec<Vec<DVec3>>, Error> {
+    let image = |number: u32| {
+        let mut sum = vec![DVec3::ZERO; (RESOLUTION[0] * RESOLUTION[1]) as usize];
+        for index in number * samples..(number + 1) * samples {
+            let pass = ImagePass {
+                sampler,
+                seed,
+                index,
+            };
+            let image = estimator.image(scene, RESOLUTION, pass)?;
+            for (sum, value) in sum.iter_mut().zip(image) {
+                *sum += value / f64::from(samples);
+            }
+        }
+        Ok(sum)
+    };
+    (0..count).map(image).collect()
 }
